@@ -76,7 +76,7 @@ def info(
     data = {**described(system), "joined": joined_coordinates(system)}
     data["notes"] += [note for note in described_scene.notes if note not in data["notes"]]  # on shapes, too
     data["repeated"] = dict(described_scene.metadata.get("repeat", {}))
-    data["calibrated"] = [name for item in described_scene.feedback for name in item.calibrated]
+    data["calibrated"] = [name for item in described_scene.feedback for name in item.calibrated_parameters]
     if method is not None:
         data["step"] = operations_of_step(described_scene, method_of(described_scene, method))
     data["equations"] = {item.name: item.text for item in described_scene.constraints if item.equation is not None}

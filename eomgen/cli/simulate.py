@@ -189,7 +189,7 @@ def _outcome(solution: Solution, files: list[Path]) -> dict[str, Any]:
     return {
         "success": solution.success,
         "message": solution.message,
-        "findings": [finding.described() | {"code": finding.code} for finding in solution.findings],
+        "findings": [finding.to_dict() | {"code": finding.code} for finding in solution.findings],
         "stats": dict(solution.stats),
         **solution.metadata,
         "error": solution.error.summary(),

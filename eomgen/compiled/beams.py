@@ -91,7 +91,7 @@ def placed_nodes(
     for factor in model.factors:
         if factor.name in given:
             kept_q[factor.q], kept_v[factor.v] = True, True
-    q = np.where(kept_q, after[0], rigid.placed(after[0]))
+    q = np.where(kept_q, after[0], rigid.place(after[0]))
     along = rigid.velocities(q, after[1][np.newaxis])[0]
     return q, np.where(kept_v | rigid.free, after[1], before[1] - at_start + along)
 

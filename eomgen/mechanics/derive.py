@@ -64,7 +64,7 @@ def _absent_deformations(beams: Mapping[str, Beam]) -> Iterator[str]:
 def _strains(beam: Cosserat) -> str:
     """Return a sentence on the elements and the constrained strains of a geometrically exact beam."""
     strains = ", ".join(strain.replace("_", " along ") for strain in CONSTRAINED[beam.model])
-    without = f", without {strains}: {len(beam.constrained)} rows for each" if strains else ""
+    without = f", without {strains}: {len(beam.constrained_strains)} rows for each" if strains else ""
     return f"beam {beam.name}: model {beam.model}, {beam.elements} elements{without}"
 
 

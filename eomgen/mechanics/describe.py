@@ -156,9 +156,9 @@ def laws_of(scene: Scene) -> Iterator[Law]:
         if constraint.drive is not None:
             key, meaning = where(key_of("constraints", constraint.name, "drive")), constraint.kind.drive
             yield Law(key, f"driven {meaning}", DRIVE_UNITS[meaning], constraint.drive)
-        elif constraint.prescribed is not None:
+        elif constraint.prescribed_coordinate is not None:
             key = where(key_of("constraints", constraint.name, "length"))
-            yield Law(key, "driven distance", "m", constraint.prescribed)
+            yield Law(key, "driven distance", "m", constraint.prescribed_coordinate)
     if scene.base is not None:
         for axis, formula in enumerate(scene.base.position):
             written = "acceleration" if axis in scene.base.integrals else "position"
@@ -188,7 +188,7 @@ def formulas_of_forces(scene: Scene) -> Iterator[tuple[Formula, int]]:
 def prescribed_laws(scene: Scene) -> Iterator[Formula]:
     """Yield each formula of time that a constraint follows."""
     yield from (formula for joint in scene.joints for formula in joint.drive)
-    yield from (item.prescribed for item in scene.constraints if item.prescribed is not None)
+    yield from (item.prescribed_coordinate for item in scene.constraints if item.prescribed_coordinate is not None)
 
 
 def joint_factors(scene: Scene) -> tuple[Factor, ...]:

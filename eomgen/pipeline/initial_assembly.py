@@ -185,7 +185,7 @@ def _undetermined(system: System, equations: ConstrainedSystem, q: Array, rows: 
     here = RowsInMetric(equations.without(rows.dependent), q, 0.0)
     if not np.all(here.natural > 0.0):
         return []
-    lengths = np.linalg.svd(here.weighed / here.natural[:, np.newaxis], compute_uv=False)
+    lengths = np.linalg.svd(here.scaled_rows / here.natural[:, np.newaxis], compute_uv=False)
     if lengths[-1] > EPSILON * len(lengths) * lengths[0]:
         return []
     return [

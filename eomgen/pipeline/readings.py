@@ -173,7 +173,7 @@ Record = tuple[str, str, bool, str, str]
 def to_record(scene: Scene, description: Description) -> Record:
     """Return the data of a record. Raises NoRecordError for a scene with parts that a record cannot hold."""
     for joint in scene.joints:
-        if joint.of_another_distribution:  # the type may change
+        if joint.has_extension_type:  # the type may change
             raise NoRecordError(f"the type of the joint {joint.name}")
     text, elements = to_text(replace(scene, elements=())), to_text(scene.elements)
     if not _same(scene, _scene_of(text, elements)):

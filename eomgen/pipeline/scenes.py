@@ -173,7 +173,7 @@ def _content(scene: Scene | StoredScene) -> bytes:
         return scene.content
     kinds = dict.fromkeys(type(element) for element in scene.elements)
     stamps = {code_stamp(kind, kind.law, kind.added_masses) for kind in kinds} - {""}
-    stamps |= {repr(joint.kind) for joint in scene.joints if joint.of_another_distribution}
+    stamps |= {repr(joint.kind) for joint in scene.joints if joint.has_extension_type}
     return scene.digest and scene.digest + "".join(sorted(stamps)).encode()
 
 

@@ -37,14 +37,14 @@ def _method(row: Section) -> Callable[..., SceneBuilder]:
     signature = signature_of(row)
     keys = {name: field.alias or name for name, field in row.schema.model_fields.items()}
 
-    def called(self: SceneBuilder, /, *args: Any, **kwargs: Any) -> SceneBuilder:
+    def enter(self: SceneBuilder, /, *args: Any, **kwargs: Any) -> SceneBuilder:
         given = signature.bind(self, *args, **kwargs).arguments
         return self._enter(row.key, given.get("name"), **{keys[name]: given[name] for name in keys.keys() & given})
 
-    called.__name__ = row.method_name
-    called.__qualname__ = f"SceneBuilder.{row.method_name}"
-    describe(called, signature, documentation_of(row.method_documentation, row.schema, signature, row.method_name))
-    return called
+    enter.__name__ = row.method_name
+    enter.__qualname__ = f"SceneBuilder.{row.method_name}"
+    describe(enter, signature, documentation_of(row.method_documentation, row.schema, signature, row.method_name))
+    return enter
 
 
 def _with_sections(kind: type[SceneBuilder]) -> type[SceneBuilder]:

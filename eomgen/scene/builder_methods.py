@@ -60,7 +60,7 @@ def enters(
         Whether further keys are passed on: keys that only a file can give.
     """
 
-    def decorated(method: Callable[Concatenate[Builder, P], R]) -> Callable[Concatenate[Builder, P], R]:
+    def decorate(method: Callable[Concatenate[Builder, P], R]) -> Callable[Concatenate[Builder, P], R]:
         table = inner_table(schema.document_for({section: {}}).model_fields[section].annotation)
         assert table is not None, section  # sections are named in this package only, never by a user
         written = inspect.signature(method)
@@ -69,14 +69,14 @@ def enters(
         signature = written.replace(parameters=[*given, *_keys(table.model, [item.name for item in given]), *rest])
 
         @functools.wraps(method)
-        def called(self: Builder, /, *args: P.args, **kwargs: P.kwargs) -> R:
+        def call(self: Builder, /, *args: P.args, **kwargs: P.kwargs) -> R:
             signature.bind(self, *args, **kwargs)
             return method(self, *args, **kwargs)
 
-        describe(called, signature, documentation_of(method.__doc__ or "", table.model, signature, method.__name__))
-        return called
+        describe(call, signature, documentation_of(method.__doc__ or "", table.model, signature, method.__name__))
+        return call
 
-    return decorated
+    return decorate
 
 
 def signature_of(row: Section) -> inspect.Signature:

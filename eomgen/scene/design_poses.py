@@ -82,7 +82,7 @@ Key = TypeVar("Key")
 Placed = TypeVar("Placed", bound=_Placed)
 
 
-def attached(item: Placed, at: Callable[[Key, str, Vector], tuple[str, Vector]], key: Key) -> Placed:
+def attach(item: Placed, at: Callable[[Key, str, Vector], tuple[str, Vector]], key: Key) -> Placed:
     """Return an item with the body and the position that a function gives for its key, body and position."""
     body, position = at(key, item.body, item.position)
     return replace(item, body=body, position=position)
@@ -156,7 +156,7 @@ class DesignPoses:
             raise UnknownPoseError(f"these bodies are placed in one another: {circle}", hint)
         return frame
 
-    def placed(self, given: FramePlacement, body: str) -> FramePlacement:
+    def placement_in(self, given: FramePlacement, body: str) -> FramePlacement:
         """Return a placement in the frame of a body, by the design position of both frames. Raises
         UnknownPoseError."""
         if body == WORLD and self.base_moves:
@@ -169,7 +169,9 @@ class DesignPoses:
             _plus(_plus(one, other), base, -1.0)
             for one, other, base in zip(frame.origin, _sums(frame.axes, given.position), carrier.origin, strict=True)
         )
-        x, y, z = (_formula(_weighted(zip(carrier.axes[:, place].tolist(), apart, strict=True))) for place in range(3))
+        x, y, z = (
+            _formula(_weighted_sum(zip(carrier.axes[:, place].tolist(), apart, strict=True))) for place in range(3)
+        )
         axes = snapped_rotation(carrier.axes.T @ frame.axes @ np.array(given.axes))
         return FramePlacement(body, (x, y, z), rows(axes))
 
@@ -185,7 +187,7 @@ class DesignPoses:
 
     def in_base(self, body: str, position: Vector) -> Vector:
         """Return the place in the base of a place on a body, m, formulas of parameters."""
-        return self.placed(FramePlacement(body, position, rows(np.eye(3))), BASE).position
+        return self.placement_in(FramePlacement(body, position, rows(np.eye(3))), BASE).position
 
 
 def size_of(way: Vector) -> Formula:
@@ -202,7 +204,7 @@ def size_of(way: Vector) -> Formula:
 def _sums(axes: Array, position: Sequence[Formula]) -> tuple[Sum, Sum, Sum]:
     """Return a vector of formulas, turned by constant axes."""
     entries = [_sum(item) for item in position]
-    x, y, z = (_weighted(zip(row, entries, strict=True)) for row in axes.tolist())
+    x, y, z = (_weighted_sum(zip(row, entries, strict=True)) for row in axes.tolist())
     return x, y, z
 
 
@@ -212,17 +214,17 @@ def _sum(formula: Formula) -> Sum:
         return {ONE: formula.value}
     if isinstance(formula, Operation) and formula.name in _SIGNS:
         signs = zip(_SIGNS[formula.name], formula.arguments, strict=True)
-        return _weighted((sign, _sum(part)) for sign, part in signs)
+        return _weighted_sum((sign, _sum(part)) for sign, part in signs)
     if isinstance(formula, Operation) and formula.name in ("mul", "div"):
         first, second = formula.arguments
         if isinstance(second, Number) and (formula.name == "mul" or second.value != 0.0):
-            return _weighted([(second.value if formula.name == "mul" else 1.0 / second.value, _sum(first))])
+            return _weighted_sum([(second.value if formula.name == "mul" else 1.0 / second.value, _sum(first))])
         if isinstance(first, Number) and formula.name == "mul":
-            return _weighted([(first.value, _sum(second))])
+            return _weighted_sum([(first.value, _sum(second))])
     return {formula: 1.0}
 
 
-def _weighted(parts: Iterable[tuple[float, Sum]]) -> Sum:
+def _weighted_sum(parts: Iterable[tuple[float, Sum]]) -> Sum:
     """Return a weighted sum of sums."""
     result: Sum = {}
     for factor, part in parts:

@@ -23,13 +23,13 @@ from eomgen.scene.control.schema import Controller
 from eomgen.scene.document.parts_schema import Include, include_of
 from eomgen.scene.document.schema import document_for, section_keys
 from eomgen.scene.document.units import in_si, start_in_si
-from eomgen.scene.document.validation import explained, wrong_format
+from eomgen.scene.document.validation import explain, wrong_format
 from eomgen.scene.formula.namespaces import FileData, IncludedText, Namespace
 from eomgen.scene.formula.scope import REACTING
 from eomgen.scene.reading.key_metadata import Inner, KeyMetadata, Table, fields_of
-from eomgen.scene.reading.kinds import FaultyText, described
+from eomgen.scene.reading.kinds import FaultyText, describe_value
 from eomgen.scene.reading.report import Report
-from eomgen.scene.repeat import repeated
+from eomgen.scene.repeat import expand_repeats
 from eomgen.scene.sources.register import all_options, endings_like, readable, source_of
 from eomgen.scene.sources.source import ConvertedScene, OptionError, Source, read_text, shown_file
 from eomgen.system.description import BASE, WORLD
@@ -185,7 +185,7 @@ def with_included(data: Mapping[str, Any], report: Report, folder: Path) -> File
     """
     part = FileData(dict(data), {key: report.place(key) for key in report.lines})
     try:
-        return _Includer(report, folder).expanded(part, report, folder, (folder / report.file,))
+        return _Includer(report, folder).include_files(part, report, folder, (folder / report.file,))
     except _TooManyFilesError as error:  # further faults follow, or are reported later with fewer files
         raise DescriptionError(error.problem) from None
 
@@ -212,24 +212,24 @@ class _Includer:
             shorter = str(path)
         return shown_file(Path(shorter), whole=True)
 
-    def resolved(self, path: Path) -> Path:
+    def resolve(self, path: Path) -> Path:
         """Return a path without links, for which the file system is asked once."""
         if path not in self._resolved:
             self._resolved[path] = path.resolve()
         return self._resolved[path]
 
-    def expanded(self, part: FileData, report: Report, folder: Path, chain: Sequence[Path]) -> FileData:
+    def include_files(self, part: FileData, report: Report, folder: Path, chain: Sequence[Path]) -> FileData:
         """Add the entries of the files that a file includes to the part of this file; ``report`` is the report of the
         file, ``chain`` leads from the scene to the file."""
         written = part.data.pop("include", {})
         if not isinstance(written, Mapping):
-            fault = f"a table is needed here, not {described(written)} [E0716]"
+            fault = f"a table is needed here, not {describe_value(written)} [E0716]"
             report.add("include", fault, '[include.left] and file = "left.toml"')
             return part
         opened: list[tuple[str, Include, FileData]] = []
         for name, raw in written.items():
             entry = _entry(name, raw, report)
-            inner = None if entry is None else self.opened(key_of("include", name), entry, report, folder, chain)
+            inner = None if entry is None else self.open(key_of("include", name), entry, report, folder, chain)
             if entry is not None and inner is not None:
                 opened.append((name, entry, inner))
         bodies = [BASE, *_bodies(part.data)]
@@ -242,13 +242,13 @@ class _Includer:
             _merge(name, entry, inner, part, report)
         return part
 
-    def opened(self, key: str, entry: Include, report: Report, folder: Path, chain: Sequence[Path]) -> FileData | None:
+    def open(self, key: str, entry: Include, report: Report, folder: Path, chain: Sequence[Path]) -> FileData | None:
         """Return the data of an included file; None if the data cannot be read."""
         path, place = folder / entry.file, f"{key}.file"
         self.files += 1
         try:
-            own = self.resolved(path)
-            again = next((step for step in chain if self.resolved(step) == own), None)
+            own = self.resolve(path)
+            again = next((step for step in chain if self.resolve(step) == own), None)
         except (OSError, ValueError, RuntimeError) as error:
             fault = f"{shown(entry.file)} is not a path: {error} [E1588]"
             report.add(place, fault, "a path from the folder of this file")
@@ -279,7 +279,7 @@ class _Includer:
             if "include" not in part.data:
                 return part
             inner = Report(self.shown_file(path), part.lines)
-            part = self.expanded(part, inner, path.parent, [*chain, path])
+            part = self.include_files(part, inner, path.parent, [*chain, path])
             self.report.noted += inner.all()
             return part
         except FileError as error:
@@ -292,7 +292,7 @@ class _Includer:
         return None
 
     def scene(self, source: Source, path: Path, chain: Sequence[Path]) -> FileData:
-        file, same = self.shown_file(path), self.resolved(path)
+        file, same = self.shown_file(path), self.resolve(path)
         if same not in self.scenes:
             self.scenes[same] = source.read(read_text(path), file=file, included=True)
         read = self.scenes[same]
@@ -300,11 +300,11 @@ class _Includer:
         data = dict(read.data)
         if "repeat" in data:
             of_copies: dict[str, str] = {}
-            data = repeated(data, report, of_copies)
+            data = expand_repeats(data, report, of_copies)
             report.lines = {**report.lines, **of_copies}
         _check_top_level(data, report)
         part = FileData(data, {key: report.place(key) for key in report.lines})
-        part = self.expanded(part, report, path.parent, chain)
+        part = self.include_files(part, report, path.parent, chain)
         report.lines = part.lines
         part.data, *_ = in_si(part.data, report)
         self.report.noted += report.all()
@@ -324,7 +324,7 @@ def _entry(name: str, raw: object, report: Report) -> Include | None:
     except ValidationError as error:
         for detail in error.errors(include_url=False):
             location = ("include", name, *(part for part in detail["loc"] if isinstance(part, str | int)))
-            fault, hint = explained(detail["type"], detail["msg"], location, detail.get("input"), table, depth=2)
+            fault, hint = explain(detail["type"], detail["msg"], location, detail.get("input"), table, depth=2)
             report.add(key_of(*location), fault, hint)
         return None
     prefix = _prefix(name, entry)
@@ -354,7 +354,7 @@ def _check_top_level(data: dict[str, Any], report: Report) -> None:
         if key not in schema.model_fields:
             report.add(key_of(key), f"the key {shown(key)} is unknown here [E0722]", nearest(key, schema.known_keys()))
         elif key in sections and not isinstance(data[key], Mapping):
-            report.add(key, f"a table is needed here, not {described(data[key])} [E0716]")
+            report.add(key, f"a table is needed here, not {describe_value(data[key])} [E0716]")
             del data[key]
         elif key in sections:
             for name in [name for name in data[key] if not is_legal(name)]:
@@ -375,8 +375,8 @@ def _merge(name: str, entry: Include, inner: FileData, part: FileData, report: R
     space = Namespace(names, values)
     base = _base(name, entry, part, report, taken=names["frames"].values())
     entries = Renamer(space, base, Path(entry.file)).document(inner.data)
-    renamed_too = _made(entries)
-    for section, made in _made(inner.data).items():
+    renamed_too = _controller_names(entries)
+    for section, made in _controller_names(inner.data).items():
         names[section] |= dict(zip(made, renamed_too[section], strict=True))
     for section, renamed in entries.items():
         mine = part.data.setdefault(section, {})
@@ -446,7 +446,7 @@ def _base(name: str, entry: Include, part: FileData, report: Report, taken: Coll
     return body
 
 
-def _made(data: Mapping[str, Any]) -> dict[str, list[str]]:
+def _controller_names(data: Mapping[str, Any]) -> dict[str, list[str]]:
     """Return the names that the controllers of a file make, by section; invalid controllers are left out."""
     result: dict[str, list[str]] = {"states": [], "parameters": [], "controllers": []}
     for name in _names(data, "controllers"):

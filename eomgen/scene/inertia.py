@@ -31,9 +31,9 @@ class Inertia:
     center: Array
     about_center: Array
 
-    def moved(self, orientation: Array, position: Array) -> Inertia:
+    def transform(self, orientation: Array, position: Array) -> Inertia:
         """Return the inertia in a frame in which the present one sits at ``position`` and ``orientation``."""
-        about = tensor(turned(orientation, entries_of(self.about_center)))
+        about = tensor(rotate_inertia(orientation, entries_of(self.about_center)))
         return Inertia(self.mass, orientation @ self.center + position, about)
 
     def about_origin(self) -> Array:
@@ -63,7 +63,7 @@ def entries_of(matrix: Array) -> list[Numbers]:
     return [matrix[i, j].item() for i, j in _ENTRIES]
 
 
-def turned(rotation: Array, entries: Sequence[Numbers]) -> list[Numbers]:
+def rotate_inertia(rotation: Array, entries: Sequence[Numbers]) -> list[Numbers]:
     """Return the entries of R I R^T for a symmetric I with entries (xx, yy, zz, xy, xz, yz), numbers or batches."""
     rows = rotation.tolist()
     along = [times(entries, row) for row in rows]
@@ -88,7 +88,7 @@ def steiner(mass: Numbers, arm: Sequence[Numbers]) -> list[Numbers]:
     return [mass * part for part in (y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z)]
 
 
-def combined(parts: Sequence[Inertia]) -> Inertia:
+def combine_inertias(parts: Sequence[Inertia]) -> Inertia:
     """Return the inertia of several bodies fixed to one another, about their common centre of mass."""
     present = [part for part in parts if part.mass != 0.0 or part.about_center.any()]
     if len(present) == 1:

@@ -57,7 +57,7 @@ def load(
     UsageError
         If the kind of file is unknown, or an option does not fit the kind.
     """
-    path = _expanded(path)
+    path = _expand_user(path)
     if coordinates not in (None, "joint", "absolute"):
         raise UsageError(f"coordinates are {shown(coordinates)} [E1678]", "joint or absolute")
     read = _read(path, strict=strict, **options)
@@ -69,13 +69,13 @@ def data_of(path: str | Path, *, strict: bool = False, **options: Any) -> dict[s
 
     Raises FileError, DescriptionError or UsageError, as ``load``.
     """
-    return dict(_read(_expanded(path), strict=strict, **options).data)
+    return dict(_read(_expand_user(path), strict=strict, **options).data)
 
 
 def method_of(path: str | Path, *, strict: bool = False, **options: Any) -> tuple[object, str]:
     """Return the ``simulation.method`` of a file that cannot be loaded, None without this key, and the place of the key
     for messages. Errors as of ``load``."""
-    path = _expanded(path)
+    path = _expand_user(path)
     read = _read(path, strict=strict, **options)
     return named_method(read.data), Report(shown_file(path), read.lines).place("simulation.method")
 
@@ -86,7 +86,7 @@ def named_method(data: Mapping[str, Any]) -> object:
     return simulation.get("method") if isinstance(simulation, Mapping) else None
 
 
-def _expanded(path: str | Path) -> Path:
+def _expand_user(path: str | Path) -> Path:
     """Return a path with ``~`` in words. Raises UsageError for a text that is not a path."""
     if "\n" in str(path):
         fault = f"the path of a file is needed, and {shown(str(path))} is a text of several lines [E1679]"
@@ -215,12 +215,12 @@ def from_data(
         report.add("kind", *fault)
         report.raise_problems()
     if "repeat" in data:
-        from eomgen.scene.repeat import numbers_of_copies, repeated  # noqa: PLC0415  # most scenes have none
+        from eomgen.scene.repeat import expand_repeats, numbers_of_copies  # noqa: PLC0415  # most scenes have none
 
         if isinstance(data["repeat"], Mapping):
             metadata = {**(metadata or {}), "repeat": numbers_of_copies(data)}
         of_copies: dict[str, str] = {}
-        data = repeated(data, report, of_copies)
+        data = expand_repeats(data, report, of_copies)
         report.lines = {**report.lines, **of_copies}
     part = FileData(dict(data), {})
     if "include" in data:

@@ -72,7 +72,7 @@ def first_near(values: Sequence[float], wanted: float) -> int:
     return next(place for place, value in enumerate(values) if abs(value - wanted) <= ALIKE)
 
 
-def snapped(entries: Array) -> Array:
+def snap(entries: Array) -> Array:
     """Return the entries with those within 1e-10 of 0, 1 or -1 rounded, which repairs angles written to few digits."""
     rounded = np.round(entries)
     return np.where((np.abs(entries - rounded) <= SNAP) & (np.abs(rounded) <= 1.0), rounded, entries) + 0.0
@@ -84,7 +84,7 @@ def snapped_rotation(matrix: Array) -> Array:
     If only some entries of a row are near 0 or 1, as for a turn by 1e-5, rounding these entries alone makes the matrix
     non-orthogonal by up to 1e-10; then the nearest rotation (the orthogonal polar factor) is taken instead.
     """
-    result = snapped(matrix)
+    result = snap(matrix)
     if np.max(np.abs(result @ result.T - np.eye(3))) <= _ORTHONORMAL:
         return result
     u, _, v = np.linalg.svd(result)
@@ -101,7 +101,7 @@ def unit_axis(axis: Sequence[float]) -> Array | None:
     if not (math.isfinite(largest) and largest > 1e-150):
         return None
     vector = vector / largest
-    result = snapped(vector / np.linalg.norm(vector))
+    result = snap(vector / np.linalg.norm(vector))
     return result / np.linalg.norm(result)
 
 

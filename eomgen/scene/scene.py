@@ -146,7 +146,7 @@ def _bodies(item: Constraint) -> tuple[str, str]:
     return (item.first.body, item.second.body) if item.framed else ("", "")
 
 
-def _counted(scene: Scene) -> Iterator[str]:
+def _part_counts(scene: Scene) -> Iterator[str]:
     for part, one, several in _PARTS:
         if count := len(getattr(scene, part)):
             yield f"{count} {one if count == 1 else several}"
@@ -346,7 +346,7 @@ class Scene:
                 yield f"constraints.{constraint.name}.{side}", frame.body, frame.position
 
     def __repr__(self) -> str:
-        return f"<Scene {self.name}: {', '.join(_counted(self))}>"
+        return f"<Scene {self.name}: {', '.join(_part_counts(self))}>"
 
     def _repr_html_(self) -> str:
         return html(self)

@@ -11,7 +11,7 @@ from typing import Annotated
 import pytest
 from pydantic import Field
 
-from eomgen.scene.document.reference import COMMAND, described, renewed, table, tables
+from eomgen.scene.document.reference import COMMAND, described_classes, renew, table, tables
 from eomgen.scene.document.schema import every_document, section_keys
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, every_unit, key, meaning_of
@@ -24,11 +24,11 @@ SECTIONS = section_keys()
 
 def test_the_tables_on_the_pages_are_those_of_the_schema() -> None:
     text = whole("scene")
-    assert renewed(text) == text, f"docs/scene is not what the schema says; run: {COMMAND}"
+    assert renew(text) == text, f"docs/scene is not what the schema says; run: {COMMAND}"
 
 
 def test_every_table_of_the_schema_is_on_the_page_once() -> None:
-    on_page, known = described(whole("scene")), list(tables())
+    on_page, known = described_classes(whole("scene")), list(tables())
     missing = sorted(set(known) - set(on_page))
     assert not missing, (
         f"docs/scene: <!-- keys of {' -->, <!-- keys of '.join(missing)} --> and <!-- end --> are not there"
@@ -88,7 +88,7 @@ def test_the_command_renews_a_page(tmp_path: Path) -> None:
 
 def test_a_page_with_an_unknown_table_is_refused() -> None:
     with pytest.raises(KeyError, match="Wheel"):
-        renewed("<!-- keys of Wheel -->\n<!-- end -->")
+        renew("<!-- keys of Wheel -->\n<!-- end -->")
 
 
 def test_a_kind_without_words_is_no_table() -> None:

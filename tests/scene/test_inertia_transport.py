@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from eomgen.base.arrays import Array
-from eomgen.scene.inertia import Inertia, combined, entries_of, steiner, tensor, turned
+from eomgen.scene.inertia import Inertia, combine_inertias, entries_of, rotate_inertia, steiner, tensor
 from eomgen.scene.rotations import about_axis
 
 RNG = np.random.default_rng(7)
@@ -26,10 +26,10 @@ def test_transport_is_that_of_the_points(case: int) -> None:
     axis = RNG.normal(size=3)
     R, p = about_axis(axis / np.linalg.norm(axis), float(RNG.uniform(-3.0, 3.0))), RNG.normal(size=3)
     whole, moved = of_points(masses, places), of_points(masses, places @ R.T + p)
-    found = whole.moved(R, p)
+    found = whole.transform(R, p)
     np.testing.assert_allclose(found.center, moved.center, atol=1e-13)
     np.testing.assert_allclose(found.about_center, moved.about_center, atol=1e-13)
-    halves = combined([of_points(masses[:2], places[:2]), of_points(masses[2:], places[2:])])
+    halves = combine_inertias([of_points(masses[:2], places[:2]), of_points(masses[2:], places[2:])])
     np.testing.assert_allclose(halves.about_center, whole.about_center, atol=1e-13)
     about_origin = sum(m * (r @ r * np.eye(3) - np.outer(r, r)) for m, r in zip(masses, places, strict=True))
     np.testing.assert_allclose(whole.about_origin(), about_origin, atol=1e-13)
@@ -38,8 +38,8 @@ def test_transport_is_that_of_the_points(case: int) -> None:
 def test_batches_have_the_bits_of_numbers() -> None:
     entries, arms, masses = RNG.normal(size=(6, 40)), RNG.normal(size=(3, 40)), RNG.uniform(size=40)
     R = about_axis(np.array([0.6, 0.0, 0.8]), 0.7)
-    rotated, shifted = np.array(turned(R, list(entries))), np.array(steiner(masses, list(arms)))
+    rotated, shifted = np.array(rotate_inertia(R, list(entries))), np.array(steiner(masses, list(arms)))
     for k in range(40):
-        assert rotated[:, k].tolist() == turned(R, entries[:, k].tolist())
+        assert rotated[:, k].tolist() == rotate_inertia(R, entries[:, k].tolist())
         assert shifted[:, k].tolist() == steiner(float(masses[k]), arms[:, k].tolist())
     assert entries_of(tensor(entries[:, 0].tolist())) == entries[:, 0].tolist()

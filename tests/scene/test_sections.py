@@ -26,7 +26,7 @@ from eomgen.formula.words import other_words
 from eomgen.mechanics.forces import applied
 from eomgen.pipeline.scenes import SCENES
 from eomgen.scene.builder import SceneBuilder
-from eomgen.scene.document.reference import renewed, schema
+from eomgen.scene.document.reference import renew, schema
 from eomgen.scene.document.schema import document_for, every_document
 from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.formula.scope import SceneNames
@@ -246,7 +246,7 @@ def test_editors_and_pages_know_it() -> None:
     assert schema()["properties"]["drags"]["additionalProperties"] == {"$ref": "#/$defs/DragEntry"}
     assert "drags" not in KEYS and "drags" in every_document().model_fields
     row = "| `coefficient` | value of parameters, kg/m | required | force per squared velocity |\n"
-    assert row in renewed("<!-- keys of Drag -->\n<!-- end -->")
+    assert row in renew("<!-- keys of Drag -->\n<!-- end -->")
 
 
 @pytest.mark.usefixtures("installed")

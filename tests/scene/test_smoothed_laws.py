@@ -154,7 +154,7 @@ def test_a_length_over_time_and_a_driven_constraint_take_smooth() -> None:
         "rope", "distance", {"body": "base"}, {"body": "load"}, length="1 + 0.5 * max(0, t - 0.5)", smooth=T
     )
     scene = builder.build()
-    values = law_and_rate(scene.constraints[0].prescribed, {})
+    values = law_and_rate(scene.constraints[0].prescribed_coordinate, {})
     t = np.linspace(0, 2, 1001)
     s = np.clip((t - 0.5) / T, 0, 1)
     assert values(t)[0] == pytest.approx(1 + 0.5 * (t - 0.5) * s**3 * (10 - 15 * s + 6 * s * s), abs=1e-13)

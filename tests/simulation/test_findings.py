@@ -132,7 +132,7 @@ def assert_reported(check: Check, run: FinishedRun, monkeypatch: pytest.MonkeyPa
     assert [finding for finding in verdict.findings if finding.name == check.name] == list(found)
     assert (found[0].text in verdict.message) == check.said
     assert verdict.success == all(finding.severity != FAILURE for finding in verdict.findings)
-    back = [Finding.from_data(json.loads(json.dumps(finding.described()))) for finding in verdict.findings]
+    back = [Finding.from_data(json.loads(json.dumps(finding.to_dict()))) for finding in verdict.findings]
     assert repr(back) == repr(list(verdict.findings))  # NaN included
     for fact in check.needs:  # without one of them it is not even evaluated
         monkeypatch.setattr(FinishedRun, "has", lambda self, facts, fact=fact: fact not in facts)
@@ -166,7 +166,7 @@ def test_findings_are_kept_by_files_copies_and_other_processes(tmp_path: Path) -
 
 
 def test_a_file_without_findings_is_read() -> None:
-    described = Finding("stopped", FAILURE, text="it stopped").described()
+    described = Finding("stopped", FAILURE, text="it stopped").to_dict()
     assert described["value"] is None and math.isnan(Finding.from_data(described).value)
 
 

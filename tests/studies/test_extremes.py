@@ -169,7 +169,7 @@ def test_a_fail_is_tried_again_in_a_process_of_its_own(monkeypatch: pytest.Monke
             os.kill(os.getpid(), signal.SIGSEGV)
         return run_ending(*given, **more)
 
-    monkeypatch.setattr("eomgen.products.studies.ladders.study.simulated", fragile)
+    monkeypatch.setattr("eomgen.products.studies.ladders.study.run_ending", fragile)
     found = eomgen.extremes(PENDULUM, cells=["length:1000:rk4", "length:0.001:rk4"])
     assert [cell.verdict for cell in found.cells] == ["holds", "holds"]
 

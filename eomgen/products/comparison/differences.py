@@ -130,7 +130,7 @@ class Pairing:
 
     def misses(self, one: Link, other: Link, number: int, aligned: Placement) -> int:
         """Count quantities of a link, and of the joints on the link, that differ with frames placed in this way."""
-        moved = other.whole.moved(*aligned)
+        moved = other.whole.transform(*aligned)
         count = int(not self.alike(one.whole, moved))
         for child, partner in self._children.get(number, ()):
             place = aligned.then(partner.pose)
@@ -288,7 +288,7 @@ def _weighed(pairing: Pairing, number: int, one: Link, other: Link) -> Iterator[
                 yield from _of_body(pairing, name, one.bodies[name], other.bodies[name], aligned)
         return
     names = tuple(next(iter(carrying & set(link.bodies)), link.body) for link in (one, other))
-    moved = other.whole.moved(*aligned)
+    moved = other.whole.transform(*aligned)
     yield from _of_inertia(pairing, (names[0], names[1]), one.whole, moved)
 
 
@@ -299,7 +299,7 @@ def _has_inertia(inertia: Inertia) -> bool:
 def _of_body(
     pairing: Pairing, name: str, one: PlacedBody, other: PlacedBody, aligned: Placement
 ) -> Iterator[Difference]:
-    mine, theirs = one.in_link, other.in_link.moved(*aligned)
+    mine, theirs = one.in_link, other.in_link.transform(*aligned)
     if pairing.alike(mine, theirs):
         return
     place = aligned.then(other.place)
@@ -311,7 +311,7 @@ def _of_body(
             yield pairing.difference(keys, "position", one.place.origin, place.origin, "m")
         return
     back = one.place.inverse()
-    yield from _of_inertia(pairing, (name, name), one.inertia, theirs.moved(*back))
+    yield from _of_inertia(pairing, (name, name), one.inertia, theirs.transform(*back))
 
 
 def _of_inertia(pairing: Pairing, names: tuple[str, str], one: Inertia, other: Inertia) -> Iterator[Difference]:

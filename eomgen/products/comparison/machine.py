@@ -16,7 +16,7 @@ from eomgen.base.data import dataclass, field, fields, is_dataclass, replace
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import evaluate, evaluate_batch, symbols
 from eomgen.formula.nodes import ZERO, Node, Symbol, infix
-from eomgen.scene.inertia import NOTHING, Inertia, combined, tensor
+from eomgen.scene.inertia import NOTHING, Inertia, combine_inertias, tensor
 from eomgen.scene.joints.model import Joint
 from eomgen.symbolic.evaluate import Evaluation
 from eomgen.system.description import BASE, WORLD
@@ -65,7 +65,7 @@ class PlacedBody(NamedTuple):
     @property
     def in_link(self) -> Inertia:
         """Mass properties in the frame of the link."""
-        return self.inertia.moved(*self.place)
+        return self.inertia.transform(*self.place)
 
 
 @dataclass(frozen=True)
@@ -212,7 +212,7 @@ class Lumps:
 
     def whole(self, number: int) -> Inertia:
         """Return the mass properties of a link."""
-        return combined([body.in_link for body in self.bodies[number].values()] or [NOTHING])
+        return combine_inertias([body.in_link for body in self.bodies[number].values()] or [NOTHING])
 
 
 class _Values:

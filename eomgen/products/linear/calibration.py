@@ -174,7 +174,7 @@ def _open_loops(scene: Scene) -> _OpenLoopScene:
     inputs = (*scene.inputs, *(Input(_input_of(name)) for name in acting))
     legal = tuple(replace(output, name=f"output_{number}") for number, output in enumerate(outputs))
     opened = replace(scene, controllers=controllers, inputs=inputs, outputs=legal, feedback=(), terms=(), notes=())
-    return _OpenLoopScene(opened, tuple(name for item in fed_back for name in item.calibrated), rows)
+    return _OpenLoopScene(opened, tuple(name for item in fed_back for name in item.calibrated_parameters), rows)
 
 
 def _joint_weights(calibration: Calibration) -> tuple[tuple[str, Mapping[str, float]], ...]:

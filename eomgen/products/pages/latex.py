@@ -136,7 +136,7 @@ def with_symbols(scene: Scene, *, every: bool = False) -> tuple[System, Descript
     document, front_end = as_document(scene)
     described = front_end.describe(document)
     system = derive(scene, list(TERMS))
-    made = {name for item in scene.feedback for name in item.calibrated}  # a build calculates these gains
+    made = {name for item in scene.feedback for name in item.calibrated_parameters}  # a build calculates these gains
     return replace(
         system,
         parameters=tuple(replace(item, value=math.nan) if item.name in made else item for item in system.parameters),

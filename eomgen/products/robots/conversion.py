@@ -37,7 +37,7 @@ from eomgen.products.robots.scene_draft import (
     turns_of,
 )
 from eomgen.products.robots.tree import Edge, Step, Tree, tree_of
-from eomgen.scene.inertia import Inertia, combined, impossible
+from eomgen.scene.inertia import Inertia, combine_inertias, impossible
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.rotations import quaternion_of_matrix, snapped_rotation
 from eomgen.scene.sources.source import ConvertedScene, OptionError
@@ -264,14 +264,14 @@ class Conversion:
         for body, parts in self.parts.items():
             own = next((link for link in parts if link[1] in self.draft.tunable), None)
             if body == BASE:
-                self.scene.carry_mass(body_entry(combined([*parts.values()])))
+                self.scene.carry_mass(body_entry(combine_inertias([*parts.values()])))
             elif own is None:
-                data["bodies"][body] |= body_entry(combined([*parts.values()]))
+                data["bodies"][body] |= body_entry(combine_inertias([*parts.values()]))
             else:
                 name = self.called(own)
                 parameters, data["bodies"][body] = tunable_body(name, self.links[own].inertia)
                 self.scene.section("parameters").update(parameters)
-                others = combined([part for link, part in parts.items() if link != own])
+                others = combine_inertias([part for link, part in parts.items() if link != own])
                 if others.mass or np.any(others.about_center):
                     rest = f"{body}_others"
                     data["bodies"][rest] = body_entry(others)
@@ -281,7 +281,7 @@ class Conversion:
     def add_part(self, node: Node) -> None:
         """Add mass properties, and the force by which gravity does not pull a link."""
         link, place = self.links[node], self.places[node]
-        self.parts.setdefault(place.body, {})[node] = link.inertia.moved(place.orientation, place.position)
+        self.parts.setdefault(place.body, {})[node] = link.inertia.transform(place.orientation, place.position)
         if place.body == BASE and node[1] in self.draft.tunable:
             fault = f"the link {link.name} is fixed to the base, so its mass and inertia have no effect [E1975]"
             raise OptionError("tunable", fault, "a link that a joint moves")

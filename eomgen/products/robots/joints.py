@@ -14,7 +14,7 @@ from eomgen.products.robots.frames import Frames, Node
 from eomgen.products.robots.scene_draft import LinkPlace
 from eomgen.products.robots.tree import Edge
 from eomgen.scene.joint_types import JOINTS
-from eomgen.scene.joints.tree import displaced
+from eomgen.scene.joints.tree import joint_displacement
 from eomgen.scene.rotations import frame_about, unit_axis
 
 #: Deformation of a stop under the largest effort of its joint, by unit of the coordinate.
@@ -52,7 +52,7 @@ def displacement(joint: Joint, value: float) -> tuple[Array, Array]:
     axis = unit_axis(joint.axes[0].vector) if value else None
     if axis is None:
         return np.eye(3), np.zeros(3)
-    return displaced(JOINTS[joint.type], axis, np.zeros(3), [value])[:2]
+    return joint_displacement(JOINTS[joint.type], axis, np.zeros(3), [value])[:2]
 
 
 def gap_of(kind: str, ends: Sequence[LinkPlace]) -> tuple[float, float]:

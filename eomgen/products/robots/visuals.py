@@ -71,7 +71,7 @@ def solid_of(
     NotDrawnError
     """
     geometry = visual.first("geometry")
-    solids = [(kind, item) for kind in sizes for item in (geometry.named(kind) if geometry else ())]
+    solids = [(kind, item) for kind in sizes for item in (geometry.children_with_tag(kind) if geometry else ())]
     if not solids:
         raise NotDrawnError(f"no geometry is one of {', '.join(sizes)}")
     kind, solid = solids[0]

@@ -15,7 +15,7 @@ from eomgen.mechanics.describe import describe
 from eomgen.products.testing.demands import PARTIALS, check_c, demand, partials_error
 from eomgen.products.testing.states import Array, random_states, rotation_of, tape_evaluator
 from eomgen.scene.joint_types import JOINTS, Connection
-from eomgen.scene.joints.tree import displaced
+from eomgen.scene.joints.tree import joint_displacement
 from eomgen.scene.load import load_toml
 from eomgen.scene.scene import Scene
 
@@ -111,7 +111,7 @@ def check_poses(kind: str, rng: np.random.Generator) -> None:
     _demand_equal(kind, "the place of the child", pose[k, 4:], p, 1e-12)
     _demand_equal(kind, "the velocity of the child", twist[k], S @ state["v"][0], 1e-8)
     item = scene.joints[-1]
-    rotation, shift, subspace = displaced(row, item.axis, item.second_axis, state["q"][0], PITCH)
+    rotation, shift, subspace = joint_displacement(row, item.axis, item.second_axis, state["q"][0], PITCH)
     _demand_equal(kind, "the displacement in numbers", np.column_stack([rotation, shift]), here[:3], 1e-12)
     _demand_equal(kind, "the motion subspace in numbers", subspace, S, 1e-8)
     rank = int(np.linalg.matrix_rank(evaluate("mass", state)["M"][0]))

@@ -67,14 +67,14 @@ def read_beam(name: str, entry: written.Beam, values: Values) -> Body:
         stiffening=entry.stiffening,
     )
     try:
-        return undeformed(name, beam)
+        return beam_as_body(name, beam)
     except OverflowError:
         fault = "the mass or the inertia of the beam is out of the range of double precision [E1314]"
         values.report.add(key, fault, "SI units")
         return Body(name, ZERO, ZERO_VECTOR, (ZERO,) * 6, beam)
 
 
-def undeformed(name: str, beam: Beam) -> Body:
+def beam_as_body(name: str, beam: Beam) -> Body:
     """Return a beam as a body: mass, centre of mass and inertia of the straight beam at rest."""
     start, length = (Fraction(number) if math.isfinite(number) else Fraction(1) for number in (beam.start, beam.length))
     zeroth, first, second = (_moment(beam.profiles.get("mass", _UNIFORM), power) for power in range(3))

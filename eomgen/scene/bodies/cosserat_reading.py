@@ -18,7 +18,7 @@ from eomgen.scene.bodies.beam_schema import BeamKeys
 from eomgen.scene.bodies.cosserat import CONSTRAINED, STRAINS, BeamElement, BeamSection, Cosserat, Rows
 from eomgen.scene.bodies.cross_sections import SectionReader, SectionStiffnessRule, read_inertia
 from eomgen.scene.bodies.element_sections import varying_element
-from eomgen.scene.bodies.initial_shapes import InitialShape, bent_shape, pretwisted, read_shape
+from eomgen.scene.bodies.initial_shapes import InitialShape, bent_shape, pretwist, read_shape
 from eomgen.scene.bodies.model import AT_END
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.requirements import RELATIONS
@@ -117,7 +117,7 @@ def read_cosserat(name: str, entry: written.Beam, values: Values, stations: Sequ
     ends = list(accumulate((piece.length for piece in pieces), initial=Fraction(0)))
     if shape is None:
         shape = bent_shape([(float(end), piece.keys) for end, piece in zip(ends[1:], pieces, strict=True)], values)
-    shape = pretwisted(whole, shape, values)
+    shape = pretwist(whole, shape, values)
     elements: list[BeamElement] = []
     most = 0.0
     for start, piece in zip(ends, pieces, strict=False):
@@ -293,12 +293,12 @@ def _stiffness(keys: BeamKeys, section: SectionReader | None, values: Values) ->
             values.require(place, SectionStiffnessRule(keys.model), [entry for line in matrix for entry in line])
         return matrix
     if (by_strain := keys["stiffness"]) is not None:
-        return _diagonal(_given(keys.of("stiffness"), by_strain, free, values))
+        return _diagonal(_stiffness_by_strain(keys.of("stiffness"), by_strain, free, values))
     if section is None:
         fault = "the sections have no stiffness [E1342]"
         values.report.add(keys.key, fault, f"stiffness = {{ {free[-1]} = ..., ... }}, stiffness_matrix, or a section")
         return _diagonal(_SECTION_UNKNOWN)
-    area, shear, torsion = (section.needed(field) for field in ("area", "shear_modulus", "torsion_constant"))
+    area, shear, torsion = (section.required_value(field) for field in ("area", "shear_modulus", "torsion_constant"))
     across_y, across_z = section.needed_pair("second_moments")
     along_y, along_z = section.needed_pair("shear_factors") if "shear_y" in free else (ZERO, ZERO)
     modulus = section.elastic_modulus
@@ -313,7 +313,9 @@ def _stiffness(keys: BeamKeys, section: SectionReader | None, values: Values) ->
     return _diagonal([result[strain] if strain in free else ZERO for strain in STRAINS])
 
 
-def _given(key: str, table: written.SectionStiffness, free: Sequence[str], values: Values) -> list[Formula]:
+def _stiffness_by_strain(
+    key: str, table: written.SectionStiffness, free: Sequence[str], values: Values
+) -> list[Formula]:
     """Return the stiffness by each strain, 0 for strains that the model constrains."""
     for strain in free:
         if getattr(table, strain) is None:

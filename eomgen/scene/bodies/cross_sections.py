@@ -203,7 +203,7 @@ class SectionReader:
             cast("tuple[Formula, Formula]", tuple(map(folded, result.shear_factors))),
         )
 
-    def needed(self, field: str) -> Formula:
+    def required_value(self, field: str) -> Formula:
         """Return a value of the section; one that is not there is reported."""
         value: Formula | None = getattr(self, field)
         return self._missing(field) if value is None else value
@@ -409,7 +409,7 @@ _ZEROS = SectionInertia(ZERO, (ZERO, ZERO, ZERO))
 def read_inertia(keys: BeamKeys, section: SectionReader | None, values: Values) -> SectionInertia:
     """Return the inertia of a section; missing and faulty values go to the report of ``values``."""
     if keys["inertia_matrix"] is not None:
-        return _of_matrix(keys, values)
+        return _inertia_from_matrix(keys, values)
     mass = _mass_per_length(keys, section, values)
     rotary = _rotary_inertia(keys, section, values)
     given = keys["center_of_mass"]
@@ -419,7 +419,7 @@ def read_inertia(keys: BeamKeys, section: SectionReader | None, values: Values) 
     return SectionInertia(mass, rotary, values.by_scope(place, given, PARAMETERS))
 
 
-def _of_matrix(keys: BeamKeys, values: Values) -> SectionInertia:
+def _inertia_from_matrix(keys: BeamKeys, values: Values) -> SectionInertia:
     place = keys.of("inertia_matrix")
     for field in _BY_KEYS:
         if keys[field] is not None and keys.together(field, "inertia_matrix"):
@@ -442,7 +442,7 @@ def _mass_per_length(keys: BeamKeys, section: SectionReader | None, values: Valu
         fault, hint = "the key mass_per_length is missing [E1315]", "mass_per_length = ..., or a section"
         values.report.add(keys.key, fault, hint)
         return ZERO
-    return product(section.density, section.needed("area"))
+    return product(section.density, section.required_value("area"))
 
 
 def _rotary_inertia(keys: BeamKeys, section: SectionReader | None, values: Values) -> Vector:

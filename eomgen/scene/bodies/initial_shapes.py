@@ -190,8 +190,8 @@ def _least_turning(axis: Array, tangents: Array) -> Array:
     poses = [IDENTITY]
     for k in range(len(axis) - 1):
         first = axis[k + 1] - axis[k]
-        mirrored, reflected = (_reflected(vector, first) for vector in (across, along[k]))
-        across = _reflected(mirrored, along[k + 1] - reflected)
+        mirrored, reflected = (_reflect(vector, first) for vector in (across, along[k]))
+        across = _reflect(mirrored, along[k + 1] - reflected)
         y = across - along[k + 1] * (along[k + 1] @ across)
         y = y / np.linalg.norm(y)
         matrix = np.column_stack([along[k + 1], y, np.cross(along[k + 1], y)])
@@ -199,7 +199,7 @@ def _least_turning(axis: Array, tangents: Array) -> Array:
     return np.array(poses)
 
 
-def _reflected(vector: Array, normal: Array) -> Array:
+def _reflect(vector: Array, normal: Array) -> Array:
     square = float(normal @ normal)
     return vector if square < 1e-30 else vector - 2.0 / square * (normal @ vector) * normal
 
@@ -360,7 +360,7 @@ def bent_shape(pieces: Sequence[tuple[float, BeamKeys]], values: Values) -> Init
     return CurvatureShape(length, lambda x: at(x)[0], lambda start, end: not at(0.5 * (start + end))[1], knots)
 
 
-def pretwisted(whole: BeamKeys, shape: InitialShape, values: Values) -> InitialShape:
+def pretwist(whole: BeamKeys, shape: InitialShape, values: Values) -> InitialShape:
     """Return a shape with sections rotated about the axis by the pretwist of the beam."""
     given, key = whole.entry.pretwist, f"{whole.key}.pretwist"
     if given is None:

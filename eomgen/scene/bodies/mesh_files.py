@@ -128,11 +128,11 @@ def read_mesh(path: Path, most: int = MOST) -> Mesh:
         raise MeshError(name, "the mesh has no triangles [E1373]", "an export with the surfaces of the part")
     if not np.all(np.isfinite(vertices)):
         raise MeshError(name, "a vertex of the mesh is not a finite number [E1374]", "the export of the mesh once more")
-    mesh = _merged(vertices, faces, colors)._replace(closed=_is_closed(vertices, faces))
+    mesh = _merge_vertices(vertices, faces, colors)._replace(closed=_is_closed(vertices, faces))
     if not len(mesh.faces):
         fault = "each triangle of the mesh has two equal corners [E1375]"
         raise MeshError(name, fault, "the export of the mesh once more")
-    return _thinned(_outward(mesh), most)
+    return _thin(_outward(mesh), most)
 
 
 def is_readable(path: Path) -> bool:
@@ -307,15 +307,15 @@ def _not_numbers(name: str, line: int, keyword: str, text: bytes) -> NoReturn:
     raise MeshError(f"{name}:{line}", fault, "the export of the mesh once more")
 
 
-def _merged(vertices: Array, faces: NDArray[np.intp], colors: NDArray[np.int16]) -> Mesh:
+def _merge_vertices(vertices: Array, faces: NDArray[np.intp], colors: NDArray[np.int16]) -> Mesh:
     """Return the mesh with equal vertices of faces of one colour as one, without triangles of two equal corners and
     unused vertices."""
     corners = vertices[faces.ravel()]
-    rows = np.column_stack([corners, np.repeat(_numbered(colors), 3)]) if len(colors) else corners
+    rows = np.column_stack([corners, np.repeat(_color_numbers(colors), 3)]) if len(colors) else corners
     places = _groups(rows)
     unique = np.empty((np.max(places) + 1, 3))
     unique[places] = corners
-    return _used(unique, places.reshape(-1, 3), colors)
+    return _drop_unused(unique, places.reshape(-1, 3), colors)
 
 
 def _is_closed(vertices: Array, faces: NDArray[np.intp]) -> bool:
@@ -328,7 +328,7 @@ def _is_closed(vertices: Array, faces: NDArray[np.intp]) -> bool:
     return bool(np.sum(left != 0.0) <= _GAPS * len(left))
 
 
-def _numbered(colors: NDArray[np.int16]) -> NDArray[np.intp]:
+def _color_numbers(colors: NDArray[np.int16]) -> NDArray[np.intp]:
     """Return a number for the colour of each face."""
     return _groups(colors.astype(float))
 
@@ -342,7 +342,7 @@ def _groups(rows: Array) -> NDArray[np.intp]:
     return groups
 
 
-def _used(vertices: Array, faces: NDArray[np.intp], colors: NDArray[np.int16]) -> Mesh:
+def _drop_unused(vertices: Array, faces: NDArray[np.intp], colors: NDArray[np.int16]) -> Mesh:
     a, b, c = faces.T
     kept = (a != b) & (b != c) & (c != a)
     numbers, places = np.unique(faces[kept], return_inverse=True)
@@ -360,7 +360,7 @@ def _outward(mesh: Mesh) -> Mesh:
 _FINEST, _COARSER, _GRIDS, _PULL = 200.0, 0.92, 64, 0.002
 
 
-def _thinned(mesh: Mesh, most: int) -> Mesh:
+def _thin(mesh: Mesh, most: int) -> Mesh:
     """Return the mesh with the vertices of a grid's cell as one, in the finest grid that leaves at most ``most``
     triangles; surfaces of two colours, of which one covers the other, stay two.
 
@@ -371,7 +371,7 @@ def _thinned(mesh: Mesh, most: int) -> Mesh:
     low, side = np.min(mesh.vertices, axis=0), float(np.max(np.ptp(mesh.vertices, axis=0)))
     colors = np.zeros(len(mesh.vertices))
     if len(mesh.colors):
-        colors[mesh.faces] = _numbered(mesh.colors)[:, np.newaxis]
+        colors[mesh.faces] = _color_numbers(mesh.colors)[:, np.newaxis]
 
     def grid(number: int) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
         """Return the cell of each vertex, the faces that keep three cells, and a number for each of them, equal for
@@ -400,7 +400,7 @@ def _thinned(mesh: Mesh, most: int) -> Mesh:
     a, b, c = (places[faces[:, k]] for k in range(3))
     turned = np.sum(np.cross(b - a, c - a) * shown_sides, axis=1) < 0.0
     faces[turned] = faces[turned][:, ::-1]
-    return _used(places, faces, mesh.colors[kept[first]] if len(mesh.colors) else mesh.colors)._replace(
+    return _drop_unused(places, faces, mesh.colors[kept[first]] if len(mesh.colors) else mesh.colors)._replace(
         closed=mesh.closed
     )
 
@@ -416,15 +416,17 @@ def _least_squares(mesh: Mesh, cells: NDArray[np.intp], size: float) -> tuple[Ar
     sums: Array = np.stack([np.bincount(cells, mesh.vertices[:, k]) for k in range(3)], axis=1)
     means = sums / np.bincount(cells)[:, np.newaxis]
 
-    def summed(values: Array) -> Array:
+    def sum_in_cells(values: Array) -> Array:
         """Return the sum in each cell over the corners of faces (m, 3), weighted by areas."""
         return np.bincount(corners, (weights[:, np.newaxis] * values).ravel(), minlength=count).astype(float)
 
     # distances of the planes are from the mean of the cell, so that small machines far from the origin lose no digits
     ones = np.ones((1, 3))
-    matrix = np.stack([summed(normals[:, [i]] * normals[:, [j]] * ones) for i in range(3) for j in range(3)], axis=1)
+    matrix = np.stack(
+        [sum_in_cells(normals[:, [i]] * normals[:, [j]] * ones) for i in range(3) for j in range(3)], axis=1
+    )
     distances = np.einsum("ik,ijk->ij", normals, a[:, np.newaxis, :] - means[cells[mesh.faces]])
-    right = np.stack([summed(normals[:, [k]] * distances) for k in range(3)], axis=1)
+    right = np.stack([sum_in_cells(normals[:, [k]] * distances) for k in range(3)], axis=1)
     matrix = matrix.reshape(-1, 3, 3)
     pull = _PULL * np.trace(matrix, axis1=1, axis2=2) + np.finfo(float).tiny
     shifts = np.linalg.solve(matrix + pull[:, np.newaxis, np.newaxis] * np.eye(3), right[..., np.newaxis])[..., 0]

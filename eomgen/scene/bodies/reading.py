@@ -18,7 +18,7 @@ from eomgen.formula.recording import law_and_rate
 from eomgen.formula.substitution import total
 from eomgen.formula.units.parser import UnitError, read_unit
 from eomgen.scene.bodies.model import Base, Body
-from eomgen.scene.design_poses import Axes, attached
+from eomgen.scene.design_poses import Axes, attach
 from eomgen.scene.formula.scope import ACCELERATION, MOTION, PARAMETERS
 from eomgen.scene.reading import report
 from eomgen.scene.reading.key_metadata import added_keys
@@ -57,7 +57,7 @@ def read_base(reading: Reading) -> Base | None:
         check_twice_differentiable(key, formulas, values.report)
     made = Base(position, rotations)
     if base.acceleration is not None:
-        made = _accelerated(made, base.acceleration, base.drift, reading)
+        made = _integrate_acceleration(made, base.acceleration, base.drift, reading)
     elif base.drift is not None:
         fault = "drift is of the integral of an acceleration, and the base has none [E1386]"
         values.report.add("base.drift", fault, 'acceleration = ["quake(t)", 0, 0]')
@@ -67,7 +67,9 @@ def read_base(reading: Reading) -> Base | None:
     return made
 
 
-def _accelerated(base: Base, acceleration: Sequence[float | str], drift: str | None, reading: Reading) -> Base:
+def _integrate_acceleration(
+    base: Base, acceleration: Sequence[float | str], drift: str | None, reading: Reading
+) -> Base:
     """Return a base with the second integrals of an acceleration added to its position."""
     values, duration = reading.values, reading.document.simulation.duration
     units = {name: entry.unit for name, entry in reading.document.section("curves").items()}
@@ -89,7 +91,7 @@ def _accelerated(base: Base, acceleration: Sequence[float | str], drift: str | N
             continue
         position[axis] = total(position[axis], integral.formula)
         if integral.end > 0.0:
-            integrals[axis] = _described(key, integral)
+            integrals[axis] = _describe(key, integral)
         if drift is None and _drifts(integral, values.parameters):
             remedy = 'drift = "remove"; or drift = "keep" if that motion is meant'
             values.note([f"{integrals[axis]}; try: {remedy} [W0296]"])
@@ -113,7 +115,7 @@ def _doubts(
     return []
 
 
-def _described(key: str, integral: SecondIntegral) -> str:
+def _describe(key: str, integral: SecondIntegral) -> str:
     """Return a sentence on the integral of an acceleration, with the drift that it has."""
     texts = [f"{key} is integrated from t = 0"]
     if integral.velocity or integral.displacement:
@@ -196,10 +198,10 @@ def placed_body(body: Body, entry: written.Body, values: Values) -> Body:
         key_of("bodies", body.name), entry.given_in, positioned, body.name, body.center_of_mass, eye, values,
         "center_of_mass",
     )  # fmt: skip  # arguments of one place
-    return replace(body, center_of_mass=center, inertia=_turned(body.inertia, axes))
+    return replace(body, center_of_mass=center, inertia=_rotate(body.inertia, axes))
 
 
-def _turned(inertia: _Inertia, axes: Axes) -> _Inertia:
+def _rotate(inertia: _Inertia, axes: Axes) -> _Inertia:
     """Return R I R^T with constant axes R; zeros stay out of the formulas."""
     xx, yy, zz, xy, xz, yz = inertia
     table = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
@@ -225,7 +227,7 @@ def read_body_frame(name: str, frame: written.BodyFrame, reading: Reading) -> Fi
     positioned = "position" in frame.model_fields_set
     position, orientation = read_placement(key, frame.given_in, positioned, frame.body, position, orientation, values)
     made = FixedFrame(name, frame.body, position, orientation, quaternion_of_matrix(orientation))
-    return attached(made, reading.attach, f"{key}.position")
+    return attach(made, reading.attach, f"{key}.position")
 
 
 def read_point(name: str, point: written.Point, reading: Reading) -> Point:
@@ -235,4 +237,4 @@ def read_point(name: str, point: written.Point, reading: Reading) -> Point:
         report.check_reference(f"{key}.body", point.body, [BASE, WORLD, *reading.bodies], "body", values.report)
     given, positioned = values.keys(key, point, "position")["position"], "position" in point.model_fields_set
     position, _ = read_placement(key, point.given_in, positioned, point.body, given, rows(np.eye(3)), values)
-    return attached(Point(name, point.body, position), reading.attach, f"{key}.position")
+    return attach(Point(name, point.body, position), reading.attach, f"{key}.position")

@@ -15,7 +15,7 @@ from eomgen.base.messages import key_of, listed, nearest, shown
 from eomgen.errors import FileError
 from eomgen.formula.nodes import Formula, Vector
 from eomgen.scene.bodies.mesh_files import MOST, is_readable, mesh_path, with_mesh
-from eomgen.scene.design_poses import attached, size_of
+from eomgen.scene.design_poses import attach, size_of
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, given_in, key, of_fixed_parameters, of_parameters, optional
 from eomgen.scene.reading.kinds import Finite, Rotations, Triple, Value
@@ -136,7 +136,7 @@ class _Reader:
             position, axes = read_placement(self.key, entry.given_in, positioned, entry.body, position, axes, values)
         sizes = self._sizes()
         shape = Shape(self.name, entry.body, entry.type, position, axes, sizes, self._color(), self._opacity())
-        return self._meshed(shape) if entry.type == "mesh" and entry.file is not None else shape
+        return self._read_mesh(shape) if entry.type == "mesh" and entry.file is not None else shape
 
     def _between(self, *, known: bool) -> Shape | None:
         """Return a cylinder or a capsule between two points, with the body; None for a reported fault."""
@@ -229,7 +229,7 @@ class _Reader:
         self.report.add(f"{self.key}.opacity", f"the opacity is {opacity:.6g}, not above 0 and up to 1 [E1408]", hint)
         return 1.0
 
-    def _meshed(self, shape: Shape) -> Shape | None:
+    def _read_mesh(self, shape: Shape) -> Shape | None:
         """Return a shape with its mesh, or with the file of a mesh that need not be there; None for a fault."""
         path = mesh_path(self.reading.folder / str(self.entry.file))
         if not self.entry.required and is_readable(path):
@@ -267,7 +267,7 @@ class _Shapes(Section):
         reading.values.mentioned |= values.mentioned
         reading.values.note(values.notes)
         return {  # on a geometrically exact beam the nearest node carries a shape, which makes no nodes
-            name: attached(shape, reading.attach, key_of(self.key, name, "position"))
+            name: attach(shape, reading.attach, key_of(self.key, name, "position"))
             for name, shape in read.items()
             if shape is not None
         }

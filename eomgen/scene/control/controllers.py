@@ -67,8 +67,8 @@ def read_skyhook(name: str, entry: Written, values: Values, springs: Mapping[str
     values.require(f"{key}.{field}", RELATIONS["limits of a damper"], [least, most])
     rate = Symbol("rate", entry.spring)
     if "width" not in given:
-        return _clipped(tension, rate, least, most)
-    return _rounded(tension, rate, least, most, given["width"])
+        return _clip(tension, rate, least, most)
+    return _clip_smoothly(tension, rate, least, most, given["width"])
 
 
 def _along(spring: str, first: str, second: str, point: str) -> Formula:
@@ -78,15 +78,15 @@ def _along(spring: str, first: str, second: str, point: str) -> Formula:
     return functools.reduce(operator.add, parts) / Symbol("length", spring)
 
 
-def _clipped(wanted: Formula, rate: Formula, least: Formula, most: Formula) -> Formula:
+def _clip(wanted: Formula, rate: Formula, least: Formula, most: Formula) -> Formula:
     """Return the wanted tension, limited to the range between the softest and the hardest damper."""
     soft, hard = least * rate, most * rate
     high = Operation("max", (soft, hard))
     return Operation("max", (Operation("min", (soft, hard)), Operation("min", (high, wanted))))
 
 
-def _rounded(wanted: Formula, rate: Formula, least: Formula, most: Formula, width: Formula) -> Formula:
-    """Return the tension limited as by ``_clipped``, with round corners: see ``tests.oracles.semi_active.rounded``."""
+def _clip_smoothly(wanted: Formula, rate: Formula, least: Formula, most: Formula, width: Formula) -> Formula:
+    """Return the tension limited as by ``_clip``, with round corners: see ``tests.oracles.semi_active.rounded``."""
     half, mean = 0.5 * (most - least), 0.5 * (least + most)
     beside = wanted - mean * rate
     floor = mean * width * (mean * width)
@@ -118,7 +118,7 @@ def read_controller(name: str, entry: Written, values: Values) -> tuple[list[Sta
             free = free + kd * rate
             made["filtered"] = rate, filtered
         rate = ki * e
-        if limits.given:
+        if limits.has_bounds:
             rate = rate + (limits.of(free) - free) / _tracking(key, entry, kp, ki, values)
         made = {"integral": (rate, given["initial"]), **made}
     elif entry.type == "low_pass":
@@ -151,7 +151,7 @@ class OutputLimits:
             values.require(f"{key}.minimum", RELATIONS["limits of an output"], [self.bounds["max"], self.bounds["min"]])
 
     @property
-    def given(self) -> bool:
+    def has_bounds(self) -> bool:
         return bool(self.bounds)
 
     def of(self, formula: Formula) -> Formula:
@@ -183,20 +183,20 @@ def algebraic_loop(depends: Mapping[str, Sequence[str]]) -> list[str]:
 def check_loops(controllers: Sequence[Controller], springs: Sequence[ForceElement], values: Values) -> None:
     """Report outputs of controllers that depend on themselves at the same instant, directly or through tensions of
     springs."""
-    depends = {f"controllers.{item.name}": _used([item.output]) for item in controllers}
-    depends |= {f"springs.{item.name}": _used(formula for formula, _ in item.formulas()) for item in springs}
+    depends = {f"controllers.{item.name}": _used_entries([item.output]) for item in controllers}
+    depends |= {f"springs.{item.name}": _used_entries(formula for formula, _ in item.formulas()) for item in springs}
     loop = algebraic_loop(depends)
     if loop:
         chain = " uses ".join(part.replace("springs.", "tension.") for part in loop)
         formulas = [item.output for item in controllers if f"controllers.{item.name}" in loop]
         parts = [part for formula in formulas for part in distinct_nodes(formula) if isinstance(part, Operation)]
-        if names := listed(dict.fromkeys(part.label for part in parts if part.label and _used([part]))):
+        if names := listed(dict.fromkeys(part.label for part in parts if part.label and _used_entries([part]))):
             chain += f" (in the definition {names})"
         fault = f"an algebraic loop: {chain}, with no state between [E1416]"
         values.report.add(loop[0], fault, "a low_pass controller, or a state, somewhere in the loop")
 
 
-def _used(formulas: Iterable[Formula]) -> list[str]:
+def _used_entries(formulas: Iterable[Formula]) -> list[str]:
     sections = {"controller": "controllers", "tension": "springs"}
     return sorted(
         {f"{sections[s.kind]}.{s.name}" for formula in formulas for s in symbols(formula) if s.kind in sections}

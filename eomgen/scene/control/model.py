@@ -50,7 +50,7 @@ class StateFeedback:
     calibration: Calibration | None = None
 
     @property
-    def calibrated(self) -> tuple[str, ...]:
+    def calibrated_parameters(self) -> tuple[str, ...]:
         """Names of the parameters that the calibration fills; none without one."""
         gains = (name for row in self.gains for name in row)
         return () if self.calibration is None else (*gains, *filter(None, self.references))

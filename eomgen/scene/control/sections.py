@@ -54,9 +54,9 @@ class _Controllers(Section):
         entries: Mapping[str, Controller] = document.section("controllers")
         if name not in entries:
             return "", ""
-        others = {made: other for other in entries if other != name for _, made in _made(other, entries[other])}
+        others = {made: other for other in entries if other != name for _, made in _added_names(other, entries[other])}
         nouns = {row.key: row.bare for row in rows if row.bare}
-        for section, made in _made(name, entries[name]):
+        for section, made in _added_names(name, entries[name]):
             maker = f"the controller makes {nouns[section]}"
             if not is_legal(made):
                 fault = f"{maker} {shown(made)}, whose name is [E1455]"
@@ -71,7 +71,7 @@ class _Controllers(Section):
         return "", ""
 
     def made_names(self, entries: Mapping[str, Any]) -> Mapping[str, str]:
-        names = ((name, made) for name, entry in entries.items() for _, made in _made(name, entry))
+        names = ((name, made) for name, entry in entries.items() for _, made in _added_names(name, entry))
         return {made: f"what the controller {name} makes" for name, made in names}
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
@@ -91,7 +91,7 @@ class _Controllers(Section):
         return {field: tuple(items) for field, items in reading.items["controllers"].items()}
 
 
-def _made(name: str, entry: Controller) -> list[tuple[str, str]]:
+def _added_names(name: str, entry: Controller) -> list[tuple[str, str]]:
     """Return the names that a controller adds besides its name, each with a section."""
     return [(section, made) for section, names in made_by_controller(name, entry).items() for made in names]
 

@@ -84,7 +84,7 @@ def initial_places(joints: Sequence[Joint], values: Values) -> dict[str, tuple[A
     """Return orientation and position of the bodies at the start, as far as joints determine both."""
     result: dict[str, tuple[Array, Array]] = {BASE: (np.eye(3), np.zeros(3))}
     for joint in joints:
-        moved = _moved(joint)
+        moved = _initial_displacement(joint)
         if joint.parent not in result or moved is None or joint.mimic is not None or joint.drive:
             continue
         turned, origin = result[joint.parent]
@@ -99,7 +99,7 @@ def initial_places(joints: Sequence[Joint], values: Values) -> dict[str, tuple[A
 _NOT_TURNED = (1.0, 0.0, 0.0, 0.0)
 
 
-def _moved(joint: Joint) -> tuple[Array, Array] | None:
+def _initial_displacement(joint: Joint) -> tuple[Array, Array] | None:
     """Return rotation and translation of a joint at the initial position; None for types that are not checked."""
     q, axis = joint.initial_position, np.array(joint.axis)
     if not any(q):
@@ -122,7 +122,7 @@ def _beyond_stops(facts: SceneFacts) -> Iterator[str]:
                     yield note
 
 
-def _of_sections(facts: SceneFacts) -> Iterator[str]:
+def _section_notes(facts: SceneFacts) -> Iterator[str]:
     for row in facts.reading.rows:
         yield from row.notes(facts.reading)
 
@@ -132,7 +132,7 @@ GROUP = "eomgen.notes"
 #: Notes on faults found while the scene is read, in the order of their listing.
 NOTES: tuple[Note, ...] = (
     Note("start beyond a stop", _beyond_stops),
-    Note("doubts of single sections", _of_sections),
+    Note("doubts of single sections", _section_notes),
 )
 #: The last notes.
 LAST = Note("doubtful values", lambda facts: facts.values.notes)

@@ -95,7 +95,7 @@ def table(model: type[Table]) -> str:
     return "\n".join(rows) + "\n"
 
 
-def renewed(page: str) -> str:
+def renew(page: str) -> str:
     """Return the text of a page with the tables of the present schema."""
     known = tables()
     page = _UNITS.sub(lambda match: match[1] + units() + match[2], page)
@@ -113,7 +113,7 @@ def units() -> str:
     return "\n".join(["| becomes | from |", "|---|---|", *rows]) + "\n"
 
 
-def described(page: str) -> list[str]:
+def described_classes(page: str) -> list[str]:
     """Return the names of the classes whose tables are on a page."""
     return [match[2] for match in _MARKED.finditer(page)]
 
@@ -174,7 +174,7 @@ def main(arguments: Sequence[str]) -> int:
     for page in map(Path, arguments):
         for path in (page, *sorted(page.with_suffix("").glob("*.md"))):
             text = path.read_text(encoding="utf-8")
-            path.write_text(renewed(text), encoding="utf-8")
+            path.write_text(renew(text), encoding="utf-8")
     return 0
 
 
@@ -211,16 +211,16 @@ def schema_of(document: type[Table], short: Mapping[str, Sequence[dict[str, Any]
             _annotate(properties[key_name], meaning)
     for name, others in short.items():
         definitions[name] = {"anyOf": [*others, definitions[name]]}
-    return {"$schema": "http://json-schema.org/draft-04/schema#", **_of_every_draft(description)}
+    return {"$schema": "http://json-schema.org/draft-04/schema#", **_to_draft_4(description)}
 
 
-def _of_every_draft(node: Any) -> Any:
+def _to_draft_4(node: Any) -> Any:
     """Return a JSON Schema with keywords of draft 4 only: later keywords are replaced by equivalents."""
     if isinstance(node, list):
-        return [_of_every_draft(entry) for entry in node]
+        return [_to_draft_4(entry) for entry in node]
     if not isinstance(node, dict):
         return node
-    node = {key_name: _of_every_draft(entry) for key_name, entry in node.items()}
+    node = {key_name: _to_draft_4(entry) for key_name, entry in node.items()}
     if "prefixItems" in node:
         node["items"] = node.pop("prefixItems")[0]  # lists of a length are lists of one kind here
     if "patternProperties" in node:  # other names are not legal

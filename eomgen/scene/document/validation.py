@@ -16,7 +16,7 @@ from eomgen.formula.units.parser import is_quantity
 from eomgen.scene.document.schema import Document, document_for, section_keys
 from eomgen.scene.joint_types import JOINTS_ELSEWHERE
 from eomgen.scene.reading.key_metadata import ForeignKeys, added_keys, meaning_of
-from eomgen.scene.reading.kinds import FaultyText, described, is_matrix, is_plain_number, plain_angles
+from eomgen.scene.reading.kinds import FaultyText, describe_value, is_matrix, is_plain_number, plain_angles
 from eomgen.scene.reading.report import Report
 from eomgen.system.terms import nearest_term
 
@@ -79,11 +79,11 @@ def example(location: Location, given: object) -> str:
         return "[parameters] and a line for each: NAME = 1.0"
     of_parameter = section == "parameters" and len(location) > 1 and last in ("value", str(location[1]))
     if of_parameter and isinstance(given, str):
-        return f"a number; the formula {quoted(given)} stands where {location[1]} is used"
+        return f"a number; the formula {quote(given)} stands where {location[1]} is used"
     if len(location) == 1 and section in _ENTRIES and not isinstance(given, dict):
         return f"[{section}.NAME] and its keys, a table for each"
     if last in ("table", "file") and is_file(given):
-        return f"table = {{ file = {quoted(given)} }}"
+        return f"table = {{ file = {quote(given)} }}"
     if len(location) == 2 and is_legal(last) and section in _ENTRIES:
         return _entry(section, last, given)
     if section in _BETWEEN_POINTS and last in ("first", "second"):
@@ -107,20 +107,20 @@ def _rewritten(key: str, given: object) -> str:
     if key == "acceleration":  # of the base; of an output it is a name
         return 'acceleration = ["quake(t)", 0, 0], with quake in [curves]'
     if key == "mimic" and isinstance(given, str):
-        return f"mimic = {{ joint = {quoted(given)}, multiplier = 1 }}"
+        return f"mimic = {{ joint = {quote(given)}, multiplier = 1 }}"
     return ""
 
 
 def _entry(section: str, name: str, given: object) -> str:
     """Return an example of an entry of a section, from its value if this is a file or a formula."""
     if section in ("inputs", "curves") and is_file(given):
-        return f"{name} = {{ table = {{ file = {quoted(given)} }} }}"
+        return f"{name} = {{ table = {{ file = {quote(given)} }} }}"
     if section == "inputs" and isinstance(given, str | int | float):
-        return f"{name} = {{ formula = {quoted(str(given))} }}"
+        return f"{name} = {{ formula = {quote(str(given))} }}"
     return f"{name} = {_ENTRIES[section]}"
 
 
-def required(location: Location) -> str:
+def example_of_missing_key(location: Location) -> str:
     """Return an example of a line for a missing key."""
     last, table = str(location[-1]), str(location[-2]) if len(location) > 1 else ""
     added = {row.added: row.required for row in added_keys(str(location[0]))}.get(table, {})
@@ -132,7 +132,7 @@ def is_file(given: object) -> bool:
     return isinstance(given, str) and given.lower().endswith(_FILES)
 
 
-def quoted(given: object) -> str:
+def quote(given: object) -> str:
     """Return a value in the notation of a scene file."""
     return f'"{shown(given)[1:-1]}"' if isinstance(given, str) else f"{given}"
 
@@ -214,11 +214,11 @@ def _line_meant(name: str, keys: Collection[str], given: object) -> str:
     """Return the line for a value under a name from another tool: a file, a frequency, one coordinate; else an empty
     text."""
     if "table" in keys and (name in ("file", "csv", "path", "data", "filename") or is_file(given)):
-        return f"table = {{ file = {quoted(given)} }}"
+        return f"table = {{ file = {quote(given)} }}"
     if name in ("frequency", "freq", "f") and "period" in keys and isinstance(given, int | float) and given > 0:
         return f"period = {1.0 / given:.6g}, s"
     if name in ("x", "y", "z") and "position" in keys and isinstance(given, str | int | float):
-        entries = ", ".join(quoted(given) if axis == name else "0" for axis in "xyz")
+        entries = ", ".join(quote(given) if axis == name else "0" for axis in "xyz")
         return f"position = [{entries}]"
     return ""
 
@@ -289,10 +289,10 @@ def child_hint(data: Mapping[str, Any]) -> str:
 def wrong_format(given: object) -> tuple[str, str]:
     """Return the fault and the remedy of a ``format`` that is not 1."""
     remedy = "format = 1, or a newer eomgen" if isinstance(given, int) and given > 1 else "format = 1"
-    return f"this eomgen reads format 1, not {described(given)} [E1479]", remedy
+    return f"this eomgen reads format 1, not {describe_value(given)} [E1479]", remedy
 
 
-def explained(
+def explain(
     kind: str, message: str, location: Location, given: object, table: type[BaseModel] = Document, depth: int = 0
 ) -> tuple[str, str]:
     """Return pydantic's message about a place in the words of the scene file, and a hint; the part of the location from
@@ -302,13 +302,13 @@ def explained(
         return _unknown_key(location, given, table, depth)
     own = _place_of(location[depth:], table)[1]
     if kind == "missing":
-        return f"the key {last} is missing [E1343]", own or required(location)
+        return f"the key {last} is missing [E1343]", own or example_of_missing_key(location)
     if location == ("format",):
         return wrong_format(given)
     if kind == "literal_error":
-        return f"{described(given)} is not known here [E0263]", own or _word_meant(message, location, given)
+        return f"{describe_value(given)} is not known here [E0263]", own or _word_meant(message, location, given)
     if kind in _BOUNDS:
-        fault = f"{described(given)} is out of range here: it {message.removeprefix('Input ')} [E1480]"
+        fault = f"{describe_value(given)} is out of range here: it {message.removeprefix('Input ')} [E1480]"
         return fault, _BOUNDS[kind].format(message.rpartition(" ")[2])
     fault = message[0].lower() + message[1:]
     if kind == "list" and isinstance(given, str) and given.lstrip("+-") in _AXES:
@@ -318,7 +318,7 @@ def explained(
     if kind == "number" and (hint := _number_meant(location, given, table, depth)):
         return fault, hint
     if kind in _NEEDED:
-        fault = f"{_NEEDED[kind]} is needed here, not {described(given)} [E1475]"
+        fault = f"{_NEEDED[kind]} is needed here, not {describe_value(given)} [E1475]"
     return fault, own or example(location, given)
 
 
@@ -355,13 +355,13 @@ def _unknown_key(location: Location, given: object, table: type[BaseModel], dept
     keys = _keys_at(location[depth:-1], table)
     if location[0] == "definitions" and len(location) == 3 and last.isidentifier() and _is_formula(given):
         dotted = f"definitions.{location[1]} is a table with the key {shown(last)}, and names have no dots [E1477]"
-        return dotted, f"{location[1]}_{last} = {quoted(given)}"
+        return dotted, f"{location[1]}_{last} = {quote(given)}"
     if absent := fault_of_absent(".".join(map(str, location))):
         return f"the key {shown(last)} is unknown here: {absent[0]} [E1478]", absent[1]
     return f"the key {shown(last)} is unknown here [E0722]", key_meant(last, keys, given) or nearest(last, keys)
 
 
-def _reported(
+def _report_fault(
     detail: Any, report: Report, renamed: set[Location], schema: type[BaseModel], data: Mapping[str, Any]
 ) -> Location:
     """Report a fault that does not follow from a reported fault, and return the place of the fault.
@@ -371,7 +371,7 @@ def _reported(
     location = tuple(part for part in detail["loc"] if not str(part).startswith("#"))  # tags are not keys
     if not issubclass(schema, Document):  # in all messages of scenes, values in a short form have keys
         location = _in_file(location, data)
-    fault, hint = explained(detail["type"], detail["msg"], location, detail.get("input"), schema)
+    fault, hint = explain(detail["type"], detail["msg"], location, detail.get("input"), schema)
     if detail["type"] == "extra_forbidden":
         renamed.add((*location[:-1], hint))
     missing = detail["type"] == "missing"
@@ -481,7 +481,7 @@ def read_table(
     except ValidationError as error:
         broken, renamed = False, set[Location]()
         for detail in sorted(error.errors(include_url=False), key=lambda detail: detail["type"] == "missing"):
-            location = _reported(detail, report, renamed, schema, data)
+            location = _report_fault(detail, report, renamed, schema, data)
             section = str(location[0])
             if section in sections and len(location) > 1 and isinstance(kept.get(section), Mapping):
                 refused[section].add(str(location[1]))

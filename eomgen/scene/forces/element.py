@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Self
 
 from eomgen.base.data import dataclass, replace
 from eomgen.formula.nodes import Formula, Vector
-from eomgen.scene.design_poses import attached
+from eomgen.scene.design_poses import attach
 from eomgen.scene.joints.model import Frame
 from eomgen.system.description import Line, Wheel
 
@@ -105,7 +105,7 @@ class ForceElement:
         if frames is None:
             return self
         sides = zip(("first", "second"), frames, strict=True)
-        moved: dict[str, Any] = {side: attached(frame, at, (side, "position")) for side, frame in sides}
+        moved: dict[str, Any] = {side: attach(frame, at, (side, "position")) for side, frame in sides}
         return replace(self, **moved)  # kinds with frames have these fields
 
     def angles(self) -> tuple[tuple[str, int], ...]:

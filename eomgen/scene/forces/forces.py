@@ -56,9 +56,9 @@ class Force(ForceElement):
     axes: Literal["world", "body"] = "world"
 
     def formulas(self) -> Iterator[tuple[Formula, int]]:
-        yield from ((mapped(formula, self._placed), 0) for formula in (*self.force, *self.torque))
+        yield from ((mapped(formula, self._load_symbol), 0) for formula in (*self.force, *self.torque))
 
-    def _placed(self, symbol: Symbol) -> Symbol:
+    def _load_symbol(self, symbol: Symbol) -> Symbol:
         if symbol.kind != "local":
             return symbol
         return LoadSymbol(symbol.kind, symbol.name, symbol.index, "", self.body, self.point, self.axes == "body")

@@ -10,7 +10,7 @@ from typing import ClassVar, Literal, Self
 from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import key_of, listed
 from eomgen.formula.nodes import ZERO, Formula, Vector
-from eomgen.scene.design_poses import attached
+from eomgen.scene.design_poses import attach
 from eomgen.scene.forces.element import Attach, ForceElement
 from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.formula.scope import PARAMETERS, SPRING_FORCE
@@ -104,7 +104,7 @@ class Tendon(ForceElement):
 
     def attached(self, at: Attach) -> Self:
         wraps = enumerate(self.wraps)
-        return replace(self, wraps=tuple(replace(wrap, frame=attached(wrap.frame, at, _place(k))) for k, wrap in wraps))
+        return replace(self, wraps=tuple(replace(wrap, frame=attach(wrap.frame, at, _place(k))) for k, wrap in wraps))
 
     def drawn(self) -> Line:
         placed = [(wrap, (wrap.frame.body, wrap.frame.position, wrap.frame.orientation)) for wrap in self.wraps]

@@ -112,7 +112,7 @@ def named_expressions(texts: Mapping[str, str | float]) -> dict[str, NamedExpres
     }
 
 
-def expanded(symbol: Symbol, names: SceneNames, scope: Scope, read: Callable[[str], Formula]) -> WrittenDefinition:
+def expand(symbol: Symbol, names: SceneNames, scope: Scope, read: Callable[[str], Formula]) -> WrittenDefinition:
     """Return the expression of a symbol of a definition.
 
     Raises
@@ -130,7 +130,7 @@ def expanded(symbol: Symbol, names: SceneNames, scope: Scope, read: Callable[[st
         raise FormulaError(fault, error.column, error.hint) from None
 
 
-def mentioned(formula: Formula) -> set[Symbol]:
+def definition_symbols(formula: Formula) -> set[Symbol]:
     """Return the symbols of definitions in a formula before their expansion."""
     return {node for node in distinct_nodes(formula) if isinstance(node, Symbol) and node.kind == "definition"}
 

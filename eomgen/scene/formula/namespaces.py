@@ -15,7 +15,7 @@ from eomgen.base.data import dataclass, field, fields, replace
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.substitution import mapped
-from eomgen.scene.formula.definitions import NamedExpression, check_extent, expanded, mentioned
+from eomgen.scene.formula.definitions import NamedExpression, check_extent, definition_symbols, expand
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import DRIVEN, PARAMETERS, REACTING, SceneNames, Scope
 from eomgen.scene.formula.tokens import FormulaError
@@ -72,9 +72,9 @@ def read_included(text: str, names: SceneNames, scope: Scope, inner: SceneNames 
         In the words of the file.
     """
     formula = read_as_written(text, names, scope)
-    if names.definitions and (used := mentioned(formula)):
+    if names.definitions and (used := definition_symbols(formula)):
         own = inner or names
-        parts = {one: expanded(one, names, scope, lambda text: read_included(text, own, scope)) for one in used}
+        parts = {one: expand(one, names, scope, lambda text: read_included(text, own, scope)) for one in used}
         check_extent(formula, parts)
         formula = mapped(formula, lambda symbol: parts[symbol].formula if symbol in parts else symbol)
     if not names.modes and not names.motions and not any(laws.formulas for laws in names.laws.values()):
@@ -156,7 +156,7 @@ def read_as_written(text: str, names: SceneNames, scope: Scope) -> Formula:
 
 def _read(text: str, spaces: tuple[Namespace, ...], names: SceneNames, scope: Scope) -> Formula:
     formula = read_formula(text, _visible(names, spaces), scope)
-    return mapped(formula, lambda symbol: _resolved(symbol, spaces, names), added=False) if spaces else formula
+    return mapped(formula, lambda symbol: _resolve(symbol, spaces, names), added=False) if spaces else formula
 
 
 def _visible(names: SceneNames, spaces: tuple[Namespace, ...]) -> SceneNames:
@@ -224,7 +224,7 @@ def _bound(value: str, spaces: tuple[Namespace, ...], names: SceneNames) -> Form
         return _NOTHING_KNOWN
 
 
-def _resolved(symbol: Symbol, spaces: tuple[Namespace, ...], names: SceneNames) -> Formula:
+def _resolve(symbol: Symbol, spaces: tuple[Namespace, ...], names: SceneNames) -> Formula:
     """Return the scene's formula for a symbol of a file."""
     for place, space in enumerate(spaces):
         if symbol.kind == "parameter" and symbol.name in space.values:

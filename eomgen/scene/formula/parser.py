@@ -32,10 +32,10 @@ from eomgen.scene.formula.scope import (
     REACTION_PARTS,
     SceneNames,
     Scope,
-    of_function,
-    of_kind,
-    of_name,
-    of_parts,
+    function_hint,
+    kind_hint,
+    name_hint,
+    parts_hint,
 )
 from eomgen.scene.formula.tokens import (
     DEGREES,
@@ -67,7 +67,7 @@ _COMPARISONS = {ast.Lt: ("lt", False), ast.LtE: ("le", False), ast.Gt: ("lt", Tr
 _WITHOUT_BRACKETS = re.compile(rf"\b({'|'.join(sorted(FUNCTIONS))})\s+([A-Za-z_][\w.\[\]]*)")
 
 
-def _of_broken(text: str, fault: str) -> str:
+def _remedy(text: str, fault: str) -> str:
     """Return the remedy of a malformed formula from the fault that the parser of Python names."""
     if "expected 'else'" in fault:
         return "both branches: 5 if t > 1 else 0"
@@ -153,7 +153,7 @@ class _FormulaReader:
             fault = f"the formula is not well formed {near} [E1521]"
             word = re.match(r"[A-Za-z_0-9]*", rest)
             in_degrees = word is not None and word[0] in DEGREES
-            hint = IN_RADIANS if in_degrees else _of_broken(self.text.text, error.msg)
+            hint = IN_RADIANS if in_degrees else _remedy(self.text.text, error.msg)
             raise FormulaError(fault, column, hint) from None
         except (RecursionError, MemoryError, ValueError):
             raise FormulaError(TOO_DEEP, 1, "a shorter formula") from None
@@ -296,9 +296,9 @@ class _FormulaReader:
 
     def unknown_function(self, node: ast.Call, name: str) -> FormulaError:
         """Return the error for a call of a name that is not a function, with the nearest meaning as remedy."""
-        if name in self.declared():
+        if name in self.declared_names():
             return self.error(node, f"{name} is a number, not a function [E1533]", f"{name} alone, or {name} * (...)")
-        hint = IN_RADIANS if name in DEGREES else of_function(name, self.names.curves, sorted(FUNCTIONS))
+        hint = IN_RADIANS if name in DEGREES else function_hint(name, self.names.curves, sorted(FUNCTIONS))
         if name in self.kinds() and len(node.args) == 1 and isinstance(node.args[0], ast.Name):
             hint = f"{name}.{node.args[0].id.removeprefix(PREFIX)}"
         if (added := added_word(name)) and (entries := self.names.entries.get(added.section)):
@@ -418,13 +418,13 @@ class _FormulaReader:
         name = node.id.removeprefix(PREFIX)
         if name == "pi":
             return Number(math.pi)
-        if symbol := self.of_scope(node, name) or self.signal(node, name):
+        if symbol := self.scope_symbol(node, name) or self.signal(node, name):
             return symbol
         if name in self.names.definitions:
             return self.definition(name)
         raise self.not_a_number(node, name)
 
-    def of_scope(self, node: ast.Name, name: str) -> Symbol | None:
+    def scope_symbol(self, node: ast.Name, name: str) -> Symbol | None:
         """Return the time, or a symbol that has a name in some scopes alone."""
         if name == "t":
             self.allow(node, "time", "time t")
@@ -469,14 +469,14 @@ class _FormulaReader:
             if name in movable:
                 hint = ON_A_POINT if name in self.names.exact_beams else f"q.{name} or v.{name}"
                 return self.error(node, f"{shown(name)} is a {noun}, not a number [E1552]", hint)
-        known = [*self.declared(), *FUNCTIONS, "t", "pi"]
-        hint = IN_RADIANS if name in DEGREES else of_name(name, self.names, self.scope, known)
+        known = [*self.declared_names(), *FUNCTIONS, "t", "pi"]
+        hint = IN_RADIANS if name in DEGREES else name_hint(name, self.names, self.scope, known)
         unit = re.fullmatch(rf"\s*([\d.eE+-]+?)\s*\*\s*({re.escape(name)})\s*", self.text.text)
         if unit and name not in DEGREES:
             hint = of_product(unit[1], unit[2]) or hint
         return FormulaError(f"unknown name {shown(name)} [E1553]", self.text.column(node.col_offset), hint, name)
 
-    def declared(self) -> list[str]:
+    def declared_names(self) -> list[str]:
         """Return the names of numbers that the scene declares."""
         names, laws = self.names, (laws.formulas for laws in self.names.laws.values())
         every = (names.parameters, names.inputs, *laws, names.states, names.controllers, names.definitions)
@@ -505,7 +505,7 @@ class _FormulaReader:
         if not (isinstance(inner, ast.Attribute) and isinstance(inner.value, ast.Name)):
             fault = "only quantities such as q.joint or position.point[2] have parts [E1557]"
             word, part = _before(inner)
-            raise self.error(node, fault, of_parts(self.names, word, part or ("" if index is None else str(index))))
+            raise self.error(node, fault, parts_hint(self.names, word, part or ("" if index is None else str(index))))
         kind, name = inner.value.id.removeprefix(PREFIX), inner.attr.removeprefix(PREFIX)
         if kind in LOCAL and name == HERE and name not in self.names.points:
             return self.local(node, kind, index)
@@ -545,8 +545,8 @@ class _FormulaReader:
             return self.error(node, fault, f"[modes] and {name[:64]} = 1")
         if absent := fault_of_absent(kind):
             return self.error(node, f"unknown quantity {shown(kind)}: {absent[0]} [E1563]", absent[1])
-        meant = next((each for each in (name, f"{kind}_{name}") if each in self.declared()), "")
-        hint = meant or of_kind(kind, name, self.names, self.kinds())
+        meant = next((each for each in (name, f"{kind}_{name}") if each in self.declared_names()), "")
+        hint = meant or kind_hint(kind, name, self.names, self.kinds())
         return self.error(node, f"unknown quantity {shown(kind)} [E1563]", hint)
 
     def check_name(self, node: ast.expr, kind: str, name: str, known: Collection[str]) -> None:
@@ -559,7 +559,7 @@ class _FormulaReader:
             if kind == "rate" and name in self.names.states:
                 fault = f"rate.{name}: the rate of a state has no name, or it could depend on itself [E1565]"
                 raise self.error(node, fault, f"its formula, or the state {name}")
-            if QUANTITIES.get(kind) == "body" and name in self.bent:
+            if QUANTITIES.get(kind) == "body" and name in self.beam_names:
                 fault = f"{kind}.{name}: the beam {name} bends, and has no axes of its own [E1566]"
                 raise self.error(node, fault, "a body that is fixed to the beam at the place of interest")
             noun = "joint or beam" if of_joints and self.names.beams else _words(self.names.section_of(kind))
@@ -622,7 +622,7 @@ class _FormulaReader:
         return Symbol("reaction", name, REACTION_PARTS[part] + index)
 
     @property
-    def bent(self) -> tuple[str, ...]:
+    def beam_names(self) -> tuple[str, ...]:
         """Names of the beams, which have no axes of their own."""
         return (*self.names.beams, *self.names.exact_beams)
 
@@ -643,7 +643,7 @@ class _FormulaReader:
         if kind in ("position", "velocity", "acceleration"):
             return list(self.names.points), 3
         if QUANTITIES.get(kind) == "body":
-            return [name for name in self.names.bodies if name not in self.bent], 3
+            return [name for name in self.names.bodies if name not in self.beam_names], 3
         if kind == "drive_effort":
             row = JOINTS.get(self.names.joints.get(name, ""))
             size = max(len(row.coordinates), 1) if row and name not in self.names.constraints else 1

@@ -320,13 +320,13 @@ _KINDS: Mapping[str, str] = {
 _AXES = "xyz"
 
 
-def of_function(name: str, curves: Iterable[str], functions: Iterable[str]) -> str:
+def function_hint(name: str, curves: Iterable[str], functions: Iterable[str]) -> str:
     """Return the expression in place of a function that formulas do not have."""
     known = [*curves, *functions]
     return name.lower() if name.lower() in known else _FUNCTIONS.get(name.lower()) or nearest(name, known)
 
 
-def of_kind(kind: str, name: str, names: SceneNames, kinds: Iterable[str]) -> str:
+def kind_hint(kind: str, name: str, names: SceneNames, kinds: Iterable[str]) -> str:
     """Return a hint in place of ``kind.name`` if no quantity has this kind."""
     every = list(kinds)
     if name in every and (kind in names.joints or kind in names.beams or kind in names.points):
@@ -339,7 +339,7 @@ def of_kind(kind: str, name: str, names: SceneNames, kinds: Iterable[str]) -> st
     return f"{_KINDS[kind]}.{name[:64]}" if kind in _KINDS and is_legal(name) else nearest(kind, every)
 
 
-def of_name(name: str, names: SceneNames, scope: Scope, known: Iterable[str]) -> str:
+def name_hint(name: str, names: SceneNames, scope: Scope, known: Iterable[str]) -> str:
     """Return a hint for a name that does not exist."""
     every = list(known)
     if name.lower() in ("time", "seconds"):
@@ -364,7 +364,7 @@ def of_name(name: str, names: SceneNames, scope: Scope, known: Iterable[str]) ->
     return hint
 
 
-def of_parts(names: SceneNames, word: str, part: str) -> str:
+def parts_hint(names: SceneNames, word: str, part: str) -> str:
     """Return a hint in place of parts such as ``position.tip.x`` and ``q[0]``, from the word before the part."""
     if part and part in _AXES and word:
         return f"{word}[{_AXES.index(part)}]"

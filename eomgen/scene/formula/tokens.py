@@ -112,7 +112,7 @@ class FormulaText:
                     raise FormulaError(TOO_DEEP, column, "a shorter formula")
                 piece = token
             else:
-                raise self.refused(token, column)
+                raise self.refusal(token, column)
             self.aliased_starts.append(length)
             self.columns.append(column)
             pieces.append(piece)
@@ -139,7 +139,7 @@ class FormulaText:
         fault, hint = in_formula(number, word)
         return FormulaError(fault, column, hint)
 
-    def refused(self, token: str, column: int) -> FormulaError:
+    def refusal(self, token: str, column: int) -> FormulaError:
         if token == "=" and column == 1:
             return FormulaError("a formula does not begin with '=' [E1582]", column, "the formula without it")
         if token in _ADVICE:

@@ -16,7 +16,7 @@ from eomgen.formula.discontinuities import rough_curves
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.features import changes
 from eomgen.formula.nodes import ZERO, Application, Formula, Operation, Symbol, distinct_nodes
-from eomgen.scene.design_poses import UnknownPoseError, attached, size_of
+from eomgen.scene.design_poses import UnknownPoseError, attach, size_of
 from eomgen.scene.formula.scope import BETWEEN_FRAMES, POSITIONS, SURFACE, VELOCITIES
 from eomgen.scene.joint_types import CONSTRAINTS, TYPES, Need
 from eomgen.scene.joints.drives import read_law, read_length, read_smoothing
@@ -75,8 +75,8 @@ def read_constraint(name: str, entry: written.Constraint, reading: Reading) -> C
     return Constraint(
         name=name,
         type=entry.type,
-        first=attached(first, reading.attach, f"{key}.first.position"),
-        second=attached(second, reading.attach, f"{key}.second.position"),
+        first=attach(first, reading.attach, f"{key}.first.position"),
+        second=attach(second, reading.attach, f"{key}.second.position"),
         drive=None if entry.drive is None else read_law(f"{key}.drive", entry.drive, values, smooth),
         length=_length(key, entry, first, second, smooth, values) if entry.type == "distance" else ZERO,
         shape=shape,

@@ -86,7 +86,7 @@ def _without_jumps(key: str, formula: Formula, values: Values, smooth: float | N
     if smooth is None or formula is UNKNOWN:
         return formula
     try:
-        law = smoothed(formula, smooth, values.fixed)
+        law = smoothed(formula, smooth, values.fixed_number)
         if law == formula:
             values.notes.append(f"{key}: smooth changes nothing, since the law has no jumps and no kinks [W0133]")
         return law

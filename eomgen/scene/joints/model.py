@@ -104,7 +104,7 @@ class Constraint:
     @property
     def has_effort(self) -> bool:
         """Whether there is one effort: of a drive, or along the value of the equation."""
-        return self.prescribed is not None or self.equation is not None
+        return self.prescribed_coordinate is not None or self.equation is not None
 
     def given_lengths(self) -> Iterator[tuple[str, Formula]]:
         """Yield the lengths that the scene gives, m, each with its key."""
@@ -121,7 +121,7 @@ class Constraint:
         return tuple(sorted(named, key=lambda item: (item.kind, item.name, item.index)))
 
     @property
-    def prescribed(self) -> Formula | None:
+    def prescribed_coordinate(self) -> Formula | None:
         """The prescribed coordinate as a formula of time: the drive, or a variable length; None without either."""
         return self.length if self.drive is None and not constant(self.length) else self.drive
 
@@ -244,7 +244,7 @@ class Joint:
         return JOINTS[self.type]
 
     @property
-    def of_another_distribution(self) -> bool:
+    def has_extension_type(self) -> bool:
         """Whether the type is another distribution's."""
         return not is_own(self.type)
 

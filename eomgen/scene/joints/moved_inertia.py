@@ -12,7 +12,7 @@ from eomgen.base.data import dataclass
 from eomgen.base.messages import key_of
 from eomgen.formula.nodes import Formula, Number
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.inertia import NO_INERTIA, dot, singular, steiner, times, turned
+from eomgen.scene.inertia import NO_INERTIA, dot, rotate_inertia, singular, steiner, times
 from eomgen.scene.joint_types import AXIS, JOINTS, Connection
 from eomgen.scene.joints.model import Joint, LightJoint
 
@@ -49,19 +49,19 @@ class PlacedBody:
     inertia: Sequence[Numbers]
 
 
-def _placed(parts: Sequence[Part], numbers: Sequence[Numbers]) -> list[PlacedBody]:
+def _place_bodies(parts: Sequence[Part], numbers: Sequence[Numbers]) -> list[PlacedBody]:
     """Return the bodies of an assembly; carriers come before the carried parts."""
     result: list[PlacedBody] = []
     origins: list[Triple] = []
     for part in parts:
         origin: Triple = (0.0, 0.0, 0.0)
         if part.carrier is not None:
-            shift = _turned(parts[part.carrier].orientation, numbers[part.position :][:3])
+            shift = _rotate(parts[part.carrier].orientation, numbers[part.position :][:3])
             origin = _plus(origins[part.carrier], shift)
         origins.append(origin)
         mass, center, inertia = numbers[part.start], numbers[part.start + 1 :][:3], numbers[part.start + 4 :][:6]
         if part.carrier is not None:
-            center, inertia = _turned(part.orientation, center), turned(part.orientation, inertia)
+            center, inertia = _rotate(part.orientation, center), rotate_inertia(part.orientation, inertia)
         result.append(PlacedBody(mass, _plus(origin, center), inertia))
     return result
 
@@ -70,7 +70,7 @@ def _plus(first: Sequence[Numbers], second: Sequence[Numbers]) -> Triple:
     return first[0] + second[0], first[1] + second[1], first[2] + second[2]
 
 
-def _turned(rotation: Array, vector: Sequence[Numbers]) -> Triple:
+def _rotate(rotation: Array, vector: Sequence[Numbers]) -> Triple:
     first, second, third = rotation.tolist()
     return dot(first, vector), dot(second, vector), dot(third, vector)
 
@@ -113,7 +113,7 @@ class MovableInertia:
 
     def _causes(self, numbers: Sequence[Numbers]) -> list[tuple[Flags, str]]:
         """Return possible causes of a singular M, each with flags of the values at which the cause applies."""
-        bodies = _placed(self.parts, numbers)
+        bodies = _place_bodies(self.parts, numbers)
         rotors = [numbers[place] for place in self.rotors] or [0.0]
         mass, about_origin = sum((body.mass for body in bodies), 0.0), _about((0.0, 0.0, 0.0), bodies)
         nothing: Flags = np.equal(mass, 0.0)
@@ -290,7 +290,7 @@ def check_motion(
             continue
         fixed, alike = assemblies[joint.child], _formulas_of(joint, bodies)
         known = alike in sound and not fixed and joint.name not in followers
-        if known or any(_concerned(bodies[item.child], values) for item in (joint, *fixed)):
+        if known or any(_has_fault(bodies[item.child], values) for item in (joint, *fixed)):
             continue
         places = _Places()
         parts = _parts(joint, fixed, bodies, places)
@@ -352,7 +352,7 @@ def _values_of(body: Body) -> tuple[Formula, ...]:
     return (body.mass, *body.center_of_mass, *body.inertia)
 
 
-def _concerned(body: Body, values: Values) -> bool:
+def _has_fault(body: Body, values: Values) -> bool:
     if body.node_of:
         return values.report.concerns(key_of("beams", body.node_of))
     return values.report.concerns(key_of("bodies" if body.beam is None else "beams", body.name))
@@ -426,6 +426,6 @@ def _beyond(
             formulas += other.each(other.rotor_inertia)
     for name in reached:
         formulas += [bodies[name].mass, *bodies[name].inertia]
-    if any(_concerned(bodies[name], values) for name in reached):
+    if any(_has_fault(bodies[name], values) for name in reached):
         return None
     return places.put_each(formulas)

@@ -21,7 +21,7 @@ from eomgen.system.description import BASE, WORLD
 Vector = Sequence[float] | Array
 
 
-def displaced(
+def joint_displacement(
     kind: Connection, axis: Vector, second_axis: Vector, q: Vector, pitch: float = 0.0
 ) -> tuple[Array, Array, Array]:
     """Return the pose of a joint's child at coordinates q, relative to neutral coordinates, and the motion subspace of
@@ -42,14 +42,14 @@ def displaced(
     directions = np.array([axis, second_axis, np.cross(axis, second_axis)])
     rotation, shift, subspace = np.eye(3), np.zeros(3), np.zeros((6, kind.v_size))
     for motion in kind.chain:
-        turn, travel, columns = _moved(motion, directions[list(motion.axes)], q, pitch)
+        turn, travel, columns = _displacement(motion, directions[list(motion.axes)], q, pitch)
         subspace = twist_transform(turn, travel) @ subspace
         subspace[:, motion.components] = columns
         rotation, shift = rotation @ turn, shift + rotation @ travel
     return rotation, shift, subspace
 
 
-def _moved(motion: ElementaryMotion, axes: Array, q: Vector, pitch: float) -> tuple[Array, Array, Array]:
+def _displacement(motion: ElementaryMotion, axes: Array, q: Vector, pitch: float) -> tuple[Array, Array, Array]:
     """Return rotation, shift and motion subspace of one elementary motion; axes (n, 3)."""
     none = np.zeros(3)
     match motion.kind:
@@ -79,7 +79,7 @@ class JointEdge(NamedTuple):
     child: str
 
 
-def ordered(
+def order_joints(
     links: Sequence[JointEdge], bodies: Mapping[str, str], refused: Collection[str], complete: bool, report: Report
 ) -> list[JointEdge]:
     """Return the joints with parents before children, in the user's order otherwise; report faults of the tree.

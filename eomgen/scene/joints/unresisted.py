@@ -18,7 +18,7 @@ from eomgen.scene.inertia import Inertia
 from eomgen.scene.joint_types import GROUPS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.joints.moved_inertia import coupled_by_mimic
-from eomgen.scene.joints.tree import displaced, twist_transform
+from eomgen.scene.joints.tree import joint_displacement, twist_transform
 from eomgen.scene.reading.values import Values
 
 #: An inertia counts as zero below this part of its value with the outer joints held.
@@ -69,7 +69,7 @@ def unresisted_motions(
     for joint, place in zip(reversed(joints), reversed(places), strict=True):
         if joint.child in solid:
             continue
-        rotation, shift, S = _moved(joint, values, arbitrary)
+        rotation, shift, S = _arbitrary_displacement(joint, values, arbitrary)
         S = S / np.array([1.0, 1.0, 1.0, size, size, size])[:, np.newaxis]
         position = place / size + np.array(joint.orientation) @ shift
         inertia, body = articulated[joint.child], joint.child
@@ -175,10 +175,10 @@ def _arbitrary() -> Iterator[float]:
     return (0.3 + 0.9 * (count * _GOLDEN % 1.0) for count in itertools.count(1))
 
 
-def _moved(joint: Joint, values: Values, arbitrary: Iterator[float]) -> tuple[Array, Array, Array]:
+def _arbitrary_displacement(joint: Joint, values: Values, arbitrary: Iterator[float]) -> tuple[Array, Array, Array]:
     """Return rotation and shift of a joint at an arbitrary position, and the motion subspace (6, n) of the joint in the
     child's axes."""
     q = np.array(list(itertools.islice(arbitrary, joint.kind.q_size)))
     if joint.kind.group in GROUPS.values():
         q[:4] /= np.linalg.norm(q[:4])
-    return displaced(joint.kind, joint.axis, joint.second_axis, q, values.value(joint.pitch))
+    return joint_displacement(joint.kind, joint.axis, joint.second_axis, q, values.value(joint.pitch))

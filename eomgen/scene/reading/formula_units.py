@@ -63,14 +63,14 @@ def unit_of(formula: Formula, names: SceneNames) -> str:
 
 def dimension_of_formula(formula: Formula, names: SceneNames) -> Dimension | None:
     """Return the dimension of a formula; None if unknown."""
-    return _Units(names).of_term(formula)
+    return _Units(names).term_dimension(formula)
 
 
 def labelled_dimension(formula: Formula, names: SceneNames) -> Dimension | None:
     """Return the dimension of a formula by the units of its labelled names, curves and words; None if unknown, and for
     a single name. The first term of known dimension decides for a sum, minimum, maximum or choice: others are not
     compared."""
-    return _Units(names).of_labelled(formula)
+    return _Units(names).labelled_dimension(formula)
 
 
 def disagreement(formula: Formula, names: SceneNames) -> Disagreement | None:
@@ -101,7 +101,7 @@ def hidden_unit(formula: Formula, names: SceneNames, expected: Dimension | None,
     if not isinstance(formula, Operation | Application) or _is_computed(formula):
         return ""
     units = _Units(names, plain=True)
-    known = units.of_labelled(formula)
+    known = units.labelled_dimension(formula)
     if units.first is not None and not by_time:
         return f"{units.first.text} if its numbers have no unit; try: parameters with units in place of these [W0283]"
     if expected is None or known is None or known.powers == expected.powers or _is_of_gains(known):
@@ -208,7 +208,7 @@ class _Units:
                 self.labelled.add(id(formula))
         return self.known[id(formula)]
 
-    def of_term(self, formula: Formula) -> Dimension | None:
+    def term_dimension(self, formula: Formula) -> Dimension | None:
         """Return the dimension of a term; None for products and powers of quantities without a label: ``q.x**2`` next
         to ``q.x`` has an unwritten factor of 1/m."""
         known, unlabelled = self.of(formula), id(formula) not in self.labelled
@@ -216,11 +216,11 @@ class _Units:
             return None
         return known
 
-    def of_labelled(self, formula: Formula) -> Dimension | None:
+    def labelled_dimension(self, formula: Formula) -> Dimension | None:
         """Return the dimension of a formula as ``labelled_dimension`` does."""
         known = self.of(formula)
         if isinstance(formula, Operation) and (formula.name in _KEEPING or formula.name == "neg"):
-            return next(filter(None, map(self.of_labelled, formula.arguments[-2:])), None)
+            return next(filter(None, map(self.labelled_dimension, formula.arguments[-2:])), None)
         return known if id(formula) in self.labelled and not isinstance(formula, Symbol) else None
 
     def has_label(self, formula: Symbol | Operation | Application) -> bool:
@@ -235,9 +235,9 @@ class _Units:
         if isinstance(formula, Symbol):
             return dimension_of(unit_of_symbol(formula, self.names.joints, self.names.labels))
         if isinstance(formula, Application):
-            return self.of_curve(formula)
+            return self.curve_dimension(formula)
         self.inner += bool(formula.label)
-        of = self.of_term if formula.name in _ALIKE or formula.name in _OF_NUMBERS else self.of
+        of = self.term_dimension if formula.name in _ALIKE or formula.name in _OF_NUMBERS else self.of
         arguments = [of(argument) for argument in formula.arguments]
         if isinstance(formula, Quantity):
             known = dimension_of(formula.word.unit_of(formula.item, formula.component))
@@ -247,7 +247,7 @@ class _Units:
         label = dimension_of(self.names.labels.get(formula.label, "")) if formula.label else None
         return label or known if self.plain else known or label
 
-    def of_curve(self, formula: Application) -> Dimension | None:
+    def curve_dimension(self, formula: Application) -> Dimension | None:
         argument = self.of(formula.argument)
         value = dimension_of(self.names.labels.get(formula.curve.name, ""))
         if value is None or not formula.derivative:

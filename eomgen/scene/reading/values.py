@@ -284,12 +284,12 @@ class Values:
         self.mentioned |= {(symbol.kind, symbol.name) for symbol in symbols(formula)}
         self.mentioned |= {("curve", name) for name in curves(formula)}
 
-        def known(symbol: Symbol) -> float | None:
-            return self.place if symbol.kind == "place" else self.fixed(symbol)
+        def known_number(symbol: Symbol) -> float | None:
+            return self.place if symbol.kind == "place" else self.fixed_number(symbol)
 
-        return substituted(formula, known)
+        return substituted(formula, known_number)
 
-    def fixed(self, symbol: Symbol) -> float | None:
+    def fixed_number(self, symbol: Symbol) -> float | None:
         """Return the number of a fixed parameter; None for any other symbol."""
         if symbol.kind != "parameter" or self.names.parameters.get(symbol.name, True):
             return None
@@ -340,7 +340,7 @@ class Values:
 
     def knots(self, formulas: Iterable[Formula]) -> tuple[float, ...]:
         """Return the places s between 0 and 1 along a beam, in order, at which formulas of s jump or bend."""
-        return knots_along_a_beam(formulas, self.fixed)
+        return knots_along_a_beam(formulas, self.fixed_number)
 
     def is_tunable(self, *formulas: Formula) -> bool:
         """Return whether some of the formulas have a tunable parameter."""
@@ -541,7 +541,7 @@ def read_placement(
         values.report.add(f"{key}.in", f"in needs a {name}, in the axes of {given_in} [E1842]", f"{name} = [0, 0, 0]")
         return position, axes
     try:
-        _, position, axes = values.design.placed(FramePlacement(given_in, position, axes), body)
+        _, position, axes = values.design.placement_in(FramePlacement(given_in, position, axes), body)
     except UnknownPoseError as error:
         if error.fault:
             values.report.add(f"{key}.in", f"the design position is not known: {error.fault} [E1843]", error.hint)

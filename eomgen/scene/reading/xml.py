@@ -71,7 +71,7 @@ class Element:
         self._asked[attribute] = None
         return self._attributes.get(attribute, default)
 
-    def named(self, tag: str) -> Iterator[Element]:
+    def children_with_tag(self, tag: str) -> Iterator[Element]:
         """Yield the children with a tag, and count them as read."""
         for child in self._children:
             if child.tag == tag:
@@ -85,7 +85,7 @@ class Element:
 
     def first(self, tag: str) -> Element | None:
         """Return the first child with a tag, or None; of several only the first counts as read."""
-        return next(self.named(tag), None)
+        return next(self.children_with_tag(tag), None)
 
     def everything(self) -> Iterator[Element]:
         """Yield the element and all descendants, read or not."""
@@ -108,7 +108,7 @@ class Element:
         return tuple(self._attributes.items())
 
     @property
-    def asked(self) -> Sequence[str]:
+    def asked_attributes(self) -> Sequence[str]:
         """The attributes that were asked for, there or not."""
         return tuple(self._asked)
 
@@ -145,15 +145,15 @@ def read_xml(text: str, file: str, deepest: int = DEPTH) -> Element:
     # the declaration is parsed separately and replaced by blanks, so that lines and columns stay the same
     if late:
         before, declaration, after = text[: late.start], text[late], text[late.stop :]
-        _parsed(f"{declaration}<a/>", file, deepest, lines_before=before.count("\n"))
+        _parse(f"{declaration}<a/>", file, deepest, lines_before=before.count("\n"))
         text = before + re.sub(r"[^\n]", " ", declaration) + after
     try:
-        return _parsed(text, file, deepest)
+        return _parse(text, file, deepest)
     except _NotXmlError:
         mended, faults = _mend(text)
         if not faults:
             raise
-        root = _parsed(mended, file, deepest)
+        root = _parse(mended, file, deepest)
         root.liberties = [f"{file}:{line}: not XML, but read: {fault} [W0285]" for fault, line in faults.items()]
         return root
 
@@ -233,18 +233,18 @@ def _late_declaration(text: str) -> slice | None:
     return slice(place, end + 2) if place > first and end >= 0 else None
 
 
-def _parsed(text: str, file: str, deepest: int, *, lines_before: int = 0) -> Element:
+def _parse(text: str, file: str, deepest: int, *, lines_before: int = 0) -> Element:
     parser = expat.ParserCreate()
     roots: list[Element] = []
     stack: list[Element] = []
 
-    def refused(line: int, fault: str, hint: str) -> Problem:
+    def problem_at(line: int, fault: str, hint: str) -> Problem:
         return Problem(f"{file}:{lines_before + line}", fault, hint)
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         if len(stack) >= deepest:
             raise DescriptionError(
-                refused(parser.CurrentLineNumber, f"elements are nested more than {deepest} deep [E1844]", "")
+                problem_at(parser.CurrentLineNumber, f"elements are nested more than {deepest} deep [E1844]", "")
             )
         element = Element(tag, attributes, parser.CurrentLineNumber)
         if stack:
@@ -261,7 +261,7 @@ def _parsed(text: str, file: str, deepest: int, *, lines_before: int = 0) -> Ele
 
     def document_type(*_details: object) -> None:
         fault = "document types and entities are refused [E1845]"
-        raise DescriptionError(refused(parser.CurrentLineNumber, fault, "the file without <!DOCTYPE>"))
+        raise DescriptionError(problem_at(parser.CurrentLineNumber, fault, "the file without <!DOCTYPE>"))
 
     parser.StartElementHandler = start
     parser.EndElementHandler = end
@@ -273,5 +273,5 @@ def _parsed(text: str, file: str, deepest: int, *, lines_before: int = 0) -> Ele
         fault = f"this is not XML: {expat.ErrorString(error.code)} (column {error.offset + 1}) [E1846]"
         unclosed = error.code == expat.errors.codes[expat.errors.XML_ERROR_TAG_MISMATCH]
         hint = "an end for each element: <link .../>, or <link ...> and </link>" if unclosed else ""
-        raise _NotXmlError(refused(error.lineno, fault, hint)) from None
+        raise _NotXmlError(problem_at(error.lineno, fault, hint)) from None
     return roots[0]

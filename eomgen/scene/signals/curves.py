@@ -291,7 +291,7 @@ class Curves:
         if len(given) != 1:
             got = " and ".join(given) or "none"
             self.report.add(key, f"a road needs one of class, {', '.join(_ROADS)}, not {got} [E1865]", 'class = "C"')
-        travelled = self.travelled(key, road)
+        travelled = self.travel(key, road)
         if len(given) != 1 or travelled is None:
             return ()
         speed, offset = travelled
@@ -310,12 +310,12 @@ class Curves:
 
     def under_wheel(self, key: str, road: written.Road) -> RoadUnderWheel | None:
         """Return the data of a road of a class under a wheel at a fixed speed; None for another road."""
-        travelled = None if road.road_class is None else self.travelled(key, road)
+        travelled = None if road.road_class is None else self.travel(key, road)
         if road.road_class is None or travelled is None or not isinstance(travelled[0], float):
             return None
         return RoadUnderWheel(road.road_class, travelled[0], travelled[1], road.seed)
 
-    def travelled(self, key: str, road: written.Road) -> tuple[float | Formula, float] | None:
+    def travel(self, key: str, road: written.Road) -> tuple[float | Formula, float] | None:
         """Return speed, a formula if tunable, and offset of a wheel; None if unknown."""
         formula = self.values.formula(f"{key}.speed", road.speed, PARAMETERS)
         speed, offset = self.values.value(formula), self.values.constant(f"{key}.offset", road.offset)

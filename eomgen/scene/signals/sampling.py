@@ -99,22 +99,22 @@ def held_states(value: HeldValue, clock: Clock, values: Values) -> list[State]:
     """Return the state that holds a value, preceded by the states that hold the value during the delay."""
     name = value.name
 
-    def held(label: str, formula: Formula, offset: float = 0.0, *, register: bool = True) -> State:
+    def held_state(label: str, formula: Formula, offset: float = 0.0, *, register: bool = True) -> State:
         text = value.description if label == name else f"what {name} will be"
         rounded, controller = (0.0, "") if register else (clock.quantum, value.controller)
         sampling = Sampling(formula, clock.period, offset, rounded, register, value.place, controller)
         return State(label, ZERO, value.initial, value.unit, text, sampling)
 
     if not clock.whole and not clock.rest:
-        return [held(name, value.formula, register=False)]
+        return [held_state(name, value.formula, register=False)]
     labels = [f"{name}_sampled", *(f"{name}_sampled_{k}" for k in range(2, clock.whole + (clock.rest > 0.0) + 1))]
     taken = {*values.names.states, *values.names.parameters, *values.names.inputs} & set(labels)
     for label in sorted(taken):
         fault = f"the name {label} is taken, and is that of what {name} holds while it is delayed [E1870]"
         values.report.add(value.key, fault, "another name")
-    made = [held(labels[0], value.formula, register=False)]
-    made += [held(label, Symbol("state", before)) for before, label in itertools.pairwise(labels)]
-    return [*made, held(name, Symbol("state", labels[-1]), clock.rest)]
+    made = [held_state(labels[0], value.formula, register=False)]
+    made += [held_state(label, Symbol("state", before)) for before, label in itertools.pairwise(labels)]
+    return [*made, held_state(name, Symbol("state", labels[-1]), clock.rest)]
 
 
 def read_sampled_state(name: str, entry: WrittenState, values: Values) -> list[State]:

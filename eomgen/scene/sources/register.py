@@ -137,13 +137,13 @@ def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str
     own = {option.name: option for option in source.options} if source is not None else {}
     specified = [name for name, value in given.items() if name not in own and _differs(value, known[name][1].default)]
     if specified:
-        raise _of_other_source(source, specified, *known[specified[0]])
+        raise _other_source_error(source, specified, *known[specified[0]])
     for name in own.keys() & given.keys():
         _check_value(own[name], given[name])
     return {name: value for name, value in given.items() if name in own}
 
 
-def _of_other_source(source: Source | None, specified: Sequence[str], other: Source, option: Option) -> UsageError:
+def _other_source_error(source: Source | None, specified: Sequence[str], other: Source, option: Option) -> UsageError:
     """Return the error for options of another source, the first of which is ``option``."""
     if source is None:
         fault = f"{', '.join(specified)}: for {other.name} files only [E1934]"

@@ -187,7 +187,7 @@ def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
             fault, column, hint = f"the key {key[1][:64]} is given twice [E1970]", "", "one of them"
         if fault.startswith(_OPEN_ARRAY):
             seen, at = map(int, place.groups()) if place else (text.count("\n") + 2, 1)
-            number, hint = _unclosed(text, seen, at)
+            number, hint = _unclosed_array(text, seen, at)
             where = f"{file}:{number}"
             column = f" (line {seen} does not continue the array)" if place and number != seen else column
         problem = Problem(where, f"this is not TOML: {fault[:200]}{column} [E1971]", hint)
@@ -196,7 +196,7 @@ def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
         raise DescriptionError(Problem(file, "lists or tables are nested too deep [E1972]", "fewer brackets")) from None
 
 
-def _unclosed(text: str, line: int, column: int) -> tuple[int, str]:
+def _unclosed_array(text: str, line: int, column: int) -> tuple[int, str]:
     """Return the line, from 1, of an array that is not closed, and a remedy, for the place after the array that does
     not continue the array: the next key or table, or an entry."""
     lines = f"{text}\n".split("\n")[:line]

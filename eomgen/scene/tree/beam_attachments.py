@@ -20,7 +20,7 @@ from eomgen.scene.bodies.model import AT_END, Beam, Body, Deformation
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.joint_types import GROUPS
 from eomgen.scene.joints.model import Constraint, Joint
-from eomgen.scene.joints.tree import displaced
+from eomgen.scene.joints.tree import joint_displacement
 from eomgen.scene.reading.values import Values
 from eomgen.scene.rotations import ALIKE
 from eomgen.system.description import FixedFrame, Point
@@ -95,7 +95,7 @@ def check_frames(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Va
             continue
         free = _freedoms(joint, carried, bodies)
         for deformation in beam.deformations:
-            held = [_WORDS[twist] for twist in _moved(deformation, beam) if _is_held(np.eye(6)[twist], free)]
+            held = [_WORDS[twist] for twist in _free_components(deformation, beam) if _is_held(np.eye(6)[twist], free)]
             if held:
                 fault = (
                     f"with {deformation.shapes} shapes the beam can {' and '.join(held)} at the frame's origin, where"
@@ -115,7 +115,7 @@ def _hint(deformation: Deformation, beam: Beam) -> str:
     return f'{key} = "clamped_free"'
 
 
-def _moved(deformation: Deformation, beam: Beam) -> list[int]:
+def _free_components(deformation: Deformation, beam: Beam) -> list[int]:
     """Return the components of the twist with which the material at the frame's origin moves against the frame."""
     ends = deformation.ends if deformation.shapes in ("polynomial", "finite_elements") else deformation.shapes
     first, last = beam.start >= -AT_END * beam.length, beam.start + beam.length <= AT_END * beam.length
@@ -151,4 +151,4 @@ def _motions(joint: Joint) -> Array:
     neutral = np.zeros(joint.kind.q_size)
     if joint.kind.group in GROUPS.values():
         neutral[0] = 1.0
-    return displaced(joint.kind, joint.axis, joint.second_axis, neutral)[2]
+    return joint_displacement(joint.kind, joint.axis, joint.second_axis, neutral)[2]

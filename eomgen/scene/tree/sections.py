@@ -29,7 +29,7 @@ from eomgen.scene.joints.frames import check_two_bodies
 from eomgen.scene.joints.model import Constraint, Joint, LightJoint
 from eomgen.scene.joints.moved_inertia import check_motion
 from eomgen.scene.joints.reading import read_joint, read_reaction
-from eomgen.scene.joints.tree import JointEdge, check_mimics, ordered
+from eomgen.scene.joints.tree import JointEdge, check_mimics, order_joints
 from eomgen.scene.joints.unresisted import unresisted_motions
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.requirements import RELATIONS
@@ -98,7 +98,7 @@ class TreeSections:
     light: Sequence[LightJoint] = ()
 
 
-def _reserved(name: str) -> tuple[str, str]:
+def _reserved_name_fault(name: str) -> tuple[str, str]:
     """Return the fault of a body's name that stands for another frame."""
     if name == BASE_NAME:
         return f"the name {BASE_NAME} is reserved for the frame that carries the tree [E1459]", "another name"
@@ -109,7 +109,7 @@ def _reserved(name: str) -> tuple[str, str]:
 
 class _Bodies(Section):
     def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
-        return _reserved(name)
+        return _reserved_name_fault(name)
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
         return {"bodies": dict.fromkeys(reading.document.section("bodies"))}  # looked up for every point and element
@@ -124,12 +124,12 @@ class _Beams(Section):
 
     def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
         hint = "another name for one of them"
-        if _reserved(name) == ("", "") and name in document.section("bodies"):
+        if _reserved_name_fault(name) == ("", "") and name in document.section("bodies"):
             return f"the name {name} is both a body and a beam [E1461]", hint
         joint = document.section("joints").get(name)
-        if _reserved(name) == ("", "") and joint is not None and joint.type != "fixed":
+        if _reserved_name_fault(name) == ("", "") and joint is not None and joint.type != "fixed":
             return f"the name {name} is both a joint and a beam, and q.{name} would be both [E1461]", hint
-        return _reserved(name)
+        return _reserved_name_fault(name)
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
         exact = (name for name, beam in reading.document.section("beams").items() if beam.model in CONSTRAINED)
@@ -189,7 +189,7 @@ class _Joints(Section):
             name: placed_body(body, written[name], reading.values) if name in written else body
             for name, body in reading.items["bodies"].items()
         }
-        return {name: self._placed(joint, entries[name], reading) for name, joint in read.items()}
+        return {name: self._place(joint, entries[name], reading) for name, joint in read.items()}
 
     def _design(self, read: Mapping[str, Joint], entries: Mapping[str, joints.Joint], reading: Reading) -> DesignPoses:
         """Return the poses of the bodies with every joint at zero."""
@@ -199,7 +199,7 @@ class _Joints(Section):
             placements.setdefault(joint.child, given)
         return DesignPoses(placements, reading.names.exact_beams, reading.document.table("base") is not None)
 
-    def _placed(self, joint: Joint, entry: joints.Joint, reading: Reading) -> Joint:
+    def _place(self, joint: Joint, entry: joints.Joint, reading: Reading) -> Joint:
         """Return a joint with a placement in the frame of the parent; on an exact beam, of one of the nodes."""
         if entry.given_in is not None:
             positioned = "position" in entry.model_fields_set
@@ -220,7 +220,7 @@ class _Joints(Section):
         links = [JointEdge(joint.name, joint.parent, joint.child) for joint in joints.values()]
         complete = not reading.refused["joints"] and not reading.broken
         sections = {name: "beams" if name in document.section("beams") else "bodies" for name in bodies}
-        order = ordered(links, sections, reading.broken, complete, reading.report)
+        order = order_joints(links, sections, reading.broken, complete, reading.report)
         check_mimics(joints, reading.refused["joints"], reading.report)
         check_inertias(bodies.values(), document.section("bodies"), values)
         tree = [joints[link.name] for link in order]

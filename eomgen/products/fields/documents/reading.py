@@ -25,7 +25,7 @@ from eomgen.products.fields.documents.schema import HamiltonianFile
 from eomgen.scene.formula.scope import SceneNames, Scope
 from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.reading.report import Report
-from eomgen.scene.repeat import repeated
+from eomgen.scene.repeat import expand_repeats
 
 #: Commands and functions for systems of fields, for messages.
 OF_FIELDS = "eomgen sample or info, or eomgen.sampling.sample(...)"
@@ -68,7 +68,7 @@ def hamiltonian_from_data(
         report.raise_problems()
     if "repeat" in data:
         of_copies: dict[str, str] = {}
-        data = repeated(data, report, of_copies, SECTIONS)
+        data = expand_repeats(data, report, of_copies, SECTIONS)
         report.lines = {**report.lines, **of_copies}
     result = _HamiltonianReader(data, report, HamiltonianFile, SECTIONS).read()
     report.raise_problems()

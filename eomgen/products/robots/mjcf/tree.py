@@ -19,7 +19,7 @@ from eomgen.products.robots.draft import Draft as Bodies
 from eomgen.products.robots.leftovers import Leftovers, Place
 from eomgen.products.robots.mjcf.draft import Draft, cross, dot, odd_power, plain_power, polynomial
 from eomgen.products.robots.scene_draft import LinkPlace, number
-from eomgen.scene.inertia import Inertia, combined
+from eomgen.scene.inertia import Inertia, combine_inertias
 from eomgen.system.description import BASE
 
 FREE, BALL, SLIDE, HINGE = range(4)
@@ -97,7 +97,9 @@ class BodyReader:
             own = index == len(joints) and not anchor.any()
             link = name if own else scene.name("body", "", joint.name if target else f"{name}_{joint.name}")
             at = replace(pose, position=pose.position + pose.orientation @ (anchor - before))
-            pose = WrittenPose(place, relative_to=self.attach(link, at, inertia if own else combined(()), joint))
+            pose = WrittenPose(
+                place, relative_to=self.attach(link, at, inertia if own else combine_inertias(()), joint)
+            )
             before = anchor
         key = f"body {name}"
         if key not in self.world.links:

@@ -88,7 +88,7 @@ class SdfReader:
         if minor is None:
             self.report.raise_problems()
         reading.values.minor = minor or 0
-        worlds = list(root.named("world"))
+        worlds = list(root.children_with_tag("world"))
         result = Model(WORLD_FRAME, reading.place(root), WrittenPose(reading.place(root)))
         gravity, name = None, ""
         for element in worlds[:1]:
@@ -98,7 +98,7 @@ class SdfReader:
             reading.contents(element, "world", result)
         for element in worlds[1:]:
             reading.values.refuse(element, "a file with several worlds is not read [E1947]", "a file for each")
-        for element in root.named("model"):
+        for element in root.children_with_tag("model"):
             reading.add(result, "models", reading.model(element), element)
         self.leftovers.keep(root, "sdf", file, "")
         if not result.models and not result.joints:
@@ -142,7 +142,7 @@ class _FileReader:
     def gravity(self, world: Element) -> tuple[float, ...]:
         """Return the gravity of a world, which older files have in the settings of its solver."""
         result = self.values.vector(world, "gravity", WORLD_GRAVITY)
-        for settings in world.named("physics"):
+        for settings in world.children_with_tag("physics"):
             if settings.first("gravity") is not None:
                 if self.values.minor < _SINCE_WORLD_GRAVITY:
                     result = self.values.vector(settings, "gravity", WORLD_GRAVITY)
@@ -171,15 +171,15 @@ class _FileReader:
 
     def contents(self, element: Element, key: str, result: Model) -> None:
         """Read frames, links, joints, models and includes of a model or a world into it."""
-        for child in element.named("link") if key == "model" else ():
+        for child in element.children_with_tag("link") if key == "model" else ():
             self.add(result, "links", self.link(child), child)
-        for child in element.named("frame"):
+        for child in element.children_with_tag("frame"):
             self.add(result, "frames", self.frame(child), child)
-        for child in element.named("joint"):
+        for child in element.children_with_tag("joint"):
             self.add(result, "joints", self.joint(child), child)
-        for child in element.named("model"):
+        for child in element.children_with_tag("model"):
             self.add(result, "models", self.model(child), child)
-        for child in element.named("include"):
+        for child in element.children_with_tag("include"):
             self.include(child, result)
         self.reader.leftovers.keep(element, key, self.file, result.name)
 
@@ -256,7 +256,7 @@ class _FileReader:
                 values.refuse(added, "fluid_added_mass is not supported [E1958]", "an inertia without the fluid")
         pose = values.pose(element, name, framed=False)
         self.reader.leftovers.keep(element, "inertial", self.file, name)
-        return Inertia(mass, np.zeros(3), tensor(entries)).moved(pose.orientation, pose.position)
+        return Inertia(mass, np.zeros(3), tensor(entries)).transform(pose.orientation, pose.position)
 
     def joint(self, element: Element) -> Joint:
         """Return a joint."""
@@ -449,7 +449,7 @@ class _FileReader:
         if minor is None:
             return None
         reading.values.minor = minor
-        models = list(root.named("model"))
+        models = list(root.children_with_tag("model"))
         self.reader.leftovers.keep(root, "sdf", file, "")
         if len(models) != 1:
             fault = f"an included file has one model, and this one has {len(models)} [E1967]"
@@ -465,7 +465,7 @@ def _file_of_model(folder: Path) -> Path:
     except (FileError, DescriptionError):
         return folder / "model.sdf"
     versions = {}
-    for element in root.named("sdf"):
+    for element in root.children_with_tag("sdf"):
         match = _VERSION.fullmatch(element.get("version"))
         versions[int(match[1]) if match else 0] = element.text()
     readable = [minor for minor in versions if minor <= NEWEST]

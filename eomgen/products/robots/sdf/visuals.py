@@ -50,7 +50,7 @@ class VisualReader:
             return os.path.relpath(located(address, folder, packages), self.home)
 
         result = []
-        for visual in element.named("visual"):
+        for visual in element.children_with_tag("visual"):
             # faults of visuals are notes, so they have a report of their own
             own = Values(values.file, Report(values.file, {}), Leftovers(STATUSES), values.minor)
             try:

@@ -134,9 +134,9 @@ class _UrdfReader:
         self.out.name = legal_name(root.get("name") or "robot", ())
         self.out.minor = self.version(root)
         visuals = VisualReader(root, _drawn_numbers, _drawn_placement)
-        links, joints, loops = (tuple(root.named(tag)) for tag in ("link", "joint", "loop_joint"))
-        joints += tuple(root.named(_OF_DRAKE))
-        constraints = tuple(root.named("constraint"))
+        links, joints, loops = (tuple(root.children_with_tag(tag)) for tag in ("link", "joint", "loop_joint"))
+        joints += tuple(root.children_with_tag(_OF_DRAKE))
+        constraints = tuple(root.children_with_tag("constraint"))
         self.kept = {name for element in (*joints, *loops, *constraints) if is_legal(name := element.get("name"))}
         self.kept |= {name for element in links if is_legal(name := element.get("name"))}
         self.tell_left_over(root, "")
@@ -166,7 +166,7 @@ class _UrdfReader:
 
     def add_world(self, joints: Iterable[Element]) -> None:
         """Add the link ``world`` if a joint names it and the file has none."""
-        ends = [end for element in joints for tag in ("parent", "child") for end in element.named(tag)]
+        ends = [end for element in joints for tag in ("parent", "child") for end in element.children_with_tag(tag)]
         lines = [end.line for end in ends if end.get("link") == "world"]
         if lines and "world" not in self.link_names:
             self.link_names["world"] = "world"
@@ -203,7 +203,7 @@ class _UrdfReader:
     def tell_left_over(self, element: Element, owner: str) -> None:
         """Keep the unread parts of a link, a joint or the robot; a unit is refused: the format has SI units."""
         for kind in _GEOMETRY:
-            self.out.geometry[kind] = self.out.geometry.get(kind, 0) + sum(1 for _ in element.named(kind))
+            self.out.geometry[kind] = self.out.geometry.get(kind, 0) + sum(1 for _ in element.children_with_tag(kind))
         for attribute in element.unread_attributes:
             if attribute in ("unit", "units"):
                 fault = f"<{element.tag}> has the attribute {attribute}, and URDF has SI units and radians only [E1703]"
@@ -277,7 +277,7 @@ class _UrdfReader:
             self.report.add_at(inertial.line, key, fault, "a positive number of kg")
         entries = self.required(inertial, "inertia", ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), key)
         orientation, center, _, _ = self.placement(inertial, key, name)
-        inertia = Inertia(mass, np.zeros(3), tensor(entries)).moved(orientation, center)
+        inertia = Inertia(mass, np.zeros(3), tensor(entries)).transform(orientation, center)
         return self.bare_link(name, element.line, inertia)
 
     def required(self, inertial: Element, tag: str, attributes: Sequence[str], key: str) -> list[float]:

@@ -68,9 +68,9 @@ class Transmissions:
 
 def read_transmissions(root: Element, report: Report) -> Transmissions:
     """Return the transmissions of a file, also in ``<ros2_control>``; faults go to the report."""
-    elements = list(root.named("transmission"))
-    for control in root.named("ros2_control"):
-        elements += control.named("transmission")
+    elements = list(root.children_with_tag("transmission"))
+    for control in root.children_with_tag("ros2_control"):
+        elements += control.children_with_tag("transmission")
         control.read_whole()
     known, unknown = [], dict[str, list[str]]()
     for element in elements:
@@ -86,7 +86,7 @@ def read_transmissions(root: Element, report: Report) -> Transmissions:
 
 def _type_of(element: Element) -> str:
     """Return the type: an attribute, or the text of <type> or of ros2_control's <plugin>."""
-    children = [child for tag in ("type", "plugin") for child in element.named(tag)]
+    children = [child for tag in ("type", "plugin") for child in element.children_with_tag(tag)]
     return element.get("type") or next((child.text() for child in children), "")
 
 
@@ -95,7 +95,7 @@ def _read(element: Element, name: str, kind: str, report: Report) -> Transmissio
     key = f"transmissions.{name}"
     sides = {}
     for tag in ("joint", "actuator"):
-        parts = _by_role(tuple(element.named(tag)), tag)
+        parts = _by_role(tuple(element.children_with_tag(tag)), tag)
         if len(parts) != size or not all(child.get("name") for child in parts):
             count = f"{size} <{tag} name=...>{'s' if size > 1 else ''}"
             report.add_at(element.line, key, f"a {kind} has {count}, and there are {len(parts)} [E1719]", count)
@@ -106,7 +106,7 @@ def _read(element: Element, name: str, kind: str, report: Report) -> Transmissio
     actuator[0] *= common
     for tag in _WITHOUT_EFFECT:
         for parent in (element, *sides["joint"], *sides["actuator"]):
-            for child in parent.named(tag):
+            for child in parent.children_with_tag(tag):
                 child.read_whole()
     joints, actuators = (tuple(child.get("name") for child in sides[tag]) for tag in sides)
     return Transmission(name, element.line, joints, actuators, matrix(joint, actuator))
@@ -117,7 +117,7 @@ def _by_role(elements: Sequence[Element], tag: str) -> list[Element]:
     file."""
 
     def role(element: Element) -> str:
-        return element.get("role") or next((child.text() for child in element.named("role")), "")
+        return element.get("role") or next((child.text() for child in element.children_with_tag("role")), "")
 
     roles = [role(element) for element in elements]
     known = [f"{tag}{k + 1}" for k in range(len(elements))]
@@ -129,7 +129,7 @@ def _by_role(elements: Sequence[Element], tag: str) -> list[Element]:
 def _reduction(element: Element, key: str, report: Report) -> float:
     """Return the reduction of an element, given as an attribute or as a child; 1 by default."""
     written = [(element.get(tag), element.line) for tag in _REDUCTIONS if element.has(tag)]
-    written += [(child.text(), child.line) for tag in _REDUCTIONS for child in element.named(tag)]
+    written += [(child.text(), child.line) for tag in _REDUCTIONS for child in element.children_with_tag(tag)]
     if not written:
         return 1.0
     text, line = written[0]

@@ -34,7 +34,7 @@ class VisualReader:
 
     def __init__(self, root: Element, numbers: Numbers, placement: Placement) -> None:
         self.numbers, self.placement = numbers, placement
-        self.materials = {item.get("name"): item for item in root.named("material")}
+        self.materials = {item.get("name"): item for item in root.children_with_tag("material")}
         #: Links by the reason, by the kind of note.
         self.reasons: dict[str, dict[str, list[str]]] = {kind: {} for kind in _NOTES}
 
@@ -49,9 +49,9 @@ class VisualReader:
 
     def link(self, name: str, element: Element) -> Sequence[Visual]:
         """Return the visuals of a link, or its collision geometry if no visual can be drawn."""
-        visuals = list(element.named("visual"))
+        visuals = list(element.children_with_tag("visual"))
         drawn, reasons = self._drawn(name, visuals)
-        instead = self._drawn(name, list(element.named("collision")))[0] if visuals and not drawn else []
+        instead = self._drawn(name, list(element.children_with_tag("collision")))[0] if visuals and not drawn else []
         for reason in reasons:
             self.reasons["substituted" if instead else "left out"].setdefault(reason, []).append(name)
         return drawn or instead
