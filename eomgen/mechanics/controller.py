@@ -108,7 +108,7 @@ class _Parts:
         if not read:
             raise ModelError(self._no_controller())
         self._check_actions()
-        self.sampled = tuple(map(self._checked, scene.sampled)) if self.digital else ()
+        self.sampled = tuple(map(self._check, scene.sampled)) if self.digital else ()
         self.controllers: dict[str, Formula] = {}
         self.states = tuple(self._state(item) for item in scene.states if item.name in self.own)
         self.commands = tuple(self._command(name) for name in read)
@@ -159,19 +159,19 @@ class _Parts:
         """Return whether a controller's output, or a state, is a value that the controller holds or computes."""
         if name in self._states:
             return self.digital and name in self.own
-        return not self.digital or self._held(name)
+        return not self.digital or self._is_held(name)
 
-    def _held(self, name: str) -> bool:
+    def _is_held(self, name: str) -> bool:
         """Return whether the output of a controller depends on sampled states and parameters alone."""
-        symbols_of = list(self._expanded(self._by_name[name].output))
+        symbols_of = list(self._expand(self._by_name[name].output))
         states = {symbol.name for symbol in symbols_of if symbol.kind == "state"}
         return bool(states) and states <= self.own and all(item.kind in ("state", "parameter") for item in symbols_of)
 
-    def _expanded(self, formula: Formula) -> Iterator[Symbol]:
+    def _expand(self, formula: Formula) -> Iterator[Symbol]:
         """Yield the symbols of a formula with controllers written out."""
         for symbol in symbols(formula):
             if symbol.kind == "controller":
-                yield from self._expanded(self._by_name[symbol.name].output)
+                yield from self._expand(self._by_name[symbol.name].output)
             else:
                 yield symbol
 
@@ -191,7 +191,7 @@ class _Parts:
                     )
                     raise ModelError(Problem(event.place, fault, "a formula of the sampled state for the reset"))
 
-    def _checked(self, item: SampledController) -> SampledController:
+    def _check(self, item: SampledController) -> SampledController:
         if not item.function:
             fault = "the function of this sampled controller is the caller's, so there is no C of it [E0493]"
             hint = 'source = "controller.c", and the name of the function'
@@ -273,7 +273,7 @@ class _Parts:
     def _continuous(self, name: str) -> bool:
         """Return whether a digital controller takes the output of a continuous controller as a measured signal."""
         return any(
-            item.kind == "state" and item.name not in self.own for item in self._expanded(Symbol("controller", name))
+            item.kind == "state" and item.name not in self.own for item in self._expand(Symbol("controller", name))
         )
 
     def _size(self, symbol: Symbol) -> int:

@@ -12,10 +12,10 @@ from eomgen.mechanics.describe import extent
 from eomgen.mechanics.discontinuities import discontinuities, overshoots, validity
 from eomgen.mechanics.forces.symbols import input_signal
 from eomgen.mechanics.initial_coordinates import absolute_start, joint_start
-from eomgen.mechanics.named_constants import described, named_constants, slopes
+from eomgen.mechanics.named_constants import describe_beams, named_constants, slopes
 from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.terms.events import event_rows, modes, needs_impulse, sample_rows
-from eomgen.mechanics.terms.recorders import differentiated, recorder
+from eomgen.mechanics.terms.recorders import differentiable_recorder, recorder
 from eomgen.mechanics.tree.base import base_law
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.bodies.cosserat import CONSTRAINED, Cosserat
@@ -43,7 +43,7 @@ def kept_and_dropped(
     if followers:
         dropped.append(f"coordinates of {len(followers)} joint(s) that follow others: {', '.join(followers)}")
     beams = {body.name: body.beam for body in scene.bodies if body.beam is not None}
-    kept += [f"beam {name}: {_deformed(beam)}" for name, beam in beams.items()]
+    kept += [f"beam {name}: {_deformation_text(beam)}" for name, beam in beams.items()]
     dropped += _absent_deformations(beams)
     kept += [_strains(element.beam) for element in scene.elements if isinstance(element, CosseratBeam)]
     fixed = [joint.name for joint in joints if not joint.kind.moves and joint.child not in beams]
@@ -88,7 +88,7 @@ def _effects(
         yield term in functions, term, "not asked for"
 
 
-def _deformed(beam: Beam) -> str:
+def _deformation_text(beam: Beam) -> str:
     ways = ", ".join(f"{item.modes} of {item.kind}" for item in beam.deformations)
     order = "to second order" if beam.order == 1 else "whole"
     shortening = "with" if beam.stiffening else "without"
@@ -149,7 +149,7 @@ def derive(
     try:
         disturbed = not _DISTURBED.isdisjoint(scene.terms if terms is None else terms)
         derivation = (shared or SharedTape(scene)).derivation(without_rows, disturbed=disturbed)
-        return _assembled(derivation, _chosen(derivation, terms))
+        return _assemble(derivation, _chosen(derivation, terms))
     except (ZeroDivisionError, OverflowError):
         if cause := next((note for note in map(Message, scene.notes) if note.code in UNRESISTED), None):
             raise ModelError(Problem(scene.name, *cause.fault_and_remedy(), cause.code)) from None
@@ -171,7 +171,7 @@ def _chosen(derivation: Derivation, terms: Sequence[str] | None) -> list[str]:
         return [term.name for term in existing if term.name in requested or term.of_events]
     whole = derivation.whole_matrices
     # judgements of runs need M and B
-    packed = {"mass_values"} if derivation.absolute and derivation.constrained and "mass" not in whole else set()
+    packed = {"mass_values"} if derivation.absolute and derivation.has_constraints and "mass" not in whole else set()
     return [
         term.name
         for term in existing
@@ -206,7 +206,7 @@ def _existence_facts(derivation: Derivation) -> set[str]:
     return {name for name, holds in facts.items() if holds}
 
 
-def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
+def _assemble(derivation: Derivation, terms: Sequence[str]) -> System:
     scene, tape, tree = derivation.scene, derivation.tape, derivation.tree
     made: dict[str, Function] = {}
     for name in terms:
@@ -221,14 +221,14 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
     timed = any("t" in blocks for blocks in read.values())
     order = max((TERMS[name].order for name in terms), default=0)
     taken = {block for function in made.values() for block in function.inputs}
-    functions = {name: _pruned(derivation, function, read[name], timed) for name, function in made.items()}
+    functions = {name: _prune(derivation, function, read[name], timed) for name, function in made.items()}
     functions |= _drivers(derivation, order, taken)
     angles = angle_labels(scene)
     if angles:
         description = "angles of joints over all turns, which steppers let the references in q follow"
         of_angles = Function("joint_angles", description, ("p", "q", "v", "base"), tuple(derivation.joint_angles()))
         of_blocks = {symbol.block for symbol in tape.depends_on(of_angles.refs)}
-        functions[of_angles.name] = _pruned(derivation, of_angles, of_blocks, timed)
+        functions[of_angles.name] = _prune(derivation, of_angles, of_blocks, timed)
     facts = _facts(derivation, made)
     kept, dropped = kept_and_dropped(scene, tree, functions, facts)
     sizes = extent(scene, derivation.algebra, derivation.constant)
@@ -263,7 +263,7 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
         kept=kept,
         dropped=dropped,
         notes=tuple(
-            map(Message, (*_of_equations(scene.notes), *overshoots(scene.curves), *_overshoots_of_parts(scene)))
+            map(Message, (*_equation_notes(scene.notes), *overshoots(scene.curves), *_overshoots_of_parts(scene)))
         ),
         events=event_rows(derivation) if scene.events else (),
         modes=modes(derivation),
@@ -272,7 +272,7 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
         discontinuities=discontinuities(scene),
         validity=validity(scene),
         constants=named_constants(tree, derivation.quantities),
-        beams=described(tree),
+        beams=describe_beams(tree),
         slopes=slopes(tree),
         axes=beam_axes(tree) if "poses" in made else (),
         description=scene.description,
@@ -285,7 +285,9 @@ def _blocks_read(derivation: Derivation, made: Mapping[str, Function]) -> dict[s
     """Return the input blocks that each function depends on; first and second derivatives take the same blocks."""
     read = derivation.tape.blocks_read({name: function.refs for name, function in made.items()})
     for name in (name for name in made if TERMS[name].differentiated and TERMS[name].of_motion):
-        values = [ref for block in differentiated(TERMS[name].differentiated)(derivation) for ref in block.refs]
+        values = [
+            ref for block in differentiable_recorder(TERMS[name].differentiated)(derivation) for ref in block.refs
+        ]
         read[name] |= {symbol.block for symbol in derivation.tape.depends_on(values)}
     return read
 
@@ -298,7 +300,7 @@ def _blocks(derivation: Derivation, name: str) -> Sequence[Block]:
     if of := TERMS[name].differentiated:
         from eomgen.mechanics.terms.argument_derivatives import derivative_blocks  # noqa: PLC0415  # terms of few models
 
-        return derivative_blocks(derivation, name, differentiated(of)(derivation))
+        return derivative_blocks(derivation, name, differentiable_recorder(of)(derivation))
     return recorder(name)(derivation)
 
 
@@ -339,7 +341,7 @@ def _drivers(derivation: Derivation, order: int, taken: set[str]) -> dict[str, F
 
 def _facts(derivation: Derivation, made: Mapping[str, Function]) -> Facts:
     tape = derivation.tape
-    loads = [value.ref for value in derivation.applied()]
+    loads = [value.ref for value in derivation.applied_forces()]
     return Facts(
         constant_mass=not derivation.deep
         and "q" not in {symbol.block for symbol in tape.depends_on(derivation.mass_entries())},
@@ -361,7 +363,7 @@ def _non_smooth(tape: Tape, node: int) -> bool:
     return bool(corners) and not {symbol.block for symbol in tape.depends_on([node])} <= {"t", "p"}
 
 
-def _pruned(derivation: Derivation, function: Function, used: Collection[str], timed: bool) -> Function:
+def _prune(derivation: Derivation, function: Function, used: Collection[str], timed: bool) -> Function:
     """Return a function without the input blocks that this scene does not have; ``used``: the input blocks of the
     function."""
     scene = derivation.scene
@@ -383,7 +385,7 @@ def _pruned(derivation: Derivation, function: Function, used: Collection[str], t
     return Function(function.name, function.description, inputs, function.outputs)
 
 
-def _of_equations(notes: Iterable[str]) -> Iterator[str]:
+def _equation_notes(notes: Iterable[str]) -> Iterator[str]:
     """Yield the notes without notes on shapes: compiled libraries keep their notes, and shapes change without them."""
     return (note for note in notes if not note.startswith("shapes."))
 

@@ -49,7 +49,7 @@ def joint_start(
     scene = derivation.scene if longer is None else longer
     every = derivation.tree.factors if longer is None else [Factor(**factor) for factor in factors]
     starts = {joint.name: (joint.initial_position, joint.initial_velocity) for joint in scene.joints}
-    starts |= {body.name: _deflected(body.beam) for body in scene.bodies if body.beam is not None}
+    starts |= {body.name: _initial_deflection(body.beam) for body in scene.bodies if body.beam is not None}
     ordered = [starts[factor.name] for factor in every]
     q, v = (np.array([value for start in ordered for value in start[part]], dtype=float) for part in (0, 1))
     by_name = {factor.name: factor for factor in every}
@@ -111,7 +111,7 @@ def _from_first(beam: Cosserat) -> NDArray[np.float64]:
     return np.concatenate(poses)
 
 
-def _deflected(beam: Beam) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _initial_deflection(beam: Beam) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return the initial elastic coordinates of a beam and the initial rates."""
     q: list[float] = []
     v: list[float] = []
@@ -186,7 +186,7 @@ class AbsoluteStartEquations:
 
     def at(self, parameters: Mapping[str, float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return q, (nq,), and v, (nv,)."""
-        scene = _changed(self._recorded.scene, parameters)
+        scene = _with_parameters(self._recorded.scene, parameters)
         bodies = self._bodies or BodiesAtStart(scene)  # nodes of beams are placed in numbers
         q, v = _absolute_start(self._recorded, bodies, _defaults(scene))
         return tuple(map(float, q)), tuple(map(float, v))
@@ -198,7 +198,7 @@ class AbsoluteStartEquations:
         with nodes of geometrically exact beams, which are placed in real numbers."""
         if self._bodies is None:
             return None
-        scene, factors = _changed(self._recorded.scene, parameters), self._recorded.tree.factors
+        scene, factors = _with_parameters(self._recorded.scene, parameters), self._recorded.tree.factors
         tunable = [parameter.name for parameter in scene.parameters if parameter.tunable]
         values = _defaults(scene)["p"]
         slopes = np.zeros((2, self._recorded.tree.nv, len(names)))
@@ -213,7 +213,7 @@ class AbsoluteStartEquations:
         return slopes[0], slopes[1]
 
 
-def _changed(scene: Scene, parameters: Mapping[str, float]) -> Scene:
+def _with_parameters(scene: Scene, parameters: Mapping[str, float]) -> Scene:
     """Return a scene with other values of parameters."""
     changed = tuple(replace(item, value=parameters.get(item.name, item.value)) for item in scene.parameters)
     return replace(scene, parameters=changed)

@@ -45,9 +45,9 @@ def named_constants(tree: Tree, quantities: Quantities) -> tuple[Quantity, ...]:
     return tuple(constants.values())
 
 
-def described(tree: Tree) -> tuple[str, ...]:
+def describe_beams(tree: Tree) -> tuple[str, ...]:
     """Return one sentence per beam on the effects in its equations."""
-    return tuple(_described(link.name, link.elastic.beam) for link in tree.links if link.elastic is not None)
+    return tuple(_describe(link.name, link.elastic.beam) for link in tree.links if link.elastic is not None)
 
 
 def slopes(tree: Tree) -> tuple[BeamSlopes, ...]:
@@ -65,7 +65,7 @@ def _slopes(name: str, body: ElasticBody) -> BeamSlopes:
     return BeamSlopes(name, beam.length, tuple(map(tuple, squares.tolist())))
 
 
-def _described(name: str, beam: Beam) -> str:
+def _describe(name: str, beam: Beam) -> str:
     parts = [f"{item.modes} of {item.kind} ({item.shapes})" for item in beam.deformations]
     kept = (
         "kinetic energy to second order in them and their rates" if beam.order == 1 else "all that the kinematics has"

@@ -202,7 +202,7 @@ class TransmittedWrenches:
         origin."""
         if item.name not in self._of_constraints:
             with self.tree.algebra.tape.block(f"reaction of constraint {item.name}"):
-                self._of_constraints[item.name] = self._recorded(item)
+                self._of_constraints[item.name] = self._record(item)
         return self._of_constraints[item.name]
 
     def _at_points(self, item: Constraint) -> list[TransmittedWrench]:
@@ -212,7 +212,7 @@ class TransmittedWrenches:
         loads = (load for multiplier in self._multipliers(item).values() for load in equation.forces(multiplier))
         return [TransmittedWrench(link, at, none, force) for link, at, force in loads]
 
-    def _recorded(self, item: Constraint) -> tuple[TransmittedWrench, TransmittedWrench]:
+    def _record(self, item: Constraint) -> tuple[TransmittedWrench, TransmittedWrench]:
         algebra = self.tree.algebra
         pair = frame_pair(self.quantities, item.first, item.second)
         units = row_wrenches(self.quantities, item, pair)
@@ -306,7 +306,7 @@ class Reactions:
         if symbol.kind == "drive_effort":
             return self._drive_effort(symbol.name, symbol.index)
         if symbol.name not in self._found:
-            item = self._named(symbol.name)
+            item = self._find(symbol.name)
             with self.wrenches.tree.algebra.tape.block(f"reaction {symbol.name}"):
                 self._found[symbol.name] = self._components(item)
         return self._found[symbol.name][symbol.index]
@@ -315,10 +315,10 @@ class Reactions:
         """Return the fixed joints with reactions in the scene's outputs and events."""
         formulas = [*(value for output in self.scene.outputs for value in output.values)]
         formulas += [formula for event in self.scene.events for formula in (event.when, *event.actions())]
-        of = {self._named(item.name).of for formula in formulas for item in symbols(formula) if item.kind == "reaction"}
+        of = {self._find(item.name).of for formula in formulas for item in symbols(formula) if item.kind == "reaction"}
         return [joint.name for joint in self.scene.joints if joint.name in of and not joint.kind.moves]
 
-    def _named(self, name: str) -> Reaction:
+    def _find(self, name: str) -> Reaction:
         placed = {item.name: item for item in self.scene.reactions}
         if name in placed:
             return placed[name]
@@ -343,11 +343,11 @@ class Reactions:
         else:
             load = self.wrenches.constraint(next(entry for entry in self.scene.constraints if entry.name == item.of))
         if item.point is not None:
-            load = self._moved(load, item)
+            load = self._about_point(load, item)
         turn = self._to_axes(load.link, item.axes)
         return (*turn(load.moment), *turn(load.force))
 
-    def _moved(self, load: TransmittedWrench, item: Reaction) -> TransmittedWrench:
+    def _about_point(self, load: TransmittedWrench, item: Reaction) -> TransmittedWrench:
         """Return a wrench about the point of a reaction.
 
         The lever is taken in the axes of a link between the body and the base, if such a link holds the point, so that
@@ -377,7 +377,7 @@ class Reactions:
         mount = None if axes == WORLD else tree.mounts[axes]
         target = ROOT if mount is None else mount.link
 
-        def turned(x: Vector) -> Vector:
+        def rotate(x: Vector) -> Vector:
             at = link
             while at != target and at >= 0:
                 x, at = tree.links[at].rotation.rotate(x), tree.links[at].parent
@@ -388,7 +388,7 @@ class Reactions:
                 return apply(kinematics.base.orientation, x)
             return apply(transpose(mount.orientation), x)
 
-        return turned
+        return rotate
 
 
 def _on_parent(tree: Tree, load: TransmittedWrench) -> TransmittedWrench:

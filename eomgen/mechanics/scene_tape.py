@@ -42,7 +42,7 @@ from eomgen.mechanics.reactions import Reactions, TransmittedWrenches
 from eomgen.mechanics.tree.absolute import build_absolute_tree
 from eomgen.mechanics.tree.alike import LONG_TREE, MANY, is_irregular, joints_along_z, made_alike
 from eomgen.mechanics.tree.base import base_state, resting_base
-from eomgen.mechanics.tree.build import build_tree, grouped
+from eomgen.mechanics.tree.build import build_tree, group_inertias
 from eomgen.mechanics.tree.links import ROOT, Tree
 from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.scene import Scene
@@ -84,10 +84,10 @@ class Derivation:
                 f"scene {scene.name!r} has no moving joint [E0509]",
                 "add a revolute, prismatic, spherical or free joint",
             )
-        self.grouped: Tree = grouped(self.tree)
+        self.grouped: Tree = group_inertias(self.tree)
         if not self.absolute and is_irregular(scene, self.tree, self.grouped):
             self.tree = build_tree(self.algebra, scene, along_z=joints_along_z(scene))
-            self.tree, self.grouped = made_alike(self.tree, grouped(self.tree))
+            self.tree, self.grouped = made_alike(self.tree, group_inertias(self.tree))
         gravity = self.algebra.vector([self.constant(item) for item in scene.gravity])
         self.prescribed = base_state(self.algebra, scene, gravity, disturbed=disturbed)
         self.base = resting_base(self.algebra, gravity) if self.absolute else self.prescribed
@@ -118,9 +118,9 @@ class Derivation:
             items = [
                 as_constraint for joint in self.scene.joints if (as_constraint := joint_constraint(joint)) is not None
             ] + items
-        alike = rows_of_loops(self.quantities, items, self._generalized) if self.absolute else {}
+        alike = rows_of_loops(self.quantities, items, self._generalized_forces) if self.absolute else {}
         rows = constraint_rows(self.quantities, items, alike)
-        rows.holonomic += [*driven_rows(self.quantities), *strain_rows(self.quantities, self._generalized)]
+        rows.holonomic += [*driven_rows(self.quantities), *strain_rows(self.quantities, self._generalized_forces)]
         if isinstance(self.quantities, AbsoluteQuantities):
             rows.holonomic[:0] = following_rows(self.quantities)
         rows = rows.without(self.without_rows)
@@ -181,20 +181,20 @@ class Derivation:
         """Return h(q, v), (nv,): inertia forces quadratic in v, base at rest; N, or N m of angles."""
         return [self._vector("h", separated.coupling(self.grouped), "nonlinear coupling vector")]
 
-    def applied(self) -> list[Scalar]:
+    def applied_forces(self) -> list[Scalar]:
         """Return the generalized forces of all applied loads, (nv,), without gravity."""
-        projected = self._generalized(self.loads.wrenches, "applied forces")
+        projected = self._generalized_forces(self.loads.wrenches, "applied forces")
         return [x + y for x, y in zip(projected, self.loads.efforts, strict=True)]
 
-    def _generalized(self, wrenches: Sequence[Wrench | None], label: str) -> list[Scalar]:
+    def _generalized_forces(self, wrenches: Sequence[Wrench | None], label: str) -> list[Scalar]:
         """Return the generalized forces, (nv,), of a wrench for each link."""
         zero = (self.algebra.zero_vector, self.algebra.zero_vector)
-        return separated.generalized(self.tree, [load if load is not None else zero for load in wrenches], label)
+        return separated.generalized_forces(self.tree, [load if load is not None else zero for load in wrenches], label)
 
     def force(self) -> list[Block]:
         """Return Q, (nv,): gravity and all applied loads; N, or N m of angles."""
         weight = separated.gravity_force(self.grouped, self.motion.gravity, self.composites)
-        Q = [x + y for x, y in zip(weight, self.applied(), strict=True)]
+        Q = [x + y for x, y in zip(weight, self.applied_forces(), strict=True)]
         return [self._vector("Q", Q, "generalized force")]
 
     def base_motion(self) -> list[Block]:
@@ -242,7 +242,7 @@ class Derivation:
     @cached_property
     def ill_scaled(self) -> bool:
         """Whether the elimination of M loses digits that articulated bodies keep, with the default parameters."""
-        if self.absolute or self.constrained or self.deep or not self.free_columns:
+        if self.absolute or self.has_constraints or self.deep or not self.free_columns:
             return False
         M = self.mass_rows
         starts = {joint.name: joint.initial_position for joint in self.scene.joints}
@@ -266,7 +266,7 @@ class Derivation:
         every = frozenset(term.name for term in TERMS.values() if term.quadratic)
         if not self.large or not self.sparse:
             return every
-        of_rows = frozenset({"constraint_jacobian", "velocity_partials"} if self.constrained else ())
+        of_rows = frozenset({"constraint_jacobian", "velocity_partials"} if self.has_constraints else ())
         if not self.absolute:
             return of_rows
         return of_rows | {"mass"} if of_rows and self.tree.nv <= _WHOLE else frozenset()
@@ -278,12 +278,12 @@ class Derivation:
         return sum(depth * depth for depth in depths) <= FLAT * len(depths)
 
     @property
-    def constrained(self) -> bool:
+    def has_constraints(self) -> bool:
         """Whether there are constraints."""
         return self.constraints is not None
 
     @property
-    def stacked(self) -> bool:
+    def has_carried_links(self) -> bool:
         """Whether links are carried by other links: then the recursion has additional unknowns."""
         return any(link.parent != ROOT for link in self.tree.links)
 
@@ -306,7 +306,7 @@ class Derivation:
         seeds = configuration_directions(self.tree)
         for k in range(nv):
             seeds[InputSymbol("v", k)] = {nv + k: ONE}
-        applied = self.applied()
+        applied = self.applied_forces()
         with self.tape.block("partials of applied forces"):
             tangents = forward_partials(self.tape, [value.ref for value in applied], seeds)
         for row, tangent in enumerate(tangents):
@@ -327,23 +327,23 @@ class Derivation:
     def poses(self) -> list[Block]:
         """Return quaternion (body to world axes) and position in the world, m, of each body, (bodies, 7)."""
         values = poses(self.scene, self.tree, self.kinematics)
-        return [self._of_bodies("pose", (7,), values, "quaternion (w, x, y, z) and position")]
+        return [self._body_block("pose", (7,), values, "quaternion (w, x, y, z) and position")]
 
     def twists(self) -> list[Block]:
         """Return the inertial twist of each body in body axes, angular first, (bodies, 6); rad/s, m/s."""
         values = twists(self.scene, self.tree, self.kinematics)
-        return [self._of_bodies("twist", (6,), values, "angular and linear velocity")]
+        return [self._body_block("twist", (6,), values, "angular and linear velocity")]
 
     def accelerations(self) -> list[Block]:
         """Return angular acceleration and acceleration of the origin of each body, in body axes, (bodies, 6)."""
         values = accelerations(self.scene, self.tree, self.kinematics)
-        return [self._of_bodies("acceleration", (6,), values, "angular acceleration and acceleration of the origin")]
+        return [self._body_block("acceleration", (6,), values, "angular acceleration and acceleration of the origin")]
 
     def jacobians(self) -> list[Block]:
         """Return the twist of each body per unit of v, base at rest, in body axes, (bodies, 6, nv)."""
         values = body_jacobians(self.scene, self.tree)
         description = "twist against the base per unit of v, angular first,"
-        return [self._of_bodies("J", (6, self.tree.nv), values, description)]
+        return [self._body_block("J", (6, self.tree.nv), values, description)]
 
     def energies(self) -> dict[str, Scalar]:
         """Return ``kinetic``, ``potential``, J, and ``power``, ``base_power``, W, of the inertial motion."""
@@ -404,7 +404,7 @@ class Derivation:
             return []
         return [
             Block(name, shape, refs, description)
-            for name, (shape, refs, description) in self.internal.partials(self.applied()).items()
+            for name, (shape, refs, description) in self.internal.partials(self.applied_forces()).items()
         ]
 
     # -- constraints --------------------------------------------------------------------------------------------------
@@ -488,7 +488,7 @@ class Derivation:
     def _matrix(self, name: str, rows: Sequence[Sequence[Scalar]], description: str) -> Block:
         return self.block(name, (len(rows), self.tree.nv), [value for row in rows for value in row], description)
 
-    def _of_bodies(self, name: str, shape: tuple[int, ...], values: Sequence[Scalar], description: str) -> Block:
+    def _body_block(self, name: str, shape: tuple[int, ...], values: Sequence[Scalar], description: str) -> Block:
         names = [body.name for body in self.scene.bodies]
         return self.block(name, (len(names), *shape), values, f"{description} of {', '.join(names)}")
 

@@ -13,7 +13,7 @@ from numpy.polynomial import Polynomial
 
 from eomgen.formula.nodes import Number
 from eomgen.mechanics.shape_functions.families import QuadratureGrid
-from eomgen.mechanics.shape_functions.fixed_point import ONE, rounded
+from eomgen.mechanics.shape_functions.fixed_point import ONE, round_to_doubles
 from eomgen.mechanics.shape_functions.integrals import shape_integrals
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals
 from eomgen.scene.bodies.model import Beam, Deformation, DeformationKind, ShapeFunctions
@@ -102,10 +102,10 @@ def test_running_integrals_of_powers_are_powers(origin: Fraction, power: int) ->
     grid = QuadratureGrid((), (Fraction(0), Fraction(1, 3), Fraction(2)))
     places = [Fraction(int(place), int(ONE)) for place in grid.positions]
     values = np.array([int(place**power * int(ONE)) for place in places], dtype=object)
-    found = rounded(grid.from_origin(values, origin))
+    found = round_to_doubles(grid.from_origin(values, origin))
     expected = [float((place ** (power + 1) - origin ** (power + 1)) / (power + 1)) for place in places]
     np.testing.assert_allclose(found, expected, rtol=1e-14, atol=1e-14)
-    up_to = grid.weights_up_to([origin]) @ rounded(values)
+    up_to = grid.weights_up_to([origin]) @ round_to_doubles(values)
     np.testing.assert_allclose(up_to, float(origin ** (power + 1) / (power + 1)), rtol=1e-12, atol=1e-12)
 
 

@@ -309,11 +309,11 @@ def fogs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     (information / "entry_points.txt").write_text("[eomgen.sections]\ndrags = fog_section:DRAGS\n", "utf-8")
     monkeypatch.syspath_prepend(tmp_path)
     others.cache_clear()
-    applied._loaded.cache_clear()
+    applied._load.cache_clear()
     (tmp_path / "fall.toml").write_text(FALL.replace('"drag.air"', "1"), encoding="utf-8")
     yield tmp_path
     others.cache_clear()
-    applied._loaded.cache_clear()
+    applied._load.cache_clear()
     for name in ("fog_section", "fog_law", "fog_sizes"):
         sys.modules.pop(name, None)
 

@@ -100,7 +100,7 @@ def _push(
 ) -> None:
     """Add to wrenches by link the wrenches of section forces, one for each constrained strain of each element."""
 
-    def transmitted(element: ElementStrain, *parts: Scalar) -> list[Scalar]:
-        return element.transmitted(element.held_forces(dict(zip(beam.constrained_strains, parts, strict=True))))
+    def transmit(element: ElementStrain, *parts: Scalar) -> list[Scalar]:
+        return element.node_forces(element.held_forces(dict(zip(beam.constrained_strains, parts, strict=True))))
 
-    elements.push(wrenches, elements.each(transmitted, label, forces))
+    elements.push(wrenches, elements.each(transmit, label, forces))

@@ -165,7 +165,7 @@ class AbsoluteQuantities(Quantities):
             return self.coordinate(symbol.name, symbol.index)
         if symbol.kind == "v":
             tape = self.algebra.tape
-            return Scalar(tape, jacobian_vector(tape, [self._wrapped(symbol.name, symbol.index).ref], self.rates)[0])
+            return Scalar(tape, jacobian_vector(tape, [self._wrap(symbol.name, symbol.index).ref], self.rates)[0])
         if symbol.kind == "a":
             fault = f"the acceleration a.{symbol.name} of a joint is not a quantity of absolute coordinates [E0487]"
             raise ModelError(fault, "the acceleration of a point")
@@ -175,7 +175,7 @@ class AbsoluteQuantities(Quantities):
         """Return a joint's travel, m, or angle, rad: over revolutions for counted angles, else in (-pi, pi]."""
         reference, measure = self._references.get((joint, index)), self._measure(joint, index)
         if reference is None or isinstance(measure, Scalar):
-            return self._wrapped(joint, index)
+            return self._wrap(joint, index)
         call = self.algebra.call
         past = measure.past(call(Op.SIN, reference), call(Op.COS, reference))
         return reference + call(Op.ATAN2, past.sine, past.cosine)
@@ -188,7 +188,7 @@ class AbsoluteQuantities(Quantities):
         past = measure.past(call(Op.SIN, law), call(Op.COS, law))
         return call(Op.ATAN2, past.sine, past.cosine)
 
-    def _wrapped(self, joint: str, index: int) -> Scalar:
+    def _wrap(self, joint: str, index: int) -> Scalar:
         """Return a travel, m, or an angle in (-pi, pi], with the rates and the virtual work of the counted one."""
         measure = self._measure(joint, index)
         return measure if isinstance(measure, Scalar) else self.algebra.call(Op.ATAN2, measure.sine, measure.cosine)
@@ -201,10 +201,10 @@ class AbsoluteQuantities(Quantities):
                     f"joint {joint!r} has no single coordinate that absolute coordinates could measure [E0488]",
                     "a force or torque on the body, or joint coordinates",
                 )
-            self._measures[joint] = self._measured(item)
+            self._measures[joint] = self._measure_joint(item)
         return self._measures[joint][index]
 
-    def _measured(self, item: Constraint) -> tuple[Scalar | SineCosine, ...]:
+    def _measure_joint(self, item: Constraint) -> tuple[Scalar | SineCosine, ...]:
         """Return the coordinates of a joint; the angle of a helical joint follows from its travel."""
         pair = frame_pair(self, item.first, item.second)
         first, second = pair.first, pair.second
@@ -231,7 +231,7 @@ class AbsoluteQuantities(Quantities):
     def work_of(self, joint: str, index: int = 0) -> dict[int, Scalar]:
         """Return the left-trivialised partials of a joint coordinate in q, by component of v, as in virtual work."""
         tape = self.algebra.tape
-        (tangent,) = forward_partials(tape, [self._wrapped(joint, index).ref], self.seeds)
+        (tangent,) = forward_partials(tape, [self._wrap(joint, index).ref], self.seeds)
         return {direction: Scalar(tape, ref) for direction, ref in tangent.items() if ref != ZERO}
 
 

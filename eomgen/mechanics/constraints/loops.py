@@ -130,9 +130,9 @@ class _JointKind:
             of_links = [number for R, x in poses for number in (*chain.from_iterable(R), *x)]
             columns.append([*of_links, *member.ends[0].numbers, *member.ends[1].numbers, member.number])
         self.numbers = columns
-        self.count = len(members) * len(self._recorded([])[1])
+        self.count = len(members) * len(self._record_kernel([])[1])
 
-    def _recorded(self, more: Sequence[Sequence[Scalar]]) -> tuple[LoopInputs, list[ConstraintRow], _Kernel]:
+    def _record_kernel(self, more: Sequence[Sequence[Scalar]]) -> tuple[LoopInputs, list[ConstraintRow], _Kernel]:
         """Return the inputs of a new kernel, the equations of a joint in it, and the further ``more`` numbers of each
         joint with the frames."""
         algebra = Algebra(Tape())
@@ -151,10 +151,10 @@ class _JointKind:
 
     def rows(self) -> dict[int, list[ConstraintRow]]:
         """Return the equations of each joint, by place among the constraints."""
-        inputs, rows, _ = self._recorded([])
+        inputs, rows, _ = self._record_kernel([])
         scales = [value for row in rows for value in (row.size, row.extent, row.path_length)]
-        values = self._stacked("equations", inputs, [row.value for row in rows])
-        sizes = self._stacked("scales of the equations", inputs, scales)
+        values = self._loop_over_joints("equations", inputs, [row.value for row in rows])
+        sizes = self._loop_over_joints("scales of the equations", inputs, scales)
         result: dict[int, list[ConstraintRow]] = {}
         for position, (member, value, size) in enumerate(zip(self.members, values, sizes, strict=True)):
             prefix, own = f"{self.members[0].item.name}: ", []
@@ -172,11 +172,13 @@ class _JointKind:
         """Return the joints' part of B^T lam, (nv,)."""
         each = self.count // len(self.members)
         own = [multipliers[start : start + each] for start in range(0, self.count, each)]
-        inputs, rows, kernel = self._recorded(own)
+        inputs, rows, kernel = self._record_kernel(own)
         zero = kernel.algebra.zero
         work = sum((value * row.value for value, row in zip(kernel.more, rows, strict=True)), zero)
         wrenches: list[Wrench | None] = [None] * len(self.quantities.tree.links)
-        for member, row in zip(self.members, self._stacked("forces", inputs, kernel.wrenches(work)), strict=True):
+        for member, row in zip(
+            self.members, self._loop_over_joints("forces", inputs, kernel.wrenches(work)), strict=True
+        ):
             moving = [end.link for end in member.ends if end.link >= 0]
             for link, (a, b, c, x, y, z) in zip(moving, (row[:6], row[6:]), strict=False):
                 add_wrench(wrenches, link, ((a, b, c), (x, y, z)))
@@ -186,7 +188,7 @@ class _JointKind:
         first, last = self.members[0].item.name, self.members[-1].item.name
         return f"{meaning} of {len(self.members)} joints, {first} to {last}"
 
-    def _stacked(self, meaning: str, inputs: LoopInputs, values: Sequence[Scalar]) -> list[list[Scalar]]:
+    def _loop_over_joints(self, meaning: str, inputs: LoopInputs, values: Sequence[Scalar]) -> list[list[Scalar]]:
         """Return numbers of each joint, as a loop over the joints."""
         kernel, outer = inputs.algebra.tape, self.quantities.algebra
         varying = list(dict.fromkeys(abs(value.ref) for value in values if value.constant is None))
@@ -202,7 +204,7 @@ class _JointKind:
         rows = add_map(outer.tape, compact(loop, ())).rows if varying else [()] * len(self.members)
         fixed = {value.ref: outer.scalar(value.constant) for value in values if value.constant is not None}
 
-        def of_joint(row: Sequence[Ref]) -> list[Scalar]:
+        def joint_values(row: Sequence[Ref]) -> list[Scalar]:
             known = dict(zip(varying, row, strict=True))
             return [
                 fixed[value.ref]
@@ -211,7 +213,7 @@ class _JointKind:
                 for value in values
             ]
 
-        return [of_joint(row) for row in rows]
+        return [joint_values(row) for row in rows]
 
 
 @dataclass(frozen=True)

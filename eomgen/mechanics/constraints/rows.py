@@ -208,7 +208,7 @@ def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> lis
     turned = [[*parallel, spin], parallel, [spin]][turns] if not kind.has("ball") else []
     if kind.has("screw"):
         travel = length(
-            "travel follows the angle", _screwed(quantities, item, pair, local), quantities.formula(item.pitch)
+            "travel follows the angle", _screw_residual(quantities, item, pair, local), quantities.formula(item.pitch)
         )
         return [*meeting[:2], *turned, travel]
     along = [kind.frame_axes[axis] for axis in kind.travels]
@@ -232,7 +232,7 @@ def sine_of_excess_rotation(quantities: Quantities, angle: Scalar, first: FrameP
     return dot(first.axis(1), second.axis(0)) * cosine - dot(first.axis(0), second.axis(0)) * sine
 
 
-def _screwed(quantities: Quantities, item: Constraint, pair: FramePair, local: Vector) -> Scalar:
+def _screw_residual(quantities: Quantities, item: Constraint, pair: FramePair, local: Vector) -> Scalar:
     """Return the residual of a screw in m; the travel selects the revolution of the angle."""
     pitch = quantities.formula(item.pitch)
     return pitch * sine_of_excess_rotation(quantities, -local[2] / pitch, pair.first, pair.second)
@@ -304,7 +304,7 @@ def _contact_with_surface(quantities: Quantities, item: Constraint, pair: FrameP
     before, after = _STEPS_OF_SPHERES if item.shape == "sphere" else _STEPS
     inverse = minors = list[Scalar]()
     for number in range(before + after):
-        x, y, off, *inverse = _called(tape, step, [*place, *pose])
+        x, y, off, *inverse = _call(tape, step, [*place, *pose])
         place, inverse, minors = [x, y], inverse[:4], inverse[4:]
         if number == before:
             size = _NEAR * _curved_size(quantities, item)
@@ -317,10 +317,10 @@ def _contact_with_surface(quantities: Quantities, item: Constraint, pair: FrameP
     results = [abs(value.ref) for value in (*place, *inverse, touches)]
     tape.converged |= {node for node in results if node >= first_node}
     for _ in range(_DIFFERENTIATED):
-        off_x, off_y = _called(tape, residual, [*place, *pose])
+        off_x, off_y = _call(tape, residual, [*place, *pose])
         x, y = (inverse[k] * off_x + inverse[k + 1] * off_y for k in (0, 2))
         place = [place[0] - x, place[1] - y]
-    height, *parts = _called(tape, final, [*place, *pose])
+    height, *parts = _call(tape, final, [*place, *pose])
     point, first, second = (apply(axes, (parts[k], parts[k + 1], parts[k + 2])) for k in (0, 3, 6))
     return Contact(plus(pair.first.origin, point), (first, second), touches * height)
 
@@ -329,7 +329,7 @@ def _contact_with_surface(quantities: Quantities, item: Constraint, pair: FrameP
 _Function = tuple[Tape, list[Ref]]
 
 
-def _called(tape: Tape, refs: _Function, arguments: Sequence[Scalar]) -> list[Scalar]:
+def _call(tape: Tape, refs: _Function, arguments: Sequence[Scalar]) -> list[Scalar]:
     """Return the values of a function that is recorded on another tape."""
     source, values = refs
     bound = {InputSymbol(_MOTION, number): argument.ref for number, argument in enumerate(arguments)}
@@ -351,10 +351,10 @@ def _surface_functions(quantities: Quantities, item: Constraint) -> tuple[_Funct
     count = 5 if item.shape == "sphere" else 14
     x, y, *pose = (Scalar(tape, tape.input(_MOTION, number)) for number in range(count))
 
-    def resolved(symbol: Symbol) -> Scalar:
+    def resolve(symbol: Symbol) -> Scalar:
         return (x, y)[symbol.index] if symbol.kind == "local" else detached(symbol)
 
-    h = record(algebra, item.surface, resolved)
+    h = record(algebra, item.surface, resolve)
     ((hx, hy),) = _partials(algebra, [h])
     normal, origin = _unit(algebra, (-hx, -hy, algebra.one)), (pose[0], pose[1], pose[2])
     rows = [(pose[k], pose[k + 1], pose[k + 2]) for k in (3, 6, 9)] if item.shape != "sphere" else []
@@ -438,9 +438,9 @@ class Equation:
     def __init__(self, quantities: Quantities, item: Constraint, place: Vector | None = None) -> None:
         assert item.equation is not None  # asked for by the caller
         self.quantities, self.item, self.formula, self.place = quantities, item, item.equation, place
-        self.value = record(quantities.algebra, self.formula, self._resolved)
+        self.value = record(quantities.algebra, self.formula, self._resolve)
 
-    def _resolved(self, symbol: Symbol) -> Scalar:
+    def _resolve(self, symbol: Symbol) -> Scalar:
         if symbol.kind == "local" and self.place is not None:
             return self.place[symbol.index]
         return self.quantities(symbol)
@@ -453,14 +453,14 @@ class Equation:
         detached = DetachedSymbols(self.quantities, tape)
         inputs = {symbol: Scalar(tape, tape.input(_MOTION, number)) for number, symbol in enumerate(moving)}
 
-        def resolved(symbol: Symbol) -> Scalar:
+        def resolve(symbol: Symbol) -> Scalar:
             return inputs[symbol] if symbol in inputs else detached(symbol)
 
-        value = record(detached.algebra, self.formula, resolved)
+        value = record(detached.algebra, self.formula, resolve)
         held = {number: symbol for number, symbol in enumerate(moving) if self.item.at_velocity == _is_rate(symbol)}
         seeds: dict[Ref | InputSymbol, Tangent] = {InputSymbol(_MOTION, number): {number: ONE} for number in held}
         (tangent,) = forward_partials(tape, [value.ref], seeds)
-        bound = {InputSymbol(_MOTION, number): self._resolved(symbol).ref for number, symbol in enumerate(moving)}
+        bound = {InputSymbol(_MOTION, number): self._resolve(symbol).ref for number, symbol in enumerate(moving)}
         refs = splice(target, tape, [tangent.get(number, ZERO) for number in held], bound)
         return {symbol: Scalar(target, ref) for symbol, ref in zip(held.values(), refs, strict=True)}
 
@@ -489,8 +489,8 @@ class Equation:
     @cached_property
     def size(self) -> Scalar:
         """Sum of the magnitudes of the summands, and of the quantities times their partials."""
-        parts = [magnitude(record(self.quantities.algebra, part, self._resolved)) for part in summands(self.formula)]
-        changes = (magnitude(slope * self._resolved(symbol)) for symbol, slope in self.partials.items())
+        parts = [magnitude(record(self.quantities.algebra, part, self._resolve)) for part in summands(self.formula)]
+        changes = (magnitude(slope * self._resolve(symbol)) for symbol, slope in self.partials.items())
         return sum(changes, sum(parts[1:], parts[0]))
 
     def scales(self) -> tuple[Scalar, Scalar, Scalar]:

@@ -26,7 +26,7 @@ def solve_tree(M: Sequence[Mapping[int, Scalar]], right: Sequence[Scalar], paren
     M : rows of the lower triangle, by column
     parents : (nv,) for each component the nearest coupled component towards the root, -1 at the root
     """
-    factors, inverse = factored(M, parents)
+    factors, inverse = factorise(M, parents)
     x = [value * inverse[k] for k, value in enumerate(half_solved(factors, right))]
     for k in range(len(right)):
         for i, factor in factors[k].items():
@@ -34,7 +34,9 @@ def solve_tree(M: Sequence[Mapping[int, Scalar]], right: Sequence[Scalar], paren
     return x
 
 
-def factored(M: Sequence[Mapping[int, Scalar]], parents: Sequence[int]) -> tuple[list[dict[int, Scalar]], list[Scalar]]:
+def factorise(
+    M: Sequence[Mapping[int, Scalar]], parents: Sequence[int]
+) -> tuple[list[dict[int, Scalar]], list[Scalar]]:
     """Return L and 1 / D of M = L^T D L: the rows of the unit lower triangle L by column, and the inverse diagonal."""
     size = len(M)
     A = [dict(row) for row in M]
@@ -95,7 +97,7 @@ def loses_digits(
     turns = np.reshape([uniform() for _ in range(_POSITIONS * tree.nv)], (_POSITIONS, tree.nv)) * tree.angular()
     q = update(tree.factors, np.tile(start, (_POSITIONS, 1)), turns)
     with np.errstate(all="ignore"):  # numbers that are not finite are refused elsewhere
-        for joints in _coupled(M, [factor.v for factor in tree.factors]):
+        for joints in _coupled_joints(M, [factor.v for factor in tree.factors]):
             first, end = joints[0].start, joints[-1].stop
             places = [(i, j) for i in range(first, end) for j in M[i]]
             values = evaluate(tree.algebra.tape, [M[i][j].ref for i, j in places], {"p": parameters, "q": q})
@@ -108,7 +110,7 @@ def loses_digits(
     return False
 
 
-def _coupled(M: Sequence[Mapping[int, Scalar]], joints: Sequence[slice]) -> list[list[slice]]:
+def _coupled_joints(M: Sequence[Mapping[int, Scalar]], joints: Sequence[slice]) -> list[list[slice]]:
     """Return runs of successive joints that M couples. Joints without coupling are left out, because their inertia is
     the same whether other joints are locked or free."""
     runs: list[list[slice]] = []

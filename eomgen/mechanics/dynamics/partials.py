@@ -78,7 +78,7 @@ class Screws:
     rate_origin: Vector
 
 
-def _crossed(omega: Vector, velocity: Vector, w: Vector, u: Vector) -> tuple[Vector, Vector]:
+def _spatial_cross(omega: Vector, velocity: Vector, w: Vector, u: Vector) -> tuple[Vector, Vector]:
     """Return the spatial cross product of the twist (omega, velocity) with the screw (w, u)."""
     return cross(omega, w), plus(cross(omega, u), cross(velocity, w))
 
@@ -114,10 +114,10 @@ def _motions(tree: Tree, base: BaseMotion) -> tuple[list[list[Screws]], list[tup
             screws_of_link = []
             for column in link.columns:
                 w, u = column.angular, column.linear
-                first, first_origin = _crossed(omega, velocity, w, u)
-                left, left_origin = _crossed(alpha, spatial, w, u)
-                right, right_origin = _crossed(omega, velocity, first, first_origin)
-                own, own_origin = _crossed(*own_twist, w, u)
+                first, first_origin = _spatial_cross(omega, velocity, w, u)
+                left, left_origin = _spatial_cross(alpha, spatial, w, u)
+                right, right_origin = _spatial_cross(omega, velocity, first, first_origin)
+                own, own_origin = _spatial_cross(*own_twist, w, u)
                 screws_of_link.append(
                     Screws(
                         w,
@@ -242,7 +242,7 @@ def _wrenches(
     return by_q, by_v, wrench(algebra, body, screw.linear, screw.angular)
 
 
-def _moved(screw: Screws, load: Wrench) -> Wrench:
+def _wrench_change(screw: Screws, load: Wrench) -> Wrench:
     """Return the change of a wrench that moves by a screw."""
     return plus(cross(screw.angular, load[0]), cross(screw.linear, load[1])), cross(screw.angular, load[1])
 
@@ -266,7 +266,7 @@ def _column(
     own = zip(project(link, by_q), project(link, by_v), project(link, by_a), strict=True)
     for row, values in zip(link.dofs, own, strict=True):
         _add(blocks, row, dof, ratio * ratio, values)
-    by_q = _sum(by_q, _moved(screw, load))
+    by_q = _sum(by_q, _wrench_change(screw, load))
     work = flow.adjoint(screw.angular, screw.linear)
     below = index
     while tree.links[below].parent != ROOT:
@@ -312,7 +312,7 @@ class Effect:
     of_turn: Vector
     of_acceleration: Wrench
 
-    def carried(self, link: Link) -> Effect:
+    def to_parent(self, link: Link) -> Effect:
         """Return the function for changes in the axes of the parent of a link."""
         turned = link.rotation.rotate(self.of_turn)
         return Effect(carry(link, self.of_virtual), turned, carry(link, self.of_acceleration))
@@ -336,7 +336,7 @@ def _virtual_motions(tree: Tree, weights: Sequence[Scalar]) -> tuple[list[tuple[
             turn, slide = relative(algebra, link, values)
             carried = link.rotation.rotate_back(turn_up)
             moved = link.rotation.rotate_back(plus(slide_up, cross(turn_up, link.position)))
-            changes.append([_crossed(carried, moved, column.angular, column.linear) for column in link.columns])
+            changes.append([_spatial_cross(carried, moved, column.angular, column.linear) for column in link.columns])
             twists.append((plus(carried, turn), plus(moved, slide)))
     return twists, changes
 
@@ -390,10 +390,12 @@ class WorkHessian:
                 spin = momentum.spin
                 for k, (screw, turned) in enumerate(zip(screws[index], moved[index], strict=True)):
                     by_q, by_v, by_a = _wrenches(algebra, screw, body, flow)
-                    by_q = _sum(by_q, _moved(screw, loads[index]))
+                    by_q = _sum(by_q, _wrench_change(screw, loads[index]))
                     turning = minus(flow.adjoint(*turned), momentum.adjoint(screw.turn, screw.slide))
                     turning = plus(turning, cross(screw.angular, products[index]))
-                    pushed = _sum(wrench(algebra, body, turned[1], turned[0]), _moved(screw, (spin, momentum.momentum)))
+                    pushed = _sum(
+                        wrench(algebra, body, turned[1], turned[0]), _wrench_change(screw, (spin, momentum.momentum))
+                    )
                     twisting = scaled(-1.0, momentum.adjoint(screw.angular, screw.linear))
                     effects = (
                         Effect(by_q, turning, pushed),
@@ -413,7 +415,7 @@ class WorkHessian:
             self._add((1, link.dofs[k]), (1, other), both * effects[1](changes[1]), half=True)
         below = index
         while links[below].parent != ROOT:
-            effects = tuple(effect.carried(links[below]) for effect in effects)
+            effects = tuple(effect.to_parent(links[below]) for effect in effects)
             below = links[below].parent
             both = links[below].coordinates.ratio * link.coordinates.ratio
             for other, changes in zip(links[below].dofs, self.changes[below], strict=True):
@@ -421,7 +423,7 @@ class WorkHessian:
                     for place, change in enumerate(changes):
                         self._add((block, link.dofs[k]), (place, other), both * effect(change))
         if self.base_changes:
-            effects = tuple(effect.carried(links[below]) for effect in effects)
+            effects = tuple(effect.to_parent(links[below]) for effect in effects)
         for argument, change in self.base_changes.items():
             for block, effect in enumerate(effects):
                 entry = argument, block * self.tree.nv + link.dofs[k]

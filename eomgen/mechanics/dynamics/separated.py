@@ -34,12 +34,12 @@ from eomgen.mechanics.kinematics.fields import (
     carry,
     difference,
     project,
-    summed,
     total_fields,
+    wrench_sum,
 )
 from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.beam_body import ElasticBody, RelativeMotion
-from eomgen.mechanics.tree.build import build_tree, grouped
+from eomgen.mechanics.tree.build import build_tree, group_inertias
 from eomgen.mechanics.tree.inertia import AddedMass, RecordedInertia, wrench
 from eomgen.mechanics.tree.links import ROOT, Link, Tree
 from eomgen.scene.control.model import Reference
@@ -67,7 +67,7 @@ def zero_base(tree: Tree) -> BaseMotion:
     return BaseMotion(zero, zero, zero, zero)
 
 
-def generalized(tree: Tree, loads: Sequence[Wrench], label: str, rows: Rows | None = None) -> list[Scalar]:
+def generalized_forces(tree: Tree, loads: Sequence[Wrench], label: str, rows: Rows | None = None) -> list[Scalar]:
     """Return the generalized forces, (nv,), of one wrench per link: inward recursion, projected on joint columns.
 
     ``rows`` holds additional generalized forces of elastic coordinates, by link.
@@ -79,7 +79,7 @@ def generalized(tree: Tree, loads: Sequence[Wrench], label: str, rows: Rows | No
 
 def inertial(tree: Tree, fields: Sequence[LinkField], label: str) -> list[Scalar]:
     """Return the generalized inertia forces, (nv,), of the links for given acceleration fields."""
-    return generalized(tree, field_wrenches(tree, fields), label, elastic_rows(tree, fields))
+    return generalized_forces(tree, field_wrenches(tree, fields), label, elastic_rows(tree, fields))
 
 
 def carried_loads(tree: Tree, loads: Sequence[Wrench], label: str) -> list[Wrench]:
@@ -101,7 +101,7 @@ def field_wrenches(tree: Tree, fields: Sequence[LinkField]) -> list[Wrench]:
         with tree.algebra.tape.block(f"inertia forces of link {link.name}"):
             load = wrench(tree.algebra, link.inertia, field.origin, field.alpha, field.symmetric)
             if link.elastic is not None:
-                load = summed(load, link.elastic.wrench(field.spin, link.elastic.relative_motion(**field.relative)))
+                load = wrench_sum(load, link.elastic.wrench(field.spin, link.elastic.relative_motion(**field.relative)))
             loads.append(load)
     return loads
 
@@ -136,7 +136,9 @@ def inverse_dynamics(tree: Tree, base: BaseMotion, loads: Sequence[Wrench | None
     loads : applied wrench per link about the link's origin in link axes, or None
     """
     fields = total_fields(tree, base, accelerations=True, gravity=True)
-    efforts = generalized(tree, net_wrenches(tree, fields, loads), "inverse dynamics", elastic_rows(tree, fields))
+    efforts = generalized_forces(
+        tree, net_wrenches(tree, fields, loads), "inverse dynamics", elastic_rows(tree, fields)
+    )
     of_rotors = {
         index: [rotor * rate for rotor, rate in zip(link.rotor_inertias, link.accelerations, strict=True)]
         for index, link in enumerate(tree.links)
@@ -157,7 +159,7 @@ def composites(tree: Tree) -> list[RecordedInertia]:
                     for item in total[index].added
                 )
                 turned = RecordedInertia(total[index].mass, first, second, added)
-                total[link.parent] = total[link.parent] + turned.shifted(link.position)
+                total[link.parent] = total[link.parent] + turned.shift(link.position)
     return total
 
 
@@ -337,21 +339,21 @@ class ReferenceEfforts:
             fault = f"the joint {symbol.name} follows another and has no equation of its own [E0498]"
             raise ModelError(Problem(f"{symbol.kind}.{symbol.name}", fault, "the joint that it follows"))
         if symbol.reference not in self._efforts:
-            self._efforts[symbol.reference] = self._recorded(symbol.reference)
+            self._efforts[symbol.reference] = self._record(symbol.reference)
         return self._efforts[symbol.reference][coordinates.dofs[symbol.index]]
 
-    def _recorded(self, reference: str) -> list[Scalar]:
+    def _record(self, reference: str) -> list[Scalar]:
         """Return the efforts for a reference by velocity component; without a name, those against gravity."""
         if not reference:
             return [-force for force in gravity_force(self.tree.without_water(), self.base.gravity)]
         algebra = self.tree.algebra
         given = {("a", dof): algebra.zero for dof in range(self.tree.nv)}
-        given |= self._given(self.references[reference])
-        moved = grouped(build_tree(algebra, self.scene, given=given)).without_water()
+        given |= self._reference_coordinates(self.references[reference])
+        moved = group_inertias(build_tree(algebra, self.scene, given=given)).without_water()
         with algebra.tape.block(f"inverse dynamics of reference {reference}"):
             return inverse_dynamics(moved, self.base, [None] * len(moved.links))
 
-    def _given(self, reference: Reference) -> dict[tuple[str, int], Scalar]:
+    def _reference_coordinates(self, reference: Reference) -> dict[tuple[str, int], Scalar]:
         result: dict[tuple[str, int], Scalar] = {}
         for part, block in _BLOCKS:
             for joint, formula in getattr(reference, part):

@@ -62,7 +62,7 @@ def law_of(kind: type[ForceElement]) -> Law:
         If the module does not load, or has no law for this class: one of another distribution may be broken.
     """
     try:
-        law = _loaded(kind.law)
+        law = _load(kind.law)
     except Exception as error:  # any error of a module of another distribution
         raise _broken(kind, f"does not load: {type(error).__name__}: {error} [E0499]") from error
     if not isinstance(law, Law) or law.model is not kind:
@@ -71,7 +71,7 @@ def law_of(kind: type[ForceElement]) -> Law:
 
 
 @cache
-def _loaded(place: str) -> Any:
+def _load(place: str) -> Any:
     module, _, name = place.partition(":")
     return getattr(import_module(module), name)
 

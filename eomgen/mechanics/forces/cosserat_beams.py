@@ -112,7 +112,7 @@ def with_linear_moments(
         return RecordedStiffness(result, [list(row) for row in damping], of_section)
     # Rates of strain in the middle, and s times the rates of its change along the element.
     varying = _matrix_product(section, _matrix_product(list(zip(*along, strict=True)), result))
-    middle, change = _congruent(damping, _transposed(of_section)), _congruent(damping, _transposed(varying))
+    middle, change = _congruent(damping, _transpose(of_section)), _congruent(damping, _transpose(varying))
     damped = [[x + share * y for x, y in zip(*rows, strict=True)] for rows in zip(middle, change, strict=True)]
     return RecordedStiffness(result, damped, of_section)
 
@@ -136,12 +136,12 @@ def with_varying_sections(
     free = [i for i in _SIX if not all(entry.is_zero for entry in stiffness[i])]
     along = [[algebra.scalar(entry) for entry in row] for row in _adjoint(initial)]
 
-    def moved(means: Sequence[ScalarRows]) -> list[list[Scalar]]:
+    def shift(means: Sequence[ScalarRows]) -> list[list[Scalar]]:
         mean, first, second = means
         changed, squared = _matrix_product(along, first), _congruent(second, along)
         return [[mean[i][j] + changed[i][j] + changed[j][i] + squared[i][j] for j in _SIX] for i in _SIX]
 
-    result = _inverse(algebra, moved(compliance), free)
+    result = _inverse(algebra, shift(compliance), free)
     of_section = _matrix_product(_inverse(algebra, stiffness, free), result)
     following = _matrix_product(_matrix_product(along, compliance[1]), result)
     for i in _SIX:
@@ -149,7 +149,7 @@ def with_varying_sections(
             following[i] = [algebra.zero] * 6
         else:
             of_section[i][i] = algebra.one
-    damping = _congruent(moved(dissipation), result) if any(map(_is_there, dissipation)) else []
+    damping = _congruent(shift(dissipation), result) if any(map(_is_there, dissipation)) else []
     return RecordedStiffness(result, damping or [[algebra.zero] * 6 for _ in _SIX], of_section, following)
 
 
@@ -186,13 +186,13 @@ def _matrix_product(rows: ScalarRows, others: ScalarRows) -> list[list[Scalar]]:
     return [[dot(row, column) for column in zip(*others, strict=True)] for row in rows]
 
 
-def _transposed(rows: ScalarRows) -> list[list[Scalar]]:
+def _transpose(rows: ScalarRows) -> list[list[Scalar]]:
     return [list(column) for column in zip(*rows, strict=True)]
 
 
 def _congruent(matrix: ScalarRows, others: ScalarRows) -> list[list[Scalar]]:
     """Return A S A^T of a symmetric S (``matrix``) and a matrix A (``others``)."""
-    return _symmetric(_matrix_product(others, _matrix_product(matrix, _transposed(others))))
+    return _symmetric(_matrix_product(others, _matrix_product(matrix, _transpose(others))))
 
 
 def _symmetric(rows: ScalarRows) -> list[list[Scalar]]:
@@ -241,7 +241,7 @@ class SectionNumbers:
     following: Sequence[Six] = ()
 
     @property
-    def damped(self) -> bool:
+    def has_damping(self) -> bool:
         return any(not entry.is_zero for row in self.damping for entry in row)
 
     @property
@@ -282,7 +282,7 @@ class ElementStrain:
                     strict=True,
                 )
             ]
-            if section.damped
+            if section.has_damping
             else [algebra.zero] * 6
         )
 
@@ -306,9 +306,9 @@ class ElementStrain:
     def forces(self) -> list[Scalar]:
         """Return the generalized forces on both nodes, (12,), moment before force, in the axes of each node."""
         elastic, viscous = _product(self.section.stiffness, self.strain), _product(self.section.damping, self.rate)
-        return self.transmitted([x + y for x, y in zip(elastic, viscous, strict=True)])
+        return self.node_forces([x + y for x, y in zip(elastic, viscous, strict=True)])
 
-    def transmitted(self, section_forces: Six) -> list[Scalar]:
+    def node_forces(self, section_forces: Six) -> list[Scalar]:
         """Return the generalized forces on both nodes, (12,), of a section's moment and force, (6,)."""
         on_first, on_second = (
             _product(list(zip(*tangent, strict=True)), section_forces) for tangent in (self.to_first, self.to_second)
@@ -331,7 +331,7 @@ class ElementStrain:
             held[k] if k in elsewhere else x + y if held[k].is_zero else x + y + held[k]
             for k, (x, y) in enumerate(zip(elastic, viscous, strict=True))
         ]
-        on_both = self.transmitted(s)
+        on_both = self.node_forces(s)
         return [*_product(self.section.of_section, self.strain), *s, *on_both[:6], *(-x for x in on_both[6:])]
 
     def energies(self) -> list[Scalar]:
@@ -384,7 +384,7 @@ class Chain:
         return [pair for pair in self.pairs if one or any(carried[end] for end in pair)]
 
     @property
-    def _repeated(self) -> list[tuple[int, int]]:
+    def _repeated_pairs(self) -> list[tuple[int, int]]:
         alone = self._alone
         return [pair for pair in self.pairs if pair not in alone]
 
@@ -399,7 +399,7 @@ class Chain:
         numbers = dict(zip(self.pairs, more or [()] * len(self.pairs), strict=True))
         for pair in self._alone:
             result[pair] = results(self._element(pair), *numbers[pair])
-        if repeated := self._repeated:
+        if repeated := self._repeated_pairs:
             tape = self.quantities.algebra.tape
             loop = _loop(self.sections, self.nodes, repeated, label, results, [numbers[pair] for pair in repeated])
             rows = add_map(tape, loop).rows
@@ -410,7 +410,7 @@ class Chain:
         """Return the sums over all elements of the results of a function of an element."""
         algebra = self.quantities.algebra
         result = [results(self._element(pair)) for pair in self._alone]
-        if repeated := self._repeated:
+        if repeated := self._repeated_pairs:
             loop = _loop(self.sections, self.nodes, repeated, label, results, summed=True)
             result.append([Scalar(algebra.tape, ref) for ref in add_map(algebra.tape, loop).sums])
         return [sum(parts, algebra.zero) for parts in zip(*result, strict=True)]
@@ -490,7 +490,7 @@ def _loop(
     arguments of the loop."""
     kernel = Tape()
     algebra = Algebra(kernel)
-    size = _POSE + _TWIST if any(sections[first].damped for first, _ in pairs) else _POSE
+    size = _POSE + _TWIST if any(sections[first].has_damping for first, _ in pairs) else _POSE
     gathered = [[number.ref for number in node.numbers[:size]] for node in nodes]
     rows = [[*gathered[first], *gathered[second]] for first, second in pairs]
     if more:

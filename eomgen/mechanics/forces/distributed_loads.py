@@ -122,10 +122,10 @@ class _Group:
         weight = self._column(inputs, (load.weight for load in self.nodes))
         base = [inputs.number([number]) for number in _numbers_of_base(quantities)]
 
-        def resolved(symbol: Symbol) -> Scalar:
+        def resolve(symbol: Symbol) -> Scalar:
             return numbers[symbol.index] if symbol.kind == "number" else inputs.number([quantities(symbol)])
 
-        results = _wrench(algebra, node, base, patterns[0][0], weight, resolved, own_axes=self._own_axes)
+        results = _wrench(algebra, node, base, patterns[0][0], weight, resolve, own_axes=self._own_axes)
         if kernel.maps:  # waves are loops
             return None
         *wrench, power = (value.ref for value in results)

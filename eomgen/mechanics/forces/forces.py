@@ -53,10 +53,10 @@ class LoadPointFrame:
 
     def vector(self, formulas: tuple[Formula, Formula, Formula]) -> Vector:
         """Return three formulas of the load, in the axes of the frame."""
-        x, y, z = (record(self.algebra, formula, self._resolved) for formula in formulas)
+        x, y, z = (record(self.algebra, formula, self._resolve) for formula in formulas)
         return (x, y, z) if self.own_axes else apply(transpose(self.axes), (x, y, z))
 
-    def _resolved(self, symbol: Symbol) -> Scalar:
+    def _resolve(self, symbol: Symbol) -> Scalar:
         if symbol.kind == "local":
             return self._quantities[symbol.name]()[symbol.index]
         return self.elsewhere(symbol)

@@ -132,11 +132,11 @@ def _contacts(
     for part, contact in zip((1.0 / 3.0, 2.0 / 3.0), contacts, strict=True):
         straight = plus(ends[0], scaled(part, span))
         places.append(_choice(algebra, touches, contact, straight))
-    leaves, arrives = (_of_frame(quantities, frame, wrap.frame.body, place) for place in places)
+    leaves, arrives = (_point_of_frame(quantities, frame, wrap.frame.body, place) for place in places)
     return leaves, arrives, algebra.select(touches, arc, third)
 
 
-def _of_frame(quantities: Quantities, frame: FramePose, body: str, place: Vector) -> _PathPoint:
+def _point_of_frame(quantities: Quantities, frame: FramePose, body: str, place: Vector) -> _PathPoint:
     """Return the point of an obstacle's link at a place in the axes of the obstacle."""
     position = plus(frame.origin, apply(frame.axes, place))
     R, origin = quantities.kinematics.pose(frame.link)

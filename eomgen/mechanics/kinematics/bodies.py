@@ -67,7 +67,7 @@ class Orientations:
         for link, constant in zip(tree.links, _link_quaternions(tree), strict=True):
             above = self.root if link.parent == ROOT else self.links[link.parent]
             self.links.append(quaternion_product(above, _joint_quaternion(tree, link, constant)))
-        self.mounted = _mounted_scalars(tree, _mounted(scene, tree))
+        self.mounted = _mounted_scalars(tree, _mount_quaternions(scene, tree))
 
     def at(self, name: str, r: Vector) -> list[Scalar]:
         """Return the quaternion of a body's frame at a point r of the body; on a beam the frame turns with the
@@ -108,7 +108,7 @@ def poses(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:
     return values
 
 
-def _mounted(scene: Scene, tree: Tree) -> dict[str, list[float]]:
+def _mount_quaternions(scene: Scene, tree: Tree) -> dict[str, list[float]]:
     """Return the constant quaternion of each body in its link, with the sign given by the orientations of joints."""
     neutral: list[list[float]] = []
     for link in tree.links:

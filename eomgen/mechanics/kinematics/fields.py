@@ -185,5 +185,5 @@ def difference(first: Wrench, second: Wrench) -> Wrench:
     return minus(first[0], second[0]), minus(first[1], second[1])
 
 
-def summed(first: Wrench, second: Wrench) -> Wrench:
+def wrench_sum(first: Wrench, second: Wrench) -> Wrench:
     return plus(first[0], second[0]), plus(first[1], second[1])

@@ -41,11 +41,11 @@ def rotation() -> Kernel:
             entry = columns[column][row]
             if row == column:
                 entry = sympy.expand(entry - (w**2 + x**2 + y**2 + z**2)) + 1  # |p| = 1; a sum of four squares
-            results.append(_halved(entry))
+            results.append(_factor_two(entry))
     return kernel_of(results)
 
 
-def _halved(entry: sympy.Expr) -> sympy.Expr:
+def _factor_two(entry: sympy.Expr) -> sympy.Expr:
     """Write a quadratic entry as [1 +] 2 (..), one multiplication by two instead of one per term."""
     constant = entry.subs(dict.fromkeys(entry.free_symbols, 0))
     half = sympy.Add(*((term / 2) for term in sympy.Add.make_args(entry - constant)))
@@ -129,7 +129,7 @@ _PHI = sympy.Matrix(sympy.symbols("f0:3"))
 _W = sympy.Matrix(sympy.symbols("w0:3"))
 
 
-def _integrated(integrand: sympy.Expr, fields: tuple[sympy.Matrix, ...]) -> sympy.Expr:
+def _integrate_over_mass(integrand: sympy.Expr, fields: tuple[sympy.Matrix, ...]) -> sympy.Expr:
     """Replace monomials of the fields' components by integrals over the mass: ``f0 s1`` becomes the symbol ``f0s1``."""
     components = [component for field in fields for component in field]
     total = sympy.Integer(0)
@@ -157,7 +157,7 @@ def relative_motion() -> Kernel:
     results = []
     for vector in (_S.cross(acceleration), acceleration):
         for component in vector:
-            integral = _integrated(component, (_V, _R, _S))
+            integral = _integrate_over_mass(component, (_V, _R, _S))
             results.append(_with_coriolis_halved(integral))
     return kernel_of(results)
 
@@ -170,7 +170,7 @@ def elastic_row() -> Kernel:
     A = sympy.Matrix(sympy.symbols("A0:3"))
     U = sympy.Matrix(3, 3, lambda i, j: sympy.Symbol(f"U{i}{j}"))
     work = _PHI.dot(A + U * _S + 2 * _W.cross(_V) + _R)
-    integral = _integrated(work, (_PHI, _S, _V, _R))
+    integral = _integrate_over_mass(work, (_PHI, _S, _V, _R))
     return kernel_of([_with_coriolis_halved(integral)])
 
 
@@ -182,7 +182,7 @@ def relative_energy() -> Kernel:
     u = sympy.Matrix(sympy.symbols("u0:3"))
     carried = u + _W.cross(_S)
     added = _V.dot(carried) + _V.dot(_V) / 2
-    return kernel_of([_integrated(added, (_V, _S))])
+    return kernel_of([_integrate_over_mass(added, (_V, _S))])
 
 
 def onset() -> Kernel:

@@ -68,7 +68,7 @@ def bracket_transposed(x: Pair, load: Pair) -> Pair:
     return (-moment[0], -moment[1], -moment[2]), (-force[0], -force[1], -force[2])
 
 
-def combined(x: Columns, y: Columns, operation: Callable[[Pair, Pair], Pair] = pair_plus) -> Columns:
+def combine(x: Columns, y: Columns, operation: Callable[[Pair, Pair], Pair] = pair_plus) -> Columns:
     return [[operation(p, q) for p, q in zip(first, second, strict=True)] for first, second in zip(x, y, strict=True)]
 
 
@@ -134,7 +134,7 @@ class SystemMatrices:
                 sums.append(list(row))
             else:
                 sums.append(
-                    [p if is_zero(q) else pair_plus(p, moved(link, q)) for p, q in zip(row, above, strict=True)]
+                    [p if is_zero(q) else pair_plus(p, to_link(link, q)) for p, q in zip(row, above, strict=True)]
                 )
         return sums
 
@@ -158,7 +158,7 @@ class SystemMatrices:
             for link, row in zip(self.tree.links, x, strict=True)
         ]
 
-    def projected(self, x: Columns) -> list[list[Scalar]]:
+    def project(self, x: Columns) -> list[list[Scalar]]:
         """Return X^T x, row by row."""
         rows: list[list[Scalar]] = []
         for dof in range(self.tree.nv):
@@ -201,18 +201,18 @@ class SystemMatrices:
         if len(paths) == 1:
             return z
         a = self.joint_twists(0)
-        inner = combined(paths[1], by_link(a, z[0], bracket_transposed), pair_minus)
+        inner = combine(paths[1], by_link(a, z[0], bracket_transposed), pair_minus)
         carried = self.inwards(inner)
-        z.append(combined(carried, by_link(a, z[0], bracket_transposed)))
+        z.append(combine(carried, by_link(a, z[0], bracket_transposed)))
         if len(paths) == 2:
             return z
         a_dot = self.joint_twists(1)
-        inner_dot = combined(paths[2], by_link(a_dot, z[0], bracket_transposed), pair_minus)
-        inner_dot = combined(inner_dot, by_link(a, z[1], bracket_transposed), pair_minus)
-        carried_dot = self.inwards(combined(inner_dot, by_link(a, carried, bracket_transposed), pair_minus))
-        carried_dot = combined(carried_dot, by_link(a, carried, bracket_transposed))
-        total = combined(carried_dot, by_link(a_dot, z[0], bracket_transposed))
-        z.append(combined(total, by_link(a, z[1], bracket_transposed)))
+        inner_dot = combine(paths[2], by_link(a_dot, z[0], bracket_transposed), pair_minus)
+        inner_dot = combine(inner_dot, by_link(a, z[1], bracket_transposed), pair_minus)
+        carried_dot = self.inwards(combine(inner_dot, by_link(a, carried, bracket_transposed), pair_minus))
+        carried_dot = combine(carried_dot, by_link(a, carried, bracket_transposed))
+        total = combine(carried_dot, by_link(a_dot, z[0], bracket_transposed))
+        z.append(combine(total, by_link(a, z[1], bracket_transposed)))
         return z
 
 
@@ -245,13 +245,13 @@ class Image:
         else:
             total = self._source(n - 1, m + 1)
             for i in range(m + 1):
-                difference = combined(self._source(n - 1, m - i), self.derivative(n - 1 + m - i), pair_minus)
-                total = combined(total, by_link(self.system.joint_twists(i), difference, bracket, math.comb(m, i)))
+                difference = combine(self._source(n - 1, m - i), self.derivative(n - 1 + m - i), pair_minus)
+                total = combine(total, by_link(self.system.joint_twists(i), difference, bracket, math.comb(m, i)))
         self._sources[n, m] = total
         return total
 
 
-def moved(link: Link, twist: Pair) -> Pair:
+def to_link(link: Link, twist: Pair) -> Pair:
     """Return Ad of a twist: from the parent's frame to the link's frame, as of one rigid body."""
     angular, linear = twist
     carried = link.rotation.rotate_back(plus(linear, cross(angular, link.position)))
@@ -305,8 +305,7 @@ def _bracket_matrix(twist: Pair) -> list[Scalar]:
 def mass_path(system: SystemMatrices, order: int) -> list[Rows]:
     """Return M, (nv, nv), and its time derivatives up to order 2; rotor inertias are constant."""
     path = [
-        system.projected(z)
-        for z in system.with_transpose([system.inertia(system.jacobian(k)) for k in range(order + 1)])
+        system.project(z) for z in system.with_transpose([system.inertia(system.jacobian(k)) for k in range(order + 1)])
     ]
     for link in system.tree.links:
         for dof, rotor in zip(link.dofs, link.rotor_inertias, strict=True):
@@ -323,11 +322,11 @@ def coriolis_path(system: SystemMatrices, order: int, skew: bool) -> list[Rows]:
         for k in range(n + 1):
             b = system.twists(n - k)
             momentum = system.inertia(system.jacobian(k))
-            total = combined(total, by_link(b, momentum, bracket_transposed, math.comb(n, k)), pair_minus)
+            total = combine(total, by_link(b, momentum, bracket_transposed, math.comb(n, k)), pair_minus)
             if skew:
-                total = combined(total, system.inertia(by_link(b, system.jacobian(k), bracket, math.comb(n, k))))
+                total = combine(total, system.inertia(by_link(b, system.jacobian(k), bracket, math.comb(n, k))))
         paths.append(total)
-    return [system.projected(z) for z in system.with_transpose(paths)]
+    return [system.project(z) for z in system.with_transpose(paths)]
 
 
 def inverse_dynamics_closed(
@@ -347,19 +346,19 @@ def inverse_dynamics_closed(
     """
     zero = system.tree.algebra.zero_vector
     joints = [[[pair] for pair in system.joint_twists(k)] for k in range(order + 2)]
-    V = _carried(system, base_twist, joints)
-    falling = _carried(system, [(zero, value) for value in fall], [])
+    V = _link_twist_derivatives(system, base_twist, joints)
+    falling = _link_twist_derivatives(system, [(zero, value) for value in fall], [])
     momenta = [system.inertia(value) for value in V]
     paths: list[Columns] = []
     for n in range(order + 1):
-        total = combined(momenta[n + 1], system.inertia(falling[n]), pair_minus)
+        total = combine(momenta[n + 1], system.inertia(falling[n]), pair_minus)
         for k in range(n + 1):
             operators = [row[0] for row in V[n - k]]
-            total = combined(total, by_link(operators, momenta[k], bracket_transposed, math.comb(n, k)), pair_minus)
+            total = combine(total, by_link(operators, momenta[k], bracket_transposed, math.comb(n, k)), pair_minus)
         paths.append(
             [row if load is None else [pair_minus(row[0], load[n])] for row, load in zip(total, loads, strict=True)]
         )
-    tau = [[row[0] for row in system.projected(z)] for z in system.with_transpose(paths)]
+    tau = [[row[0] for row in system.project(z)] for z in system.with_transpose(paths)]
     for link in system.tree.links:
         for dof, rotor in zip(link.dofs, link.rotor_inertias, strict=True):
             ratio = link.coordinates.ratio
@@ -368,12 +367,12 @@ def inverse_dynamics_closed(
     return tau
 
 
-def _carried(system: SystemMatrices, path: Sequence[Pair], joints: Sequence[Columns]) -> list[Columns]:
+def _link_twist_derivatives(system: SystemMatrices, path: Sequence[Pair], joints: Sequence[Columns]) -> list[Columns]:
     """Return the derivatives of A (x + E w), E' = -a E: twists of all links, given twists of the joints, x, and of the
     base, w."""
     tree, sources = system.tree, dict[tuple[int, int], Columns]()
     for k, twist in enumerate(path):
-        sources[k, 0] = [[moved(link, twist) if link.parent == ROOT else system.zero] for link in tree.links]
+        sources[k, 0] = [[to_link(link, twist) if link.parent == ROOT else system.zero] for link in tree.links]
 
     def entering(k: int, m: int) -> Columns:
         """Return the m-th derivative of E w^(k)."""
@@ -381,14 +380,14 @@ def _carried(system: SystemMatrices, path: Sequence[Pair], joints: Sequence[Colu
             total = entering(k + 1, m - 1)
             for i in range(m):
                 factor = math.comb(m - 1, i)
-                total = combined(
+                total = combine(
                     total, by_link(system.joint_twists(i), entering(k, m - 1 - i), bracket, factor), pair_minus
                 )
             sources[k, m] = total
         return sources[k, m]
 
     def both(order: int) -> Columns:
-        return combined(entering(0, order), joints[order]) if joints else entering(0, order)
+        return combine(entering(0, order), joints[order]) if joints else entering(0, order)
 
     image = Image(system, both(0), both)
     return [image.derivative(n) for n in range(len(path))]

@@ -47,7 +47,7 @@ def in_rotating_axes(rotated: Sequence[Vector], turn: Sequence[Vector]) -> Path:
     def entry(k: int, m: int) -> Vector:
         if (k, m) not in table:
             last = k + m - 1
-            table[k, m] = minus(rotated[k + m], _crossed(turn, entry, range(k, last + 1), last))
+            table[k, m] = minus(rotated[k + m], _sum_of_cross_products(turn, entry, range(k, last + 1), last))
         return table[k, m]
 
     return [entry(0, m) for m in range(len(rotated))]
@@ -59,25 +59,25 @@ def to_parent(rotation: FactoredRotation, turn: Sequence[Vector], y: Sequence[Ve
 
     def entry(k: int, m: int) -> Vector:
         if (k, m) not in table:
-            table[k, m] = plus(y[k + m], _crossed(turn, entry, range(k), k + m - 1))
+            table[k, m] = plus(y[k + m], _sum_of_cross_products(turn, entry, range(k), k + m - 1))
         return table[k, m]
 
     return [rotation.rotate(entry(k, 0)) for k in range(len(y))]
 
 
-def _crossed(turn: Sequence[Vector], entry: Entry, rows: range, last: int) -> Vector:
+def _sum_of_cross_products(turn: Sequence[Vector], entry: Entry, rows: range, last: int) -> Vector:
     """Return the sum over rows k and orders i of binomial(last - k, i) w^(i) x Y[k][last - k - i]."""
     total: Vector | None = None
     for i in range(last - rows.start + 1):
         sources = [(math.comb(last - k, i), entry(k, last - k - i)) for k in rows if last - k >= i]
-        product = cross(turn[i], _weighted(sources))
+        product = cross(turn[i], _weighted_sum(sources))
         total = product if total is None else plus(total, product)
     if total is None:
         raise ValueError("a derivative of order zero is given, not summed")
     return total
 
 
-def _weighted(sources: Sequence[tuple[int, Vector]]) -> Vector:
+def _weighted_sum(sources: Sequence[tuple[int, Vector]]) -> Vector:
     """Return a sum with small integer weights, the plain sum first: the plain sum also occurs at the order below."""
     total = sources[0][1]
     for _, vector in sources[1:]:
@@ -183,7 +183,7 @@ def inverse_dynamics_path(
         link = tree.links[index]
         if link.parent != ROOT:
             with algebra.tape.block(f"derivatives of the wrench at joint {link.joint.name}"):
-                carried = _carried(link, turns[index], drive, total[index])
+                carried = _wrench_on_parent(link, turns[index], drive, total[index])
                 above = total[link.parent]
                 total[link.parent] = [(plus(x[0], y[0]), plus(x[1], y[1])) for x, y in zip(above, carried, strict=True)]
     return [
@@ -247,7 +247,7 @@ def _fields(tree: Tree, drive: Drive, order: int) -> tuple[list[Path], list[list
     return turns, fields
 
 
-def _carried(link: Link, turn: Path, drive: Drive, loads: Sequence[Wrench]) -> list[Wrench]:
+def _wrench_on_parent(link: Link, turn: Path, drive: Drive, loads: Sequence[Wrench]) -> list[Wrench]:
     """Return the wrench that a link passes on to its parent, with its time derivatives, in the parent's axes about the
     parent's origin.
 

@@ -22,8 +22,14 @@ import numpy as np
 import scipy.linalg
 
 from eomgen.base.data import dataclass, replace
-from eomgen.mechanics.shape_functions.fixed_point import BITS, ONE, WORKING, Fixed, array, polynomial, times, unfixed
-from eomgen.mechanics.shape_functions.uniform_beams import Coefficients, differentiated, integrated, product, shifted
+from eomgen.mechanics.shape_functions.fixed_point import BITS, ONE, WORKING, Fixed, array, from_fixed, polynomial, times
+from eomgen.mechanics.shape_functions.uniform_beams import (
+    Coefficients,
+    differentiate,
+    integrate,
+    product,
+    substitute_piece,
+)
 from eomgen.scene.bodies.model import Beam, Deformation
 
 _STEPS = 4
@@ -41,7 +47,7 @@ class BandedMatrix:
         0 <= row - column <= width. The entry (column, row) is the same number."""
         self.rows[row][row - column] += value
 
-    def restricted(self, kept: Sequence[int]) -> BandedMatrix:
+    def submatrix(self, kept: Sequence[int]) -> BandedMatrix:
         """Return the matrix of the given rows and columns, in order."""
         result = BandedMatrix(len(kept), self.width)
         for new, row in enumerate(kept):
@@ -50,7 +56,7 @@ class BandedMatrix:
                     result.rows[new][new - other] = self.rows[row][row - kept[other]]
         return result
 
-    def applied(self, vector: Sequence[Any]) -> list[Any]:
+    def apply(self, vector: Sequence[Any]) -> list[Any]:
         """Return the product with a vector."""
         result = [row[0] * value for row, value in zip(self.rows, vector, strict=True)]
         for k, row in enumerate(self.rows):
@@ -61,7 +67,7 @@ class BandedMatrix:
 
     def product(self, left: Sequence[Any], right: Sequence[Any]) -> Any:
         """Return left^T matrix right."""
-        return mpmath.fdot(left, self.applied(right))
+        return mpmath.fdot(left, self.apply(right))
 
     def less(self, factor: Any, other: BandedMatrix) -> BandedMatrix:
         """Return the matrix minus a multiple of another."""
@@ -70,7 +76,7 @@ class BandedMatrix:
             result.rows[k] = [entry - factor * part for entry, part in zip(mine, theirs, strict=True)]
         return result
 
-    def solved(self, right: Sequence[Any]) -> list[Any]:
+    def solve(self, right: Sequence[Any]) -> list[Any]:
         """Return the solution x of matrix x = right, by L D L^T without pivoting; the precision suffices."""
         rows, x, size = [list(row) for row in self.rows], list(right), len(self.rows)
         for pivot in range(size):
@@ -106,7 +112,7 @@ def modes(stiffness: BandedMatrix, mass: BandedMatrix, first: int, count: int) -
     for square, guess in zip(squares, guesses.T, strict=True):
         mode, shift = [mpmath.mpf(float(entry)) for entry in guess], mpmath.mpf(float(square))
         for _ in range(_STEPS):
-            mode = stiffness.less(shift, mass).solved(mass.applied(mode))
+            mode = stiffness.less(shift, mass).solve(mass.apply(mode))
             length = mpmath.sqrt(mass.product(mode, mode))
             mode = [entry / length for entry in mode]
             shift = stiffness.product(mode, mode)
@@ -159,7 +165,7 @@ class Elements:
         for order in range(3):
             total = np.zeros((self.size, len(s)), dtype=object)
             for number, function in enumerate(self.local):
-                values = polynomial(differentiated(function, order), within) * self.count**order
+                values = polynomial(differentiate(function, order), within) * self.count**order
                 total = total + times(self.nodal[first + number].T, values)
             result.append(total)
         f, slope, curvature = result
@@ -176,8 +182,8 @@ def elements(deformation: Deformation, beam: Beam) -> Elements:
     if deformation.nodal:
         return mesh
     with mpmath.workprec(WORKING):
-        K = _assembled(whole, beam, deformation.kind, 2 if bending else 1)
-        M = _assembled(whole, beam, "polar" if deformation.kind == "torsion" else "mass", 0)
+        K = _assemble(whole, beam, deformation.kind, 2 if bending else 1)
+        M = _assemble(whole, beam, "polar" if deformation.kind == "torsion" else "mass", 0)
         for x, mass, inertia in deformation.masses:
             dof = array([(Fraction(x) - Fraction(beam.start)) / Fraction(beam.length)])
             value, slope, _ = (_numbers(part[:, 0]) for part in whole.values(dof))
@@ -185,8 +191,8 @@ def elements(deformation: Deformation, beam: Beam) -> Elements:
             if bending:
                 _add(M, slope, mpmath.mpf(inertia) / mpmath.mpf(beam.length) ** 2)
         rigid = (2 if bending else 1) if deformation.ends == "free_free" else 0
-        shapes = modes(K.restricted(free), M.restricted(free), rigid, deformation.modes)
-        squares = _assembled(whole, Beam(0.0, 1.0, beam.mass_per_length, ()), "mass", 0).restricted(free)
+        shapes = modes(K.submatrix(free), M.submatrix(free), rigid, deformation.modes)
+        squares = _assemble(whole, Beam(0.0, 1.0, beam.mass_per_length, ()), "mass", 0).submatrix(free)
         lengths = [mpmath.sqrt(squares.product(mode, mode)) for mode in shapes]
         reduced = np.zeros((size, len(shapes)), dtype=object)
         for number, (mode, length) in enumerate(zip(shapes, lengths, strict=True)):
@@ -211,23 +217,23 @@ def _identity(size: int) -> Fixed:
 
 
 def _numbers(values: Fixed) -> list[Any]:
-    return [unfixed(value) for value in values]
+    return [from_fixed(value) for value in values]
 
 
-def _assembled(mesh: Elements, beam: Beam, profile: str, derivative: int) -> BandedMatrix:
+def _assemble(mesh: Elements, beam: Beam, profile: str, derivative: int) -> BandedMatrix:
     """Return the matrix of int f^(d) f^(d) profile of a mesh, per unit of the property."""
     h = Fraction(beam.length) / mesh.count
-    functions = [differentiated(function, derivative) for function in mesh.local]
+    functions = [differentiate(function, derivative) for function in mesh.local]
     along = tuple(Fraction(entry) for entry in beam.profiles.get(profile, (1.0,)))
     powers = [tuple(Fraction(int(exponent == power)) for exponent in range(power + 1)) for power in range(len(along))]
     table = [
-        [[_number(sum(integrated(product(power, product(f, g))))) for g in functions] for f in functions]
+        [[_number(sum(integrate(product(power, product(f, g))))) for g in functions] for f in functions]
         for power in powers
     ]
     size = len(functions)
     matrix = BandedMatrix(len(mesh.nodal), size - 1)
     for element in range(mesh.count):
-        weights = [_number(h * entry / h ** (2 * derivative)) for entry in shifted(along, element, mesh.count)]
+        weights = [_number(h * entry / h ** (2 * derivative)) for entry in substitute_piece(along, element, mesh.count)]
         for row in range(size):
             for column in range(row + 1):
                 value = mpmath.fsum(weight * part[row][column] for weight, part in zip(weights, table, strict=True))

@@ -15,7 +15,7 @@ from numpy.polynomial.legendre import legvander
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.mechanics.shape_functions.fixed_point import WORKING, Fixed, array, fixed, rounded, times
+from eomgen.mechanics.shape_functions.fixed_point import WORKING, Fixed, array, round_to_doubles, times, to_fixed
 
 
 class ShapeFunctions(Protocol):
@@ -86,7 +86,7 @@ def _rule() -> tuple[Fixed, Fixed, Fixed]:
             rises = [x + 1, *((values[row][j + 1] - values[row][j - 1]) / (2 * j + 1) for j in range(1, _NODES))]
             for column, weight in enumerate(weights):
                 terms = (rise * values[column][j] * (2 * j + 1) for j, rise in enumerate(rises))
-                running[row, column] = fixed(sum(terms) * weight / 4)
+                running[row, column] = to_fixed(sum(terms) * weight / 4)
         return array((x + 1) / 2 for x in nodes), array(weight / 2 for weight in weights), running
 
 
@@ -158,7 +158,7 @@ class QuadratureGrid:
 
         The interpolant through the nodes of a panel is integrated up to the place, by Legendre coefficients.
         """
-        nodes, weights, _ = (rounded(part) for part in _rule())
+        nodes, weights, _ = (round_to_doubles(part) for part in _rule())
         panels = list(itertools.pairwise(self.edges))
         parts = [
             [min(max((s - first) / (last - first), Fraction(0)), Fraction(1)) for first, last in panels] for s in places
@@ -167,4 +167,4 @@ class QuadratureGrid:
         P = legvander(x, _NODES)
         risen = np.concatenate([(x + 1.0)[..., None], P[..., 2:] - P[..., :-2]], axis=-1)  # (2 j + 1) int_(-1)^x P_j
         shares = 0.5 * weights * (risen @ legvander(2.0 * nodes - 1.0, _NODES - 1).T)
-        return np.asarray((shares * rounded(self.lengths)[:, None]).reshape(len(parts), -1), dtype=float)
+        return np.asarray((shares * round_to_doubles(self.lengths)[:, None]).reshape(len(parts), -1), dtype=float)

@@ -23,7 +23,7 @@ ONE = 1 << BITS
 Fixed = NDArray[np.object_]
 
 
-def fixed(number: Any) -> int:
+def to_fixed(number: Any) -> int:
     """Return a number of mpmath, a fraction or a double in units of 2^-BITS."""
     if isinstance(number, mpmath.mpf):
         return int(mpmath.floor(mpmath.ldexp(number, BITS)))
@@ -33,10 +33,10 @@ def fixed(number: Any) -> int:
 
 def array(numbers: Iterable[Any]) -> Fixed:
     """Return an array of numbers in units of 2^-BITS."""
-    return np.array([fixed(number) for number in numbers], dtype=object)
+    return np.array([to_fixed(number) for number in numbers], dtype=object)
 
 
-def unfixed(number: int) -> Any:
+def from_fixed(number: int) -> Any:
     """Return a number of mpmath."""
     return mpmath.ldexp(mpmath.mpf(number), -BITS)
 
@@ -53,11 +53,11 @@ def polynomial(coefficients: Iterable[Any], s: Fixed) -> Fixed:
     """Return the values of a polynomial, constant first."""
     result = np.zeros(s.shape, dtype=object)
     for entry in reversed(list(coefficients)):
-        result = times(result, s) + fixed(entry)
+        result = times(result, s) + to_fixed(entry)
     return result
 
 
-def rounded(values: Fixed, scale: Fraction = Fraction(1)) -> NDArray[np.float64]:
+def round_to_doubles(values: Fixed, scale: Fraction = Fraction(1)) -> NDArray[np.float64]:
     """Return the nearest doubles of values times a scale."""
     flat = [float(Fraction(int(value)) * scale / ONE) for value in np.ravel(values)]
     return np.array(flat, dtype=float).reshape(np.shape(values))

@@ -25,30 +25,30 @@ from eomgen.mechanics.shape_functions.fixed_point import (
     WORKING,
     Fixed,
     array,
-    fixed,
+    from_fixed,
     polynomial,
-    rounded,
+    round_to_doubles,
     times,
-    unfixed,
+    to_fixed,
 )
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals, Station
-from eomgen.mechanics.shape_functions.uniform_beams import Coefficients, integrated, product
+from eomgen.mechanics.shape_functions.uniform_beams import Coefficients, integrate, product
 from eomgen.scene.bodies.model import Beam, Deformation, Ends, Normalisation
 
 _SAMPLES = 40  # for each function: enough for the largest half-wave
 
 
-def normalised(family: ShapeFunctions, ends: Ends, normalisation: Normalisation) -> ShapeFunctions:
+def normalise(family: ShapeFunctions, ends: Ends, normalisation: Normalisation) -> ShapeFunctions:
     """Return shape functions scaled: ``natural`` functions unchanged, ``unit`` functions to a greatest value of 1,
     other functions to a mean square of 1."""
     if normalisation == "natural":
         return family
     with mpmath.workprec(WORKING):
         if normalisation == "unit":
-            return ScaledShapeFunctions(family, array(1 / unfixed(greatest) for greatest in _greatest(family, ends)))
+            return ScaledShapeFunctions(family, array(1 / from_fixed(greatest) for greatest in _greatest(family, ends)))
         grid = QuadratureGrid([family])
         squares = [grid.integral(f, f) for f in family.values(grid.positions)[0]]
-        return ScaledShapeFunctions(family, array(1 / mpmath.sqrt(unfixed(square)) for square in squares))
+        return ScaledShapeFunctions(family, array(1 / mpmath.sqrt(from_fixed(square)) for square in squares))
 
 
 def _greatest(family: ShapeFunctions, ends: Ends) -> list[int]:
@@ -73,7 +73,7 @@ def _greatest(family: ShapeFunctions, ends: Ends) -> list[int]:
 
 def shapes(deformation: Deformation, beam: Beam) -> ShapeFunctions:
     """Return the shape functions of a deformation, of s = (x - start) / length."""
-    return normalised(*_natural(deformation, beam), deformation.normalisation)
+    return normalise(*_natural(deformation, beam), deformation.normalisation)
 
 
 def _natural(deformation: Deformation, beam: Beam) -> tuple[ShapeFunctions, Ends]:
@@ -128,7 +128,9 @@ class _Integrator:
         polar, arm = self.profile("polar"), (self.start, length)
         x, rho, rho_p = (polynomial(entry, grid.positions) for entry in (arm, mass, polar))
         deflects = np.array([kind != "torsion" for kind in self.kinds], bool)
-        h1, h2 = self.of_second_order(rho) if self.beam.order == 2 else (np.zeros((0, 0, 0)), np.zeros((0, 0, 0, 0)))
+        h1, h2 = (
+            self.second_order_integrals(rho) if self.beam.order == 2 else (np.zeros((0, 0, 0)), np.zeros((0, 0, 0, 0)))
+        )
         return ShapeIntegrals(
             kinds=self.kinds,
             at=self.station,
@@ -139,8 +141,8 @@ class _Integrator:
             d=self.vector(rho, deflects),
             e=self.vector(times(rho, x), deflects),
             m=self.matrix(functools.partial(self.product, self.f, rho), lambda k, j: bool(deflects[k] and deflects[j])),
-            g0=self.shortened(mass),
-            g1=self.shortened(product(mass, arm)),
+            g0=self.shortening_integrals(mass),
+            g1=self.shortening_integrals(product(mass, arm)),
             h1=h1,
             h2=h2,
             t0=self.vector(rho_p, ~deflects),
@@ -171,7 +173,7 @@ class _Integrator:
         result = np.zeros(len(self.kinds), dtype=object)
         for k in np.flatnonzero(wanted):
             result[k] = _unless_zero(self.grid.integral(self.f[k], weight), bound, self.squares[k][0])
-        return rounded(result, self.length)
+        return round_to_doubles(result, self.length)
 
     def matrix(self, integral: Callable[[int, int], int], pairs: Pairs, scale: Fraction | None = None) -> Array:
         """Return a symmetric matrix of integrals, positive on its diagonal, times a scale (default: the length)."""
@@ -184,7 +186,7 @@ class _Integrator:
         for k in range(size):
             for j in range(k):
                 result[k, j] = result[j, k] = _unless_zero(result[k, j], result[k, k], result[j, j])
-        return rounded(result, self.length if scale is None else scale)
+        return round_to_doubles(result, self.length if scale is None else scale)
 
     def stiffness(self) -> Array:
         """Return the stiffness matrix: from curvatures for bending, from strains for other deformations."""
@@ -206,12 +208,12 @@ class _Integrator:
     def are(self, kind: str, k: int, j: int) -> bool:
         return self.kinds[k] == self.kinds[j] == kind
 
-    def shortened(self, density: Coefficients) -> Array:
+    def shortening_integrals(self, density: Coefficients) -> Array:
         """Return integrals of the shortening with a density: slopes at x displace all mass beyond x."""
-        total = integrated(density)
+        total = integrate(density)
         beyond = polynomial(total, self.grid.positions)
-        outer = (self.grid.positions > fixed(self.origin)).astype(int).astype(object)
-        beyond = outer * fixed(_over(density)) - beyond
+        outer = (self.grid.positions > to_fixed(self.origin)).astype(int).astype(object)
+        beyond = outer * to_fixed(_over(density)) - beyond
         bound = self.grid.integral(beyond, beyond)
         result = np.zeros((len(self.kinds), len(self.kinds)), dtype=object)
         for k in range(len(self.kinds)):
@@ -220,9 +222,9 @@ class _Integrator:
                     value = self.grid.integral(self.slope[k], self.slope[j], beyond)
                     steep = math.isqrt(self.squares[k][1] * self.squares[j][1])
                     result[k, j] = result[j, k] = _unless_zero(value, steep, math.isqrt(bound << BITS))
-        return rounded(result)
+        return round_to_doubles(result)
 
-    def of_second_order(self, rho: Fixed) -> tuple[Array, Array]:
+    def second_order_integrals(self, rho: Fixed) -> tuple[Array, Array]:
         """Return h1 and h2."""
         size, grid = len(self.kinds), self.grid
         h1, h2 = np.zeros((size,) * 3, dtype=object), np.zeros((size,) * 4, dtype=object)
@@ -238,7 +240,7 @@ class _Integrator:
             for (i, n), others in H.items():
                 value = _unless_zero(grid.integral(weighted, others), squares[k, j], squares[i, n])
                 h2[k, j, i, n] = h2[j, k, i, n] = h2[k, j, n, i] = h2[j, k, n, i] = value
-        return rounded(h1), rounded(h2, 1 / self.length)
+        return round_to_doubles(h1), round_to_doubles(h2, 1 / self.length)
 
     def station(self, x: float) -> Station:
         """Return the shape functions at a position of the axis."""
@@ -248,7 +250,7 @@ class _Integrator:
         for k, (square, steep) in enumerate(self.squares):
             value[k] = _unless_zero(int(f[k]), square, 1 << BITS)
             turn[k] = _unless_zero(int(slope[k]), steep, 1 << BITS) if self.kinds[k].startswith("bending") else 0
-        return Station(rounded(value), rounded(turn, 1 / self.length), self.shortening(s))
+        return Station(round_to_doubles(value), round_to_doubles(turn, 1 / self.length), self.shortening(s))
 
     def stations(self, places: Sequence[float]) -> tuple[Station, ...]:
         """Return the shape functions at many positions of the axis; all positions use the slopes at the quadrature
@@ -258,8 +260,8 @@ class _Integrator:
         planar = np.array(
             [[self.bend_in_same_plane(k, j) for j in range(len(self.kinds))] for k in range(len(self.kinds))]
         )
-        value, turn = rounded(f), rounded(slope, 1 / self.length) * np.diagonal(planar)[:, None]
-        slopes = rounded(self.slope)
+        value, turn = round_to_doubles(f), round_to_doubles(slope, 1 / self.length) * np.diagonal(planar)[:, None]
+        slopes = round_to_doubles(self.slope)
         weights = self.grid.weights_up_to(s) - self.grid.weights_up_to([self.origin])
         shortenings = [np.where(planar, (slopes * row) @ slopes.T / float(self.length), 0.0) for row in weights]
         return tuple(map(Station, value.T, turn.T, shortenings))
@@ -281,4 +283,4 @@ def _unless_zero(value: int, square: int, other: int) -> int:
 
 def _over(density: Coefficients) -> Fraction:
     """Return the integral over s = 0 .. 1."""
-    return sum(integrated(density), Fraction(0))
+    return sum(integrate(density), Fraction(0))

@@ -21,7 +21,7 @@ import mpmath
 import numpy as np
 
 from eomgen.base.data import dataclass
-from eomgen.mechanics.shape_functions.fixed_point import WORKING, Fixed, fixed, polynomial, unfixed
+from eomgen.mechanics.shape_functions.fixed_point import WORKING, Fixed, from_fixed, polynomial, to_fixed
 from eomgen.scene.bodies.model import DeformationKind, Ends
 
 #: Coefficients, constant first.
@@ -66,7 +66,7 @@ class Polynomials:
     def values(self, s: Fixed) -> tuple[Fixed, Fixed, Fixed]:
         """Return (n, m) values, first and second derivatives by s."""
         f, slope, curvature = (
-            np.array([polynomial(differentiated(entry, times), s) for entry in self.coefficients]) for times in range(3)
+            np.array([polynomial(differentiate(entry, times), s) for entry in self.coefficients]) for times in range(3)
         )
         return f, slope, curvature
 
@@ -100,14 +100,14 @@ def product(first: Coefficients, second: Coefficients) -> Coefficients:
     return tuple(result)
 
 
-def differentiated(entry: Coefficients, times: int = 1) -> Coefficients:
+def differentiate(entry: Coefficients, times: int = 1) -> Coefficients:
     """Return a derivative."""
     for _ in range(times):
         entry = tuple(power * factor for power, factor in enumerate(entry))[1:] or (Fraction(0),)
     return entry
 
 
-def shifted(entry: Coefficients, piece: int, count: int) -> Coefficients:
+def substitute_piece(entry: Coefficients, piece: int, count: int) -> Coefficients:
     """Return a polynomial of s as one of r, s = (piece + r) / count."""
     result: Coefficients = ()
     for factor in reversed(entry):
@@ -116,7 +116,7 @@ def shifted(entry: Coefficients, piece: int, count: int) -> Coefficients:
     return result[: len(entry)]
 
 
-def integrated(entry: Coefficients) -> Coefficients:
+def integrate(entry: Coefficients) -> Coefficients:
     """Return the antiderivative that vanishes at 0."""
     return (Fraction(0), *(factor / (power + 1) for power, factor in enumerate(entry)))
 
@@ -225,10 +225,10 @@ def _table(modes: list[Any], function: Any, s: Fixed) -> tuple[Fixed, Fixed, Fix
     """Return (n, m) values and derivatives of a function of a mode and of s."""
     result = np.zeros((3, len(modes), len(s)), dtype=object)
     with mpmath.workprec(WORKING):
-        positions = [unfixed(position) for position in s]
+        positions = [from_fixed(position) for position in s]
         for row, mode in enumerate(modes):
             for column, position in enumerate(positions):
-                result[:, row, column] = [fixed(part) for part in function(mode, position)]
+                result[:, row, column] = [to_fixed(part) for part in function(mode, position)]
     f, slope, curvature = result
     return f, slope, curvature
 

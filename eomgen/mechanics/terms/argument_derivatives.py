@@ -117,10 +117,10 @@ class _ForwardDynamics:
             return {
                 (row, column): ref
                 for column, right in sorted(self.columns.items())
-                for row, ref in self.solved({row: -ref for row, ref in right.items()}).items()
+                for row, ref in self.solve({row: -ref for row, ref in right.items()}).items()
             }
 
-    def solved(self, right: Mapping[int, Ref]) -> dict[int, Ref]:
+    def solve(self, right: Mapping[int, Ref]) -> dict[int, Ref]:
         """Return the nonzeros of M^-1 right."""
         derivation = self.arguments.derivation
         values = [Scalar(derivation.tape, right.get(row, ZERO)) for row in range(derivation.tree.nv)]
@@ -132,7 +132,7 @@ class _ForwardDynamics:
         tape, result = self.arguments.derivation.tape, dict[tuple[int, int], Ref]()
         weights = [tape.input("weights", k) for k in range(len(self.vdot))]
         with tape.block("weights of the equations"):
-            multipliers = self.solved({row: -ref for row, ref in enumerate(weights)})
+            multipliers = self.solve({row: -ref for row, ref in enumerate(weights)})
         whole = self.arguments.hessian(self.equations)
         new = {**self.accelerations, **{ref: multipliers.get(k, ZERO) for k, ref in enumerate(weights)}}
         refs = substituted(tape, list(whole.values()), new)
@@ -147,7 +147,7 @@ class _ForwardDynamics:
                 result[row, column] = ref
         with tape.block("second derivatives through the accelerations"):
             for x, right in sorted(of_a.items()):
-                solution = self.solved(right)
+                solution = self.solve(right)
                 for y, partials in sorted(self.columns.items()):
                     total = ZERO
                     for k, ref in solution.items():
@@ -204,7 +204,7 @@ class Arguments:
         """Return the partials of inverse dynamics in q, v and a by recursion, an empty mapping for other values."""
         derivation = self.derivation
         inverse = [value.ref for value in derivation.inverse()]
-        if list(values) != inverse or derivation.constrained or derivation.large:
+        if list(values) != inverse or derivation.has_constraints or derivation.large:
             return {}
         nv, entries = derivation.tree.nv, dict[tuple[int, int], Ref]()
         for block, name in zip(derivation.partials(), ("q", "v", "a"), strict=True):
@@ -228,7 +228,7 @@ class Arguments:
         derivation, tape = self.derivation, self.derivation.tape
         if derivation.large or not derivation.tree.rigid:
             return {}
-        others = [-value for value in derivation.applied()]
+        others = [-value for value in derivation.applied_forces()]
         if derivation.constraints is not None:
             others = [x + y for x, y in zip(others, derivation.constraints.forces(), strict=True)]
             if list(values) != list(derivation.residual()[0].refs):

@@ -102,7 +102,7 @@ def events(derivation: Derivation) -> list[Block]:
 def event_actions(derivation: Derivation) -> list[Block]:
     """Return the values of all formulas of actions, event by event."""
     formulas = [formula for event in derivation.scene.events for formula in event.actions()]
-    values = _recorded(derivation, formulas, "actions of the events")
+    values = _record(derivation, formulas, "actions of the events")
     refs = tuple(value.ref for value in values)
     return [Block("action", (len(refs),), refs, "new values, restitutions and new modes, event by event")]
 
@@ -127,10 +127,10 @@ def needs_impulse(derivation: Derivation) -> bool:
 
 
 def _values(derivation: Derivation) -> list[Scalar]:
-    return _recorded(derivation, [event.when for event in derivation.scene.events], "functions of the events")
+    return _record(derivation, [event.when for event in derivation.scene.events], "functions of the events")
 
 
-def _recorded(derivation: Derivation, formulas: Sequence[Formula], label: str) -> list[Scalar]:
+def _record(derivation: Derivation, formulas: Sequence[Formula], label: str) -> list[Scalar]:
     derivation.energies()
     with derivation.tape.block(label):
         return [derivation.quantities.formula(formula) for formula in formulas]
@@ -178,7 +178,7 @@ class Sampled(Protocol):
 def samples(derivation: Sampled) -> list[Block]:
     """Return the values of all sampled states, should all be sampled now."""
     with derivation.tape.block("samples"):
-        refs = tuple(derivation.quantities.formula(item.formula).ref for _, item in _sampled(derivation))
+        refs = tuple(derivation.quantities.formula(item.formula).ref for _, item in _sampled_states(derivation))
     return [Block("sample", (len(refs),), refs, "new values of the sampled states")]
 
 
@@ -211,7 +211,7 @@ def sample_rows(derivation: Sampled) -> tuple[SampleRow, ...]:
     ModelError
         Sampled states ask for each other.
     """
-    sampled = dict(_sampled(derivation))
+    sampled = dict(_sampled_states(derivation))
     if not sampled:
         return ()
     (block,) = samples(derivation)
@@ -229,7 +229,7 @@ def sample_rows(derivation: Sampled) -> tuple[SampleRow, ...]:
     )
 
 
-def _sampled(derivation: Sampled) -> list[tuple[int, Sampling]]:
+def _sampled_states(derivation: Sampled) -> list[tuple[int, Sampling]]:
     return [(k, state.sampling) for k, state in enumerate(derivation.scene.states) if state.sampling is not None]
 
 

@@ -75,7 +75,7 @@ class ArticulatedInertia:
             plus(self.force, other.force),
         )
 
-    def carried(self, link: Link) -> ArticulatedInertia:
+    def to_parent(self, link: Link) -> ArticulatedInertia:
         """Return the articulated inertia and bias wrench in the parent's axes about the parent's origin."""
         A, B, C = (link.rotation.congruence(part) for part in (self.A, self.B, self.C))
         arm = skew(link.position)
@@ -133,9 +133,9 @@ def articulated_forward(
     for index in reversed(range(len(tree.links))):
         link = tree.links[index]
         with algebra.tape.block(f"articulated body of link {link.name}"):
-            body, kept[index] = _eliminated(link, bodies[index], biases[index], efforts)
+            body, kept[index] = _eliminate(link, bodies[index], biases[index], efforts)
             if link.parent != ROOT:
-                bodies[link.parent] = bodies[link.parent] + body.carried(link)
+                bodies[link.parent] = bodies[link.parent] + body.to_parent(link)
     return _outward(tree, base, biases, kept)
 
 
@@ -148,7 +148,7 @@ def _bias(algebra: Algebra, link: Link, omega_up: Vector) -> tuple[Vector, Vecto
     return cross(carried, turn), linear
 
 
-def _eliminated(
+def _eliminate(
     link: Link, body: ArticulatedInertia, bias: tuple[Vector, Vector], efforts: Sequence[Scalar]
 ) -> tuple[ArticulatedInertia, list[_Elimination]]:
     """Eliminate the joint's columns, last first; return the remaining articulated body and the eliminated rows."""
@@ -267,7 +267,7 @@ def _by_mass_matrix(derivation: Derivation) -> list[Scalar]:
     grouped, loads = derivation.grouped, derivation.loads
     fields = total_fields(grouped, derivation.motion, accelerations=False, gravity=True)
     net = separated.net_wrenches(grouped, fields, loads.wrenches)
-    bias = separated.generalized(grouped, net, "bias force", separated.elastic_rows(grouped, fields))
+    bias = separated.generalized_forces(grouped, net, "bias force", separated.elastic_rows(grouped, fields))
     right = [effort - load for effort, load in zip(loads.efforts, bias, strict=True)]
     M = derivation.mass_rows
     with derivation.tape.block("elimination of the mass matrix from the tips to the root"):

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
-from eomgen.mechanics.dynamics.elimination import factored, half_solved
+from eomgen.mechanics.dynamics.elimination import factorise, half_solved
 from eomgen.mechanics.kinematics.bodies import Orientations, jacobian_of_mount, link_columns
 from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
 from eomgen.mechanics.kinematics.fields import AccelerationField, total_fields
@@ -74,12 +74,12 @@ class FrameMotion:
 
     def jacobian_rate(self, mount: Mount) -> list[Scalar]:
         """Return dJ/dt along v, (6, nv) row by row."""
-        return self._differentiated(self.jacobian(mount))
+        return self._differentiate(self.jacobian(mount))
 
     def drift(self, mount: Mount) -> list[Scalar]:
         """Return dJ/dt v, (6,): the rate of J v with v held."""
         if self.kinematics.carrier.moving or self.reference == "body":
-            return self._differentiated(self._twist(mount))
+            return self._differentiate(self._twist(mount))
         if mount.link < 0:
             return [self.algebra.zero] * 6
         if self._fields is None:
@@ -146,7 +146,7 @@ class FrameMotion:
         for row, value in enumerate((*parts[0], *parts[1])):
             rows[row][dof] = rows[row][dof] + value
 
-    def _differentiated(self, values: Sequence[Scalar]) -> list[Scalar]:
+    def _differentiate(self, values: Sequence[Scalar]) -> list[Scalar]:
         """Return the time derivatives of values along the motion of the coordinates and of the base, v held."""
         tape = self.algebra.tape
         directions = rates_of(tape, configuration_directions(self.tree), self.kinematics.carrier)
@@ -177,19 +177,19 @@ def frame_poses(derivation: Derivation) -> list[Block]:
 def frame_jacobians(derivation: Derivation, reference: str) -> list[Block]:
     """Return J of each frame, (frames, 6, nv)."""
     motion = FrameMotion(derivation.kinematics, reference)
-    return [_recorded(derivation, "J", (6, derivation.tree.nv), motion.jacobian, "twist per unit of v")]
+    return [_record(derivation, "J", (6, derivation.tree.nv), motion.jacobian, "twist per unit of v")]
 
 
 def frame_jacobian_rates(derivation: Derivation, reference: str) -> list[Block]:
     """Return dJ/dt of each frame, (frames, 6, nv)."""
     motion = FrameMotion(derivation.kinematics, reference)
-    return [_recorded(derivation, "J_dot", (6, derivation.tree.nv), motion.jacobian_rate, "dJ/dt")]
+    return [_record(derivation, "J_dot", (6, derivation.tree.nv), motion.jacobian_rate, "dJ/dt")]
 
 
 def frame_drifts(derivation: Derivation, reference: str) -> list[Block]:
     """Return dJ/dt v of each frame, (frames, 6)."""
     motion = FrameMotion(derivation.kinematics, reference)
-    return [_recorded(derivation, "drift", (6,), motion.drift, "dJ/dt v")]
+    return [_record(derivation, "drift", (6,), motion.drift, "dJ/dt v")]
 
 
 def frame_mobilities(derivation: Derivation) -> list[Block]:
@@ -200,7 +200,7 @@ def frame_mobilities(derivation: Derivation) -> list[Block]:
     rows = derivation.mass_rows
     values: list[Scalar] = []
     with derivation.tape.block("inverse operational-space inertias: M = L^T D L, halves L^-T J^T"):
-        factors, inverse = factored(rows, derivation.tree.dof_parents())
+        factors, inverse = factorise(rows, derivation.tree.dof_parents())
         for start in range(0, len(J.refs), 6 * nv):
             refs = [J.refs[start + nv * k : start + nv * (k + 1)] for k in range(6)]
             halves = [half_solved(factors, [Scalar(derivation.tape, ref) for ref in row]) for row in refs]
@@ -217,7 +217,7 @@ def _dot(derivation: Derivation, x: list[Scalar], y: list[Scalar]) -> Scalar:
     return total
 
 
-def _recorded(
+def _record(
     derivation: Derivation, name: str, shape: tuple[int, ...], of: Callable[[Mount], list[Scalar]], description: str
 ) -> Block:
     values: list[Scalar] = []

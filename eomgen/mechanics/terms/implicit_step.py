@@ -116,16 +116,21 @@ def equations(derivation: Derivation) -> list[Block]:
 
 def iteration(derivation: Derivation) -> list[Block]:
     """Return the nonzeros of all partials: of the whole tree, or for large trees of each step of the recursion."""
-    if derivation.large and derivation.sparse and derivation.flat and (derivation.constrained or derivation.stacked):
+    if (
+        derivation.large
+        and derivation.sparse
+        and derivation.flat
+        and (derivation.has_constraints or derivation.has_carried_links)
+    ):
         blocks = differentiated_iteration(derivation)
-    elif derivation.large and not derivation.constrained:
+    elif derivation.large and not derivation.has_constraints:
         return extended_iteration(derivation)
     else:
         matrices = derivation.partials()
         if derivation.constraints is not None:
             matrices += [*derivation.constraint_jacobian(), *derivation.velocity_partials()]
-        blocks = [_packed(derivation, block) for block in matrices]
-    internal = [_packed(derivation, block) for block in derivation.internal_partials()]
+        blocks = [_pack(derivation, block) for block in matrices]
+    internal = [_pack(derivation, block) for block in derivation.internal_partials()]
     return blocks + [block for block in internal if block.refs]
 
 
@@ -192,7 +197,7 @@ def nonzeros(derivation: Derivation, name: str, entries: Entries, description: s
     return Block(name, (len(refs),), refs, f"nonzeros of {description}")
 
 
-def _packed(derivation: Derivation, block: Block) -> Block:
+def _pack(derivation: Derivation, block: Block) -> Block:
     """Return the entries of a matrix that are not zero by structure, row by row, and store the positions."""
     columns = block.shape[1]
     derivation.patterns[block.name] = tuple(divmod(k, columns) for k, ref in enumerate(block.refs) if ref != ZERO)

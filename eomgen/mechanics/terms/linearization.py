@@ -60,7 +60,7 @@ def linearization(derivation: Derivation) -> list[Block]:
     columns = InputDirections(derivation)
     with tape.block("influence of inputs and disturbances"):
         inertial = derivation.base_motion()[0].refs if base_disturbances(scene) else (ZERO,) * derivation.tree.nv
-        forces = [x - Scalar(tape, b) for x, b in zip(derivation.applied(), inertial, strict=True)]
+        forces = [x - Scalar(tape, b) for x, b in zip(derivation.applied_forces(), inertial, strict=True)]
         blocks += columns.of(forces, "B0", "E0", "d(Q - b)")
     blocks += derivation.internal_partials()
     with tape.block("influence of inputs and disturbances on internal states"):

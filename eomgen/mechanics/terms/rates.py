@@ -65,7 +65,7 @@ def closed_block(derivation: Derivation, source: str, order: int) -> tuple[Block
     with derivation.tape.block(f"closed form of {source}"):
         if source == "closed_inverse_dynamics":
             omega, velocity, fall = base_motion(derivation, order)
-            loads, efforts = _applied(derivation, order, None)
+            loads, efforts = _applied_paths(derivation, order, None)
             twist = list(zip(omega, velocity, strict=True))
             tau = inverse_dynamics_closed(system, twist, fall, loads, order)
             values = [[x - path[k] for x, path in zip(row, efforts, strict=True)] for k, row in enumerate(tau)]
@@ -115,7 +115,7 @@ def inverse_dynamics_rates(derivation: Derivation, order: int, along: Sequence[S
     """
     tree = derivation.grouped
     omega, acceleration = base_paths(derivation, order)
-    loads, efforts = _applied(derivation, order, along)
+    loads, efforts = _applied_paths(derivation, order, along)
     drive = Drive(velocity_paths(derivation, order, along), omega, acceleration)
     tau = inverse_dynamics_path(tree, drive, loads, order)
     return [[(tau[k][row] - efforts[row][k]).ref for k in range(order + 1)] for row in range(tree.nv)]
@@ -152,7 +152,7 @@ def base_motion(derivation: Derivation, order: int) -> tuple[Path, Path, Path]:
     return omega, velocity, in_rotating_axes([derivation.motion.gravity, *([zero] * order)], omega)
 
 
-def _applied(
+def _applied_paths(
     derivation: Derivation, order: int, along: Sequence[Sequence[Ref]] | None
 ) -> tuple[list[list[Wrench] | None], list[list[Scalar]]]:
     """Return the paths of applied wrenches by link, in link axes, and of efforts by velocity component."""

@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 from eomgen.base.data import replace
 from eomgen.formula.nodes import ZERO, Formula
-from eomgen.mechanics.dynamics.separated import generalized
+from eomgen.mechanics.dynamics.separated import generalized_forces
 from eomgen.mechanics.forces.applied import applied_loads
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.bodies import Columns, link_columns
@@ -51,12 +51,12 @@ def regressor(scene: Scene, tree: Tree, base: BaseMotion, quantities: Quantities
     for body in moving_bodies(scene):
         mount = tree.mounts[body.name]
         with tree.algebra.tape.block(f"regressor of body {body.name}"):
-            work = _of_body(tree, mount, fields[mount.link], motions[mount.link])
+            work = _body_columns(tree, mount, fields[mount.link], motions[mount.link])
         for dof in range(tree.nv):
             rows[dof] += work.get(dof, [tree.algebra.zero] * len(OF_BODY))
     for item in joint_parameters(scene):
         with tree.algebra.tape.block(f"regressor of joint {item.joint.name}"):
-            effort = _of_joint(item, quantities)
+            effort = _joint_column(item, quantities)
             work_of = quantities.work_of(item.joint.name, item.index)
         for dof in range(tree.nv):
             rows[dof].append(work_of[dof] * effort if dof in work_of else tree.algebra.zero)
@@ -65,14 +65,14 @@ def regressor(scene: Scene, tree: Tree, base: BaseMotion, quantities: Quantities
 
 def without_linear_parameters(scene: Scene) -> Scene:
     """Return the scene without damping and dry friction in joints: the regressor has columns for them."""
-    return replace(scene, joints=tuple(_undamped(joint) for joint in scene.joints))
+    return replace(scene, joints=tuple(_without_damping(joint) for joint in scene.joints))
 
 
-def _undamped(joint: Joint) -> Joint:
+def _without_damping(joint: Joint) -> Joint:
     return replace(joint, damping=ZERO, friction=())
 
 
-def _of_body(tree: Tree, mount: Mount, field: LinkField, motions: Columns) -> dict[int, list[Scalar]]:
+def _body_columns(tree: Tree, mount: Mount, field: LinkField, motions: Columns) -> dict[int, list[Scalar]]:
     """Return by velocity component the virtual work per unit of each parameter of a body, in body axes."""
     algebra, back = tree.algebra, transpose(mount.orientation)
     acceleration, alpha = apply(back, field.at(mount.position)), apply(back, field.alpha)
@@ -90,7 +90,7 @@ def _of_body(tree: Tree, mount: Mount, field: LinkField, motions: Columns) -> di
     return work
 
 
-def _of_joint(item: JointParameter, quantities: Quantities) -> Scalar:
+def _joint_column(item: JointParameter, quantities: Quantities) -> Scalar:
     """Return the effort on a joint's coordinate per unit of a coefficient."""
     algebra, name, index = quantities.algebra, item.joint.name, item.index
     if item.kind == "rotor_inertia":
@@ -128,7 +128,7 @@ def regressor_blocks(derivation: Derivation) -> list[Block]:
     derivation.energies()  # which formulas of forces may name
     loads = applied_loads(without_linear_parameters(scene), tree, quantities)
     zero = (tree.algebra.zero_vector, tree.algebra.zero_vector)
-    wrenches = generalized(tree, [zero if load is None else load for load in loads.wrenches], "other forces")
+    wrenches = generalized_forces(tree, [zero if load is None else load for load in loads.wrenches], "other forces")
     left = [-(x + y) for x, y in zip(wrenches, loads.efforts, strict=True)]
     description = f"tau per unit of {', '.join(names)}"
     return [

@@ -25,7 +25,7 @@ from eomgen.mechanics.tree.links import (
     Link,
     Mount,
     Tree,
-    cleaned,
+    clean,
     no_inertia,
     parameter_scalars,
 )
@@ -78,7 +78,7 @@ def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str
             position = plus(above.position, apply(above.orientation, vector(joint.position)))
             mounts[body.name] = Mount(above.link, orientation, position)
             if above.link >= 0:
-                totals[above.link] = totals[above.link] + inertia.moved(orientation, position)
+                totals[above.link] = totals[above.link] + inertia.transform(orientation, position)
             continue
         mounts[body.name] = Mount(len(hosts), algebra.identity, algebra.zero_vector)
         hosts.append(body)
@@ -89,9 +89,9 @@ def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str
     centers: list[Vector] = []
     for number_of_body, (body, total) in enumerate(zip(hosts, totals, strict=True)):
         center = scaled(algebra.one / total.mass, total.first)
-        about_center = total.shifted(negative(center))
+        about_center = total.shift(negative(center))
         central = replace(about_center, first=algebra.zero_vector)
-        central = cleaned(algebra, central)
+        central = clean(algebra, central)
         make = _pose_link if groups.get(body.name, DEFAULT_GROUP) == "SE3" else _separate_links
         links += make(algebra, body.name, 7 * number_of_body, 6 * number_of_body, central, len(links))
         turning.append(len(links) - 1)

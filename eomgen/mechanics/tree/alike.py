@@ -102,7 +102,7 @@ def made_alike(tree: Tree, grouped: Tree) -> tuple[Tree, Tree]:
             kinds.setdefault(_kind(link, link.name in mounts), []).append(index)
     for members in kinds.values():
         numbers = {index: _numbers(links[index], inertias[index], mounts.get(links[index].name)) for index in members}
-        same = _of_one_pattern(numbers)
+        same = _members_with_pattern(numbers)
         if len(same) < FEWEST or not _differ([numbers[index] for index in same]):
             continue
         alike.append(tuple(same))
@@ -160,7 +160,7 @@ def _flat(A: Matrix) -> list[Scalar]:
     return [entry for row in A for entry in row]
 
 
-def _of_one_pattern(numbers: dict[int, list[Scalar]]) -> list[int]:
+def _members_with_pattern(numbers: dict[int, list[Scalar]]) -> list[int]:
     """Return the members left after those with a number where nearly all members have zero, or with a parameter where
     nearly all have none, are dropped."""
     members = list(numbers)

@@ -93,7 +93,7 @@ class ElasticBody:
 
     # -- inertia -------------------------------------------------------------------------------------------------------
 
-    def deformed(self, rigid: RecordedInertia) -> RecordedInertia:
+    def deform(self, rigid: RecordedInertia) -> RecordedInertia:
         """Return the shape integrals of the deformed body about the frame's origin from those for the rigid body."""
         s = self.deflections.position()
         first = self.algebra.vector([self.density * self.mass.first(component) for component in s])
@@ -113,8 +113,8 @@ class ElasticBody:
         x, y, z, *force = LAWS["virtual_work_of_relative_motion"].instantiate(self.algebra, values)
         along = self.algebra.identity[0]
         turning = plus(
-            scaled(self._weighted(self.twist, motion.accelerations), along),
-            scaled(self._weighted(self.twist, motion.rates), cross(spin, along)),
+            scaled(self._weighted_sum(self.twist, motion.accelerations), along),
+            scaled(self._weighted_sum(self.twist, motion.rates), cross(spin, along)),
         )
         return plus((x, y, z), turning), (force[0], force[1], force[2])
 
@@ -148,7 +148,7 @@ class ElasticBody:
 
     def _own(self, k: int, angular_acceleration: Scalar, accelerations: Amplitudes) -> Scalar:
         """Return the rotary inertia terms of one row."""
-        return self.twist[k] * angular_acceleration + self._weighted(self.twists[k], accelerations)
+        return self.twist[k] * angular_acceleration + self._weighted_sum(self.twists[k], accelerations)
 
     def kinetic_energy(self, omega: Vector, velocity: Vector) -> Scalar:
         """Return the kinetic energy, J, less the kinetic energy of the deformed body in rigid motion with the twist."""
@@ -166,10 +166,10 @@ class ElasticBody:
             values[f"v{i}v{i}"] = self.density * self.mass.product(rates[i], rates[i])
         (energy,) = LAWS["kinetic_energy_of_relative_motion"].instantiate(self.algebra, values)
         for k, rate in enumerate(own.v):
-            energy = energy + rate * (self.twist[k] * omega[0] + 0.5 * self._weighted(self.twists[k], own.v))
+            energy = energy + rate * (self.twist[k] * omega[0] + 0.5 * self._weighted_sum(self.twists[k], own.v))
         return energy
 
-    def _weighted(self, weights: Amplitudes, amplitudes: Amplitudes) -> Scalar:
+    def _weighted_sum(self, weights: Amplitudes, amplitudes: Amplitudes) -> Scalar:
         total = self.algebra.zero
         for weight, amplitude in zip(weights, amplitudes, strict=True):
             total = total + weight * amplitude

@@ -75,7 +75,7 @@ class DistributedMass:
 
     def first(self, component: Component) -> Scalar:
         """Return int component dm; of position without the term x."""
-        total = self._weighted(self.integrals.d, component.shapes)
+        total = self._weighted_sum(self.integrals.d, component.shapes)
         for weight, a, b in component.pairs:
             total = total + weight * self._quadratic(self.integrals.g0, a, b)
         return total
@@ -90,22 +90,22 @@ class DistributedMass:
         total = self.algebra.zero
         for one, other in ((left, right), (right, left)):
             if one.along:
-                total = total + self._weighted(self.integrals.e, other.shapes)
+                total = total + self._weighted_sum(self.integrals.e, other.shapes)
                 for weight, a, b in other.pairs:
                     total = total + weight * self._quadratic(self.integrals.g1, a, b)
         total = total + self._quadratic(self.integrals.m, left.shapes, right.shapes)
         if self.beyond is not None:
             total = total + self._quadratic(self.beyond, left.shapes, right.shapes)
-        return total + self._of_higher_order(left, right) if self.second_order else total
+        return total + self._higher_order_product(left, right) if self.second_order else total
 
-    def _of_higher_order(self, left: Component, right: Component) -> Scalar:
+    def _higher_order_product(self, left: Component, right: Component) -> Scalar:
         total = self.algebra.zero
         for one, other in ((left, right), (right, left)):
             for weight, a, b in other.pairs:
-                total = total + weight * self._quadratic(self._contracted(self.integrals.h1, one.shapes), a, b)
+                total = total + weight * self._quadratic(self._contract(self.integrals.h1, one.shapes), a, b)
         for weight, a, b in left.pairs:
             for other_weight, c, d in right.pairs:
-                inner = [self._contracted(row, d) for row in self._rows]
+                inner = [self._contract(row, d) for row in self._rows]
                 shortened = tuple(tuple(dot(line, c) for line in row) for row in inner)
                 total = total + (weight * other_weight) * self._quadratic(shortened, a, b)
         return total
@@ -114,11 +114,11 @@ class DistributedMass:
     def _rows(self) -> list[Array]:
         return list(self.integrals.h2)
 
-    def _contracted(self, tensor: Array, amplitudes: Amplitudes) -> tuple[tuple[Scalar, ...], ...]:
+    def _contract(self, tensor: Array, amplitudes: Amplitudes) -> tuple[tuple[Scalar, ...], ...]:
         """Return a tensor contracted over the last index."""
-        return tuple(tuple(self._weighted(line, amplitudes) for line in row) for row in tensor)
+        return tuple(tuple(self._weighted_sum(line, amplitudes) for line in row) for row in tensor)
 
-    def _weighted(self, numbers: Array, amplitudes: Amplitudes) -> Scalar:
+    def _weighted_sum(self, numbers: Array, amplitudes: Amplitudes) -> Scalar:
         total = self.algebra.zero
         for number, amplitude in zip(numbers, amplitudes, strict=True):
             total = total + amplitude * (self.unit * float(number))
@@ -129,7 +129,7 @@ class DistributedMass:
         total = self.algebra.zero
         for amplitude, row in zip(left, matrix, strict=True):
             if not amplitude.is_zero:
-                inner = self._weighted(row, right) if isinstance(row, np.ndarray) else dot(row, right)
+                inner = self._weighted_sum(row, right) if isinstance(row, np.ndarray) else dot(row, right)
                 total = total + amplitude * inner
         return total
 
@@ -260,9 +260,9 @@ def station_motion(
         moving.append((deflects[0] - shortened[k], deflects[1], deflects[2]))
         turning.append((turns[0], turns[1], turns[2]))
     linear = [algebra.vector([m[0] + 0.5 * s, m[1], m[2]]) for m, s in zip(moving, shortened, strict=True)]
-    position = _combined((algebra.scalar(x), zero, zero), linear, q)
-    angle = _combined(algebra.zero_vector, turning, q)
-    rotation, tangent = _turned(algebra, angle)
+    position = _combine((algebra.scalar(x), zero, zero), linear, q)
+    angle = _combine(algebra.zero_vector, turning, q)
+    rotation, tangent = _rotation_and_tangent(algebra, angle)
     columns = tuple(
         SubspaceColumn(apply(tangent, turns) if tangent is not None else turns, rotation.rotate_back(moved))
         for turns, moved in zip(turning, moving, strict=True)
@@ -272,7 +272,7 @@ def station_motion(
         drawn_in = drawn_in - rate * _product(row, v, zero)
     twisting = algebra.zero_vector
     if tangent is not None:
-        rate_of_turn = apply(tangent, _combined(algebra.zero_vector, turning, v))
+        rate_of_turn = apply(tangent, _combine(algebra.zero_vector, turning, v))
         rates: dict[Ref | InputSymbol, Ref] = {
             InputSymbol("q", number): rate.ref for number, rate in zip(coordinates.components, v, strict=True)
         }
@@ -282,7 +282,7 @@ def station_motion(
     return StationMotion(rotation, angle, position, columns, bias, tuple(shortening))
 
 
-def _turned(algebra: Algebra, angle: Vector) -> tuple[FactoredRotation, Matrix | None]:
+def _rotation_and_tangent(algebra: Algebra, angle: Vector) -> tuple[FactoredRotation, Matrix | None]:
     """Return exp(angle) and the tangent; no tangent for a fixed axis of rotation."""
     axes = [k for k in range(3) if not angle[k].is_zero]
     if not axes:
@@ -301,7 +301,7 @@ def _turned(algebra: Algebra, angle: Vector) -> tuple[FactoredRotation, Matrix |
     return FactoredRotation((MatrixFactor(quaternion_matrix(algebra, quaternion)),)), tangent
 
 
-def _combined(start: Vector, columns: list[Vector], amplitudes: Amplitudes) -> Vector:
+def _combine(start: Vector, columns: list[Vector], amplitudes: Amplitudes) -> Vector:
     total = start
     for column, amplitude in zip(columns, amplitudes, strict=True):
         total = plus(total, scaled(amplitude, column))

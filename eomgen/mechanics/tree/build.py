@@ -44,7 +44,7 @@ from eomgen.mechanics.tree.links import (
     Link,
     Mount,
     Tree,
-    cleaned,
+    clean,
     no_inertia,
     parameter_scalars,
 )
@@ -86,7 +86,7 @@ def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callabl
         coordinates=coordinates,
         velocities=coordinates.v,
         accelerations=coordinates.a,
-        inertia=cleaned(algebra, inertia),
+        inertia=clean(algebra, inertia),
         rotor_inertias=(algebra.zero,) * body.beam.size,
         elastic=elastic_body(algebra, body.beam, integrals, coordinates, number),
     )
@@ -193,8 +193,7 @@ def build_tree(
             tree = add_beam(replace(tree, links=tuple(links)), scene, body, joint, number)
             links = list(tree.links)
     complete = [
-        replace(link, inertia=cleaned(algebra, link.inertia)) if link.elastic is None else link.deformed()
-        for link in links
+        replace(link, inertia=clean(algebra, link.inertia)) if link.elastic is None else link.deform() for link in links
     ]
     return replace(tree, links=tuple(complete))
 
@@ -234,7 +233,7 @@ def _add_body(
         return Mount(len(links) - 1, algebra.identity, algebra.zero_vector)
     if not joint.kind.moves:
         if mount.link != ROOT:
-            links[mount.link] = links[mount.link].carrying(inertia.moved(orientation, position))
+            links[mount.link] = links[mount.link].carrying(inertia.transform(orientation, position))
         return Mount(mount.link, orientation, position)
     parent = mount.link
     turned, motions = motions_of(joint, along_z=along_z)
@@ -244,7 +243,7 @@ def _add_body(
     for number_of_motion, motion in enumerate(motions):
         last = number_of_motion == len(motions) - 1
         name = body.name if last else f"{body.name}, part {number_of_motion + 1} of its joint"
-        own = inertia.moved(transpose(axes), algebra.zero_vector) if last else no_inertia(algebra)
+        own = inertia.transform(transpose(axes), algebra.zero_vector) if last else no_inertia(algebra)
         links.append(
             _link(
                 algebra,
@@ -334,7 +333,7 @@ def _link(
     )
 
 
-def grouped(tree: Tree) -> Tree:
+def group_inertias(tree: Tree) -> Tree:
     """Return the tree with constant inertial parameters grouped from the tips to the root."""
     algebra = tree.algebra
     inertias = [link.inertia for link in tree.links]
@@ -347,8 +346,8 @@ def grouped(tree: Tree) -> Tree:
             continue
         inertias[index] = _without(algebra, inertias[index], movable)
         if link.parent != ROOT:
-            moved = movable.moved(link.orientation, link.neutral_position)
-            inertias[link.parent] = cleaned(algebra, inertias[link.parent] + moved)
+            moved = movable.transform(link.orientation, link.neutral_position)
+            inertias[link.parent] = clean(algebra, inertias[link.parent] + moved)
     links = tuple(replace(link, inertia=inertia) for link, inertia in zip(tree.links, inertias, strict=True))
     return replace(tree, links=links)
 
@@ -357,7 +356,7 @@ def _movable(algebra: Algebra, link: Link, inertia: RecordedInertia) -> Recorded
     zero, nothing = algebra.zero, algebra.matrix([[0, 0, 0]] * 3)
     if link.turn is not None:
         k = link.turn.place
-        along = inertia.second[k][k] + _of_rotor(algebra, inertia, k)
+        along = inertia.second[k][k] + _rotor_moment(algebra, inertia, k)
         second = algebra.matrix([[along if i == j == k else zero for j in range(3)] for i in range(3)])
         if link.kind != "turn":
             return RecordedInertia(zero, algebra.zero_vector, second)
@@ -371,7 +370,7 @@ def _movable(algebra: Algebra, link: Link, inertia: RecordedInertia) -> Recorded
             return RecordedInertia(zero, algebra.zero_vector, nothing)
 
 
-def _of_rotor(algebra: Algebra, inertia: RecordedInertia, k: int) -> Scalar:
+def _rotor_moment(algebra: Algebra, inertia: RecordedInertia, k: int) -> Scalar:
     """Return the second moment along axis k, in addition to S_kk, whose subtraction leaves a body of revolution only
     the moment of inertia about its axis; zero for other bodies.
 

@@ -65,16 +65,16 @@ class RecordedInertia:
         second = matrix_plus(self.second, other.second)
         return RecordedInertia(self.mass + other.mass, plus(self.first, other.first), second, self.added + other.added)
 
-    def moved(self, R: Matrix, p: Vector) -> RecordedInertia:
+    def transform(self, R: Matrix, p: Vector) -> RecordedInertia:
         """Return the integrals about another frame; this frame has orientation R, (3, 3), and origin p, (3,), in the
         other frame."""
         first = apply(R, self.first)
         added = tuple(
             AddedMass(apply(R, item.position), multiply(multiply(R, item.matrix), transpose(R))) for item in self.added
         )
-        return RecordedInertia(self.mass, first, multiply(multiply(R, self.second), transpose(R)), added).shifted(p)
+        return RecordedInertia(self.mass, first, multiply(multiply(R, self.second), transpose(R)), added).shift(p)
 
-    def shifted(self, p: Vector) -> RecordedInertia:
+    def shift(self, p: Vector) -> RecordedInertia:
         """Return the integrals about a parallel frame, in which this origin is at p, (3,), m."""
         first = plus(self.first, scaled(self.mass, p))
         d, e = self.first, first

@@ -93,9 +93,9 @@ class Link:
         """Return the link with another body's inertia added."""
         return replace(self, inertia=self.inertia + inertia)
 
-    def deformed(self) -> Link:
+    def deform(self) -> Link:
         """Return the link with the shape integrals of the deformed body."""
-        return self if self.elastic is None else replace(self, inertia=self.elastic.deformed(self.inertia))
+        return self if self.elastic is None else replace(self, inertia=self.elastic.deform(self.inertia))
 
 
 @dataclass(frozen=True)
@@ -231,10 +231,10 @@ def no_inertia(algebra: Algebra) -> RecordedInertia:
     return RecordedInertia(algebra.zero, algebra.zero_vector, algebra.matrix([[0, 0, 0]] * 3))
 
 
-def cleaned(algebra: Algebra, inertia: RecordedInertia) -> RecordedInertia:
+def clean(algebra: Algebra, inertia: RecordedInertia) -> RecordedInertia:
     """Return shape integrals with constants at round-off level set to 0, which saves operations."""
 
-    def snapped(value: Scalar, scale: float) -> Scalar:
+    def snap(value: Scalar, scale: float) -> Scalar:
         number = value.constant
         return algebra.zero if number is not None and abs(number) <= 1e-15 * scale else value
 
@@ -243,6 +243,6 @@ def cleaned(algebra: Algebra, inertia: RecordedInertia) -> RecordedInertia:
 
     second_size = size([entry for row in inertia.second for entry in row])
     first_size = max(size(inertia.first), math.sqrt(second_size) * math.sqrt(abs(inertia.mass.constant or 0.0)))
-    x, y, z = (tuple(snapped(entry, second_size) for entry in row) for row in inertia.second)
-    d = tuple(snapped(entry, first_size) for entry in inertia.first)
+    x, y, z = (tuple(snap(entry, second_size) for entry in row) for row in inertia.second)
+    d = tuple(snap(entry, first_size) for entry in inertia.first)
     return RecordedInertia(inertia.mass, d, (x, y, z), inertia.added)  # type: ignore[arg-type]  # three entries each
