@@ -22,7 +22,7 @@ def test_the_way_down_is_that_of_the_lowest_stiffness(
     axes = np.linalg.qr(np.random.default_rng(seed).standard_normal((3, 3)))[0]
     symmetric = axes @ np.diag(stiffnesses) @ axes.T
     point: Any = SimpleNamespace(
-        imbalance=np.zeros(3), rates=np.zeros(0), stiffness=symmetric, coupled=Blocks.of(symmetric),
+        imbalance=np.zeros(3), rates=np.zeros(0), stiffness=symmetric, stiffness_blocks=Blocks.of(symmetric),
         largest_stiffness=max(map(abs, stiffnesses)), basis=np.eye(3), dual=np.eye(3),
     )  # fmt: skip  # a table
     statics: Any = SimpleNamespace(sizes=np.ones(3))
@@ -43,7 +43,7 @@ def test_follower_forces_that_bring_the_motion_back_are_no_reason_to_leave(
     # Eigenvalues 1 +- sqrt(4 - follower^2): the symmetric part alone has -1 and 3.
     stiffness = np.array([[1.0, 2.0 + follower], [2.0 - follower, 1.0]])
     point: Any = SimpleNamespace(
-        imbalance=np.zeros(2), rates=np.zeros(0), stiffness=stiffness, coupled=Blocks.of(stiffness),
+        imbalance=np.zeros(2), rates=np.zeros(0), stiffness=stiffness, stiffness_blocks=Blocks.of(stiffness),
         largest_stiffness=5.0, basis=np.eye(2), dual=np.eye(2),
     )  # fmt: skip  # a table
     monkeypatch.setattr(equilibrium_search, "move", lambda statics, point, change: change)

@@ -24,7 +24,7 @@ class Trail:
     def point(self) -> Any:
         return SimpleNamespace(finite=self.steps < self.finite)
 
-    def arrived(self) -> bool:
+    def has_arrived(self) -> bool:
         return self.steps >= self.rest
 
     def step(self, nearer: object) -> None:
