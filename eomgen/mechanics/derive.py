@@ -15,7 +15,7 @@ from eomgen.mechanics.initial_coordinates import absolute_start, joint_start
 from eomgen.mechanics.named_constants import describe_beams, named_constants, slopes
 from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.terms.events import event_rows, modes, needs_impulse, sample_rows
-from eomgen.mechanics.terms.recorders import differentiable_recorder, recorder
+from eomgen.mechanics.terms.recorders import differentiand_recorder, recorder
 from eomgen.mechanics.tree.base import base_law
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.bodies.cosserat import CONSTRAINED, Cosserat
@@ -64,7 +64,7 @@ def _absent_deformations(beams: Mapping[str, Beam]) -> Iterator[str]:
 def _strains(beam: Cosserat) -> str:
     """Return a sentence on the elements and the constrained strains of a geometrically exact beam."""
     strains = ", ".join(strain.replace("_", " along ") for strain in CONSTRAINED[beam.model])
-    without = f", without {strains}: {len(beam.constrained_strains)} rows for each" if strains else ""
+    without = f", without {strains}: {len(beam.absent_strains)} rows for each" if strains else ""
     return f"beam {beam.name}: model {beam.model}, {beam.elements} elements{without}"
 
 
@@ -285,9 +285,7 @@ def _blocks_read(derivation: Derivation, made: Mapping[str, Function]) -> dict[s
     """Return the input blocks that each function depends on; first and second derivatives take the same blocks."""
     read = derivation.tape.blocks_read({name: function.refs for name, function in made.items()})
     for name in (name for name in made if TERMS[name].differentiated and TERMS[name].of_motion):
-        values = [
-            ref for block in differentiable_recorder(TERMS[name].differentiated)(derivation) for ref in block.refs
-        ]
+        values = [ref for block in differentiand_recorder(TERMS[name].differentiated)(derivation) for ref in block.refs]
         read[name] |= {symbol.block for symbol in derivation.tape.depends_on(values)}
     return read
 
@@ -300,7 +298,7 @@ def _blocks(derivation: Derivation, name: str) -> Sequence[Block]:
     if of := TERMS[name].differentiated:
         from eomgen.mechanics.terms.argument_derivatives import derivative_blocks  # noqa: PLC0415  # terms of few models
 
-        return derivative_blocks(derivation, name, differentiable_recorder(of)(derivation))
+        return derivative_blocks(derivation, name, differentiand_recorder(of)(derivation))
     return recorder(name)(derivation)
 
 

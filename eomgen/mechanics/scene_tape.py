@@ -189,7 +189,7 @@ class Derivation:
     def _generalized_forces(self, wrenches: Sequence[Wrench | None], label: str) -> list[Scalar]:
         """Return the generalized forces, (nv,), of a wrench for each link."""
         zero = (self.algebra.zero_vector, self.algebra.zero_vector)
-        return separated.generalized_forces(self.tree, [load if load is not None else zero for load in wrenches], label)
+        return separated.generalized_force(self.tree, [load if load is not None else zero for load in wrenches], label)
 
     def force(self) -> list[Block]:
         """Return Q, (nv,): gravity and all applied loads; N, or N m of angles."""

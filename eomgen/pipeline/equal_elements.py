@@ -71,7 +71,7 @@ class EqualElements:
         """Whether the scene has one beam, clamped and without constrained strains, no other joints, and all elements
         are equal."""
         beams = [item.beam for item in self.scene.elements if isinstance(item, CosseratBeam)]
-        if len(beams) > 1 or beams[0].constrained_strains or self.count < beams[0].elements:
+        if len(beams) > 1 or beams[0].absent_strains or self.count < beams[0].elements:
             return False
         nodes = set(beams[0].nodes[1:])
         return all(joint.type == "fixed" or joint.child in nodes for joint in self.scene.joints)

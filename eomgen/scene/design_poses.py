@@ -169,9 +169,7 @@ class DesignPoses:
             _plus(_plus(one, other), base, -1.0)
             for one, other, base in zip(frame.origin, _sums(frame.axes, given.position), carrier.origin, strict=True)
         )
-        x, y, z = (
-            _formula(_weighted_sum(zip(carrier.axes[:, place].tolist(), apart, strict=True))) for place in range(3)
-        )
+        x, y, z = (_formula(_combine(zip(carrier.axes[:, place].tolist(), apart, strict=True))) for place in range(3))
         axes = snapped_rotation(carrier.axes.T @ frame.axes @ np.array(given.axes))
         return FramePlacement(body, (x, y, z), rows(axes))
 
@@ -204,7 +202,7 @@ def size_of(way: Vector) -> Formula:
 def _sums(axes: Array, position: Sequence[Formula]) -> tuple[Sum, Sum, Sum]:
     """Return a vector of formulas, turned by constant axes."""
     entries = [_sum(item) for item in position]
-    x, y, z = (_weighted_sum(zip(row, entries, strict=True)) for row in axes.tolist())
+    x, y, z = (_combine(zip(row, entries, strict=True)) for row in axes.tolist())
     return x, y, z
 
 
@@ -214,17 +212,17 @@ def _sum(formula: Formula) -> Sum:
         return {ONE: formula.value}
     if isinstance(formula, Operation) and formula.name in _SIGNS:
         signs = zip(_SIGNS[formula.name], formula.arguments, strict=True)
-        return _weighted_sum((sign, _sum(part)) for sign, part in signs)
+        return _combine((sign, _sum(part)) for sign, part in signs)
     if isinstance(formula, Operation) and formula.name in ("mul", "div"):
         first, second = formula.arguments
         if isinstance(second, Number) and (formula.name == "mul" or second.value != 0.0):
-            return _weighted_sum([(second.value if formula.name == "mul" else 1.0 / second.value, _sum(first))])
+            return _combine([(second.value if formula.name == "mul" else 1.0 / second.value, _sum(first))])
         if isinstance(first, Number) and formula.name == "mul":
-            return _weighted_sum([(first.value, _sum(second))])
+            return _combine([(first.value, _sum(second))])
     return {formula: 1.0}
 
 
-def _weighted_sum(parts: Iterable[tuple[float, Sum]]) -> Sum:
+def _combine(parts: Iterable[tuple[float, Sum]]) -> Sum:
     """Return a weighted sum of sums."""
     result: Sum = {}
     for factor, part in parts:

@@ -27,7 +27,7 @@ from eomgen.scene.document.validation import explain, wrong_format
 from eomgen.scene.formula.namespaces import FileData, IncludedText, Namespace
 from eomgen.scene.formula.scope import REACTING
 from eomgen.scene.reading.key_metadata import Inner, KeyMetadata, Table, fields_of
-from eomgen.scene.reading.kinds import FaultyText, describe_value
+from eomgen.scene.reading.kinds import FaultyText, describe
 from eomgen.scene.reading.report import Report
 from eomgen.scene.repeat import expand_repeats
 from eomgen.scene.sources.register import all_options, endings_like, readable, source_of
@@ -223,7 +223,7 @@ class _Includer:
         file, ``chain`` leads from the scene to the file."""
         written = part.data.pop("include", {})
         if not isinstance(written, Mapping):
-            fault = f"a table is needed here, not {describe_value(written)} [E0716]"
+            fault = f"a table is needed here, not {describe(written)} [E0716]"
             report.add("include", fault, '[include.left] and file = "left.toml"')
             return part
         opened: list[tuple[str, Include, FileData]] = []
@@ -354,7 +354,7 @@ def _check_top_level(data: dict[str, Any], report: Report) -> None:
         if key not in schema.model_fields:
             report.add(key_of(key), f"the key {shown(key)} is unknown here [E0722]", nearest(key, schema.known_keys()))
         elif key in sections and not isinstance(data[key], Mapping):
-            report.add(key, f"a table is needed here, not {describe_value(data[key])} [E0716]")
+            report.add(key, f"a table is needed here, not {describe(data[key])} [E0716]")
             del data[key]
         elif key in sections:
             for name in [name for name in data[key] if not is_legal(name)]:

@@ -19,7 +19,7 @@ from eomgen.scene.document.schema import section_keys
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, SceneNames
 from eomgen.scene.formula.tokens import FormulaError
-from eomgen.scene.reading.kinds import describe_value
+from eomgen.scene.reading.kinds import describe
 from eomgen.scene.reading.report import Report
 
 #: Copies that the tables of a file make, at most.
@@ -53,16 +53,14 @@ def expand_repeats(
         if key != "repeat"
     }
     if not isinstance(tables, Mapping):
-        report.add(
-            "repeat", f"a table is needed here, not {describe_value(tables)} [E0716]", f"[repeat.chain] and {_HOW}"
-        )
+        report.add("repeat", f"a table is needed here, not {describe(tables)} [E0716]", f"[repeat.chain] and {_HOW}")
         return made
     sources = _by_entry(report.lines)
     total = 0
     for name, table in tables.items():
         key = key_of("repeat", str(name))
         if not isinstance(table, Mapping):
-            report.add(key, f"a table is needed here, not {describe_value(table)} [E0716]", f"[{key}] and {_HOW}")
+            report.add(key, f"a table is needed here, not {describe(table)} [E0716]", f"[{key}] and {_HOW}")
             continue
         ranges = _ranges(key, table, report)
         if ranges is None:
@@ -114,9 +112,7 @@ def _ranges(key: str, table: Mapping[str, Any], report: Report) -> dict[str, ran
     indices = table.get(_INDICES)
     if not isinstance(indices, Mapping) or not indices:
         fault = (
-            f"the key {_INDICES} is missing [E1343]"
-            if indices is None
-            else f"indices are {describe_value(indices)} [E1848]"
+            f"the key {_INDICES} is missing [E1343]" if indices is None else f"indices are {describe(indices)} [E1848]"
         )
         report.add(place, fault, _HOW)
         return None
@@ -126,7 +122,7 @@ def _ranges(key: str, table: Mapping[str, Any], report: Report) -> dict[str, ran
         if not is_legal(str(index)):
             report.add(place, f"the index {shown(index)} is not a name [E1850]", NAME_RULE)
         elif not (isinstance(bounds, Sequence) and len(bounds) == 2 and all(map(_whole, bounds))):
-            fault = f"an index counts by whole numbers, and here is {describe_value(given)} [E1851]"
+            fault = f"an index counts by whole numbers, and here is {describe(given)} [E1851]"
             report.add(f"{place}.{index}", fault, _HOW)
         elif bounds[1] < bounds[0]:
             fault = f"the index {index} takes no number from {bounds[0]} to {bounds[1]} [E1852]"
@@ -171,7 +167,7 @@ class _Copies:
                 hint = nearest(str(section), self.sections)
                 self.report.add(place, f"there is no section {shown(section)} whose entries could repeat [E1853]", hint)
             elif not isinstance(templates, Mapping):
-                self.report.add(place, f"a table is needed here, not {describe_value(templates)} [E0716]")
+                self.report.add(place, f"a table is needed here, not {describe(templates)} [E0716]")
             elif isinstance(entries := made.setdefault(section, {}), MutableMapping):
                 within = self.key.removeprefix("repeat.")
                 named = [(str(name), key_of("repeat", within, section, str(name))) for name in templates]
@@ -184,7 +180,7 @@ class _Copies:
         where = self.table.get(_WHERE, "1")
         key = f"{self.key}.{_WHERE}"
         if not isinstance(where, str):
-            self.report.add(key, f"a formula is needed here, not {describe_value(where)} [E0721]", 'where = "i < j"')
+            self.report.add(key, f"a formula is needed here, not {describe(where)} [E0721]", 'where = "i < j"')
             return
         for numbers in itertools.product(*self.ranges.values()):
             values = dict(zip(self.ranges, numbers, strict=True))

@@ -27,7 +27,7 @@ class ConstrainedStrains:
 
     def __init__(self, quantities: Quantities, beam: Cosserat, generalized: Generalized) -> None:
         self.beam, self.generalized = beam, generalized
-        self.links, self.count = len(quantities.tree.links), beam.elements * len(beam.constrained_strains)
+        self.links, self.count = len(quantities.tree.links), beam.elements * len(beam.absent_strains)
         self.elements = Chain.of(quantities, beam)
 
     def rows(self) -> list[ConstraintRow]:
@@ -35,7 +35,7 @@ class ConstrainedStrains:
         beam = self.beam
 
         def gaps(element: ElementStrain) -> list[Scalar]:
-            return [element.gap(strain) for strain in beam.constrained_strains]
+            return [element.gap(strain) for strain in beam.absent_strains]
 
         values = self.elements.each(gaps, f"constrained strains of beam {beam.name}")
         result: list[ConstraintRow] = []
@@ -43,7 +43,7 @@ class ConstrainedStrains:
             places = [magnitude(part) for node in (first, second) for part in self.elements.nodes[node].origin]
             length = self.elements.sections[first].length
             size = sum(places, length)
-            for strain, value in zip(beam.constrained_strains, gap, strict=True):
+            for strain, value in zip(beam.absent_strains, gap, strict=True):
                 strain_name = STRAINS[strain].replace("_", " along ")
                 name = f"{beam.name}: no {strain_name} of element {number}"
                 result.append(ConstraintRow(name, value, "m", size, length, length, group=self, in_group=len(result)))
@@ -56,7 +56,7 @@ class ConstrainedStrains:
         ----------
         multipliers : one for each of ``rows``, N
         """
-        per_element = len(self.beam.constrained_strains)
+        per_element = len(self.beam.absent_strains)
         against = [[-force for force in multipliers[k : k + per_element]] for k in range(0, self.count, per_element)]
         wrenches: list[Wrench | None] = [None] * self.links
         label = f"forces of the constrained strains of beam {self.beam.name}"
@@ -68,16 +68,13 @@ def strain_rows(quantities: Quantities, generalized: Generalized) -> list[Constr
     """Return the equations of all beams of the scene."""
     beams = [element.beam for element in quantities.scene.elements if isinstance(element, CosseratBeam)]
     return [
-        row
-        for beam in beams
-        if beam.constrained_strains
-        for row in ConstrainedStrains(quantities, beam, generalized).rows()
+        row for beam in beams if beam.absent_strains for row in ConstrainedStrains(quantities, beam, generalized).rows()
     ]
 
 
 def section_multipliers(quantities: Quantities, rows: ConstraintRows | None, beam: Cosserat) -> list[list[Scalar]]:
     """Return for each element the section forces, N, of the strains that a beam does not have; 0 of rows left out."""
-    count = len(beam.constrained_strains)
+    count = len(beam.absent_strains)
     result = [[quantities.algebra.zero] * count for _ in range(beam.elements)]
     for place, row in enumerate([] if rows is None else rows.all):
         if isinstance(row.group, ConstrainedStrains) and row.group.beam is beam:
@@ -89,7 +86,7 @@ def section_multipliers(quantities: Quantities, rows: ConstraintRows | None, bea
 def add_section_forces(quantities: Quantities, rows: ConstraintRows | None, wrenches: list[Wrench | None]) -> None:
     """Add to wrenches by link the wrenches of constrained strains on the nodes."""
     for item in quantities.scene.elements:
-        if isinstance(item, CosseratBeam) and item.beam.constrained_strains:
+        if isinstance(item, CosseratBeam) and item.beam.absent_strains:
             forces = section_multipliers(quantities, rows, item.beam)
             label = f"section forces of beam {item.name}"
             _push(Chain.of(quantities, item.beam), item.beam, forces, wrenches, label)
@@ -101,6 +98,6 @@ def _push(
     """Add to wrenches by link the wrenches of section forces, one for each constrained strain of each element."""
 
     def transmit(element: ElementStrain, *parts: Scalar) -> list[Scalar]:
-        return element.node_forces(element.held_forces(dict(zip(beam.constrained_strains, parts, strict=True))))
+        return element.node_forces(element.held_forces(dict(zip(beam.absent_strains, parts, strict=True))))
 
     elements.push(wrenches, elements.each(transmit, label, forces))

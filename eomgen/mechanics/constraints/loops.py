@@ -153,8 +153,8 @@ class _JointKind:
         """Return the equations of each joint, by place among the constraints."""
         inputs, rows, _ = self._record_kernel([])
         scales = [value for row in rows for value in (row.size, row.extent, row.path_length)]
-        values = self._loop_over_joints("equations", inputs, [row.value for row in rows])
-        sizes = self._loop_over_joints("scales of the equations", inputs, scales)
+        values = self._loop_values("equations", inputs, [row.value for row in rows])
+        sizes = self._loop_values("scales of the equations", inputs, scales)
         result: dict[int, list[ConstraintRow]] = {}
         for position, (member, value, size) in enumerate(zip(self.members, values, sizes, strict=True)):
             prefix, own = f"{self.members[0].item.name}: ", []
@@ -176,9 +176,7 @@ class _JointKind:
         zero = kernel.algebra.zero
         work = sum((value * row.value for value, row in zip(kernel.more, rows, strict=True)), zero)
         wrenches: list[Wrench | None] = [None] * len(self.quantities.tree.links)
-        for member, row in zip(
-            self.members, self._loop_over_joints("forces", inputs, kernel.wrenches(work)), strict=True
-        ):
+        for member, row in zip(self.members, self._loop_values("forces", inputs, kernel.wrenches(work)), strict=True):
             moving = [end.link for end in member.ends if end.link >= 0]
             for link, (a, b, c, x, y, z) in zip(moving, (row[:6], row[6:]), strict=False):
                 add_wrench(wrenches, link, ((a, b, c), (x, y, z)))
@@ -188,7 +186,7 @@ class _JointKind:
         first, last = self.members[0].item.name, self.members[-1].item.name
         return f"{meaning} of {len(self.members)} joints, {first} to {last}"
 
-    def _loop_over_joints(self, meaning: str, inputs: LoopInputs, values: Sequence[Scalar]) -> list[list[Scalar]]:
+    def _loop_values(self, meaning: str, inputs: LoopInputs, values: Sequence[Scalar]) -> list[list[Scalar]]:
         """Return numbers of each joint, as a loop over the joints."""
         kernel, outer = inputs.algebra.tape, self.quantities.algebra
         varying = list(dict.fromkeys(abs(value.ref) for value in values if value.constant is None))

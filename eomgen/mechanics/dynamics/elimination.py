@@ -26,7 +26,7 @@ def solve_tree(M: Sequence[Mapping[int, Scalar]], right: Sequence[Scalar], paren
     M : rows of the lower triangle, by column
     parents : (nv,) for each component the nearest coupled component towards the root, -1 at the root
     """
-    factors, inverse = factorise(M, parents)
+    factors, inverse = ltdl(M, parents)
     x = [value * inverse[k] for k, value in enumerate(half_solved(factors, right))]
     for k in range(len(right)):
         for i, factor in factors[k].items():
@@ -34,9 +34,7 @@ def solve_tree(M: Sequence[Mapping[int, Scalar]], right: Sequence[Scalar], paren
     return x
 
 
-def factorise(
-    M: Sequence[Mapping[int, Scalar]], parents: Sequence[int]
-) -> tuple[list[dict[int, Scalar]], list[Scalar]]:
+def ltdl(M: Sequence[Mapping[int, Scalar]], parents: Sequence[int]) -> tuple[list[dict[int, Scalar]], list[Scalar]]:
     """Return L and 1 / D of M = L^T D L: the rows of the unit lower triangle L by column, and the inverse diagonal."""
     size = len(M)
     A = [dict(row) for row in M]

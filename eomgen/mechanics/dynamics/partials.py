@@ -242,7 +242,7 @@ def _wrenches(
     return by_q, by_v, wrench(algebra, body, screw.linear, screw.angular)
 
 
-def _wrench_change(screw: Screws, load: Wrench) -> Wrench:
+def _shift(screw: Screws, load: Wrench) -> Wrench:
     """Return the change of a wrench that moves by a screw."""
     return plus(cross(screw.angular, load[0]), cross(screw.linear, load[1])), cross(screw.angular, load[1])
 
@@ -266,7 +266,7 @@ def _column(
     own = zip(project(link, by_q), project(link, by_v), project(link, by_a), strict=True)
     for row, values in zip(link.dofs, own, strict=True):
         _add(blocks, row, dof, ratio * ratio, values)
-    by_q = _sum(by_q, _wrench_change(screw, load))
+    by_q = _sum(by_q, _shift(screw, load))
     work = flow.adjoint(screw.angular, screw.linear)
     below = index
     while tree.links[below].parent != ROOT:
@@ -390,12 +390,10 @@ class WorkHessian:
                 spin = momentum.spin
                 for k, (screw, turned) in enumerate(zip(screws[index], moved[index], strict=True)):
                     by_q, by_v, by_a = _wrenches(algebra, screw, body, flow)
-                    by_q = _sum(by_q, _wrench_change(screw, loads[index]))
+                    by_q = _sum(by_q, _shift(screw, loads[index]))
                     turning = minus(flow.adjoint(*turned), momentum.adjoint(screw.turn, screw.slide))
                     turning = plus(turning, cross(screw.angular, products[index]))
-                    pushed = _sum(
-                        wrench(algebra, body, turned[1], turned[0]), _wrench_change(screw, (spin, momentum.momentum))
-                    )
+                    pushed = _sum(wrench(algebra, body, turned[1], turned[0]), _shift(screw, (spin, momentum.momentum)))
                     twisting = scaled(-1.0, momentum.adjoint(screw.angular, screw.linear))
                     effects = (
                         Effect(by_q, turning, pushed),

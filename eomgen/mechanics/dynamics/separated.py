@@ -67,7 +67,7 @@ def zero_base(tree: Tree) -> BaseMotion:
     return BaseMotion(zero, zero, zero, zero)
 
 
-def generalized_forces(tree: Tree, loads: Sequence[Wrench], label: str, rows: Rows | None = None) -> list[Scalar]:
+def generalized_force(tree: Tree, loads: Sequence[Wrench], label: str, rows: Rows | None = None) -> list[Scalar]:
     """Return the generalized forces, (nv,), of one wrench per link: inward recursion, projected on joint columns.
 
     ``rows`` holds additional generalized forces of elastic coordinates, by link.
@@ -79,7 +79,7 @@ def generalized_forces(tree: Tree, loads: Sequence[Wrench], label: str, rows: Ro
 
 def inertial(tree: Tree, fields: Sequence[LinkField], label: str) -> list[Scalar]:
     """Return the generalized inertia forces, (nv,), of the links for given acceleration fields."""
-    return generalized_forces(tree, field_wrenches(tree, fields), label, elastic_rows(tree, fields))
+    return generalized_force(tree, field_wrenches(tree, fields), label, elastic_rows(tree, fields))
 
 
 def carried_loads(tree: Tree, loads: Sequence[Wrench], label: str) -> list[Wrench]:
@@ -136,9 +136,7 @@ def inverse_dynamics(tree: Tree, base: BaseMotion, loads: Sequence[Wrench | None
     loads : applied wrench per link about the link's origin in link axes, or None
     """
     fields = total_fields(tree, base, accelerations=True, gravity=True)
-    efforts = generalized_forces(
-        tree, net_wrenches(tree, fields, loads), "inverse dynamics", elastic_rows(tree, fields)
-    )
+    efforts = generalized_force(tree, net_wrenches(tree, fields, loads), "inverse dynamics", elastic_rows(tree, fields))
     of_rotors = {
         index: [rotor * rate for rotor, rate in zip(link.rotor_inertias, link.accelerations, strict=True)]
         for index, link in enumerate(tree.links)

@@ -453,7 +453,7 @@ def _sections(quantities: Quantities, beam: Cosserat) -> list[SectionNumbers]:
         if id(part) not in known:
             known[id(part)] = _section(quantities, part)
     result = [known[id(part)] for part in beam.parts]
-    if not beam.constrained_strains or not any(section.following for section in result):
+    if not beam.absent_strains or not any(section.following for section in result):
         return [replace(section, following=()) if section.following else section for section in result]
     none = [[quantities.algebra.zero] * 6 for _ in _SIX]  # the elements of a loop have as many numbers
     return [section if section.following else replace(section, following=none) for section in result]

@@ -106,12 +106,12 @@ class RecordedSectionLoads:
             beam = self._beams[name]
 
             def sections(element: ElementStrain, *multipliers: Scalar) -> list[Scalar]:
-                return element.sections(dict(zip(beam.constrained_strains, multipliers, strict=True)))
+                return element.sections(dict(zip(beam.absent_strains, multipliers, strict=True)))
 
             label = f"sections of beam {name}"
             with self._quantities.algebra.tape.block(label):
                 elements = Chain.of(self._quantities, beam)
-                more = self._multipliers(beam) if beam.constrained_strains else ()
+                more = self._multipliers(beam) if beam.absent_strains else ()
                 self._found[name] = elements.each(sections, label, more)
         return self._found[name]
 

@@ -27,8 +27,8 @@ from eomgen.mechanics.shape_functions.uniform_beams import (
     Coefficients,
     differentiate,
     integrate,
+    on_piece,
     product,
-    substitute_piece,
 )
 from eomgen.scene.bodies.model import Beam, Deformation
 
@@ -233,7 +233,7 @@ def _assemble(mesh: Elements, beam: Beam, profile: str, derivative: int) -> Band
     size = len(functions)
     matrix = BandedMatrix(len(mesh.nodal), size - 1)
     for element in range(mesh.count):
-        weights = [_number(h * entry / h ** (2 * derivative)) for entry in substitute_piece(along, element, mesh.count)]
+        weights = [_number(h * entry / h ** (2 * derivative)) for entry in on_piece(along, element, mesh.count)]
         for row in range(size):
             for column in range(row + 1):
                 value = mpmath.fsum(weight * part[row][column] for weight, part in zip(weights, table, strict=True))

@@ -128,9 +128,7 @@ class _Integrator:
         polar, arm = self.profile("polar"), (self.start, length)
         x, rho, rho_p = (polynomial(entry, grid.positions) for entry in (arm, mass, polar))
         deflects = np.array([kind != "torsion" for kind in self.kinds], bool)
-        h1, h2 = (
-            self.second_order_integrals(rho) if self.beam.order == 2 else (np.zeros((0, 0, 0)), np.zeros((0, 0, 0, 0)))
-        )
+        h1, h2 = self.second_order_terms(rho) if self.beam.order == 2 else (np.zeros((0, 0, 0)), np.zeros((0, 0, 0, 0)))
         return ShapeIntegrals(
             kinds=self.kinds,
             at=self.station,
@@ -224,7 +222,7 @@ class _Integrator:
                     result[k, j] = result[j, k] = _unless_zero(value, steep, math.isqrt(bound << BITS))
         return round_to_doubles(result)
 
-    def second_order_integrals(self, rho: Fixed) -> tuple[Array, Array]:
+    def second_order_terms(self, rho: Fixed) -> tuple[Array, Array]:
         """Return h1 and h2."""
         size, grid = len(self.kinds), self.grid
         h1, h2 = np.zeros((size,) * 3, dtype=object), np.zeros((size,) * 4, dtype=object)

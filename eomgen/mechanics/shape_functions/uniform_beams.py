@@ -107,7 +107,7 @@ def differentiate(entry: Coefficients, times: int = 1) -> Coefficients:
     return entry
 
 
-def substitute_piece(entry: Coefficients, piece: int, count: int) -> Coefficients:
+def on_piece(entry: Coefficients, piece: int, count: int) -> Coefficients:
     """Return a polynomial of s as one of r, s = (piece + r) / count."""
     result: Coefficients = ()
     for factor in reversed(entry):

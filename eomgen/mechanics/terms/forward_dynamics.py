@@ -267,7 +267,7 @@ def _by_mass_matrix(derivation: Derivation) -> list[Scalar]:
     grouped, loads = derivation.grouped, derivation.loads
     fields = total_fields(grouped, derivation.motion, accelerations=False, gravity=True)
     net = separated.net_wrenches(grouped, fields, loads.wrenches)
-    bias = separated.generalized_forces(grouped, net, "bias force", separated.elastic_rows(grouped, fields))
+    bias = separated.generalized_force(grouped, net, "bias force", separated.elastic_rows(grouped, fields))
     right = [effort - load for effort, load in zip(loads.efforts, bias, strict=True)]
     M = derivation.mass_rows
     with derivation.tape.block("elimination of the mass matrix from the tips to the root"):

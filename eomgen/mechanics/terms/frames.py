@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
-from eomgen.mechanics.dynamics.elimination import factorise, half_solved
+from eomgen.mechanics.dynamics.elimination import half_solved, ltdl
 from eomgen.mechanics.kinematics.bodies import Orientations, jacobian_of_mount, link_columns
 from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
 from eomgen.mechanics.kinematics.fields import AccelerationField, total_fields
@@ -200,7 +200,7 @@ def frame_mobilities(derivation: Derivation) -> list[Block]:
     rows = derivation.mass_rows
     values: list[Scalar] = []
     with derivation.tape.block("inverse operational-space inertias: M = L^T D L, halves L^-T J^T"):
-        factors, inverse = factorise(rows, derivation.tree.dof_parents())
+        factors, inverse = ltdl(rows, derivation.tree.dof_parents())
         for start in range(0, len(J.refs), 6 * nv):
             refs = [J.refs[start + nv * k : start + nv * (k + 1)] for k in range(6)]
             halves = [half_solved(factors, [Scalar(derivation.tape, ref) for ref in row]) for row in refs]

@@ -54,6 +54,6 @@ def recorder(name: str) -> Recorder:
     return FURTHER_RECORDERS[name]
 
 
-def differentiable_recorder(name: str) -> Recorder:
+def differentiand_recorder(name: str) -> Recorder:
     """Return the function that records a term whose derivatives are recorded."""
     return forward_blocks if name == "forward_dynamics" else recorder(name)

@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 from eomgen.base.data import replace
 from eomgen.formula.nodes import ZERO, Formula
-from eomgen.mechanics.dynamics.separated import generalized_forces
+from eomgen.mechanics.dynamics.separated import generalized_force
 from eomgen.mechanics.forces.applied import applied_loads
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.bodies import Columns, link_columns
@@ -128,7 +128,7 @@ def regressor_blocks(derivation: Derivation) -> list[Block]:
     derivation.energies()  # which formulas of forces may name
     loads = applied_loads(without_linear_parameters(scene), tree, quantities)
     zero = (tree.algebra.zero_vector, tree.algebra.zero_vector)
-    wrenches = generalized_forces(tree, [zero if load is None else load for load in loads.wrenches], "other forces")
+    wrenches = generalized_force(tree, [zero if load is None else load for load in loads.wrenches], "other forces")
     left = [-(x + y) for x, y in zip(wrenches, loads.efforts, strict=True)]
     description = f"tau per unit of {', '.join(names)}"
     return [

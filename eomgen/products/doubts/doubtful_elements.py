@@ -108,7 +108,7 @@ def _of(key: str, section: Section, values: Values) -> Iterator[tuple[str, float
 def _stiff_stretch(beam: Cosserat, document: Document, values: Values) -> Iterator[str]:
     """Yield a note on a stiffness of stretch by which rounding of positions exerts forces of the size of loads."""
     stretch, bend = (STRAINS.index(strain) for strain in ("stretch", "bending_z"))
-    if stretch in beam.constrained_strains:
+    if stretch in beam.absent_strains:
         return
     sections = list({id(part.section): part.section for part in beam.parts}.values())  # equal elements share one
     largest = max(values.value(section.stiffness[stretch][stretch]) for section in sections)

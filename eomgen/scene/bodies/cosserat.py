@@ -121,7 +121,7 @@ class Cosserat:
         return self.places[-1]
 
     @property
-    def constrained_strains(self) -> tuple[int, ...]:
+    def absent_strains(self) -> tuple[int, ...]:
         """Which of ``STRAINS`` the beam does not have."""
         return tuple(number for number, strain in enumerate(STRAINS) if strain in CONSTRAINED[self.model])
 

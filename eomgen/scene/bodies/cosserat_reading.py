@@ -293,7 +293,7 @@ def _stiffness(keys: BeamKeys, section: SectionReader | None, values: Values) ->
             values.require(place, SectionStiffnessRule(keys.model), [entry for line in matrix for entry in line])
         return matrix
     if (by_strain := keys["stiffness"]) is not None:
-        return _diagonal(_stiffness_by_strain(keys.of("stiffness"), by_strain, free, values))
+        return _diagonal(_strain_stiffness(keys.of("stiffness"), by_strain, free, values))
     if section is None:
         fault = "the sections have no stiffness [E1342]"
         values.report.add(keys.key, fault, f"stiffness = {{ {free[-1]} = ..., ... }}, stiffness_matrix, or a section")
@@ -313,9 +313,7 @@ def _stiffness(keys: BeamKeys, section: SectionReader | None, values: Values) ->
     return _diagonal([result[strain] if strain in free else ZERO for strain in STRAINS])
 
 
-def _stiffness_by_strain(
-    key: str, table: written.SectionStiffness, free: Sequence[str], values: Values
-) -> list[Formula]:
+def _strain_stiffness(key: str, table: written.SectionStiffness, free: Sequence[str], values: Values) -> list[Formula]:
     """Return the stiffness by each strain, 0 for strains that the model constrains."""
     for strain in free:
         if getattr(table, strain) is None:

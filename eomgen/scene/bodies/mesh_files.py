@@ -416,17 +416,15 @@ def _least_squares(mesh: Mesh, cells: NDArray[np.intp], size: float) -> tuple[Ar
     sums: Array = np.stack([np.bincount(cells, mesh.vertices[:, k]) for k in range(3)], axis=1)
     means = sums / np.bincount(cells)[:, np.newaxis]
 
-    def sum_in_cells(values: Array) -> Array:
+    def cell_sums(values: Array) -> Array:
         """Return the sum in each cell over the corners of faces (m, 3), weighted by areas."""
         return np.bincount(corners, (weights[:, np.newaxis] * values).ravel(), minlength=count).astype(float)
 
     # distances of the planes are from the mean of the cell, so that small machines far from the origin lose no digits
     ones = np.ones((1, 3))
-    matrix = np.stack(
-        [sum_in_cells(normals[:, [i]] * normals[:, [j]] * ones) for i in range(3) for j in range(3)], axis=1
-    )
+    matrix = np.stack([cell_sums(normals[:, [i]] * normals[:, [j]] * ones) for i in range(3) for j in range(3)], axis=1)
     distances = np.einsum("ik,ijk->ij", normals, a[:, np.newaxis, :] - means[cells[mesh.faces]])
-    right = np.stack([sum_in_cells(normals[:, [k]] * distances) for k in range(3)], axis=1)
+    right = np.stack([cell_sums(normals[:, [k]] * distances) for k in range(3)], axis=1)
     matrix = matrix.reshape(-1, 3, 3)
     pull = _PULL * np.trace(matrix, axis1=1, axis2=2) + np.finfo(float).tiny
     shifts = np.linalg.solve(matrix + pull[:, np.newaxis, np.newaxis] * np.eye(3), right[..., np.newaxis])[..., 0]

@@ -57,7 +57,7 @@ def read_base(reading: Reading) -> Base | None:
         check_twice_differentiable(key, formulas, values.report)
     made = Base(position, rotations)
     if base.acceleration is not None:
-        made = _integrate_acceleration(made, base.acceleration, base.drift, reading)
+        made = _add_acceleration(made, base.acceleration, base.drift, reading)
     elif base.drift is not None:
         fault = "drift is of the integral of an acceleration, and the base has none [E1386]"
         values.report.add("base.drift", fault, 'acceleration = ["quake(t)", 0, 0]')
@@ -67,9 +67,7 @@ def read_base(reading: Reading) -> Base | None:
     return made
 
 
-def _integrate_acceleration(
-    base: Base, acceleration: Sequence[float | str], drift: str | None, reading: Reading
-) -> Base:
+def _add_acceleration(base: Base, acceleration: Sequence[float | str], drift: str | None, reading: Reading) -> Base:
     """Return a base with the second integrals of an acceleration added to its position."""
     values, duration = reading.values, reading.document.simulation.duration
     units = {name: entry.unit for name, entry in reading.document.section("curves").items()}

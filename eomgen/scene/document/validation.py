@@ -16,7 +16,7 @@ from eomgen.formula.units.parser import is_quantity
 from eomgen.scene.document.schema import Document, document_for, section_keys
 from eomgen.scene.joint_types import JOINTS_ELSEWHERE
 from eomgen.scene.reading.key_metadata import ForeignKeys, added_keys, meaning_of
-from eomgen.scene.reading.kinds import FaultyText, describe_value, is_matrix, is_plain_number, plain_angles
+from eomgen.scene.reading.kinds import FaultyText, describe, is_matrix, is_plain_number, plain_angles
 from eomgen.scene.reading.report import Report
 from eomgen.system.terms import nearest_term
 
@@ -289,7 +289,7 @@ def child_hint(data: Mapping[str, Any]) -> str:
 def wrong_format(given: object) -> tuple[str, str]:
     """Return the fault and the remedy of a ``format`` that is not 1."""
     remedy = "format = 1, or a newer eomgen" if isinstance(given, int) and given > 1 else "format = 1"
-    return f"this eomgen reads format 1, not {describe_value(given)} [E1479]", remedy
+    return f"this eomgen reads format 1, not {describe(given)} [E1479]", remedy
 
 
 def explain(
@@ -306,9 +306,9 @@ def explain(
     if location == ("format",):
         return wrong_format(given)
     if kind == "literal_error":
-        return f"{describe_value(given)} is not known here [E0263]", own or _word_meant(message, location, given)
+        return f"{describe(given)} is not known here [E0263]", own or _word_meant(message, location, given)
     if kind in _BOUNDS:
-        fault = f"{describe_value(given)} is out of range here: it {message.removeprefix('Input ')} [E1480]"
+        fault = f"{describe(given)} is out of range here: it {message.removeprefix('Input ')} [E1480]"
         return fault, _BOUNDS[kind].format(message.rpartition(" ")[2])
     fault = message[0].lower() + message[1:]
     if kind == "list" and isinstance(given, str) and given.lstrip("+-") in _AXES:
@@ -318,7 +318,7 @@ def explain(
     if kind == "number" and (hint := _number_meant(location, given, table, depth)):
         return fault, hint
     if kind in _NEEDED:
-        fault = f"{_NEEDED[kind]} is needed here, not {describe_value(given)} [E1475]"
+        fault = f"{_NEEDED[kind]} is needed here, not {describe(given)} [E1475]"
     return fault, own or example(location, given)
 
 

@@ -221,7 +221,7 @@ def _mimic(key: str, joint: written.Joint, values: Values) -> Mimic | None:
     return Mimic(**values.keys(f"{key}.mimic", joint.mimic))
 
 
-def _known_constants(
+def _numbers(
     key: str, given: Sequence[float | str] | None, count: int, quantity: str, values: Values
 ) -> list[float] | None:
     """Return ``count`` constants; None if the constants are missing or unknown."""
@@ -243,13 +243,12 @@ def _initial_position(key: str, joint: written.Joint, values: Values) -> tuple[f
     if not kind.moves:
         return ()
     if kind.group == "R":
-        given = _known_constants(f"{place}.position", initial.position, kind.q_size, f"a {joint.type} joint", values)
+        given = _numbers(f"{place}.position", initial.position, kind.q_size, f"a {joint.type} joint", values)
         return tuple(given or [0.0] * kind.q_size)
     if kind.group == "SO3":
         return _quaternion(place, "position", initial.position, initial, values)
     position = (
-        _known_constants(f"{place}.position", initial.position, 3, f"the position of a {joint.type} joint", values)
-        or [0.0] * 3
+        _numbers(f"{place}.position", initial.position, 3, f"the position of a {joint.type} joint", values) or [0.0] * 3
     )
     return (*_quaternion(place, "orientation", initial.orientation, initial, values), *position)
 
@@ -263,7 +262,7 @@ def _quaternion(
             fault = f"{field} and rotation both give the orientation [E1666]"
             values.report.add(f"{place}.rotation", fault, "one of them")
         return quaternion_of(values.constant_rotations(f"{place}.rotation", initial.rotation) or [])
-    numbers = _known_constants(f"{place}.{field}", given, 4, "a quaternion (w, x, y, z)", values)
+    numbers = _numbers(f"{place}.{field}", given, 4, "a quaternion (w, x, y, z)", values)
     if numbers is None:
         return _NEUTRAL
     norm = math.sqrt(sum(number * number for number in numbers))
@@ -277,9 +276,7 @@ def _quaternion(
 def _initial_velocity(key: str, joint: written.Joint, values: Values) -> tuple[float, ...]:
     kind = JOINTS[joint.type]
     size, quantity = kind.v_size, f"the velocity of a {joint.type} joint{_VELOCITY_MEANING.get(kind.group, '')}"
-    return tuple(
-        _known_constants(f"{key}.initial.velocity", joint.initial.velocity, size, quantity, values) or [0.0] * size
-    )
+    return tuple(_numbers(f"{key}.initial.velocity", joint.initial.velocity, size, quantity, values) or [0.0] * size)
 
 
 def _written_start(name: str, joint: written.Joint, values: Values) -> WrittenStart | None:

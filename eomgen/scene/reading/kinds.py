@@ -31,7 +31,7 @@ class FaultyText(str):
     __slots__ = ()
 
 
-def describe_value(value: object) -> str:
+def describe(value: object) -> str:
     kinds: tuple[tuple[type, str], ...] = ((bool, "a boolean"), (dict, "a table"), (list, "a list"), (tuple, "a list"))
     for kind, title in kinds:
         if isinstance(value, kind):
@@ -46,7 +46,7 @@ def _refusal(kind: LiteralString, text: str) -> PydanticCustomError:
 
 def _number(value: object, wanted: str = "a number") -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise _refusal("number", f"{wanted} is needed here, not {describe_value(value)} [E1475]")
+        raise _refusal("number", f"{wanted} is needed here, not {describe(value)} [E1475]")
     try:
         number = float(value)
     except OverflowError:
@@ -70,7 +70,7 @@ def list_of(*lengths: int) -> Callable[[object], object]:
 
     def check(value: object) -> object:
         if not isinstance(value, list | tuple) or len(value) not in lengths:
-            got = f"{len(value)}" if isinstance(value, list | tuple) else describe_value(value)
+            got = f"{len(value)}" if isinstance(value, list | tuple) else describe(value)
             needed = " or ".join(str(length) for length in lengths)
             raise _refusal("list", f"a list of {needed} entries is needed here, not {got} [E1475]")
         return tuple(value)

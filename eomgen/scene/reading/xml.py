@@ -108,11 +108,6 @@ class Element:
         return tuple(self._attributes.items())
 
     @property
-    def asked_attributes(self) -> Sequence[str]:
-        """The attributes that were asked for, there or not."""
-        return tuple(self._asked)
-
-    @property
     def read_children(self) -> Sequence[Element]:
         return tuple(child for child in self._children if id(child) in self._handed_out)
 

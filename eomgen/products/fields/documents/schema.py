@@ -23,7 +23,7 @@ from pydantic_core import PydanticCustomError, PydanticKnownError
 from eomgen.base.messages import NAME_LENGTH
 from eomgen.products.fields.documents.document import TOLERANCES, Chains, Run
 from eomgen.scene.reading.key_metadata import Table, key, optional
-from eomgen.scene.reading.kinds import Description, Finite, Pair, Value, describe_value, is_plain_number, list_of
+from eomgen.scene.reading.kinds import Description, Finite, Pair, Value, describe, is_plain_number, list_of
 
 #: Value of the key ``kind`` in files of Hamiltonian systems.
 KIND = "hamiltonian"
@@ -64,7 +64,7 @@ def _truth_value(value: object) -> bool:
 
 def value_text(value: object) -> str:
     """Return a value as messages say it, lists with their entries."""
-    return f"[{', '.join(map(repr, value))}]"[:60] if isinstance(value, list | tuple) else describe_value(value)
+    return f"[{', '.join(map(repr, value))}]"[:60] if isinstance(value, list | tuple) else describe(value)
 
 
 def _either(entry: dict[str, Any]) -> dict[str, Any]:
