@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from eomgen.codegen.targets.c.templates import environment
-from eomgen.products.ensembles.lane_code import UntranslatableConstruct, translate
+from eomgen.products.ensembles.lane_code import UntranslatableConstruct, to_lanes
 from eomgen.toolchain.compiler import find_compiler, preprocessed
 
 COUNT = 64
@@ -369,7 +369,7 @@ def in_lanes(text: str) -> str:
         + text
     )
     plain = preprocessed(find_compiler(), {"eomgen_real.h": NUMBERS, "case.c": source}, "case.c")
-    return translate(plain, {"f": ()}, {})
+    return to_lanes(plain, {"f": ()}, {})
 
 
 def samples() -> np.ndarray:

@@ -36,7 +36,7 @@ _MOST_ROUNDS = 20
 _MANY_STORES = 6
 
 
-def translate(text: str, roots: Mapping[str, Collection[str]], outputs: Mapping[str, list[int]]) -> str:
+def to_lanes(text: str, roots: Mapping[str, Collection[str]], outputs: Mapping[str, list[int]]) -> str:
     """Return the functions of a stepper for lanes, with all called functions.
 
     Parameters
@@ -258,7 +258,7 @@ def lane_files(
         f"{prefix}_{function['name']}": [int(output["size"]) for output in function["outputs"]]
         for function in layout["functions"]
     }
-    body = translate(preprocessed(plain, step), roots, outputs)
+    body = to_lanes(preprocessed(plain, step), roots, outputs)
     templates = environment()
     driver = templates.get_template("ensembles/driver.c.jinja").render(
         P=prefix,
