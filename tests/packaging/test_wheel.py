@@ -82,7 +82,8 @@ PROGRAM = """
 import json, subprocess, sys
 from pathlib import Path
 import eomgen
-from eomgen.toolchain.compiler import find_compiler
+from eomgen.toolchain import builder
+from eomgen.toolchain.compiler import Compilation, find_compiler
 
 here = Path(sys.argv[1])
 assert Path(eomgen.__file__).is_relative_to(sys.prefix), eomgen.__file__
@@ -97,6 +98,13 @@ solution = final(model)
 solution.animate(here / "page.html")
 solution.plot("q")[0].figure.savefig(here / "angle.png")
 robot = final(eomgen.build(here / "robot.urdf", profile="quick"), initial={"hinge": 0.5})
+heavier = []
+for mass in ("2.3", "2.9"):
+    (here / "rod.urdf").write_text((here / "robot.urdf").read_text().replace('value="2"', f'value="{mass}"'))
+    rod = eomgen.build(here / "rod.urdf", profile="quick")
+    heavier.append(float(final(rod, initial={"hinge": 0.5}).q[-1, 0]))
+    builder.Compilation = None  # for the second mass
+builder.Compilation = Compilation
 modes = eomgen.build(here / "beam.toml", profile="quick").linearize().modes()
 samples = model.simulate_many(1.0, 1e-3, method="rk4", vary={"length": "values(0.8, 1.0, 1.25)"}, error_estimate=False)
 eomgen.generate(here / "scene.toml", here / "c")
@@ -106,6 +114,7 @@ run = subprocess.run([here / "c" / "wheel_pendulum"], cwd=here / "c", check=True
 print(json.dumps({
     "scene": float(solution.q[-1, 0]),
     "robot": float(robot.q[-1, 0]),
+    "heavier": heavier,
     "frequency": float(modes.frequency[0]),
     "lengths": samples.values["length"].tolist(),
     "ensemble": samples.results["q.hinge.final"].tolist(),
@@ -249,6 +258,11 @@ def test_an_installed_wheel_runs_a_scene_and_its_generated_c(numbers: Mapping[st
 
 def test_an_installed_wheel_runs_a_robot(numbers: Mapping[str, Any]) -> None:
     assert abs(numbers["robot"] - swing(1.5 * 9.81)) < 1e-9  # a thin rod of 1 m about its end: m g l / 2 over m l^2 / 3
+
+
+def test_another_mass_needs_no_compiler_on_any_system(numbers: Mapping[str, Any]) -> None:
+    expected = [swing(0.5 * mass * 9.81 / (1.0 / 6.0 + 0.25 * mass)) for mass in (2.3, 2.9)]
+    assert max(abs(one - other) for one, other in zip(numbers["heavier"], expected, strict=True)) < 1e-9
 
 
 def test_an_installed_wheel_runs_a_beam(numbers: Mapping[str, Any]) -> None:
