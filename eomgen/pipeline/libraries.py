@@ -214,7 +214,7 @@ def _whole(
         made, _ = program()
         layout = {**first.layout, "digest": first.digest}
         if ready.known is not None:
-            return _kept(ready.known, builder, content, layout)
+            return builder.with_tables(content, ready.known.entry, ready.known.tables, layout)
         if files is None:
             files = _written(made, builder, {})
             deque(files.of_runs, maxlen=0)
@@ -261,13 +261,6 @@ def _tables(texts: LibraryTexts, mark: str = "") -> bytes:
     return packed_tables(fingerprint(texts.written).encode(), texts.numbers, fingerprint=mark.encode())
 
 
-def _kept(known: KnownLibrary, builder: Builder, content: bytes, layout: Mapping[str, Any]) -> Library:
-    """Return the library of an earlier model with other numbers."""
-    from eomgen.codegen.targets.c.interface import INTERFACE_CDEF  # noqa: PLC0415
-
-    return builder.keep(content, known.files, INTERFACE_CDEF, layout)
-
-
 def whole_library(
     program: Program,
     refusal: str,
@@ -295,15 +288,14 @@ def whole_library(
         structure = ready.structure() if apart else None
         if (known := ready.known or known_library(builder, structure)) is not None:
             layout = {**known.layout, "notes": program.notes, "stepper_refused": refusal, **marks}
-            return _kept(known, builder, content, layout)
+            return builder.with_tables(content, known.entry, known.tables, layout)
         from eomgen.codegen.targets.c.target import straight_sources, written_library  # noqa: PLC0415
         from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
 
         texts = ready.texts if apart == ready.apart else {}
         files = written_library(program, builder.cache.folder / TEMPLATES, apart=apart, ready=texts)
-        layout, straight = _layout(program, refusal, marks), straight_sources(program)
-        tables = partial(_tables, files) if files.apart else None
-        library = _built(program, builder, content, files, layout, running, straight, tables)
+        layout, tables = _layout(program, refusal, marks), partial(_tables, files) if files.apart else None
+        library = _built(program, builder, content, files, layout, running, straight_sources(program), tables)
         if structure is not None:
             keep_structure(builder, structure, library)
         return library

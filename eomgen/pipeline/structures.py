@@ -20,12 +20,13 @@ from eomgen.base.data import dataclass, replace
 from eomgen.base.version import __version__, checkout_stamp
 from eomgen.codegen.targets.c.printer import stays_in_text
 from eomgen.symbolic.operations import Op
-from eomgen.toolchain.tables import TABLES, fingerprints_and_numbers, packed_tables
+from eomgen.toolchain.tables import fingerprints_and_numbers, packed_tables, tables_in
 
 if TYPE_CHECKING:
     from eomgen.codegen.program import Program
     from eomgen.system.system import System
     from eomgen.toolchain.builder import Builder
+    from eomgen.toolchain.cache import Entry
     from eomgen.toolchain.library import Library
 
 _RECORD = "structure.json"
@@ -33,10 +34,11 @@ _RECORD = "structure.json"
 
 @dataclass(frozen=True)
 class KnownLibrary:
-    """A library with the structure and the numbers of a model: files, and the layout but for notes."""
+    """A library with the structure of a model, its layout but for notes, and the tables of the model."""
 
-    files: Mapping[str, bytes]
+    entry: Entry
     layout: Mapping[str, Any]
+    tables: bytes
 
 
 @dataclass(frozen=True)
@@ -97,7 +99,7 @@ def keep_structure(builder: Builder, structure: Structure, library: Library) -> 
     """Keep which library has a structure, unless a number of a function is none of its constants."""
     places = {value: place for place, value in enumerate(structure.constants, 1)}
     taken: dict[str, list[float]] = {}
-    _, _, numbers = fingerprints_and_numbers((library.folder / TABLES).read_bytes())
+    _, _, numbers = fingerprints_and_numbers(tables_in(library.folder))
     numbers.pop(f"{library.layout['prefix']}_start_numbers", None)  # the initial state belongs to the structure
     for name, values in numbers.items():
         if not all(abs(value) in places for value in values):
@@ -112,20 +114,18 @@ def keep_structure(builder: Builder, structure: Structure, library: Library) -> 
 
 
 def known_library(builder: Builder, structure: Structure | None) -> KnownLibrary | None:
-    """Return the library of a structure with these constants, None if the cache has none, or without a structure."""
+    """Return the library of a structure and the tables of its constants, None if the cache has none, or without a
+    structure."""
     if structure is None:
         return None
-    cache, key = builder.cache, builder.key(structure.digest)
-    entry = cache.get(key)
-    if entry is None:
+    key = builder.key(structure.digest)
+    if (entry := builder.cache.get(key)) is None:
         return None
     record = json.loads(entry.text(_RECORD))
-    library = cache.get(record["library"])
-    if library is None:
-        cache.quarantine(key)
+    if (library := builder.cache.get(record["library"])) is None:
+        builder.cache.quarantine(key)
         return None
-    files = {name: library.file(name).read_bytes() for name in library.files}
-    _, texts, numbers = fingerprints_and_numbers(files[TABLES])
+    _, texts, numbers = fingerprints_and_numbers(tables_in(library.folder))
     for name, places in record["places"].items():
         numbers[name] = [copysign(structure.constants[abs(int(place)) - 1], place) for place in places]
-    return KnownLibrary({**files, TABLES: packed_tables(texts, numbers)}, json.loads(files["layout.json"]))
+    return KnownLibrary(library, json.loads(library.text("layout.json")), packed_tables(texts, numbers))

@@ -57,7 +57,7 @@ from eomgen.toolchain.profiles import (
     without_slow_passes,
 )
 from eomgen.toolchain.profiles import profile as profile_named
-from eomgen.toolchain.tables import TABLES, library_texts
+from eomgen.toolchain.tables import TABLES, library_texts, tables_in
 
 
 def library_key(content: bytes, compiler: Compiler, profile: Profile, flags: Sequence[str], mode: str) -> str:
@@ -371,7 +371,9 @@ class Builder:
             commands = compiled(folder) if ready is None else _copied(ready, whole, folder)
             if tables is not None:
                 (folder / TABLES).write_bytes(tables())
-            self._describe(folder, content, cdef, layout)
+            (folder / _LAYOUT).write_text(json.dumps(layout), encoding="utf-8")
+            (folder / _CDEF).write_text(cdef, encoding="utf-8")
+            (folder / _ORIGIN).write_text(origin_of(content, self.profile, self.flags, self.mode), encoding="utf-8")
             (folder / _COMMANDS).write_text("\n".join([self.compiler.version, *commands, ""]), encoding="utf-8")
 
         key = self.key(content)
@@ -394,28 +396,29 @@ class Builder:
         _LOG.debug("commands: %s", entry.text(_COMMANDS).replace("\n", "; ").rstrip("; "))
         return self._load(entry, self.mode)
 
-    def _describe(self, folder: Path, content: bytes, cdef: str, layout: Mapping[str, Any]) -> None:
-        (folder / _LAYOUT).write_text(json.dumps(layout), encoding="utf-8")
-        (folder / _CDEF).write_text(cdef, encoding="utf-8")
-        (folder / _ORIGIN).write_text(origin_of(content, self.profile, self.flags, self.mode), encoding="utf-8")
-
-    def keep(self, content: bytes, files: Mapping[str, bytes], cdef: str, layout: Mapping[str, Any]) -> Library:
-        """Keep the files of a library that is compiled already under these content bytes, and load the library.
+    def with_tables(self, content: bytes, entry: Entry, tables: bytes, layout: Mapping[str, Any]) -> Library:
+        """Keep a library that differs from an earlier one in its tables alone under these content bytes, and load the
+        library.
 
         Parameters
         ----------
-        content, cdef, layout : as of ``build``
-        files : with the library and its tables
+        content, layout : as of ``build``
+        entry : of the earlier library
         """
+        origin = origin_of(content, self.profile, self.flags, self.mode).encode()
+        changed = {TABLES: tables, _LAYOUT: json.dumps(layout).encode(), _ORIGIN: origin}
+        made = self._copy(self.key(content), entry, changed)
+        _LOG.info("took the library of an earlier model with other numbers, %s", made.file(self.binary))
+        return self._load(made, self.mode)
+
+    def _copy(self, key: str, entry: Entry, changed: Mapping[str, bytes]) -> Entry:
+        """Return the entry of a key, a copy of another entry with some files changed."""
 
         def fill(folder: Path) -> None:
-            for name, data in files.items():
-                (folder / name).write_bytes(data)
-            self._describe(folder, content, cdef, layout)
+            for name in (*entry.files, *changed):
+                (folder / name).write_bytes(changed[name] if name in changed else entry.file(name).read_bytes())
 
-        entry = self.cache.put(self.key(content), fill)
-        _LOG.info("took the library of an earlier model with other numbers, %s", entry.file(self.binary))
-        return self._load(entry, self.mode)
+        return self.cache.get(key) or self.cache.put(key, fill)
 
     def _object_key(self, name: str, texts: Mapping[str, str], flags: Sequence[str]) -> str:
         return library_key(_with_includes(name, texts), self.compiler, self.profile, flags, "object")
@@ -541,13 +544,14 @@ class Builder:
         if self.profile.on_tape:
             return "the model is on the tape engine until its compiler is done"
         compiler, flags = self.compiler, (*self.profile.flags, *_REALS["lanes"])
-        content = f"lanes of {library.digest}, {library.folder.name}".encode()
+        texts, tables = library_texts(library.folder), tables_in(library.folder)
+        described = [library.layout[name] for name in ("prefix", "method", "sizes", "functions")]
+        content = b"lanes of " + json.dumps([texts, *described]).encode()
         key = library_key(content, compiler, self.profile, flags, "abi")
 
         def fill(folder: Path) -> None:
-            made = files_of(
-                library_texts(library.folder, str(library.layout["prefix"])), partial(preprocessed, compiler)
-            )
+            (folder / TABLES).write_bytes(tables)
+            made = files_of(texts, partial(preprocessed, compiler))
             for name, text in made.items():
                 (folder / name).write_text(text, encoding="utf-8")
             sources = [folder / name for name in sorted(made) if name.endswith(".c")]
@@ -562,7 +566,14 @@ class Builder:
             entry = self.cache.get(key) or self.cache.put(key, fill)
         if REFUSED in entry.files:
             return entry.text(REFUSED)
-        return LaneLibrary(entry.file(_LANES), cdef, library.layout)
+        return LaneLibrary(self._of_tables(entry, tables).file(_LANES), cdef, library.layout, tables)
+
+    def _of_tables(self, entry: Entry, tables: bytes) -> Entry:
+        """Return an entry with these tables, a copy if the entry has others: each file has memory of its own."""
+        if tables_in(entry.folder) == tables:
+            return entry
+        key = hashlib.sha256(f"tables of {entry.folder.name}\0".encode() + tables).hexdigest()
+        return self._copy(key, entry, {TABLES: tables})
 
     def build_routine(self, source: str, cdef: str) -> tuple[Any, Any]:
         """Return ``ffi`` and ``lib`` of one C file that is the same for all models, from the cache if possible.
@@ -707,16 +718,17 @@ class Builder:
         OSError, UnicodeError
             The library's sources cannot be read.
         """
-        files = companion_files(folder, layout, function)
+        files, tables = companion_files(folder, layout, function), tables_in(folder)
         content = b"companion\0" + "\0".join(f"{name}\0{text}" for name, text in sorted(files.items())).encode()
         builder = self.varied(real="lanes")
-        result = builder.find(content)
-        if result is not None or running is None:
-            return result
-        cdef = (folder / _CDEF).read_text(encoding="utf-8")
-        own = {**layout, "stack": _MOST_LANES * int(layout.get("stack", 0))}
-        with builder.claim(content):
-            return builder.build(content, files, cdef, own, running=running)
+        key = builder.key(content)
+        if running is not None:
+            cdef = (folder / _CDEF).read_text(encoding="utf-8")
+            own = {**layout, "stack": _MOST_LANES * int(layout.get("stack", 0))}
+            with builder.claim(content):
+                builder.build(content, files, cdef, own, running=running, tables=lambda: tables)
+        entry = self.cache.get(key)
+        return None if entry is None else builder._load(self._of_tables(entry, tables), self.mode)
 
 
 def library_files(library: Library) -> dict[str, bytes]:

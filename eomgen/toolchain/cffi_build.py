@@ -114,9 +114,9 @@ def companion_files(folder: Path, layout: Mapping[str, Any], function: str) -> d
 
     prefix = str(layout["prefix"])
     number = [item["name"] for item in layout["functions"]].index(function)
-    files = library_texts(folder, prefix)
+    files = library_texts(folder)
     headers = {name: text for name, text in files.items() if name.endswith(".h")}
-    own = re.compile(rf"{re.escape(prefix)}(_\d+|_curves|_external|_numbers|_tables)?\.c")
+    own = re.compile(rf"{re.escape(prefix)}(_\d+|_curves|_external|_tables)?\.c")
     texts = [text for name, text in files.items() if own.fullmatch(name)]
     interface = files["interface.c"]
     # no prototypes: the types of the arguments are declared later, and the prototypes that follow fit to these
@@ -133,5 +133,5 @@ def companion_files(folder: Path, layout: Mapping[str, Any], function: str) -> d
         *with_fetches(texts, interface, layout["functions"][number], prefix),
         interface,
     ]
-    users = {name: text for name, text in files.items() if name.startswith(f"{prefix}_user_") and name.endswith(".c")}
-    return {**headers, SOURCE: "\n".join(text), **users}
+    apart = re.compile(rf"{re.escape(prefix)}_(user_.*|numbers)\.c")
+    return {**headers, SOURCE: "\n".join(text), **{name: files[name] for name in files if apart.fullmatch(name)}}

@@ -277,8 +277,10 @@ class LaneLibrary:
     layout : of the library of one trajectory
     """
 
-    def __init__(self, path: Path, cdef: str, layout: Mapping[str, Any]) -> None:
+    def __init__(self, path: Path, cdef: str, layout: Mapping[str, Any], tables: bytes = b"") -> None:
         self.ffi, lib = load_abi(path, cdef)
+        if tables:
+            hand_over(path, tables)
         self.lanes = int(lib.eomgen_lanes_size(0))
         self.state_size, self.workspace_size = (int(lib.eomgen_lanes_size(k)) // 8 for k in (1, 2))
         self.lib = _called(lib, layout, path, self.lanes)

@@ -21,7 +21,6 @@ TABLES = "tables.bin"
 _START = struct.Struct("=24s24s4q")
 #: Memory of the tables of each library on the tape engine by digest, which is read for as long as the process runs.
 _KEPT: dict[bytes, ctypes.Array[ctypes.c_char]] = {}
-_HIDDEN = '__attribute__((visibility("hidden")))'
 
 
 def packed_tables(
@@ -58,23 +57,16 @@ def fingerprints_and_numbers(tables: bytes) -> tuple[bytes, bytes, dict[str, lis
     return mark.rstrip(b"\0"), texts.rstrip(b"\0"), numbers
 
 
-def library_texts(folder: Path, prefix: str) -> dict[str, str]:
-    """Return the C sources and headers of a library with its numbers in the text, for compilations of their own.
-
-    Raises
-    ------
-    OSError, UnicodeError
-        The sources cannot be read.
-    """
+def library_texts(folder: Path) -> dict[str, str]:
+    """Return the C sources and headers of a library. Raises OSError or UnicodeError for files that cannot be read."""
     files = sorted(file for file in folder.iterdir() if file.suffix in (".c", ".h"))
-    texts = {file.name: file.read_text(encoding="utf-8") for file in files}
-    if f"{prefix}_numbers.c" in texts:
-        mark, _, numbers = fingerprints_and_numbers((folder / TABLES).read_bytes())
-        arrays = {f"char {prefix}_fingerprint[24]": f'"{mark.decode()}"'}
-        arrays |= {f"double {name}[{len(row)}]": f"{{ {', '.join(map(repr, row))} }}" for name, row in numbers.items()}
-        lines = (f"extern const {array} {_HIDDEN};\nconst {array} = {row};\n" for array, row in arrays.items())
-        texts[f"{prefix}_numbers.c"] = "".join(lines)
-    return texts
+    return {file.name: file.read_text(encoding="utf-8") for file in files}
+
+
+def tables_in(folder: Path) -> bytes:
+    """Return the tables of a library, empty for a library with its numbers in the text."""
+    file = folder / TABLES
+    return file.read_bytes() if file.is_file() else b""
 
 
 def hand_over(library: Path, tables: bytes) -> None:

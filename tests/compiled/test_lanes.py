@@ -18,6 +18,9 @@ from eomgen.compiled import functions
 from eomgen.compiled.functions import Functions, LaneCompanions
 from eomgen.errors import ToolchainError, UsageError
 from eomgen.pipeline.model import Model
+from eomgen.pipeline.pipeline import built_in
+from eomgen.toolchain import builder
+from eomgen.toolchain.compiler import RunningCompilers
 from tests.models.scenes import pendulum_scene
 
 EXAMPLES = Path(eomgen.__file__).parents[1] / "examples"
@@ -208,6 +211,31 @@ def test_a_companion_in_the_cache_is_taken_without_a_compiler(
     same(expected, called(model, "poses", blocks))
     companion = LaneCompanions.of(model.library)._found["poses"]
     assert companion.library is not None and companion.judged and not companion.begun
+
+
+@pytest.mark.slow
+def test_companions_of_models_with_other_numbers_are_one_compilation(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator
+) -> None:
+    libraries = []
+    for mass in (1.7, 1.9):
+        bodies = {"rod": {"mass": mass, "center_of_mass": [0.31, 0.02, -0.5], "inertia": [0.2, 0.21, 0.013]}}
+        joints = {"swing": {"type": "revolute", "parent": "base", "child": "rod", "axis": [0, 1, 0]}}
+        scene = eomgen.load({"format": 1, "name": "rod", "bodies": bodies, "joints": joints})
+        library = built_in(tmp_path, scene, profile="reproducible").library
+        assert library.companion is not None
+        libraries.append((library, library.companion(library.layout["functions"][0]["name"], RunningCompilers())))
+        monkeypatch.setattr(builder, "Compilation", None)  # for the second mass
+    arrays = [rng.random((50, size)) for size in libraries[0][0].layout["functions"][0]["input_sizes"]]
+    results = []
+    for library, companion in libraries:
+        outputs = [np.zeros(50), np.zeros(50)]
+        assert companion is not None
+        for made, output in zip((library, companion), outputs, strict=True):
+            made.call(0, arrays, [output])
+        assert outputs[0].tobytes() == outputs[1].tobytes()
+        results.append(outputs[0])
+    assert np.all(results[0] != results[1])
 
 
 def test_a_companion_of_other_bits_is_left_out(

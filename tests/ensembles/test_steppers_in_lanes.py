@@ -9,8 +9,10 @@ import pytest
 
 import eomgen
 from eomgen.integrators.stepper_layout import default_settings
+from eomgen.pipeline.pipeline import built_in
 from eomgen.products.ensembles.lane_code import stepper_in_lanes
 from eomgen.simulation.stepping.stepper import LaneStepper, Stepper
+from eomgen.toolchain import builder
 from eomgen.toolchain.library import LaneLibrary
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -232,3 +234,25 @@ def test_each_lane_meets_its_own_events(name: str, method: str, step: float) -> 
         assert state[places["event_count"]].sum() > 0
     assert statuses.any() == (name == "driven") and not statuses.all()
     assert len(np.unique(states[:, places["event_time"]][:, 0])) > 1
+
+
+@pytest.mark.slow
+def test_lanes_of_models_with_other_numbers_are_one_compilation(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = []
+    for spring in (300.0, 310.0):
+        bodies = {"cart": {"mass": "mass"}}
+        rail = {"type": "prismatic", "parent": "base", "child": "cart", "axis": [1, 0, 0]}
+        joints = {"rail": {**rail, "stiffness": spring, "initial": {"position": 0.1}}}
+        parameters = {"mass": {"value": 1.5, "tunable": True}}
+        data = {"format": 1, "name": "cart", "parameters": parameters, "bodies": bodies, "joints": joints}
+        model = built_in(tmp_path, eomgen.load(data), method="rk4", profile="reproducible")
+        assert isinstance(stepper_in_lanes(model, model.library), LaneLibrary)
+        made.append(model)
+        monkeypatch.setattr(builder, "compile_library", None)  # for the second stiffness
+    masses = np.linspace(1.0, 2.0, 16)
+    for model in made:
+        many = model.simulate_many(0.5, 1e-3, method="rk4", table={"mass": masses}, error_estimate=False)
+        each = [model.simulate(0.5, 1e-3, method="rk4", parameters={"mass": mass}).q[-1, 0] for mass in masses]
+        assert many.results["q.rail.final"].tolist() == each

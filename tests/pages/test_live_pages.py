@@ -16,9 +16,13 @@ import pytest
 
 import eomgen
 from eomgen.cli import commands
+from eomgen.codegen.targets.c.interface import INTERFACE_CDEF
 from eomgen.products.pages import live
 from eomgen.products.pages.sliders import range_of
+from eomgen.products.pages.web_module import texts_with_numbers
 from eomgen.products.pictures.animation import packed
+from eomgen.toolchain.builder import Builder
+from eomgen.toolchain.cache import Cache
 from tests.models.doubtful_scenes import UNRESOLVED, oscillator, stuck
 
 HERE = Path(__file__).parent
@@ -140,6 +144,24 @@ joint = "x"
 effort = "mine"
 """
 )
+
+
+@pytest.mark.slow
+def test_texts_of_a_page_have_the_numbers_of_the_library_and_give_its_bits(tmp_path: Path) -> None:
+    model = eomgen.build(oscillator(), profile="quick")
+    builder, texts = Builder("quick", cache=Cache(tmp_path)), texts_with_numbers(model.library)
+    alone = builder.build(b"in the text", texts, INTERFACE_CDEF, model.library.layout)
+    assert sorted(file.name for file in alone.folder.glob("*.bin")) == []
+    assert alone.fingerprint == model.library.fingerprint
+    random = np.random.default_rng(2)
+    for function in model.library.layout["functions"]:
+        inputs = [random.random(size) for size in function["input_sizes"]]
+        results = []
+        for library in (model.library, alone):
+            outputs = [np.zeros(output["size"]) for output in function["outputs"]]
+            library.call(function["name"], inputs, outputs)
+            results.append(b"".join(output.tobytes() for output in outputs))
+        assert results[0] == results[1], function["name"]
 
 
 def test_a_page_has_no_functions_of_python(tmp_path: Path) -> None:

@@ -30,7 +30,6 @@ from eomgen.toolchain import compiler
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.cache import Cache
 from eomgen.toolchain.compiler import find_compiler
-from eomgen.toolchain.tables import TABLES, library_texts
 from tests.codegen.hand_made import call
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -150,30 +149,26 @@ def test_a_changed_mass_needs_no_compiler(profile: str, tmp_path: Path, monkeypa
 
 
 @pytest.mark.slow
-def test_compilations_of_other_tools_have_the_numbers_of_the_library_in_their_text(tmp_path: Path) -> None:
-    """As live pages and lanes are compiled; generated C has its numbers in the text itself."""
+def test_generated_c_has_its_numbers_in_the_text_and_the_same_bits(tmp_path: Path) -> None:
     built_in(tmp_path, eomgen.load(PENDULUM), method="generalized_alpha", profile="quick")
     scene = copy.deepcopy(PENDULUM)
     _other_mass(scene)
     model = built_in(tmp_path, eomgen.load(scene), method="generalized_alpha", profile="quick")
-    texts = library_texts(model.library.folder, "pair")
-    builder = Builder("quick", cache=Cache(tmp_path))
-    alone = builder.build(b"in the text", texts, INTERFACE_CDEF, model.library.layout)
-    assert not (alone.folder / TABLES).exists()
-    assert alone.fingerprint == model.library.fingerprint
     every = Selection(None, "scene")
     program, _ = pipeline._program(eomgen.load(scene), SCENES, every, "generalized_alpha", C)
     files = generate_files(program)
     files |= generate_interface(program, files)
-    generated = builder.build(b"generated", files, INTERFACE_CDEF, interface_layout(program))
+    assert "pair_numbers.c" not in files
+    generated = Builder("quick", cache=Cache(tmp_path)).build(
+        b"generated", files, INTERFACE_CDEF, interface_layout(program)
+    )
     random = np.random.default_rng(2)
-    for function in model.library.layout["functions"]:
+    for function in generated.layout["functions"]:
         inputs = {
             name: random.random(size) for name, size in zip(function["inputs"], function["input_sizes"], strict=True)
         }
         expected = [item.tobytes() for item in call(model.library, function["name"], inputs)]
-        for library in (alone, *([generated] if function["name"] in generated.index else [])):
-            assert [item.tobytes() for item in call(library, function["name"], inputs)] == expected
+        assert [item.tobytes() for item in call(generated, function["name"], inputs)] == expected
 
 
 def _heavier_rod(scene: dict[str, Any]) -> None:

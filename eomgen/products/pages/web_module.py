@@ -14,7 +14,7 @@ from eomgen.integrators.stepper_layout import row_layout, state_layout
 from eomgen.toolchain.cache import Cache
 from eomgen.toolchain.compiler import PIP_INSTALL, Compiler, run_compiler, zig_program
 from eomgen.toolchain.library import Library
-from eomgen.toolchain.tables import library_texts
+from eomgen.toolchain.tables import fingerprints_and_numbers, library_texts, tables_in
 
 #: Functions of the model that a page evaluates; libraries have the first two if other functions need these.
 FUNCTIONS = (
@@ -72,7 +72,7 @@ def web_module(library: Library, *, left_to_stepper: bool) -> WebModule:
         Functions of the scene that are not C.
     """
     source, blocks = page_source(library.layout, left_to_stepper=left_to_stepper)
-    texts = {**library_texts(library.folder, str(library.layout["prefix"])), _SOURCE: source}
+    texts = {**texts_with_numbers(library), _SOURCE: source}
     stack = int(library.layout.get("stack", 0)) + _STACK
     flags = (*_FLAGS, f"-Wl,-z,stack-size={stack - stack % 16}", *_REALS[library.real])
     compiler = _zig()
@@ -90,6 +90,18 @@ def web_module(library: Library, *, left_to_stepper: bool) -> WebModule:
     with cache.claim(key):
         entry = cache.get(key) or cache.put(key, fill)
     return WebModule(entry.file(_MODULE).read_bytes(), blocks)
+
+
+def texts_with_numbers(library: Library) -> dict[str, str]:
+    """Return the C sources and headers of a library with its numbers in the text: a page has no loader."""
+    texts, prefix = library_texts(library.folder), library.layout["prefix"]
+    if tables := tables_in(library.folder):
+        mark, _, numbers = fingerprints_and_numbers(tables)
+        arrays = {f"char {prefix}_fingerprint[24]": f'"{mark.decode()}"'}
+        arrays |= {f"double {name}[{len(row)}]": f"{{ {', '.join(map(repr, row))} }}" for name, row in numbers.items()}
+        lines = (f"extern const {array};\nconst {array} = {row};\n" for array, row in arrays.items())
+        texts[f"{prefix}_numbers.c"] = "".join(lines)
+    return texts
 
 
 def _zig() -> Compiler:

@@ -8,7 +8,6 @@ have the same bits as the scalar text, because each lane has the same operations
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from operator import itemgetter
 from typing import Any
@@ -277,15 +276,7 @@ def lane_files(
         **hooks,
     )
     text = templates.get_template("ensembles/stepper.c.jinja").render(prefix=prefix, body=body, driver=driver)
-    numbers = f"{prefix}_numbers.c"
-    # compilers replace visible tables by vectors of constants; a number read through an address is copied at each use
-    tables = re.sub(r"^extern .*\n", "", files.get(numbers, ""), flags=re.MULTILINE)
-    seen = re.sub(r"^const ", "static const ", tables, flags=re.MULTILINE)
-    kept = {
-        name: seen + text if name.endswith(".c") else text
-        for name, text in files.items()
-        if name.endswith((".c", ".h")) and name not in ("interface.c", "interface.h", numbers, step)
-    }
+    kept = {name: text for name, text in files.items() if name not in ("interface.c", "interface.h", step)}
     return {
         **kept,
         "eomgen_lanes.h": templates.get_template("ensembles/lanes.h.jinja").render(),
