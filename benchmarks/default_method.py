@@ -43,7 +43,7 @@ from eomgen.products.studies.work_precision.running import (
     measure_seconds,
     per_coarsest,
 )
-from eomgen.simulation.automatic_method import RESOLVED, automatic, largest_eigenvalue
+from eomgen.simulation.automatic_method import RESOLVED, choose_method, largest_eigenvalue
 from eomgen.system.system import Facts
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
@@ -193,7 +193,7 @@ def chosen(one: Subject, step: float, *, corners: bool) -> str:
     model = one.runner.model(one.formulation)
     p = model.parameter_array()
     if not corners or model.library.layout["facts"]["smooth"]:
-        return automatic(model, None, p, 0.0, step)[0]
+        return choose_method(model, None, p, 0.0, step)[0]
     fastest = largest_eigenvalue(model, initial_state(model, None, p), 0.0, p)
     explicit = "rk4_partitioned" if model.multipliers else "rk4"
     return explicit if fastest is not None and step * fastest <= RESOLVED else STANDARD
@@ -205,7 +205,7 @@ def seconds_to_choose(one: Subject, step: float) -> float:
     taken = []
     for _ in range(REPEATS):
         began = time.thread_time()
-        automatic(model, None, model.parameter_array(), 0.0, step)
+        choose_method(model, None, model.parameter_array(), 0.0, step)
         taken.append(time.thread_time() - began)
     return statistics.median(taken)
 

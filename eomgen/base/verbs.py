@@ -152,7 +152,7 @@ CORE: tuple[Verb, ...] = (
         (
             "eomgen.simulation.simulate:simulate",
             "eomgen.simulation.start:start",
-            "eomgen.simulation.checkpoint:resume",
+            "eomgen.simulation.resume:resume",
             "eomgen.simulation.run_model:attach",
         ),
         heading="Build and run",

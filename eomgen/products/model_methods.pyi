@@ -19,7 +19,7 @@ from eomgen.products.pages.report import report as _report
 from eomgen.products.statics.path_following import buckling_loads as _buckling_loads
 from eomgen.products.statics.path_following import equilibrium_path as _equilibrium_path
 from eomgen.products.statics.steady_motion import steady_motion as _steady_motion
-from eomgen.simulation.checkpoint import resume as _resume
+from eomgen.simulation.resume import resume as _resume
 from eomgen.simulation.run_model import attach as _attach
 from eomgen.simulation.simulate import simulate as _simulate
 from eomgen.simulation.start import start as _start

@@ -2,11 +2,11 @@
 
 __all__ = [
     "accuracy",
-    "automatic_method",
     "checkpoint",
     "judgement",
-    "motions",
     "option_types",
+    "request",
+    "resume",
     "run_model",
     "simulate",
     "start",

@@ -14,8 +14,8 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.compiled.equations import accelerations, has_residual_partials, residual_partials
 from eomgen.compiled.initial_state import InitialState, initial_state
-from eomgen.errors import EomgenError, Problem, UsageError
-from eomgen.integrators.families.register import AUTO, BUILT_IN, STANDARD, check_needs, method_named
+from eomgen.errors import EomgenError
+from eomgen.integrators.families.register import BUILT_IN, STANDARD, check_needs, method_named
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -25,44 +25,12 @@ if TYPE_CHECKING:
 #: period.
 RESOLVED = 0.5
 #: Parameters that no method takes among which ``auto`` chooses, and a method that takes each.
-_OF_OTHERS = {"alpha": "hht", "beta": "newmark", "gamma": "newmark", "order": "taylor"}
+OF_OTHERS = {"alpha": "hht", "beta": "newmark", "gamma": "newmark", "order": "taylor"}
 #: Singular values of B below this part of the largest belong to redundant rows.
 _RANK = 1e-10
 
 
-def method_of(
-    model: CompiledModel,
-    method: str | None,
-    initial: Mapping[str, Any] | None,
-    p: Array,
-    t: float,
-    step: float,
-    given: Mapping[str, float | None] | None = None,
-) -> tuple[str | None, str]:
-    """Return the method of a run, and the reason of the choice for ``auto``.
-
-    Parameters
-    ----------
-    method : str, optional
-        The scene's by default, which is returned as None.
-    initial, p, t, step : as of ``automatic``
-    given : parameters of methods that the caller gives
-
-    Raises
-    ------
-    UsageError
-        ``auto`` with a parameter that one of the methods to choose from does not take.
-    """
-    if (model.description.simulation.method if method is None else method) != AUTO:
-        return method, ""
-    for key, value in (given or {}).items():
-        if value is not None and key in _OF_OTHERS:
-            fault = f"auto chooses between an explicit method and {STANDARD}, which take no {key} [E1991]"
-            raise UsageError(Problem(key, fault, f'method = "{_OF_OTHERS[key]}", or without {key}'))
-    return automatic(model, initial, p, t, step)
-
-
-def automatic(
+def choose_method(
     model: CompiledModel, initial: Mapping[str, Any] | None, p: Array, t: float, step: float
 ) -> tuple[str, str]:
     """Return the method for a run, and a sentence that says why.

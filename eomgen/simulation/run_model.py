@@ -1,6 +1,6 @@
 """The model of a solution, with a run's inputs and parameters: outputs, linear models, poses, states between rows.
 
-A run hands it to its solution. A solution from a file or from another process gets it back by ``attach``.
+A run hands the model to its solution. A solution from a file or from another process gets the model back by ``attach``.
 
 A solution keeps rows only. A series from a row is the polynomial of the step that begins there, and if the spacing of
 rows is longer than the reach of one series, the stepper goes on to the next one by itself.

@@ -1,18 +1,11 @@
-"""simulate: from an initial state to a Solution; validation, the compiled time loop, outputs and energies; a second run
-with bounded steps if the first one misses a law between its steps.
-"""
+"""simulate: from an initial state to a Solution; the compiled time loop, outputs and energies."""
 
 from __future__ import annotations
 
-import math
 import os
-import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import nullcontext
-from functools import partial
 from typing import Any
-
-import numpy as np
 
 from eomgen.base.arrays import count_of
 from eomgen.base.calls import checked_call
@@ -21,94 +14,23 @@ from eomgen.base.messages import Log
 from eomgen.base.progress import Progress, shown
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.functions import by_one_library
-from eomgen.compiled.initial_state import InitialState, angles_of_several_turns, check_initial
+from eomgen.compiled.initial_state import angles_of_several_turns
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
-from eomgen.errors import Problem, UsageError
-from eomgen.integrators.families.family import BAD_ARGUMENT
 from eomgen.results.solution import Solution
-from eomgen.simulation.automatic_method import method_of
-from eomgen.simulation.checkpoint import CheckpointWriter, checkpoint_writer
+from eomgen.simulation.bounded_steps import bound_steps
+from eomgen.simulation.execution import Execution
 from eomgen.simulation.judgement.finished_run import RunStart
-from eomgen.simulation.motions import refuse_as_inputs
 from eomgen.simulation.option_types import KNOWN_ELSEWHERE
-from eomgen.simulation.outcome import Outcome
-from eomgen.simulation.stepping.chunks import Trajectory, run_chunks
+from eomgen.simulation.request import RunRequest, read_request
 from eomgen.simulation.stepping.controllers import Controller, read_controllers
-from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, Signal, check_held, read_signals
-from eomgen.simulation.stepping.run import Run, scene_inputs
-from eomgen.simulation.stepping.settings import check_memory, chosen_stepper, positive
-from eomgen.simulation.stepping.states import start_description, start_of, starts_at_equilibrium
-from eomgen.simulation.stepping.stepper import Stepper
+from eomgen.simulation.stepping.inputs import Signal
+from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.settings import ChosenStepper, check_memory
+from eomgen.simulation.stepping.stepper import plan_of
 from eomgen.simulation.stepping.time_grid import time_grid
 
 _LOG = Log(__name__)
-
-
-#: Cost of all runs with a bound: the limit of their steps is ``_TIMES`` times the steps of the run without a bound, as
-#: users wait for that without asking, or ``_STEPS`` divided by the number of velocities and internal states, about a
-#: second. Steps are counted, not seconds, so that the same run is bounded on every machine.
-_TIMES, _STEPS = 30.0, 1e5
-#: Maximum number of runs with a bound: the first bound is of the width along a path that the law has not changed.
-_ROUNDS = 3
-#: Least factor by which a bound is reduced if the bound is too large.
-_SMALLER = 0.5
-#: Ratio of the steps of a run with a bound to the steps that the bound explains, above which the run is given up: steps
-#: become tiny at a jump that holds the motion.
-_GIVEN_UP = 4.0
-
-
-class CostlyRunError(Exception):
-    """A run with a bound takes many more steps than the bound explains."""
-
-
-def with_bounded_steps(outcome: Outcome, stepped: Callable[[Run, float], Outcome], *, checkpoint: bool) -> Outcome:
-    """Return the outcome of the run with bounded steps, if the steps pass over a law and the bound is affordable.
-
-    Parameters
-    ----------
-    stepped : returns the outcome of another run from the same initial state, and writes its checkpoints; raises
-        CostlyRunError if the run takes more steps than the second argument
-    checkpoint : whether there are any, which have to be of the run that is returned
-    """
-    run, taken = outcome.run, own_steps(outcome.statistics)
-    short = _STEPS / max(1, run.model.nv + run.model.nz)
-    if taken > short:  # then the examination, which repeats the run, takes long as well
-        return outcome
-    left = max(_TIMES * taken, short)
-    try:
-        for _ in range(_ROUNDS):
-            law = outcome.passed_over if outcome.has(("complete", "two rows")) else None
-            if law is None or not law.step:
-                break
-            known = outcome.run.settings["largest_step"]
-            bound = min(law.step, _SMALLER * known) if known else law.step
-            steps = (run.grid.reached - run.grid.start) / bound
-            left -= steps
-            if left <= 0.0:
-                break
-            _LOG.info("%s: steps of at most %.3g s, for %s", run.model.name, bound, law.law)
-            settings = {**run.settings, "largest_step": bound}
-            try:
-                bounded = stepped(replace(run, settings=settings, bounded_for=law.law), _GIVEN_UP * (steps + taken))
-            except CostlyRunError:
-                outcome = stepped(outcome.run, math.inf) if checkpoint else outcome
-                break
-            if not (bounded.complete or bounded.trajectory.interrupted):  # at a jump that no step is small enough for
-                reason = f"with largest_step = {bound:.2g} it fails at t = {bounded.trajectory.rows[-1, 0]:.6g} s"
-                hint = f"a method of fixed steps, of {bound:.2g} s ({reason})"
-                outcome = stepped(outcome.run, math.inf) if checkpoint else outcome
-                outcome.passed_over = law._replace(finding=replace(law.finding, hint=hint))
-                break
-            outcome = bounded
-    except KeyboardInterrupt:  # in an examination after the run, which is complete
-        pass
-    return outcome
-
-
-def own_steps(counts: Mapping[str, int | float]) -> float:
-    """Return the number of steps chosen by a method, from the counts of its stepper; 1 before the first step."""
-    return float(counts.get("own_steps") or counts.get("expansions") or 1)
 
 
 @checked_call(
@@ -255,118 +177,40 @@ def simulate(
     >>> run.success, run.q.shape
     (True, (101, 2))
     """
-    defaults = model.functions.library.layout["defaults"]
-    step = positive("step", defaults["step"] if step is None else step)
-    t_first = number_of("t_start", t_start)
-    end = number_of("t_end", t_first + defaults["duration"] if t_end is None else t_end)
+    request = read_request(model, step, t_start, parameters, initial, start)
+    defaults = model.library.layout["defaults"]
+    end = number_of("t_end", request.t + defaults["duration"] if t_end is None else t_end)
     every = count_of("record_every", defaults["record_every"] if record_every is None else record_every)
-    p = model.evaluator.one_set(parameters, "one run for each")
-    given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": order, "tolerance": tolerance}
-    method, choice = method_of(model, method, initial, p, t_first, step, given)
-    chosen = chosen_stepper(model, method, given, settings)
-    library = chosen.library
-    grid = time_grid(t_first, end, step, library.real)
-    stepper_settings = chosen.settings_at(step)
-    functions = read_controllers(controllers, library.layout)
-    stepper = Stepper(library, stepper_settings, p, functions)
-    check_memory(grid.steps // every + 2, stepper.sizes["row"])
-    refuse_as_inputs(inputs, [motion.name for motion in model.description.motions])
-    from_caller = read_signals(inputs, model.inputs, grid.steps, model.input_units)
-    chosen.check_span(model, None if parameters is None else p, from_caller, grid)
-    if chosen.method.inputs == "series":
-        check_held(chosen.name, from_caller)
-    signals = InputSignals(model.inputs, from_caller, scene_inputs(model, p), step, t_first, chosen.left_to_stepper)
-    check_initial(initial)
-    of_scene = str(defaults["start"])
-    at_rest = starts_at_equilibrium(start, initial is not None, of_scene)
-    begun = start_description(equilibrium_start=at_rest, given=bool(initial), chosen=start, of_scene=of_scene)
-    made = partial(
-        Run, model, chosen.name, chosen.method, stepper_settings, p, signals, grid, every, controllers=functions
-    )
-    if parameters is None and not initial and not from_caller:
-        state, corrections, doubts = chosen.start(
-            (t_first, at_rest), lambda: start_of(made(), None, equilibrium_start=at_rest, changed=False)
-        )
-    else:
-        changed = bool(initial) or parameters is not None
-        state, corrections, doubts = start_of(made(), initial, equilibrium_start=at_rest, changed=changed)
-    run = made(list(corrections), begun)
-    beginning = RunStart(state, at_rest, doubts, choice, angles_of_several_turns(model, initial))
-    writer = checkpoint_writer(run, library, checkpoint, checkpoint_every)
-    told = _LOG.enabled
+    options = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": order, "tolerance": tolerance}
+    chosen, choice = request.choose_stepper(method, options, settings)
+    grid = time_grid(request.t, end, request.step, chosen.library.real)
+    check_memory(grid.steps // every + 2, plan_of(chosen.library).sizes["row"])
+    run = request.run(chosen, grid, every, inputs, read_controllers(controllers, chosen.library.layout))
+    chosen.check_span(run, changed=request.changed)
+    run, beginning = _begin(request, chosen, run, choice)
     with nullcontext() if progress is None else shown(progress, model.name) as reported:
-        report = reported
-        if error_estimate and reported is not None:
-            from eomgen.simulation.accuracy.error_estimation import ErrorEstimation  # noqa: PLC0415  # on request
-
-            report = ErrorEstimation(reported).shown(run, grid.steps)
-        judged = partial(Outcome, beginning=beginning, estimated=error_estimate, progress=reported)
-        outcome = _outcome(run, stepper, beginning.state, report, writer, judged)
-        if chosen.finds_bound and functions is None:
-
-            def again(bounded: Run, most: float) -> Outcome:
-                other = Stepper(library, bounded.settings, p)
-                rewritten = checkpoint_writer(bounded, library, checkpoint, checkpoint_every)
-
-                def watch(done: int, total: int) -> None:
-                    if own_steps(other.statistics) > most:
-                        raise CostlyRunError
-                    if report is not None:
-                        report(done, total)
-
-                return _outcome(bounded, other, beginning.state, watch, rewritten, judged)
-
-            outcome = with_bounded_steps(outcome, again, checkpoint=writer is not None)
-        called = functions is not None or any(map(callable, from_caller.values()))
-        foreign = called or reported is not None or writer is not None
+        execution = Execution(chosen.library, checkpoint, checkpoint_every, reported, estimated=error_estimate)
+        outcome = execution.outcome(run, beginning)
+        if chosen.finds_bound and run.controllers is None:
+            outcome = bound_steps(outcome, execution, beginning)
+        # attributes that call functions of the caller, or are shown, are evaluated before the solution is returned
+        called = run.controllers is not None or any(map(callable, run.signals.given.values()))
+        shows = _LOG.enabled or reported is not None or outcome.writer is not None
         cut_short = bool(outcome.trajectory.status) or outcome.trajectory.interrupted
-        solution = outcome.solution(at_once=told or foreign or cut_short)
-    if told:
+        solution = outcome.solution(at_once=called or shows or cut_short)
+    if _LOG.enabled:
         wall = solution.stats["wall_time"]
         _LOG.info("ran %s with %s in %.3g s: %s", model.name, chosen.name, wall, solution.message)
     return solution
 
 
-def _outcome(
-    run: Run,
-    stepper: Stepper,
-    state: InitialState,
-    report: Progress | None,
-    writer: CheckpointWriter | None,
-    judged: Callable[..., Outcome],
-) -> Outcome:
-    """Return the outcome of a run from a state, which ``judged`` makes of run, stepper, trajectory, seconds and
-    writer."""
-    began = time.perf_counter()
-    trajectory = _stepped(run, stepper, state, report, writer)
-    stepper.close()
-    return judged(run, stepper, trajectory, time.perf_counter() - began, writer)
-
-
-def _stepped(
-    run: Run, stepper: Stepper, state: InitialState, progress: Progress | None, writer: CheckpointWriter | None
-) -> Trajectory:
-    """Return the trajectory of a run from a state. Raises UsageError if the stepper refuses its settings."""
-    grid, model = run.grid, run.model
-    driven = run.driven
-    table = None
-    if isinstance(driven, HeldRows):
-        table = driven.over(len(stepper.input_times))
-    elif driven is not None:
-        first = (grid.step if grid.whole else grid.rest) * stepper.input_times
-        table = driven(grid.start + first)
-    status = stepper.initialize(grid.start, state.q, state.v, table, state.z)
-    if status == BAD_ARGUMENT.number:
-        fault = f"{run.name} refuses {_listed(run.settings)}: {stepper.status_text(status)} [E2028]"
-        raise UsageError(Problem("settings", fault, "the defaults"))
-    if status:
-        unknown = np.full(model.nv + len(model.multipliers), np.nan)
-        rows = np.concatenate([[grid.start], state.q, state.v, unknown, state.z])[np.newaxis]
-        return Trajectory(rows, status, False, 0)
-    if writer is not None:
-        writer.write(stepper, 0)  # a path without write access is reported before the run, not after it
-    return run_chunks(stepper, grid, min(run.every, grid.steps + 1), driven, progress, writer)
-
-
-def _listed(settings: Mapping[str, float]) -> str:
-    return ", ".join(f"{name} = {value:.6g}" for name, value in settings.items())
+def _begin(request: RunRequest, chosen: ChosenStepper, run: Run, choice: str) -> tuple[Run, RunStart]:
+    """Return a run with the corrections of its start, and this start."""
+    if request.changed or request.initial or run.signals.given:
+        state, corrections, doubts = request.initial_state(run)
+    else:
+        start = request.t, request.at_rest
+        state, corrections, doubts = chosen.start(start, lambda: request.initial_state(run))
+    notes = angles_of_several_turns(request.model, request.initial)
+    begun = replace(run, corrections=list(corrections), begun=request.start_description)
+    return begun, RunStart(state, request.at_rest, doubts, choice, notes)

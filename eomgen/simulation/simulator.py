@@ -814,10 +814,8 @@ class Simulator(NamedAttributes):
         read = read_signals(u, self.model.inputs, 0, self.model.input_units)
         for name, signal in read.items():
             if isinstance(signal, np.ndarray):
-                hint = "a number, or a function of t"
-                raise UsageError(
-                    Problem(f"input {name}", "a table does not say to which steps it belongs [E2046]", hint)
-                )
+                fault = "a table does not say to which steps it belongs [E2046]"
+                raise UsageError(Problem(f"input {name}", fault, "a number, or a function of t"))
         if self._run.method.inputs == "series":
             check_held(self.method, read)
         return read
@@ -830,10 +828,11 @@ class Simulator(NamedAttributes):
         run, t, step = self._run, self.t, self._stepper.step_size
         rough = self._motions.rough
         p = run.parameters if rough else self._motions.at_rest(run.parameters)
+        signals = replace(run.signals, given=given)
         for many in (n,) if rough else (n + self._ahead, n):
             grid = TimeGrid(t, t + many * step, step, many, 0.0)
             try:
-                check_span(run.model, self._library, run.method, p, given, grid)
+                check_span(replace(run, parameters=p, grid=grid, signals=signals), self._library)
             except UsageError:
                 if many == n:
                     raise

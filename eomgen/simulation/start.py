@@ -8,23 +8,20 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.calls import checked_call
-from eomgen.compiled.arguments import number_of
+from eomgen.base.data import replace
 from eomgen.compiled.functions import by_one_library
-from eomgen.compiled.initial_state import angles_of_several_turns, check_initial
+from eomgen.compiled.initial_state import angles_of_several_turns
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
-from eomgen.simulation.automatic_method import method_of
 from eomgen.simulation.judgement.starts import doubts_of_start
-from eomgen.simulation.motions import Motions, Target, refuse_as_inputs
+from eomgen.simulation.motions import Motions, Target
 from eomgen.simulation.option_types import KNOWN_ELSEWHERE
+from eomgen.simulation.request import read_request
 from eomgen.simulation.simulator import Simulator
 from eomgen.simulation.stepping.controllers import Controller, read_controllers
-from eomgen.simulation.stepping.inputs import InputSignals, Signal, check_held, read_signals
-from eomgen.simulation.stepping.run import Run, scene_inputs
-from eomgen.simulation.stepping.settings import chosen_stepper, positive
-from eomgen.simulation.stepping.states import start_of, starts_at_equilibrium
-from eomgen.simulation.stepping.time_grid import FINEST, TimeGrid
+from eomgen.simulation.stepping.inputs import Signal
+from eomgen.simulation.stepping.time_grid import TimeGrid, check_resolution, spacing
 
 
 @checked_call(
@@ -100,43 +97,27 @@ def start(
     >>> run.t
     0.01
     """
-    defaults = model.library.layout["defaults"]
-    size = positive("step", defaults["step"] if step is None else step)
-    t = number_of("t_start", t_start)
-    p = model.evaluator.one_set(parameters, "one simulator for each")
     moves = Motions(model)
-    p = moves.started(p, t, moves.check(motions))
-    given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": order, "tolerance": tolerance}
-    method, note = method_of(model, method, initial, p, t, size, given)
-    chosen = chosen_stepper(model, method, given, settings)
+    remedy = "one simulator for each"
+    request = read_request(model, step, t_start, parameters, initial, start, instead_of_batches=remedy)
+    moved = moves.started(request.p, request.t, moves.check(motions))
+    request = replace(request, p=moved, changed=request.changed or bool(motions))
+    t, size = request.t, request.step
+    options = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": order, "tolerance": tolerance}
+    chosen, choice = request.choose_stepper(method, options, settings)
     library = chosen.library
-    apart = float(np.spacing((np.float32 if library.real == "float" else np.float64)(abs(t))))
-    if size < FINEST * apart:
-        fault = (
-            f"at t = {t:.9g} s neighbouring numbers differ by {apart:.3g} s, too much for a step of {size:.3g}"
-            f" s [E2052]"
-        )
-        raise UsageError(Problem("step", fault, f"a step of {FINEST * apart:.2g} s or more, or times nearer to 0"))
-    refuse_as_inputs(inputs, tuple(moves))
-    from_caller = read_signals(inputs, model.inputs, 0, model.input_units)
-    for key, signal in from_caller.items():
+    check_resolution(size, t, spacing(t, library.real))
+    functions = read_controllers(controllers, library.layout)
+    run = request.run(chosen, TimeGrid(t, t, size, 0, 0.0), 1, inputs, functions)
+    for key, signal in run.signals.given.items():
         if isinstance(signal, np.ndarray):
             fault = "a table is for a run whose end is known [E2053]"
             raise UsageError(Problem(f"input {key}", fault, "a number or a function of t here, and values in step(u)"))
-    if chosen.method.inputs == "series":
-        check_held(chosen.name, from_caller)
-    signals = InputSignals(model.inputs, from_caller, scene_inputs(model, p), size, t, chosen.left_to_stepper)
-    functions = read_controllers(controllers, library.layout)
-    grid = TimeGrid(t, t, size, 0, 0.0)
-    run = Run(model, chosen.name, chosen.method, chosen.settings_at(size), p, signals, grid, 1, controllers=functions)
-    check_initial(initial)
-    at_rest = starts_at_equilibrium(start, initial is not None, str(defaults["start"]))
-    changed = bool(initial) or parameters is not None or bool(motions)
-    state, corrections, doubts = start_of(run, initial, equilibrium_start=at_rest, changed=changed)
+    state, corrections, doubts = request.initial_state(run)
     simulator = Simulator(run, library)
     simulator.moved_from(moves.reached)
-    notes = [*corrections, *doubts, *([note] if note else []), *angles_of_several_turns(model, initial)]
-    if not at_rest:
-        notes += doubts_of_start(model, t, state.q, p, run.signals if run.takes_rows else None)
+    notes = [*corrections, *doubts, *([choice] if choice else []), *angles_of_several_turns(model, initial)]
+    if not request.at_rest:
+        notes += doubts_of_start(model, t, state.q, run.parameters, run.signals if run.takes_rows else None)
     simulator.begin(t, state, notes)
     return simulator

@@ -17,8 +17,8 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.errors import NumericalError, Problem
 from eomgen.integrators.families.register import Method, method_named
 from eomgen.results.solution import Solution
-from eomgen.simulation.stepping.inputs import InputSignals, Signal, jumps_known, read_signals
-from eomgen.simulation.stepping.run import scene_inputs
+from eomgen.simulation.stepping.inputs import Signal
+from eomgen.simulation.stepping.run import stored_run
 from eomgen.simulation.stepping.settings import stepper_library
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.toolchain.large_stack import thread_time_ns
@@ -131,20 +131,15 @@ class RepeatedRun:
         inputs: Mapping[str, Signal] | None = None,
     ) -> None:
         described = solution.metadata
-        settings, start = described["settings"], float(described["t_start"])
-        step, self.every = float(settings["step"]), int(described["record_every"])
         library = stepper_library(model, str(described["method"]), method)
-        p = np.array([described["parameters"][name] for name in model.parameters], dtype=float)
-        self._stepper = Stepper(library, settings, p)
+        run = stored_run(model, described, method, library, float(described["t_end"]), inputs or {})
+        start, self.every, self.steps = run.grid.start, run.every, run.grid.whole
+        self._stepper = Stepper(library, run.settings, run.parameters)
         self._state = (start, solution.q[0], solution.v[0], solution.z[0])
         #: Arithmetic of the compiled code.
         self.real = library.real
-        self.steps = round((float(described["t_end"]) - start) / step)
-        given = read_signals(inputs, model.inputs, self.steps)
-        signals = InputSignals(model.inputs, given, scene_inputs(model, p), step, start, jumps_known(library))
-        driven = bool(given) or (model.nu and "inputs" not in model.functions)
-        self._first = signals.table(start + step * self._stepper.input_times) if driven else None
-        self._table = signals.table(self._stepper.times_of(0, self.steps, start)) if driven else None
+        self._first = self._stepper.first_inputs(run.driven, run.grid)
+        self._table = run.driven(self._stepper.times_of(0, self.steps, start)) if run.driven else None
         self._record = np.empty((self.steps // self.every + 1, self._stepper.sizes["row"]))
 
     @property

@@ -24,7 +24,7 @@ from eomgen.formula.units.parser import UnitError, read_unit
 from eomgen.integrators.stepper_layout import checked_setting
 from eomgen.results import dense_output
 from eomgen.results.events import Events
-from eomgen.simulation import checkpoint, run_model
+from eomgen.simulation import resume, run_model
 from eomgen.simulation.stepping import controllers
 from eomgen.simulation.stepping.time_grid import time_grid
 from tests.failures.failure import tables_of_products
@@ -92,7 +92,7 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         "events: there is no event 'stpo'; try: stop",
     ),
     "parameters of a run that goes on": (
-        lambda: checkpoint._same_parameters(cast(Any, PAIR), np.array([1.0, 2.0]), {"k": 2.5}),
+        lambda: resume._same_parameters(cast(Any, PAIR), np.array([1.0, 2.0]), {"k": 2.5}),
         "parameter k: the run has 2, not 2.5; try: a run of its own for other parameters",
     ),
     "function of a run": (

@@ -30,12 +30,11 @@ from eomgen.products.derivatives.motion import ReplayedRun
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from eomgen.products.derivatives.stage_run import PartitionedMotion, StageRun
 from eomgen.products.derivatives.variational_run import VariationalRun
-from eomgen.simulation.motions import refuse_as_inputs
 from eomgen.simulation.option_types import KNOWN_ELSEWHERE
-from eomgen.simulation.stepping.inputs import InputSignals, Signal, read_signals
-from eomgen.simulation.stepping.run import Run, scene_inputs
-from eomgen.simulation.stepping.settings import ChosenStepper, chosen_stepper, positive
-from eomgen.simulation.stepping.states import start_of, starts_at_equilibrium
+from eomgen.simulation.request import read_request
+from eomgen.simulation.stepping.inputs import Signal
+from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.settings import ChosenStepper, chosen_stepper
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
 
@@ -128,18 +127,17 @@ def sensitivities(
     >>> result.derivatives["energy"].shape
     (101, 1)
     """
+    request = read_request(model, step, t_start, parameters, initial)
     defaults = model.library.layout["defaults"]
-    size = positive("step", defaults["step"] if step is None else step)
-    end = number_of("t_end", t_start + defaults["duration"] if t_end is None else t_end)
+    end = number_of("t_end", request.t + defaults["duration"] if t_end is None else t_end)
     every = count_of("record_every", defaults["record_every"] if record_every is None else record_every)
-    p = model.evaluator.one_set(parameters, "one run for each")
-    given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": None, "tolerance": None}
-    chosen = chosen_stepper(model, None if method is None else _method_name(method), given, None)
+    options = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": None, "tolerance": None}
+    chosen = chosen_stepper(model, None if method is None else _method_name(method), options, None)
     linear_step = _linear_step(model, chosen.name, chosen.method)
     if settings is not None:  # which a method without derivatives need not know
-        chosen = chosen_stepper(model, method, given, settings)
+        chosen = chosen_stepper(model, method, options, settings)
     outputs = _outputs(model, of)
-    grid = time_grid(number_of("t_start", t_start), end, size, chosen.library.real)
+    grid = time_grid(request.t, end, request.step, chosen.library.real)
     _check(model, chosen, grid, initial)
     if grid.whole % every:
         divides = max(part for part in range(1, every + 1) if grid.whole % part == 0)
@@ -148,21 +146,17 @@ def sensitivities(
             f" row [E0587]"
         )
         raise UsageError(Problem("record_every", fault, f"record_every = {divides}"))
-    refuse_as_inputs(inputs, [motion.name for motion in model.description.motions])
-    from_caller = read_signals(inputs, model.inputs, grid.steps, model.input_units)
-    names, directions = _directions(model, by, from_caller, grid.whole)
+    run = request.run(chosen, grid, every, inputs)
+    signals = run.signals.given
+    names, directions = _directions(model, by, signals, grid.whole)
     parameter_names = [list(model.parameters)[column] for column in directions.columns["p"]]
-    _check_formulas(model, from_caller, parameter_names)
-    _check_switches(model, from_caller, parameter_names)
-    chosen.check_span(model, None if parameters is None else p, from_caller, grid)
-    signals = InputSignals(model.inputs, from_caller, scene_inputs(model, p), size, grid.start, chosen.left_to_stepper)
-    run = Run(model, chosen.name, chosen.method, chosen.settings_at(size), p, signals, grid, every)
-    changed = bool(initial) or parameters is not None
-    at_rest = starts_at_equilibrium(None, initial is not None, str(defaults["start"]))
-    state, _, _ = start_of(run, initial, equilibrium_start=at_rest, changed=changed)
-    start = _start(model, initial, p, state, parameter_names, at_rest=at_rest)
+    _check_formulas(model, signals, parameter_names)
+    _check_switches(model, signals, parameter_names)
+    chosen.check_span(run, changed=request.changed)
+    state, _, _ = request.initial_state(run)
+    start = _start(model, initial, run.parameters, state, parameter_names, at_rest=request.at_rest)
     rows = [place for places in outputs.values() for place in places]
-    stepper = Stepper(chosen.library, run.settings, p)
+    stepper = Stepper(chosen.library, run.settings, run.parameters)
     linear = _linear_run(run, stepper, state, linear_step, start, directions, rows)
     check_crossings(linear, names)
     return Sensitivities(linear, names, outputs)

@@ -26,6 +26,7 @@ from eomgen.integrators.events import STOPPED
 from eomgen.products.ensembles.lane_code import stepper_in_lanes
 from eomgen.results.solution import Solution
 from eomgen.simulation.judgement.beams import turned_elements
+from eomgen.simulation.request import RunRequest
 from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, LawOverTime, read_signals
 from eomgen.simulation.stepping.run import Run, scene_inputs
 from eomgen.simulation.stepping.settings import chosen_stepper, followed_laws
@@ -502,12 +503,9 @@ def side_by_side(
         return f"the column {unknown[0]} is of runs alone"
     named = {name: options.get(name) for name in ("rho_inf", "alpha", "beta", "gamma", "order", "tolerance")}
     chosen = chosen_stepper(model, alike.method, named, options.get("settings"))
-    p = model.evaluator.one_set(options.get("parameters"))
-    varied = dict.fromkeys(varied_inputs, 0.0)
-    given = read_signals({**(options.get("inputs") or {}), **varied}, model.inputs, alike.grid.steps, model.input_units)
-    grid = alike.grid
-    signals = InputSignals(model.inputs, given, scene_inputs(model, p), grid.step, grid.start, chosen.left_to_stepper)
-    run = Run(model, chosen.name, chosen.method, chosen.settings_at(grid.step), p, signals, grid, alike.every)
+    request = RunRequest(model, alike.grid.step, alike.grid.start, model.evaluator.one_set(options.get("parameters")))
+    inputs = {**(options.get("inputs") or {}), **dict.fromkeys(varied_inputs, 0.0)}
+    run = request.run(chosen, alike.grid, alike.every, inputs)
     library = stepper_in_lanes(model, chosen.library)
     if isinstance(library, str):
         return f"{chosen.name} is not made for lanes: {library}"

@@ -120,9 +120,7 @@ def comparison_run(
     try:
         grid = time_grid(start, end, settings["step"], library.real)
         stepper = Stepper(library, settings, p, run.controllers)
-        first = (grid.step if grid.whole else grid.rest) * stepper.input_times
-        table = run.driven(start + first) if run.driven else None
-        status = stepper.initialize(start, q, v, table, z)
+        status = stepper.initialize(start, q, v, stepper.first_inputs(run.driven, grid), z)
         if status:
             return Comparison(span.rows[:0], p, stepper.status_text(status))
         whole = max(1, round(multiple))

@@ -72,9 +72,9 @@ class RunStart(NamedTuple):
     Attributes
     ----------
     state : initial state
-    equilibrium : whether it is a static equilibrium
+    equilibrium : whether the state is a static equilibrium
     doubts : on this equilibrium, and initial values that are overridden
-    choice : reason for the method, if it was chosen automatically
+    choice : reason for the method, if chosen automatically
     notes : on the initial state that the caller gives
     """
 
@@ -127,7 +127,7 @@ class NamesCheckpoint(Protocol):
 
 
 class FinishedRun(EvaluatesOnce):
-    """A run and the facts that its checks need; the functions for a fact are imported when it is asked for.
+    """A run and the facts that its checks need; the functions for a fact are imported on a request for the fact.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ class FinishedRun(EvaluatesOnce):
         self.trajectory = trajectory
         self.wall = wall
         self.beginning = beginning
-        self._writer = writer
+        self.writer = writer
         self.estimated, self._progress = estimated, progress
         self.events: Events | None = table_of(trajectory, stepper, run.parameters)
 
@@ -188,7 +188,7 @@ class FinishedRun(EvaluatesOnce):
     @cached_property
     def checkpoint(self) -> str:
         """Note on the checkpoint; empty if there is none."""
-        writer = self._writer
+        writer = self.writer
         if writer is None:
             return ""
         last = f"the checkpoint {writer.path} holds its last state" if self.trajectory.interrupted else ""

@@ -1,7 +1,7 @@
 """Growth of the motion of a run: by its own equations, by instability of the method, or by many orders of magnitude.
 
 Every step of two windows at the end of a run is kept, and of one in its middle. If a velocity and its acceleration
-have grown much from window to window, the last window is repeated in smaller steps, from the state in which it
+have grown much from window to window, the last window is repeated in smaller steps, from the state in which the window
 began. Steps that follow the equations agree on the size of the motion at the end, even if it grows: a pendulum that
 falls, negative damping, a controller that diverges. An explicit method beyond its limit of stability grows otherwise,
 or not at all, in smaller steps. Sizes are compared and not states, so a phase lag does not matter; neither energies

@@ -1,4 +1,4 @@
-"""The register of checks of a run, and the verdict made of it: findings, success, message."""
+"""The register of checks of a run, and the verdict: findings, success, message."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Verdict:
     @cached_property
     def alike(self) -> tuple[Finding, ...]:
         """Findings on motion that runs at other steps do not resolve either, also of a run without an error estimate,
-        since another run may be compared with it."""
+        since another run may be compared with the run."""
         if self._run.has((ESTIMATED,)):
             return tuple(chain.from_iterable(self.of(check.name) for check in CHECKS if check.alike))
         checks = [check for check in CHECKS if check.alike and self._run.has({*check.needs} - {ESTIMATED})]

@@ -19,7 +19,8 @@ from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Application, Formula, Operation, Symbol
 from eomgen.integrators.families.register import Method, canonical_name, method_named, method_parameters, terms_of
 from eomgen.integrators.stepper_layout import checked_setting, default_settings
-from eomgen.simulation.stepping.inputs import CheckedSignal, check_reach, jumps_known
+from eomgen.simulation.stepping.inputs import check_reach, jumps_known
+from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.time_grid import TimeGrid, check_jumps
 from eomgen.system.description import LARGEST_ANGLE, Description
 from eomgen.system.terms import TERMS
@@ -212,24 +213,21 @@ class ChosenStepper:
         start: T = self._starts[at]
         return start
 
-    def check_span(
-        self, model: CompiledModel, p: Array | None, given: Mapping[str, CheckedSignal], grid: TimeGrid
-    ) -> None:
-        """Raise UsageError if a law of time does not cover the run or is too steep, if an angle leaves the range of
-        the compiled code, or if forces jump too often within a step: as the function ``check_span`` of this module.
+    def check_span(self, run: Run, *, changed: bool) -> None:
+        """Raise UsageError for the time span of a run, as the function ``check_span`` of this module.
 
         A time grid that passed with the scene's own parameters and inputs is not checked again.
 
         Parameters
         ----------
-        p : (np,) parameters of the run, None for the scene's own
-        given : inputs from the caller, empty for the scene's own
+        changed : whether a caller gives parameters
         """
-        own, key = p is None and not given, (grid.start, grid.end, grid.step)
-        if own and key in self._cleared:
+        key = (run.grid.start, run.grid.end, run.grid.step)
+        of_scene = not changed and not run.signals.given
+        if of_scene and key in self._cleared:
             return
-        check_span(model, self.library, self.method, model.parameter_array() if p is None else p, given, grid)
-        if own:
+        check_span(run, self.library)
+        if of_scene:
             _keep(self._cleared, key, True)
 
 
@@ -279,30 +277,21 @@ def chosen_stepper(
     return result
 
 
-def check_span(
-    model: CompiledModel,
-    library: Library,
-    method: Method,
-    p: Array,
-    given: Mapping[str, CheckedSignal],
-    grid: TimeGrid,
-) -> None:
+def check_span(run: Run, library: Library) -> None:
     """Raise UsageError if a prescribed law of time does not cover a run from its start to the end or is too steep, if
     an angle leaves the range of the compiled code, or if forces jump too often within a step.
 
     Parameters
     ----------
     library : library with the stepper
-    method : of the run
-    p : (np,) parameters
-    given : inputs from the caller, in the place of the scene's
     """
-    start, end = grid.start, grid.reached
+    model, given, p = run.model, run.signals.given, run.parameters
+    start, end = run.grid.start, run.grid.reached
     check_reach(model.library.layout, given, start, end)
-    if refused := followed_laws(model, method, p, grid)[0]:
+    if refused := followed_laws(model, run.method, p, run.grid)[0]:
         raise UsageError(refused)
     check_angles(model.description, dict(zip(model.parameters, p.tolist(), strict=True)), given, start, end)
-    check_jumps(library.layout["method"], grid.step)
+    check_jumps(library.layout["method"], run.grid.step)
 
 
 def followed_laws(model: CompiledModel, method: Method, p: Array, grid: TimeGrid) -> tuple[list[Problem], list[str]]:

@@ -23,7 +23,7 @@ from eomgen.compiled.model import consistent as consistent_state
 from eomgen.errors import Message, Problem, UsageError
 from eomgen.lie.product import turned
 from eomgen.simulation.stepping.inputs import InputSignals
-from eomgen.simulation.stepping.run import SCENE_START, Run
+from eomgen.simulation.stepping.run import Run
 from eomgen.system.description import CORRECTED, LOST, OVERRIDDEN, STRAINED
 
 #: Rows in one call.
@@ -100,22 +100,6 @@ def evaluated(name: str, model: CompiledModel, states: States, given: Prescribed
     if len(result) == 1:
         return dict(result[0])
     return {key: np.concatenate([one[key] for one in result]) for key in result[0]} if result else {}
-
-
-def start_description(*, equilibrium_start: bool, given: bool, chosen: str | None, of_scene: str) -> str:
-    """Return a description of the start of a run.
-
-    Parameters
-    ----------
-    equilibrium_start, given : whether the run starts at static equilibrium, and whether initial values were given
-    chosen, of_scene : ``start`` of the run, if any, and of the scene
-    """
-    if equilibrium_start:
-        return "equilibrium near the initial values given" if given else "the scene's equilibrium"
-    if not given:
-        return SCENE_START if of_scene == "initial" else f"{SCENE_START}, not its equilibrium"
-    instead = chosen is None and of_scene == "equilibrium"
-    return "initial values given, in place of the scene's equilibrium" if instead else "initial values given"
 
 
 def starts_at_equilibrium(start: str | None, given: bool, of_scene: str) -> bool:

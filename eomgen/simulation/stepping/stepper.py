@@ -5,7 +5,7 @@ stepper of several trajectories side by side.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.integrators.stepper_layout import STEPPER_SIZES, row_layout, state_layout, statistics_kinds
 from eomgen.simulation.stepping.controllers import CallerControllers
+from eomgen.simulation.stepping.inputs import HeldRows
+from eomgen.simulation.stepping.time_grid import TimeGrid
 from eomgen.toolchain.library import LaneLibrary, Library
 
 Log = NDArray[Any]
@@ -106,6 +108,14 @@ class Stepper:
     def close(self) -> None:
         """Give the workspace back; state and statistics stay readable, and no further step can be taken."""
         self.workspace, self._memory = np.empty(0), []
+
+    def first_inputs(self, inputs: Callable[[Array], Array] | None, grid: TimeGrid) -> Array | None:
+        """Return the rows of inputs of the first step of a time grid, of the function ``Run.driven``."""
+        if inputs is None:
+            return None
+        if isinstance(inputs, HeldRows):
+            return inputs.over(len(self.input_times))
+        return inputs(grid.start + (grid.step if grid.whole else grid.rest) * self.input_times)
 
     @property
     def modes(self) -> Array | None:

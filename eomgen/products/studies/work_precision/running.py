@@ -27,7 +27,7 @@ from eomgen.products.studies.work_precision.axes import Configuration
 from eomgen.products.studies.work_precision.formulations import Formulations, same_start
 from eomgen.products.studies.work_precision.observation import Observation, observe
 from eomgen.results.finding import WARNING
-from eomgen.simulation.automatic_method import method_of
+from eomgen.simulation.request import RunRequest
 from eomgen.simulation.timing import RepeatedRun, one_core
 from eomgen.toolchain.compiler import find_compiler
 from eomgen.toolchain.profiles import STANDARD_PROFILE
@@ -177,7 +177,7 @@ class Runner:
         """Return the scene's method; in place of ``auto`` the automatic choice."""
         model = self.model(self.formulations.own)
         p = model.parameter_array(self.parameters)
-        chosen, _ = method_of(model, None, None, p, self.grid.start, model.description.simulation.step)
+        chosen, _ = RunRequest(model, model.description.simulation.step, self.grid.start, p).method(None, {})
         return chosen or str(model.library.layout["built_method"])
 
     def own_configuration(self) -> Configuration:

@@ -1,0 +1,67 @@
+"""Runs with bounded steps, after a run whose adaptive steps pass over a law of time."""
+
+from __future__ import annotations
+
+from eomgen.base.data import replace
+from eomgen.base.messages import Log
+from eomgen.simulation.execution import CostlyRunError, Execution, own_steps
+from eomgen.simulation.judgement.finished_run import RunStart
+from eomgen.simulation.outcome import Outcome
+
+_LOG = Log(__name__)
+
+#: Cost of all runs with a bound: the limit of their steps is ``_TIMES`` times the steps of the run without a bound, as
+#: users wait for that without asking, or ``_STEPS`` divided by the number of velocities and internal states, about a
+#: second. Steps are counted, not seconds, so that the same run is bounded on every machine.
+_TIMES, _STEPS = 30.0, 1e5
+#: Maximum number of runs with a bound: the first bound is of the width along a path that the law has not changed.
+_ROUNDS = 3
+#: Least factor by which a bound is reduced if the bound is too large.
+_SMALLER = 0.5
+#: Ratio of the steps of a run with a bound to the steps that the bound explains, above which the run is given up: steps
+#: become tiny at a jump that holds the motion.
+_GIVEN_UP = 4.0
+
+
+def bound_steps(outcome: Outcome, execution: Execution, beginning: RunStart) -> Outcome:
+    """Return the outcome of the run with bounded steps, if the steps pass over a law and the bound is affordable; its
+    checkpoints replace the checkpoints of the first run."""
+    run, taken = outcome.run, own_steps(outcome.statistics)
+    short = _STEPS / max(1, run.model.nv + run.model.nz)
+    if taken > short:  # then the examination, which repeats the run, takes long as well
+        return outcome
+    left = max(_TIMES * taken, short)
+    try:
+        for _ in range(_ROUNDS):
+            law = outcome.passed_over if outcome.has(("complete", "two rows")) else None
+            if law is None or not law.step:
+                break
+            known = outcome.run.settings["largest_step"]
+            bound = min(law.step, _SMALLER * known) if known else law.step
+            steps = (run.grid.reached - run.grid.start) / bound
+            left -= steps
+            if left <= 0.0:
+                break
+            _LOG.info("%s: steps of at most %.3g s, for %s", run.model.name, bound, law.law)
+            settings = {**run.settings, "largest_step": bound}
+            bounded_run = replace(run, settings=settings, bounded_for=law.law)
+            try:
+                bounded = execution.outcome(bounded_run, beginning, _GIVEN_UP * (steps + taken))
+            except CostlyRunError:
+                outcome = _with_checkpoints(outcome, execution, beginning)
+                break
+            if not (bounded.complete or bounded.trajectory.interrupted):  # at a jump that no step is small enough for
+                reason = f"with largest_step = {bound:.2g} it fails at t = {bounded.trajectory.rows[-1, 0]:.6g} s"
+                hint = f"a method of fixed steps, of {bound:.2g} s ({reason})"
+                outcome = _with_checkpoints(outcome, execution, beginning)
+                outcome.passed_over = law._replace(finding=replace(law.finding, hint=hint))
+                break
+            outcome = bounded
+    except KeyboardInterrupt:  # in an examination after the run, which is complete
+        pass
+    return outcome
+
+
+def _with_checkpoints(outcome: Outcome, execution: Execution, beginning: RunStart) -> Outcome:
+    """Return the outcome of a run again if another run has overwritten its checkpoints."""
+    return outcome if outcome.writer is None else execution.outcome(outcome.run, beginning)

@@ -1,0 +1,118 @@
+"""Execution of runs from one start: stepper, checkpoints and progress of each run, up to its outcome."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Callable, Mapping
+from functools import partial
+
+import numpy as np
+
+from eomgen.base.data import dataclass
+from eomgen.base.progress import Progress
+from eomgen.compiled.initial_state import InitialState
+from eomgen.errors import Problem, UsageError
+from eomgen.integrators.families.family import BAD_ARGUMENT
+from eomgen.simulation.checkpoint import CheckpointWriter, checkpoint_writer
+from eomgen.simulation.judgement.finished_run import RunStart
+from eomgen.simulation.outcome import Outcome
+from eomgen.simulation.stepping.chunks import Trajectory, run_chunks
+from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.stepper import Stepper
+from eomgen.toolchain.library import Library
+
+#: Steps a run, with progress and the writer of checkpoints.
+_Follow = Callable[[Progress | None, CheckpointWriter | None], Trajectory]
+
+
+class CostlyRunError(Exception):
+    """A run takes more steps than its execution allows."""
+
+
+def own_steps(counts: Mapping[str, int | float]) -> float:
+    """Return the number of steps chosen by a method, from the counts of its stepper; 1 before the first step."""
+    return float(counts.get("own_steps") or counts.get("expansions") or 1)
+
+
+@dataclass(frozen=True)
+class Execution:
+    """Execution of runs with one library.
+
+    Attributes
+    ----------
+    library : with the stepper
+    checkpoint, checkpoint_every : as of ``simulate``
+    progress : called with (steps done, all steps); the steps of the error estimate are counted too
+    estimated : whether the discretisation error is estimated
+    """
+
+    library: Library
+    checkpoint: str | os.PathLike[str] | None
+    checkpoint_every: int | None
+    progress: Progress | None
+    estimated: bool
+
+    def outcome(self, run: Run, beginning: RunStart, most_steps: float = math.inf) -> Outcome:
+        """Return the outcome of a run from its start.
+
+        Raises
+        ------
+        UsageError
+            The stepper refuses its settings; a checkpoint cannot be written at the start.
+        CostlyRunError
+            The run takes more steps than ``most_steps``.
+        """
+        stepper = Stepper(self.library, run.settings, run.parameters, run.controllers)
+        return self._outcome(run, stepper, partial(_start, run, stepper, beginning.state), beginning, most_steps)
+
+    def resume(self, run: Run, stepper: Stepper) -> Outcome:
+        """Return the outcome of a run from the present state of its stepper on."""
+        return self._outcome(run, stepper, partial(_continue, run, stepper), None)
+
+    def _outcome(
+        self, run: Run, stepper: Stepper, follow: _Follow, beginning: RunStart | None, most_steps: float = math.inf
+    ) -> Outcome:
+        writer = checkpoint_writer(run, self.library, self.checkpoint, self.checkpoint_every)
+        report = self.progress
+        if self.estimated and report is not None:
+            from eomgen.simulation.accuracy.error_estimation import ErrorEstimation  # noqa: PLC0415  # on request
+
+            report = ErrorEstimation(report).shown(run, run.grid.steps - stepper.count)
+
+        def watch(done: int, total: int) -> None:
+            if own_steps(stepper.statistics) > most_steps:
+                raise CostlyRunError
+            if report is not None:
+                report(done, total)
+
+        began = time.perf_counter()
+        trajectory = follow(report if math.isinf(most_steps) else watch, writer)
+        stepper.close()
+        wall, estimated = time.perf_counter() - began, self.estimated
+        return Outcome(run, stepper, trajectory, wall, writer, beginning, estimated=estimated, progress=self.progress)
+
+
+def _start(
+    run: Run, stepper: Stepper, state: InitialState, progress: Progress | None, writer: CheckpointWriter | None
+) -> Trajectory:
+    """Return the trajectory of a run from a state. Raises UsageError if the stepper refuses its settings."""
+    grid, model = run.grid, run.model
+    status = stepper.initialize(grid.start, state.q, state.v, stepper.first_inputs(run.driven, grid), state.z)
+    if status == BAD_ARGUMENT.number:
+        settings = ", ".join(f"{name} = {value:.6g}" for name, value in run.settings.items())
+        fault = f"{run.name} refuses {settings}: {stepper.status_text(status)} [E2028]"
+        raise UsageError(Problem("settings", fault, "the defaults"))
+    if status:
+        unknown = np.full(model.nv + len(model.multipliers), np.nan)
+        rows = np.concatenate([[grid.start], state.q, state.v, unknown, state.z])[np.newaxis]
+        return Trajectory(rows, status, False, 0)
+    if writer is not None:
+        writer.write(stepper, 0)  # a path without write access is reported before the run
+    return _continue(run, stepper, progress, writer)
+
+
+def _continue(run: Run, stepper: Stepper, progress: Progress | None, writer: CheckpointWriter | None) -> Trajectory:
+    """Return the trajectory of a run from the present state of its stepper on."""
+    return run_chunks(stepper, run.grid, min(run.every, run.grid.steps + 1), run.driven, progress, writer)
