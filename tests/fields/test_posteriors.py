@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from eomgen.base.arrays import Array
-from eomgen.errors import EomgenError
+from eomgen.errors import EomgenError, UsageError
 from eomgen.fields import (
     OPERATORS,
     CellEnergy,
@@ -216,6 +216,8 @@ def test_frequencies_and_masses_against_a_dense_hessian() -> None:
     assert hessian == pytest.approx(hessian.T, abs=1e-12)
     by_prior = math.sqrt(np.linalg.eigvalsh(hessian)[-1])
     assert posterior.largest_frequency(x, products=200) == pytest.approx(by_prior, rel=1e-6)
+    with pytest.raises(UsageError, match="seed: a whole number from 0 on is needed, not -1"):
+        posterior.largest_frequency(x, seed=-1)
     mass = posterior.mass("fisher")
     assert mass is not None
     inverse = np.array([mesh.field(mesh.spectrum(row.reshape(mesh.cells)) / mass).ravel() for row in np.eye(mesh.size)])

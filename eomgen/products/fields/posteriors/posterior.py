@@ -14,7 +14,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, count_of
 from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import listed, nearest
@@ -467,7 +467,7 @@ class FieldPosterior:
         """
         hessian = self.hessian(spectrum)
         root = 1.0 if mass is None else 1.0 / np.sqrt(mass)
-        direction = self.mesh.white(np.random.Generator(np.random.Philox(seed)))
+        direction = self.mesh.white(np.random.Generator(np.random.Philox(count_of("seed", seed, 0))))
         value = 0.0
         for _ in range(products):
             direction = direction / math.sqrt(self.mesh.product(direction, direction))
