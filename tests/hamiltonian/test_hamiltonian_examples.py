@@ -148,7 +148,7 @@ def test_the_page_holds_what_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 def test_the_page_has_the_figures_of_the_table() -> None:
     page = (EXAMPLES.parent / "docs" / "hamiltonian.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| `(\w+)` \| (\d) \| (\d+) \| ([\d.]+) \| ([\d.]+) \| (\S+) \|$", page, re.MULTILINE)
-    assert len(rows) == 15
+    assert len(rows) == 14
     for name, order, gradients, limit, share, error in rows:
         found = composition_named(name)
         assert (found.order, found.gradients) == (int(order), int(gradients))
