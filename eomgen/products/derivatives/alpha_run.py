@@ -83,8 +83,8 @@ def _by_rows(equations: Equations, partials: EquationPartials, held: int) -> dic
         "Z": slice(nv + nz + held, None),
     }
     R, F, Z = places["R"], places["F"], places["Z"]
-    blocks = {f"{row}p": e.P[:, place] for row, place in places.items()}
-    blocks |= {f"{row}q": e.Jq[:, place] for row, place in places.items()}
+    blocks = {f"{row}p": e.P[:, rows] for row, rows in places.items()}
+    blocks |= {f"{row}q": e.Jq[:, rows] for row, rows in places.items()}
     of_motion = {"Rv": e.Jv[:, R], "Fv": e.Jv[:, F], "Zv": e.Jv[:, Z], "Ra": e.Ja[:, R]}
     return blocks | of_motion | {"Rz": e.Jz[:, R], "Fz": e.Jz[:, F], "L": np.swapaxes(e.Jlam[:, R], 1, 2)}
 
@@ -96,7 +96,10 @@ def _by_kinds(equations: Equations, partials: EquationBlocks, held: int) -> dict
     of_rates = {"Zq": e.Z, "Zv": e.B, "Zp": e.Zp}
     if held < nh:
         pairs = {"Zq": (e.B, e.Z), "Zv": (np.zeros_like(e.B), e.B), "Zp": (e.Hp, e.Zp)}
-        of_rates = {name: np.concatenate([one[:, :nh], other[:, nh:]], axis=1) for name, (one, other) in pairs.items()}
+        of_rates = {
+            name: np.concatenate([holonomic[:, :nh], nonholonomic[:, nh:]], axis=1)
+            for name, (holonomic, nonholonomic) in pairs.items()
+        }
     internal = {"Fq": -e.Fq, "Fv": -e.Fv, "Fz": -e.Fz, "Fp": -e.Fp} if equations.nz else {}
     internal = internal or {"Fq": e.Fq, "Fv": e.Fv, "Fz": e.Fz, "Fp": e.Fp}
     of_positions = {"Hq": e.B[:, :held], "Hp": e.Hp[:, :held]}
@@ -107,14 +110,14 @@ def _by_kinds(equations: Equations, partials: EquationBlocks, held: int) -> dict
 def _predicted_exponents(before: States, after: States, a: Array, coefficients: Sequence[Any]) -> Array:
     """Return v + h ((1/2 - beta) a + beta a') of steps, (n, nv)."""
     h, alpha_m, alpha_f, beta = coefficients[:4]
-    given = (1.0 - alpha_f) * after.a + alpha_f * before.a
+    weighted = (1.0 - alpha_f) * after.a + alpha_f * before.a
     if a.ndim == 1:
-        a = np.concatenate([a[np.newaxis], given[:-1] / (1.0 - alpha_m)])
+        a = np.concatenate([a[np.newaxis], weighted[:-1] / (1.0 - alpha_m)])
         share, behind = -alpha_m / (1.0 - alpha_m), 1
         while behind < len(a) and share:  # a prefix sum in doubling strides (Hillis and Steele 1986)
             a[behind:] = a[behind:] + share * a[:-behind]
             share, behind = share * share, 2 * behind
-    reached = (given - alpha_m * a) / (1.0 - alpha_m)
+    reached = (weighted - alpha_m * a) / (1.0 - alpha_m)
     result: Array = before.v + h * ((0.5 - beta) * a + beta * reached)
     return result
 
@@ -194,8 +197,8 @@ class AlphaRun(StartedRun[AlphaPart]):
 
     def linearise_part(self, part: RunSegment) -> AlphaPart:
         """Make a part of the run linear."""
-        states, given = self.states(part)
-        blocks = self.blocks(states, given)
+        states, prescribed = self.states(part)
+        blocks = self.blocks(states, prescribed)
         both = self.equations.blocks(blocks)
         partials, begun = both.at(slice(1, None)), both.at(slice(None, -1))
         if not np.isfinite(np.sum(partials.Rq) + np.sum(partials.Rv)):

@@ -74,14 +74,14 @@ def check_crossings(run: LinearRun[Any], names: Sequence[str]) -> None:
     branches = model.branches()
     if not branches.branches:
         return
-    jumps = [one for one in _crossings(run, branches) if _jumps(branches, one)]
-    for one, shifts in zip(jumps, _shifts(run, branches, jumps), strict=True):
+    jumps = [crossing for crossing in _crossings(run, branches) if _jumps(branches, crossing)]
+    for crossing, shifts in zip(jumps, _shifts(run, branches, jumps), strict=True):
         if shifts.max(initial=0.0) > _MOVED:
-            t, moved = float(one.after["t"][0]), names[int(np.argmax(shifts))]
-            by = branches.branches[one.branch].description
+            t, moved = float(crossing.after["t"][0]), names[int(np.argmax(shifts))]
+            by = branches.branches[crossing.branch].description
             lost = "which is in no derivative of the steps"
             fault = f"forces jump near t = {t:.6g} s by {by}, at a moment that {moved} moves, {lost} [E0571]"
-            if one.change == 0.0:
+            if crossing.change == 0.0:
                 stays = f"the run stays at a jump of the forces by {by}, near t = {t:.6g} s"
                 fault = f"{stays}, and {moved} moves it off, {lost} [E0572]"
             hint = "a smooth law in its place, tanh(x/0.01) for sign(x), or a run that does not come there"
@@ -90,15 +90,19 @@ def check_crossings(run: LinearRun[Any], names: Sequence[str]) -> None:
 
 def _decided_by_motion(formula: Formula) -> bool:
     """Return whether a formula takes another value at once when a moving argument passes a number."""
-    jumping = [one.argument for one in applications(formula) if any(order <= 0 for _, order in one.curve.kinks())]
+    jumping = [
+        application.argument
+        for application in applications(formula)
+        if any(order <= 0 for _, order in application.curve.kinks())
+    ]
     decided = [*comparisons(formula), *jumping]
-    return any(symbol.kind not in _GIVEN for one in decided for symbol in symbols(one))
+    return any(symbol.kind not in _GIVEN for formula in decided for symbol in symbols(formula))
 
 
 def _crossings(run: LinearRun[Any], branches: Branches) -> list[BranchCrossing]:
     """Return the earliest rows after which the side of a branch changes, or at which the state rests on a branch."""
     result: list[BranchCrossing] = []
-    moving = [{one.block for one in branch.symbols} - {"t", "p"} for branch in branches.branches]
+    moving = [{symbol.block for symbol in branch.symbols} - {"t", "p"} for branch in branches.branches]
     for part in run.motion.forwards():
         rows, first, last = run.without_jumps(part)
         before, after = _tape_blocks(first), _tape_blocks(last)
@@ -117,18 +121,18 @@ def _crossings(run: LinearRun[Any], branches: Branches) -> list[BranchCrossing]:
     return result[:_MOST]
 
 
-def _jumps(branches: Branches, one: BranchCrossing) -> bool:
+def _jumps(branches: Branches, crossing: BranchCrossing) -> bool:
     """Return whether the equations are not the same on both sides of a branch."""
-    if one.change == 0.0:
-        pair = [_aside(one.before, sign) for sign in (-1.0, 1.0)]
+    if crossing.change == 0.0:
+        pair = [_aside(crossing.before, sign) for sign in (-1.0, 1.0)]
     else:
         low, high = 0.0, 1.0
-        side = branches.sides(branches.arguments(one.before))[0, one.branch]
+        side = branches.sides(branches.arguments(crossing.before))[0, crossing.branch]
         for _ in range(_HALVINGS):
             middle = 0.5 * (low + high)
-            there = branches.sides(branches.arguments(_between(one, middle)))[0, one.branch]
+            there = branches.sides(branches.arguments(_between(crossing, middle)))[0, crossing.branch]
             low, high = (middle, high) if there == side else (low, middle)
-        pair = [_between(one, max(low - _ASIDE, 0.0)), _between(one, min(high + _ASIDE, 1.0))]
+        pair = [_between(crossing, max(low - _ASIDE, 0.0)), _between(crossing, min(high + _ASIDE, 1.0))]
     first, last = (branches.equations(values)[0] for values in pair)
     still = {name: 0.0 * array if name in ("a", "lam") else array for name, array in pair[0].items()}
     forces = np.abs(branches.equations(still)[0])
@@ -139,22 +143,22 @@ def _shifts(run: LinearRun[Any], branches: Branches, jumps: Sequence[BranchCross
     """Yield the shift of each jump's moment, in steps, by each direction at full length."""
     if not jumps:
         return
-    tangents = _tangents_at(run, {row for one in jumps for row in (one.row, one.row + 1)})
+    tangents = _tangents_at(run, {row for crossing in jumps for row in (crossing.row, crossing.row + 1)})
     p, chosen = run.equations.p, list(run.columns["p"])
     sizes = np.ones(run.size)
     sizes[: len(chosen)] = np.where(p[chosen] != 0.0, np.abs(p[chosen]), 1.0)
-    for one in jumps:
+    for crossing in jumps:
         rates = np.zeros(run.size)
-        for row, values in ((one.row, one.before), (one.row + 1, one.after)):
+        for row, values in ((crossing.row, crossing.before), (crossing.row + 1, crossing.after)):
             for number in range(run.size):
                 step = _APART / max(1.0, float(np.max(np.abs(tangents[row][:, number]), initial=0.0)))
                 pair = [
                     branches.arguments(_along(run, values, tangents[row][:, number], number, sign * step))
                     for sign in (-1.0, 1.0)
                 ]
-                rate = abs(float(pair[1][0, one.branch] - pair[0][0, one.branch])) / (2.0 * step)
+                rate = abs(float(pair[1][0, crossing.branch] - pair[0][0, crossing.branch])) / (2.0 * step)
                 rates[number] = max(rates[number], rate)
-        yield rates * sizes / max(abs(one.change), np.finfo(float).tiny)
+        yield rates * sizes / max(abs(crossing.change), np.finfo(float).tiny)
 
 
 def _tangents_at(run: LinearRun[Any], rows: set[int]) -> dict[int, Array]:
@@ -186,8 +190,8 @@ def _along(
     moved["p"] = p
     if "u" in values:
         u, followed = values["u"].copy(), model.input_values(float(values["t"][0]), parameters=p)
-        own = [item.name not in run.run.signals.given for item in model.description.inputs]
-        u[own] = np.asarray(followed)[own]
+        follows_formula = [item.name not in run.run.signals.given for item in model.description.inputs]
+        u[follows_formula] = np.asarray(followed)[follows_formula]
         if equations.driven:
             u += values["du"] @ dp[count:]
         moved["u"] = u
@@ -199,10 +203,10 @@ def _tape_blocks(blocks: Mapping[str, Array]) -> dict[str, Array]:
     return {name: array[:, np.newaxis] if name == "t" else array for name, array in blocks.items()}
 
 
-def _between(one: BranchCrossing, share: float) -> dict[str, Array]:
+def _between(crossing: BranchCrossing, share: float) -> dict[str, Array]:
     """Return input blocks on the line between both rows."""
-    ends = ((name, array, one.after[name]) for name, array in one.before.items())
-    return {name: array if name == "p" else array + share * (other - array) for name, array, other in ends}
+    ends = ((name, array, crossing.after[name]) for name, array in crossing.before.items())
+    return {name: array if name == "p" else array + share * (end - array) for name, array, end in ends}
 
 
 def _aside(values: Mapping[str, Array], sign: float) -> dict[str, Array]:

@@ -98,8 +98,8 @@ def solve(matrix: Array, right: Array, times: Array) -> Array:
     try:
         return np.asarray(-np.linalg.solve(matrix, right), dtype=np.float64)
     except np.linalg.LinAlgError:
-        place = next((k for k, one in enumerate(matrix) if np.linalg.matrix_rank(one) < len(one)), 0)
-        fault = f"the equations near t = {times[place]:.9g} s, made linear, have no solution [E0637]"
+        number = next((k for k, block in enumerate(matrix) if np.linalg.matrix_rank(block) < len(block)), 0)
+        fault = f"the equations near t = {times[number]:.9g} s, made linear, have no solution [E0637]"
         hint = "a smaller step, or constraints that do not repeat"
         raise NumericalError(Problem("sensitivities", fault, hint)) from None
 
@@ -152,14 +152,14 @@ class Equations:
             self._later[term] = self.model.having((term,))
         return self._later[term].functions
 
-    def values(self, states: States, given: PrescribedInputs, du: Array | None = None) -> dict[str, Array]:
+    def values(self, states: States, prescribed: PrescribedInputs, du: Array | None = None) -> dict[str, Array]:
         """Return input blocks at rows; ``du``: changes of inputs along directions, None: none."""
         values = {"p": self.p, "t": states.t, "q": states.q, "v": states.v, "a": states.a, "z": states.z}
         values["lam"] = states.multipliers
-        if given.u is not None:
-            values["u"] = given.u
-        if given.base is not None:
-            values["base"] = given.base
+        if prescribed.u is not None:
+            values["u"] = prescribed.u
+        if prescribed.base is not None:
+            values["base"] = prescribed.base
         if self.driven:
             none = np.zeros((len(states.t), self.model.nu, self.driven))
             values["du"] = none if du is None else du
@@ -235,13 +235,13 @@ class Equations:
         Jz, Jlam, Jp = (np.zeros((count, rows, size)) for size in (nz, nl, of.Rp.shape[2]))
         Jq[:, :nv], Jv[:, :nv], Ja[:, :nv], Jp[:, :nv] = of.Rq, of.Rv, of.Ra, of.Rp
         if nz:
-            place = slice(nv, nv + nz)
+            state_rows = slice(nv, nv + nz)
             Jz[:, :nv] = of.Rz
-            Jq[:, place], Jv[:, place], Jz[:, place], Jp[:, place] = -of.Fq, -of.Fv, -of.Fz, -of.Fp
+            Jq[:, state_rows], Jv[:, state_rows], Jz[:, state_rows], Jp[:, state_rows] = -of.Fq, -of.Fv, -of.Fz, -of.Fp
         if nl:
-            place, rates = slice(nv + nz, nv + nz + nh), slice(nv + nz + nh, rows)
+            state_rows, rates = slice(nv + nz, nv + nz + nh), slice(nv + nz + nh, rows)
             Jlam[:, :nv] = np.swapaxes(of.B, 1, 2)
-            Jq[:, place], Jp[:, place] = of.B[:, :nh], of.Hp
+            Jq[:, state_rows], Jp[:, state_rows] = of.B[:, :nh], of.Hp
             Jq[:, rates], Jv[:, rates], Jp[:, rates] = of.Z, of.B, of.Zp
         return EquationPartials(Jq, Jv, Ja, Jz, Jlam, Jp)
 
@@ -290,9 +290,9 @@ class Equations:
         count, rows = len(values["t"]), len(self.outputs)
         partials = self.of("output_partials", values)
         Y = np.zeros((count, rows, self.record_size))
-        for name, place in self._output_columns.items():
+        for name, output_columns in self._output_columns.items():
             if name in partials:
-                Y[:, :, place] = self._rows(partials[name])
+                Y[:, :, output_columns] = self._rows(partials[name])
         by_parameters = self.of("output_parameter_partials", values) if self.chosen else {}
         Yp = self._parameters({name: self._rows(array) for name, array in by_parameters.items()}, "Yp", rows, count)
         return Y, self._with_inputs(Yp, values)
@@ -315,13 +315,13 @@ class Equations:
         by_parameters = self.of("output_parameter_partials", values) if self.chosen else {}
         of_state = np.zeros((len(weights), self.record_size, weights.shape[2]))
         of_parameters = np.zeros((self.parameters, weights.shape[2]))
-        for name, place in self._output_columns.items():
-            for one in used.tolist() if name in partials and place.stop > place.start else ():
-                row = partials[name][:, self.outputs[one], :, np.newaxis]
-                of_state[:, place] += row * weights[:, one, np.newaxis]
-        for one in used.tolist() if "Yp" in by_parameters else ():
+        for name, rows in self._output_columns.items():
+            for column in used.tolist() if name in partials and rows.stop > rows.start else ():
+                row = partials[name][:, self.outputs[column], :, np.newaxis]
+                of_state[:, rows] += row * weights[:, column, np.newaxis]
+        for column in used.tolist() if "Yp" in by_parameters else ():
             of_parameters[: len(self.chosen)] += (
-                by_parameters["Yp"][:, self.outputs[one], self.chosen].T @ weights[:, one]
+                by_parameters["Yp"][:, self.outputs[column], self.chosen].T @ weights[:, column]
             )
         if self.driven and len(used):
             by_inputs = self.input_partials(values)[1] @ values["du"]
@@ -332,11 +332,11 @@ class Equations:
         """Return partials of e in the inputs, (n, rows, nu), and of the outputs, (n, outputs, nu)."""
         inputs, count = self.model.description.inputs, len(values["t"])
         driven = [number for number, item in enumerate(inputs) if not item.given]
-        given = [number for number, item in enumerate(inputs) if item.given]
+        prescribed = [number for number, item in enumerate(inputs) if item.given]
         of_e = np.zeros((count, self.nv + self.nz + self.holonomic + self.nl, len(inputs)))
         of_outputs = np.zeros((count, len(self.outputs), len(inputs)))
         linear, outputs = self.of("linearization", values), self.of("output_partials", values)
-        for columns, names in ((driven, ("B0", "Fu", "Yu")), (given, ("E0", "Fw", "Yw"))):
+        for columns, names in ((driven, ("B0", "Fu", "Yu")), (prescribed, ("E0", "Fw", "Yw"))):
             rows = (of_e[:, : self.nv], of_e[:, self.nv : self.nv + self.nz], of_outputs)
             for target, name in zip(rows, names, strict=True):
                 matrix = (linear | outputs).get(name)
@@ -366,15 +366,15 @@ class Equations:
         -------
         (n, 3 nv + nz + nl + parameters, directions)
         """
-        functions, place = self._functions("second_partials"), self._weighted
+        functions, output_slice = self._functions("second_partials"), self._weighted
         count, _, directions = along.shape
         weighted = np.zeros((count, 1, functions.sizes["weights"]))
-        weighted[:, 0, : place["w"].stop] = -multipliers
-        weighted[:, 0, place["zdot"]] *= -1.0  # e has minus the rates
+        weighted[:, 0, : output_slice["w"].stop] = -multipliers
+        weighted[:, 0, output_slice["zdot"]] *= -1.0  # e has minus the rates
         if of_accelerations is not None:
-            weighted[:, 0, place["wdot"]] = -of_accelerations
+            weighted[:, 0, output_slice["wdot"]] = -of_accelerations
         if weights is not None:
-            weighted[:, 0, place["y"].start + np.array(self.outputs, dtype=int)] = weights
+            weighted[:, 0, output_slice["y"].start + np.array(self.outputs, dtype=int)] = weights
         state, of_inputs = self._along["p"].start, self._along["u"]
         chosen = state + np.array(self.chosen, dtype=int)
         of_state, of_parameters, driven = np.split(along, [state, state + len(chosen)], axis=1)

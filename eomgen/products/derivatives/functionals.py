@@ -50,7 +50,7 @@ class RowWeights:
 
 
 def read_functional(
-    given: object, components: Mapping[str, Sequence[int]], size: int, steps: int, every: int
+    text: object, components: Mapping[str, Sequence[int]], size: int, steps: int, every: int
 ) -> RowWeights:
     """Return the weights of a functional.
 
@@ -65,13 +65,13 @@ def read_functional(
     ------
     UsageError
     """
-    if isinstance(given, str):
-        return _from_text(given, components, size)
-    if not isinstance(given, Mapping) or not given:
-        fault = f"a functional is a text or weights by output, not {type(given).__name__} [E0573]"
+    if isinstance(text, str):
+        return _from_text(text, components, size)
+    if not isinstance(text, Mapping) or not text:
+        fault = f"a functional is a text or weights by output, not {type(text).__name__} [E0573]"
         raise UsageError(Problem("of", fault, f'"final({next(iter(components), "output")})"'))
     table = np.zeros((steps + 1, size))
-    for name, weights in given.items():
+    for name, weights in text.items():
         places = _places(str(name), components)
         array = numbers(f"weights of {name}", weights)
         # of recorded rows, or of the rows of all steps

@@ -128,16 +128,16 @@ class JumpMotion(ReplayedRun):
         """Take ``count`` steps of the grid, or one step in parts that end at ``times``; return the events that act, in
         order, and rows at all ends."""
         if len(times) == 2:
-            given = None if table is None else table[step : step + count + 1]
-            return self._taken_steps(count, self.run.grid.step, given)
+            inputs = None if table is None else table[step : step + count + 1]
+            return self._taken_steps(count, self.run.grid.step, inputs)
         events: list[Any] = []
         rows: list[Array] = []
         for begin, end in pairwise(times):
-            given = None
+            inputs = None
             if table is not None:
                 shares = (np.array([begin, end]) - times[0])[:, np.newaxis] / self.run.grid.step
-                given = np.ascontiguousarray((1.0 - shares) * table[step] + shares * table[step + 1])
-            acting, reached = self._taken_steps(1, end - begin, given)
+                inputs = np.ascontiguousarray((1.0 - shares) * table[step] + shares * table[step + 1])
+            acting, reached = self._taken_steps(1, end - begin, inputs)
             events, rows = [*events, *acting], [*rows, *reached]
         return events, rows
 
@@ -155,8 +155,8 @@ class JumpMotion(ReplayedRun):
         kinds = [row["action"] for row in stepper.layout["method"].get("events", {}).get("rows", [])]
         events: list[Any] = []
         while done < count:
-            given = None if table is None else np.ascontiguousarray(table[done:])
-            status, taken = stepper.run(count - done, 1, given, record[done:])
+            inputs = None if table is None else np.ascontiguousarray(table[done:])
+            status, taken = stepper.run(count - done, 1, inputs, record[done:])
             acting = [entry for entry in stepper.new_events if kinds[int(entry["event"])] != "record"]
             events += acting
             if status == STOPPED.number:
@@ -246,13 +246,13 @@ class JumpMotion(ReplayedRun):
             counts = np.arange(max(0.0, np.floor((times[0] - offset) / period)), (times[-1] - offset) / period + 1.0)
             samples = offset + counts * period
             places = np.searchsorted(times, samples) - 1
-            for sample, place in zip(samples.tolist(), places.tolist(), strict=True):
-                if not 0 <= place < len(times) - 1:
+            for sample, row in zip(samples.tolist(), places.tolist(), strict=True):
+                if not 0 <= row < len(times) - 1:
                     continue
-                near = np.min(np.abs(times[place : place + 2] - sample))
+                near = np.min(np.abs(times[row : row + 2] - sample))
                 if near > self._tolerance(np.array([sample]))[0]:
-                    result.setdefault(place, []).append(sample)
-        return {place: sorted(set(samples)) for place, samples in result.items()}
+                    result.setdefault(row, []).append(sample)
+        return {row: sorted(set(samples)) for row, samples in result.items()}
 
     def _present(self) -> Array:
         """Return the parameters with the present modes."""

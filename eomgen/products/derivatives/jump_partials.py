@@ -151,13 +151,13 @@ class JumpPartials:
 
     def _velocity_changes(self, moved: Mapping[str, Array], rows: Sequence[Array], steps: Sequence[Array]) -> Array:
         """Return the changes of velocities, (columns, nv), by the least impulses with C dv = d (Gauss)."""
-        given, nv, nl = self._impulse(moved), self._equations.nv, self._equations.nl
+        blocks, nv, nl = self._impulse(moved), self._equations.nv, self._equations.nl
         C, d = np.stack(rows, axis=1), np.stack(steps, axis=1)
         if nl:
-            C = np.concatenate([given["B"], C], axis=1)
+            C = np.concatenate([blocks["B"], C], axis=1)
             d = np.concatenate([np.zeros((len(d), nl)), d], axis=1)
         right = np.concatenate([np.zeros((len(d), nv)), d], axis=1)
-        pushed: Array = np.linalg.solve(bordered_matrix(given["M"], C), right[..., np.newaxis])[:, :nv, 0]
+        pushed: Array = np.linalg.solve(bordered_matrix(blocks["M"], C), right[..., np.newaxis])[:, :nv, 0]
         return pushed
 
     def _impulse(self, moved: Mapping[str, Array]) -> dict[str, Array]:
@@ -171,17 +171,17 @@ class JumpPartials:
         e = self._equations
         result = np.zeros((count, 2 * e.nv + e.nz, self.columns))
         for first, name in ((0, "q"), (e.nv, "v"), (2 * e.nv, "z")):
-            place = self.places[name]
-            result[:, first + np.arange(place.stop - place.start), np.arange(place.start, place.stop)] = 1.0
+            columns = self.places[name]
+            result[:, first + np.arange(columns.stop - columns.start), np.arange(columns.start, columns.stop)] = 1.0
         return result
 
     def _with_increments(self, values: Mapping[str, Array], rates: Array) -> dict[str, Array]:
         """Return input blocks with an imaginary increment in each column, (n, columns, ...)."""
         e, places, count = self._equations, self.places, len(values["t"])
         steps = {}
-        for name, place in places.items():
-            step = np.zeros((self.columns, place.stop - place.start), complex)
-            step[place] = 1j * _TINY * np.eye(place.stop - place.start)
+        for name, columns in places.items():
+            step = np.zeros((self.columns, columns.stop - columns.start), complex)
+            step[columns] = 1j * _TINY * np.eye(columns.stop - columns.start)
             steps[name] = step
         moved = {name: values[name][:, np.newaxis] + steps[name] for name in ("v", "a", "z", "lam")}
         q = values["q"][:, np.newaxis].astype(complex).repeat(self.columns, 1)
@@ -202,10 +202,10 @@ class JumpPartials:
         """Set inputs and base at moved times and parameters; ``driven``: imaginary increments of inputs."""
         arguments = {"t": moved["t"], "p": moved["p"]}
         if "u" in moved:
-            given = [name in self._signals.given for name in self._signals.names]
+            prescribed = [name in self._signals.given for name in self._signals.names]
             if "inputs" in self._functions:
                 followed = self._functions("inputs", arguments)[0].imag * 1j
-                driven = driven + np.where(given, 0.0, followed)
+                driven = driven + np.where(prescribed, 0.0, followed)
             moved["u"] = moved["u"].real + driven
         if "base" in moved and "base" in self._functions:
             moved["base"] = self._functions("base", arguments)[0]

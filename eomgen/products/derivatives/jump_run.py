@@ -166,13 +166,13 @@ class JumpRun(StartedRun[JumpPart]):
                 record[move.first : move.last], _ = self.linear.tangents(move.matrices, every, of_steps, move.times)
                 last = record[move.last - 1]
                 continue
-            given = np.concatenate([last, dp])
+            directions = np.concatenate([last, dp])
             if move.inertia is not None:
-                inertia = move.inertia @ given
+                inertia = move.inertia @ directions
             if move.step < 0:
-                of_steps = np.ascontiguousarray(move.map @ given)
+                of_steps = np.ascontiguousarray(move.map @ directions)
             else:
-                last = record[move.step] = move.map @ given
+                last = record[move.step] = move.map @ directions
         state[:] = np.concatenate([of_steps, inertia, last])
         return record
 
@@ -181,9 +181,12 @@ class JumpRun(StartedRun[JumpPart]):
         size, count = self.linear.record_size, len(gradient)
         for move in reversed(part.moves):
             if isinstance(move, Sweep):
-                own, every = direct[move.first : move.last].copy(), np.zeros((count + 1 + len(inertia), state.shape[1]))
-                own[-1] += last
-                self.linear.adjoints(move.matrices, own, of_steps, every, move.times)
+                own_direct, every = (
+                    direct[move.first : move.last].copy(),
+                    np.zeros((count + 1 + len(inertia), state.shape[1])),
+                )
+                own_direct[-1] += last
+                self.linear.adjoints(move.matrices, own_direct, of_steps, every, move.times)
                 gradient += every[:count]
                 inertia += every[count + 1 :]
                 last = np.zeros_like(last)
@@ -250,8 +253,10 @@ class JumpRun(StartedRun[JumpPart]):
             moves += [cuts[k][0] for k in self._cuts(part, plain, first)]
             if step in into:
                 moves.append(maps[into[step]])
-            own = matrices.at(slice(first, position))
-            moves.append(Sweep(step, int(plain[position - 1]) + 1, own, states.t[plain[first:position] + 1]))
+            matrices_before = matrices.at(slice(first, position))
+            moves.append(
+                Sweep(step, int(plain[position - 1]) + 1, matrices_before, states.t[plain[first:position] + 1])
+            )
         moves += [cuts[k][0] for k in self._cuts(part, plain, len(plain))]
         return JumpPart(part.first, states, blocks, moves)
 
@@ -347,16 +352,16 @@ class JumpRun(StartedRun[JumpPart]):
         states = states_of(rows, self.run.model)
         of_q, of_v, of_z, of_p, of_t, of_h = self._columns
         unit = np.broadcast_to(np.eye(self._width), (count, self._width, self._width))
-        dq, dv, dz, dp, dt = (unit[:, place] for place in (of_q, of_v, of_z, of_p, of_t))
+        dq, dv, dz, dp, dt = (unit[:, columns] for columns in (of_q, of_v, of_z, of_p, of_t))
         begun = self._accelerate(states, p, states.t, (dq, dv, dz, dp, dt), moving=moving)
         if nl:
             M, rates = begun.partials.Ja[:, :nv], begun.partials.Jq[:, nv + nz + nh :]
             holonomic, B = begun.partials.Jq[:, nv + nz : nv + nz + nh], begun.partials.Jv[:, nv + nz + nh :]
             by_p = begun.partials.P[:, nv + nz :]
-            given = np.concatenate([dp, dt], axis=1)
+            directions = np.concatenate([dp, dt], axis=1)
             if nh:
-                dq = dq - nearest(M, holonomic, holonomic @ dq + by_p[:, :nh] @ given)
-            dv = dv - nearest(M, B, rates @ dq + B @ dv + by_p[:, nh:] @ given)
+                dq = dq - nearest(M, holonomic, holonomic @ dq + by_p[:, :nh] @ directions)
+            dv = dv - nearest(M, B, rates @ dq + B @ dv + by_p[:, nh:] @ directions)
             begun = self._accelerate(states, p, states.t, (dq, dv, dz, dp, dt), moving=moving)
         vdot, dvdot, dzdot = begun.vdot, begun.dvdot, begun.dzdot
         _, alpha_m, alpha_f, *_ = self.coefficients
@@ -407,7 +412,7 @@ class JumpRun(StartedRun[JumpPart]):
             off = theta - h * (states.v + h * ((0.5 - beta) * a + beta * reached))
             if forces is not None:
                 pairs = zip(forces, off, strict=True)
-                off = np.array([one - G @ np.linalg.lstsq(G, one, rcond=None)[0] for G, one in pairs])
+                off = np.array([vector - G @ np.linalg.lstsq(G, vector, rcond=None)[0] for G, vector in pairs])
         deviations: Array = np.max(np.abs(off), axis=1, initial=0.0)
         return deviations
 
@@ -474,12 +479,12 @@ class JumpRun(StartedRun[JumpPart]):
         event: EventPartials | None = None
         for stretch in part.cut[step]:
             rates = self._rates(np.array([0.5 * (stretch.first[0] + stretch.last[0])]))
-            given = np.concatenate([record, dp, time])
-            jumped = given[self._kept_by_jumps]
+            directions = np.concatenate([record, dp, time])
+            jumped = directions[self._kept_by_jumps]
             if event is not None:
-                jumped = event.state @ given
+                jumped = event.state @ directions
             elif stretch.samples.any():
-                jumped = self.jumps.sample_partials(start, stretch.samples[np.newaxis], rates)[0] @ given
+                jumped = self.jumps.sample_partials(start, stretch.samples[np.newaxis], rates)[0] @ directions
             made = next(stretches)
             start, through = made.end, made.map
             before, by_size = through[:, :-1] @ np.concatenate([jumped, dp, time]), through[:, -1]
@@ -489,7 +494,7 @@ class JumpRun(StartedRun[JumpPart]):
                 event = self.jumps.event_partials(start, stretch.event, rates)
                 along = np.concatenate([by_size, np.zeros(count), [1.0]])
                 rate = event.guard @ along
-                self._check_event(event, stretch, start, float(rate), given)
+                self._check_event(event, stretch, start, float(rate), directions)
                 change = -(event.guard @ np.concatenate([before, dp, time]))[np.newaxis] / rate
             record, time = before + by_size[:, np.newaxis] * change, time + change
         inertia = made.of_inertia @ np.concatenate([entering, change])
@@ -538,9 +543,11 @@ class JumpRun(StartedRun[JumpPart]):
         """Yield stretches that are stepped, made linear."""
         e, factors = self.equations, self.equations.model.factors
         nv, nz, nl, count = e.nv, e.nz, e.nl, e.parameters
-        first, last, p = (np.array([getattr(one, name) for one in stretches]) for name in ("first", "last", "p"))
+        first, last, p = (
+            np.array([getattr(stretch, name) for stretch in stretches]) for name in ("first", "last", "p")
+        )
         sizes, middle = last[:, 0] - first[:, 0], 0.5 * (first[:, 0] + last[:, 0])
-        moving, h = any(one.event >= 0 for one in stretches), sizes[:, np.newaxis]
+        moving, h = any(stretch.event >= 0 for stretch in stretches), sizes[:, np.newaxis]
         starts = self._restarts(first, last, p, sizes, moving=moving, whole=False)
         before, after = states_of(first, self.run.model), states_of(last, self.run.model)
         _, alpha_m, alpha_f, beta, gamma, _, _ = self.coefficients
@@ -570,9 +577,9 @@ class JumpRun(StartedRun[JumpPart]):
         dp[count, -2:] = dp[count + 1, -1] = 1.0
         for k, size in enumerate(sizes.tolist()):
             dp[count + 2 :] = starts.of_inertia[k]
-            one = made.at(slice(k, k + 1))
-            own = LinearSteps(e.model.functions.sizes, factors, (size, *self.coefficients[1:]), e.holonomic)
-            record, _ = own.tangents(one, dp, starts.state[k].copy(), after.t[k : k + 1])
+            matrices = made.at(slice(k, k + 1))
+            steps = LinearSteps(e.model.functions.sizes, factors, (size, *self.coefficients[1:]), e.holonomic)
+            record, _ = steps.tangents(matrices, dp, starts.state[k].copy(), after.t[k : k + 1])
             through = record[0]
             through[:nv, -1] += in_q[k]
             through[nv : 2 * nv, -1] += in_v[k]
@@ -581,7 +588,7 @@ class JumpRun(StartedRun[JumpPart]):
             yield LinearStretch(through, ended, starts.inertia[k], starts.of_inertia[k])
 
     def _check_event(
-        self, event: EventPartials, stretch: Stretch, values: dict[str, Array], rate: float, given: Array
+        self, event: EventPartials, stretch: Stretch, values: dict[str, Array], rate: float, directions: Array
     ) -> None:
         """Raise NumericalError for grazing and UsageError for a mode whose new value depends on directions."""
         e, row = self.equations, self.motion.stepper.layout["method"]["events"]["rows"][stretch.event]
@@ -598,7 +605,7 @@ class JumpRun(StartedRun[JumpPart]):
         if row["action"] != "switch":
             return
         switched = self.motion.stepper.layout["method"]["events"]["modes"][row["mode"]]
-        if np.any(event.mode @ given) or switched["parameter"] in e.chosen:
+        if np.any(event.mode @ directions) or switched["parameter"] in e.chosen:
             fault = (
                 f"the event {row['name']} sets the mode {switched['name']}, whose value depends on the"
                 f" directions [E0583]"
@@ -628,8 +635,8 @@ class JumpRun(StartedRun[JumpPart]):
         share = ((t - start) / grid.step)[:, np.newaxis]
         result: Array = (1.0 - share) * signals.rows(start) + share * signals.rows(start + grid.step)
         if signals.left_to_stepper:
-            own = [name not in signals.given for name in signals.names]
-            result[:, own] = followed[:, own]
+            follows_formula = [name not in signals.given for name in signals.names]
+            result[:, follows_formula] = followed[:, follows_formula]
         return result
 
     def _rates(self, at: Array) -> Array:

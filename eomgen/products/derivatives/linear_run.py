@@ -196,8 +196,8 @@ class LinearRun(ABC, Generic[PartType]):
 
     def values(self, part: RunSegment) -> tuple[Array, dict[str, Array]]:
         """Return times and input blocks of the rows of a part."""
-        states, given = self.states(part)
-        return states.t, self.blocks(states, given)
+        states, prescribed = self.states(part)
+        return states.t, self.blocks(states, prescribed)
 
     def without_jumps(self, part: RunSegment) -> tuple[NDArray[np.intp], dict[str, Array], dict[str, Array]]:
         """Return the stretches of a part within which the state does not jump: steps, and input blocks at both ends."""
@@ -205,9 +205,9 @@ class LinearRun(ABC, Generic[PartType]):
         first, last = rows_of(blocks, slice(None, -1)), rows_of(blocks, slice(1, None))
         return np.arange(len(first["t"])), first, last
 
-    def blocks(self, states: States, given: PrescribedInputs) -> dict[str, Array]:
+    def blocks(self, states: States, prescribed: PrescribedInputs) -> dict[str, Array]:
         """Return input blocks at states, with the changes there along directions of inputs."""
-        return self.equations.values(states, given, self.moved_inputs(states.t))
+        return self.equations.values(states, prescribed, self.moved_inputs(states.t))
 
     def moved_inputs(self, times: Array) -> Array | None:
         """Return the changes of inputs along directions at times (n,), (n, nu, samples), linear between rows; None
@@ -225,7 +225,7 @@ class LinearRun(ABC, Generic[PartType]):
     def row_weights(self, part: LinearPart, weights: Sequence[RowWeights]) -> Array:
         """Return the weights of outputs at the rows of a part, (rows, outputs, functionals)."""
         count, steps, step = len(part.states.t), self.motion.steps, self.run.grid.step
-        return np.stack([one.row_weights(part.first, count, steps, step) for one in weights], axis=2)
+        return np.stack([weight.row_weights(part.first, count, steps, step) for weight in weights], axis=2)
 
     def row_derivatives(self, part: LinearPart, of_outputs: Array, by: Array) -> Array:
         """Return the derivatives of functionals by each row, (rows, record, functionals), and add to the derivatives in
@@ -235,11 +235,11 @@ class LinearRun(ABC, Generic[PartType]):
             return np.zeros((len(of_outputs), self.equations.record_size, of_outputs.shape[2]))
         whole = len(weighed) == len(of_outputs)
         blocks = part.blocks if whole else rows_of(part.blocks, weighed)
-        own = of_outputs if whole else of_outputs[weighed]
-        of_state, of_parameters = self.equations.weighed_outputs(blocks, own)
+        weights = of_outputs if whole else of_outputs[weighed]
+        of_state, of_parameters = self.equations.weighed_outputs(blocks, weights)
         if weighed[0] == 0 and part.first > 0:
             first = rows_of(blocks, slice(1))
-            of_parameters = of_parameters - self.equations.weighed_outputs(first, own[:1])[1]
+            of_parameters = of_parameters - self.equations.weighed_outputs(first, weights[:1])[1]
         by[: len(of_parameters)] += of_parameters
         if whole:
             return of_state

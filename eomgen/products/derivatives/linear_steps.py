@@ -150,9 +150,9 @@ def reactions(B: Array, W: Array, moved: Array) -> tuple[Array, Array, Array]:
     from_start = ffi.cast("const double *", B.ctypes.data)
     pointers = [ffi.cast("double *", array.ctypes.data) for array in (W, moved, G, eta, reaction)]
     room = ffi.from_buffer("double[]", np.empty(_LANES * (nh * nh + 2 * nh * nv + 2 * nh + nv)))
-    own = nv if W.ndim == 2 else 0
+    columns = nv if W.ndim == 2 else 0
     done = lib.eomgen_step_reactions(
-        count, nv, nh, from_start, B.strides[0] // 8, pointers[0], own, *pointers[1:], room
+        count, nv, nh, from_start, B.strides[0] // 8, pointers[0], columns, *pointers[1:], room
     )
     if done != count:
         fault = "the multipliers of velocities in a step are not unique: constraints repeat each other [E0585]"
@@ -232,13 +232,13 @@ class LinearSteps:
         """
         steps, directions = len(matrices.Rq), state.shape[1]
         record, eta = (np.empty((steps, size, directions)) for size in (self.record_size, self._nh))
-        given = self._arguments(matrices, dp.shape[0], steps, directions)
-        room, pivot = self._room(given[0])
+        arguments = self._arguments(matrices, dp.shape[0], steps, directions)
+        room, pivot = self._room(arguments[0])
         arrays = list(map(self._doubles, (np.ascontiguousarray(dp), state, record, eta)))
-        while (done := self._lib.eomgen_step_tangents(given[0], *arrays, room, pivot)) < 0:
-            given[0].first = -1 - done
-            self._plan_steps(given[0])
-            room, pivot = self._room(given[0])
+        while (done := self._lib.eomgen_step_tangents(arguments[0], *arrays, room, pivot)) < 0:
+            arguments[0].first = -1 - done
+            self._plan_steps(arguments[0])
+            room, pivot = self._room(arguments[0])
         self._check(done, steps, times)
         return record, eta
 
@@ -269,15 +269,15 @@ class LinearSteps:
         """
         steps, directions = len(matrices.Rq), state.shape[1]
         multipliers, ends = (np.empty((steps, size, directions)) for size in (self.rows, 2 * self._nv))
-        given = self._arguments(matrices, gradient.shape[0], steps, directions)
-        room, pivot = self._room(given[0])
+        arguments = self._arguments(matrices, gradient.shape[0], steps, directions)
+        room, pivot = self._room(arguments[0])
         added = self._ffi.NULL if sources is None else self._doubles(np.ascontiguousarray(sources))
         of_rows, *arrays = map(self._doubles, (np.ascontiguousarray(direct), state, gradient, multipliers, ends))
-        while (done := self._lib.eomgen_step_adjoints(given[0], of_rows, added, *arrays, room, pivot)) < 0:
-            self._plan_steps(given[0])
-            given[0].steps = -done
-            room, pivot = self._room(given[0])
-        self._check(done, int(given[0].steps), times)
+        while (done := self._lib.eomgen_step_adjoints(arguments[0], of_rows, added, *arrays, room, pivot)) < 0:
+            self._plan_steps(arguments[0])
+            arguments[0].steps = -done
+            room, pivot = self._room(arguments[0])
+        self._check(done, int(arguments[0].steps), times)
         return multipliers, ends
 
     def products(self, matrices: Array, columns: Array) -> Array:
@@ -291,49 +291,54 @@ class LinearSteps:
     def _arguments(self, matrices: StepMatrices, parameters: int, steps: int, directions: int) -> tuple[Any, ...]:
         """Return the structure for C with a plan for its steps, and the arrays to which it points."""
         ffi = self._ffi
-        given = ffi.new("eg_steps *")
-        given.nv, given.nz, given.nl, given.nh = self._nv, self._nz, self._nl, self._nh
-        given.np, given.nown, given.nshared = parameters, matrices.Rp.shape[2], matrices.Np.shape[2]
-        given.steps, given.directions, given.turns = steps, directions, len(self._turn)
+        arguments = ffi.new("eg_steps *")
+        arguments.nv, arguments.nz, arguments.nl, arguments.nh = self._nv, self._nz, self._nl, self._nh
+        arguments.np, arguments.nown, arguments.nshared = parameters, matrices.Rp.shape[2], matrices.Np.shape[2]
+        arguments.steps, arguments.directions, arguments.turns = steps, directions, len(self._turn)
         A, T = np.ascontiguousarray(matrices.A), np.ascontiguousarray(matrices.T)
         turn, coefficients = ffi.from_buffer("long[]", self._turn), self._doubles(self._coefficients)
-        given.turn, given.coefficients, given.A, given.T = turn, coefficients, self._doubles(A), self._doubles(T)
-        given.scale = self._doubles(self._scale)
-        for block, name in zip(given.block, _BLOCKS, strict=True):
+        arguments.turn, arguments.coefficients, arguments.A, arguments.T = (
+            turn,
+            coefficients,
+            self._doubles(A),
+            self._doubles(T),
+        )
+        arguments.scale = self._doubles(self._scale)
+        for block, name in zip(arguments.block, _BLOCKS, strict=True):
             array = T if name == "T" else getattr(matrices, name)
             block.x = ffi.cast("const double *", array.__array_interface__["data"][0])
             strides = [stride // 8 for stride in array.strides]
             if array.ndim == 2:  # a row, or a column
                 strides = [strides[0], 0, strides[1]] if name == "T" else [*strides, 0]
             block.step, block.row, block.column = strides
-        places = self._lib.eomgen_plan_places(given)
+        places = self._lib.eomgen_plan_places(arguments)
         if len(self._seen) != places:
             self._seen, self._unseen = np.zeros(places, np.uint8), np.empty(places, np.longlong)
             self._plan[0] = 0
-            self._plan_steps(given)
-        given.plan, given.capacity = ffi.from_buffer("int[]", self._plan), len(self._plan)
-        given.unseen = ffi.from_buffer("long long[]", self._unseen)
-        return given, matrices, A, T
+            self._plan_steps(arguments)
+        arguments.plan, arguments.capacity = ffi.from_buffer("int[]", self._plan), len(self._plan)
+        arguments.unseen = ffi.from_buffer("long long[]", self._unseen)
+        return arguments, matrices, A, T
 
-    def _plan_steps(self, given: Any) -> None:
+    def _plan_steps(self, arguments: Any) -> None:
         """Plan the sums and the elimination of steps, whose nonzeros are added to the nonzeros of earlier steps."""
         ffi, lib, rows = self._ffi, self._lib, self.rows
-        bits, numbers = np.empty(len(self._seen), np.longlong), np.empty(lib.eomgen_plan_numbers(given), np.intc)
+        bits, numbers = np.empty(len(self._seen), np.longlong), np.empty(lib.eomgen_plan_numbers(arguments), np.intc)
         while True:
-            given.plan, given.capacity = ffi.from_buffer("int[]", self._plan), len(self._plan)
+            arguments.plan, arguments.capacity = ffi.from_buffer("int[]", self._plan), len(self._plan)
             seen, counted = ffi.from_buffer("unsigned char[]", self._seen), ffi.from_buffer("int[]", numbers)
-            done = lib.eomgen_step_plan(given, seen, ffi.from_buffer("long long[]", bits), counted)
+            done = lib.eomgen_step_plan(arguments, seen, ffi.from_buffer("long long[]", bits), counted)
             if done == 1:
                 nonzero = ffi.from_buffer("char[]", np.empty(rows * rows, np.uint8))
-                room = self._doubles(np.empty(lib.eomgen_plan_room(given)))
-                done = lib.eomgen_step_order(given, counted, nonzero, room)
+                room = self._doubles(np.empty(lib.eomgen_plan_room(arguments)))
+                done = lib.eomgen_step_order(arguments, counted, nonzero, room)
             if done >= 0:
                 self._unseen[:] = np.where(self._seen, 0, -1)
                 return
             self._plan = np.zeros(4 * len(self._plan), np.intc)
 
-    def _room(self, given: Any) -> tuple[Any, Any]:
-        size = self._lib.eomgen_step_room(given)
+    def _room(self, arguments: Any) -> tuple[Any, Any]:
+        size = self._lib.eomgen_step_room(arguments)
         if len(self._memory) < size:
             self._memory = np.empty(size)
         return self._doubles(self._memory), self._ffi.new("long[]", self.rows)

@@ -221,15 +221,15 @@ def _linear_run(
 
 
 def _directions(
-    model: CompiledModel, by: Sequence[str] | None, given: Collection[str], steps: int
+    model: CompiledModel, by: Sequence[str] | None, inputs: Collection[str], steps: int
 ) -> tuple[tuple[str, ...], DerivativeVariables]:
     """Return names and kinds of directions: parameters come first, then the state, then samples of inputs;
-    ``given``: inputs that the caller gives."""
+    ``inputs``: inputs that the caller gives."""
     parameters, states = list(model.parameters), list(model.z_names)
     rates = list(model.v_names)
     places = [f"q{name[1:]}" for name in rates]
     every = _names(by, parameters, places, rates)
-    samples = _samples(model, [name for name in every if str(name).startswith(_INPUTS)], given, steps)
+    samples = _samples(model, [name for name in every if str(name).startswith(_INPUTS)], inputs, steps)
     chosen = [name for name in every if not str(name).startswith(_INPUTS)]
     known = {"p": parameters, "q": places, "v": rates, "z": states}
     for name in chosen:
@@ -242,7 +242,7 @@ def _directions(
     ordered = [known[block][column] for block in "pqvz" for column in columns[block]]
     if len(set(ordered)) < len(chosen) or len(set(samples)) < len(samples):
         raise UsageError(Problem("by", "a name is given twice [E0589]", "each of them once"))
-    return (*ordered, *(name for name, _ in samples)), DerivativeVariables(columns, [place for _, place in samples])
+    return (*ordered, *(name for name, _ in samples)), DerivativeVariables(columns, [column for _, column in samples])
 
 
 def _names(
@@ -262,7 +262,7 @@ def _names(
 
 
 def _samples(
-    model: CompiledModel, names: Sequence[str], given: Collection[str], steps: int
+    model: CompiledModel, names: Sequence[str], inputs: Collection[str], steps: int
 ) -> list[tuple[str, tuple[int, int]]]:
     """Return names of samples of inputs with columns and rows. Raises UsageError."""
     known = [item.name for item in model.description.inputs]
@@ -275,14 +275,14 @@ def _samples(
             raise UsageError(Problem("by", fault, hint))
         check_name("input", match["name"], known)
         column, row = known.index(match["name"]), match["row"]
-        if model.description.inputs[column].given and match["name"] not in given:
+        if model.description.inputs[column].given and match["name"] not in inputs:
             fault = f"the input {match['name']} follows a formula of the scene [E0596]"
             raise UsageError(Problem("by", fault, f'inputs={{"{match["name"]}": ...}}, to give values'))
         if row is not None and row != ":" and int(row) > steps:
             fault = f"the run has rows 0 to {steps}, and {name} is none of them [E0597]"
             raise UsageError(Problem("by", fault, f"inputs.{match['name']}[{steps}]"))
         rows = [-1] if row is None else range(steps + 1) if row == ":" else [int(row)]
-        result += [(name if one < 0 else f"inputs.{match['name']}[{one}]", (column, one)) for one in rows]
+        result += [(name if row < 0 else f"inputs.{match['name']}[{row}]", (column, row)) for row in rows]
     return result
 
 
@@ -365,11 +365,11 @@ def _check_jumps(layout: Mapping[str, Any], method: Method) -> None:
             raise UsageError(Problem("sensitivities", fault, hint))
 
 
-def _check_formulas(model: CompiledModel, given: Collection[str], by: Sequence[str]) -> None:
+def _check_formulas(model: CompiledModel, inputs: Collection[str], by: Sequence[str]) -> None:
     """Raise UsageError for an input of the caller whose formula in the scene knows a parameter of ``by``: partials
     would belong to the formula."""
     for item in model.description.inputs:
-        if item.name not in given or item.formula is None:
+        if item.name not in inputs or item.formula is None:
             continue
         inside = [symbol.name for symbol in symbols(item.formula) if symbol.kind == "parameter" and symbol.name in by]
         if inside:
@@ -377,16 +377,16 @@ def _check_formulas(model: CompiledModel, given: Collection[str], by: Sequence[s
             raise UsageError(Problem("inputs", fault, f"by=... without {inside[0]}, or {item.name} by its formula"))
 
 
-def _check_switches(model: CompiledModel, given: Collection[str], by: Sequence[str]) -> None:
+def _check_switches(model: CompiledModel, inputs: Collection[str], by: Sequence[str]) -> None:
     """Raise UsageError for a comparison of time with a parameter of ``by``: the instant at which a formula takes
     another branch moves with it, which no partial derivative shows."""
-    own = [item for item in model.description.inputs if item.name not in given]
-    of_inputs = [item.formula for item in own if item.formula is not None]
+    formula_inputs = [item for item in model.description.inputs if item.name not in inputs]
+    of_inputs = [item.formula for item in formula_inputs if item.formula is not None]
     for formula in (*model.description.formulas, *of_inputs):
         for condition in comparisons(formula):
             inside = symbols(condition)
-            name = next((one.name for one in inside if one.kind == "parameter" and one.name in by), "")
-            if name and any(one.kind == "time" for one in inside):
+            name = next((symbol.name for symbol in inside if symbol.kind == "parameter" and symbol.name in by), "")
+            if name and any(symbol.kind == "time" for symbol in inside):
                 fault = (
                     f"{name} moves the instant at which a formula takes another branch, and that is not in"
                     f" derivatives [E0614]"

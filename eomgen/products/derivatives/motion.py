@@ -69,7 +69,7 @@ class ReplayedRun:
         elif driven is not None:
             table = driven(run.grid.start + run.grid.step * stepper.input_times)
         self.check(stepper.initialize(run.grid.start, state.q, state.v, table, state.z))
-        self.start = {name: stepper.state[place].copy() for name, place in stepper.places.items()}
+        self.start = {name: stepper.state[part].copy() for name, part in stepper.places.items()}
         if "history" in self.start and self.start["history"][0] < 0:
             fault = (
                 "the start excites motions that are too fast for the step, and the first step, which damps them, has"

@@ -205,7 +205,7 @@ class Sensitivities:
         run, weights = self._run, self._weights(of)
         if isinstance(run, AlphaRun):
             known = second_order.gradients(run, weights)
-            self._known = (tuple(of), known) if all(isinstance(one, str) for one in of) else None
+            self._known = (tuple(of), known) if all(isinstance(name, str) for name in of) else None
             return self._finite(known.values)
         adjoint = RunAdjoint.of(run, len(weights))
         for part in map(run.linearise_part, run.motion.backwards()):
@@ -332,7 +332,7 @@ class Sensitivities:
         """
         if isinstance(of, str):
             raise UsageError(Problem("of", f"a list of outputs is needed, not the text {of!r} [E0624]", f'["{of}"]'))
-        weights = self._weights([f"final({one})" for one in of])
+        weights = self._weights([f"final({name})" for name in of])
         if not isinstance(self._run, AlphaRun) or self._run.follows or self._run.samples:
             return None
         return StationaryRun.of(self._run, weights)
@@ -469,7 +469,7 @@ class Sensitivities:
         if not of:
             raise UsageError(Problem("of", "there is nothing to take derivatives of [E0633]", '["final(angle)"]'))
         size, steps, every = sum(map(len, self._components.values())), self._run.motion.steps, self._run.run.every
-        return [read_functional(one, self._components, size, steps, every) for one in of]
+        return [read_functional(functional, self._components, size, steps, every) for functional in of]
 
 
 def _component_indices(outputs: Mapping[str, Sequence[int]]) -> dict[str, list[int]]:

@@ -150,17 +150,17 @@ class StartSecondDerivatives:
 
     def _acceleration(self, number: int, back: StartDerivatives) -> None:
         """Take accelerations and multipliers of a stage."""
-        one, other = (stages[number] for stages in self.stages)
-        multipliers, tau, of_q = self.start.taken_back(one, number, back)
-        self._pair(one.row, other.row, multipliers, tau, number)
-        for turning in turnings(self.equations.model.factors, one.theta[np.newaxis]):
-            changed = turning.second_derivatives(of_q[np.newaxis], other.dtheta[np.newaxis, turning.v])
-            self.hessian += self.on[0].dq[turning.v].T @ changed[0][0] + one.dtheta[turning.v].T @ changed[1][0]
+        first, second = (stages[number] for stages in self.stages)
+        multipliers, tau, of_q = self.start.taken_back(first, number, back)
+        self._pair(first.row, second.row, multipliers, tau, number)
+        for turning in turnings(self.equations.model.factors, first.theta[np.newaxis]):
+            changed = turning.second_derivatives(of_q[np.newaxis], second.dtheta[np.newaxis, turning.v])
+            self.hessian += self.on[0].dq[turning.v].T @ changed[0][0] + first.dtheta[turning.v].T @ changed[1][0]
 
     def _inertia(self, of_inertia: Array, back: StartDerivatives) -> None:
         """Take W = 1/M_ii."""
         nv, W, size = self.equations.nv, self.W, len(self.asked[0].dp)
-        dW = [one.dp[size:] for one in self.on]
+        dW = [directions.dp[size:] for directions in self.on]
         self.hessian += dW[0].T @ (2.0 * (of_inertia / W)[:, np.newaxis] * dW[1])
         omega = of_inertia * W**2 * follows_inertia(W, self.stages[0][0].matrix[:nv, :nv])
         values = self.stages[0][0].values
@@ -168,7 +168,7 @@ class StartSecondDerivatives:
         units["v"], units["a"] = np.zeros((nv + 1, nv)), np.eye(nv + 1, nv)
         multipliers = np.zeros((nv + 1, nv + self.equations.nz + self.equations.holonomic + self.equations.nl))
         multipliers[:nv, :nv], multipliers[nv, :nv] = np.diag(omega), -omega  # M e_k, minus the value at rest
-        rows = [self._row(one.dq, one.dp[:size]) for one in self.on]
+        rows = [self._row(directions.dq, directions.dp[:size]) for directions in self.on]
         changes = self.equations.second_partials(units, multipliers, np.repeat(rows[1][np.newaxis], nv + 1, axis=0))
         self.hessian += rows[0].T @ changes.sum(axis=0)
         back.q = back.q - omega @ inertia_partials(self.equations, self.start.first[0])[1][0]
@@ -180,10 +180,12 @@ class StartSecondDerivatives:
         M, B = stage.matrix[:nv, :nv], stage.matrix[nv:, :nv]
         solved = np.linalg.solve(stage.matrix, np.concatenate([back.v, np.zeros(nl)]))
         tau = np.concatenate([np.zeros(nv + nz + nh), solved[nv:]])
-        moved = [one.dv - asked.dv for one, asked in zip(self.on, self.asked, strict=True)]
-        along = [StateDirections(one.dq, one.dv, one.dz, one.dp[:size]) for one in self.on]
+        moved = [directions.dv - asked.dv for directions, asked in zip(self.on, self.asked, strict=True)]
+        along = [
+            StateDirections(directions.dq, directions.dv, directions.dz, directions.dp[:size]) for directions in self.on
+        ]
         self._add_moving_projection(M, B, solved[:nv], moved, along)
-        rows = [self._row(one.dq, one.dp, one.dv) for one in along]
+        rows = [self._row(directions.dq, directions.dp, directions.dv) for directions in along]
         self._pair(rows[0], rows[1], tau, np.zeros(nl))
         back.q = back.q - tau @ stage.partials.Jq[0]
 
@@ -196,14 +198,14 @@ class StartSecondDerivatives:
         R = R @ np.linalg.inv(B @ R)
         of_rows = R.T @ back.q
         gamma = back.q - B.T @ of_rows
-        moved = [one.dq - asked.dq for one, asked in zip(self.on, self.asked, strict=True)]
+        moved = [directions.dq - asked.dq for directions, asked in zip(self.on, self.asked, strict=True)]
         weights = np.asarray(np.linalg.solve(M, gamma), dtype=np.float64)
         self._add_moving_projection(M, B, weights, moved, self.asked)
-        d = [one.dq for one in self.asked]
+        d = [directions.dq for directions in self.asked]
         self.hessian -= 0.5 * self._brackets(gamma, d[1], d[0]) + self._brackets(gamma, moved[1], d[0])
         self.hessian -= 0.5 * self._brackets(gamma, moved[1], moved[0])
         multipliers = np.concatenate([np.zeros(nv + nz), of_rows, np.zeros(nl)])
-        rows = [self._row(one.dq, one.dp[:size]) for one in self.on]
+        rows = [self._row(directions.dq, directions.dp[:size]) for directions in self.on]
         self._pair(rows[0], rows[1], multipliers, np.zeros(nl))
         back.q = gamma
 
@@ -214,14 +216,14 @@ class StartSecondDerivatives:
         multipliers = np.zeros(nv + nz + nh + equations.nl)
         multipliers[: nv + nz + nh] = np.linalg.solve(rest.matrix.T, np.concatenate([back.q, back.z, np.zeros(nh)]))
         rows = []
-        for one in self.asked:
-            dq, dz, dlam = np.split(rest.slopes @ one.dp, np.cumsum([nv, nz]))
-            rows.append(np.concatenate([dq, np.zeros((2 * nv, dq.shape[1])), dz, dlam, one.dp]))
+        for directions in self.asked:
+            dq, dz, dlam = np.split(rest.slopes @ directions.dp, np.cumsum([nv, nz]))
+            rows.append(np.concatenate([dq, np.zeros((2 * nv, dq.shape[1])), dz, dlam, directions.dp]))
         changes = equations.second_partials(rest.values, multipliers[np.newaxis], rows[1][np.newaxis])
         self.hessian += rows[0].T @ changes[0]
         # the start is q(p) o exp(theta): of two parameters e'' has the bracket, of theta_j and p_i it is whole
         of_rest = [row[:nv] for row in rows]
-        beside = [one.dq - dq for one, dq in zip(self.asked, of_rest, strict=True)]
+        beside = [directions.dq - dq for directions, dq in zip(self.asked, of_rest, strict=True)]
         self.hessian += 0.5 * self._brackets(back.q, of_rest[1], of_rest[0])
         self.hessian -= 0.5 * self._brackets(back.q, beside[1], of_rest[0])
         self.hessian += 0.5 * self._brackets(back.q, of_rest[1], beside[0])
@@ -236,33 +238,33 @@ class StartSecondDerivatives:
         multipliers[0, :nv] = -m
         S = B @ np.linalg.solve(M, B.T)
         sides = []
-        for one, c in zip(along, moved, strict=True):
-            row = self._row(one.dq, one.dp)[np.newaxis]
+        for directions, c in zip(along, moved, strict=True):
+            row = self._row(directions.dq, directions.dp)[np.newaxis]
             change = self.equations.second_partials(self.stages[0][0].values, multipliers, row)[0]
             of_M, of_B = change[2 * nv : 3 * nv], change[first : first + len(B)]
             sides.append((c, np.linalg.solve(S, B @ c), of_M, of_B))
         (c_i, sigma_i, M_i, B_i), (c_j, sigma_j, M_j, B_j) = sides
         self.hessian += sigma_i.T @ B_j - c_i.T @ M_j + B_i.T @ sigma_j - M_i.T @ c_j
 
-    def _pair(self, one: Array, other: Array, multipliers: Array, tau: Array, number: int = 0) -> None:
+    def _pair(self, first: Array, second: Array, multipliers: Array, tau: Array, number: int = 0) -> None:
         """Add second derivatives of - multipliers . e - tau . accelerations of constraints at a stage, along rows."""
         changes = self.equations.second_partials(
-            self.stages[0][number].values, multipliers[np.newaxis], other[np.newaxis], None, tau[np.newaxis]
+            self.stages[0][number].values, multipliers[np.newaxis], second[np.newaxis], None, tau[np.newaxis]
         )
-        self.hessian += one.T @ changes[0]
+        self.hessian += first.T @ changes[0]
 
     def _row(self, dq: Array, dp: Array, dv: Array | None = None) -> Array:
         equations = self.equations
         none = np.zeros((equations.nv + equations.nz + equations.nl, dq.shape[1]))
         return np.concatenate([dq, np.zeros_like(dq) if dv is None else dv, none, dp])
 
-    def _brackets(self, weights: Array, one: Array, other: Array) -> Array:
+    def _brackets(self, weights: Array, first: Array, second: Array) -> Array:
         """Return weights . [one_j, other_i], (i, j)."""
         factors = self.equations.model.factors
         if all(factor.group == "R" for factor in factors):
-            return np.zeros((other.shape[1], one.shape[1]))
+            return np.zeros((second.shape[1], first.shape[1]))
         contracted = np.einsum("r,krc->kc", weights, product.bracket_matrix(factors, np.eye(len(weights))))
-        result: Array = other.T @ contracted.T @ one
+        result: Array = second.T @ contracted.T @ first
         return result
 
 
@@ -412,10 +414,10 @@ def hessian_products(run: AlphaRun, weights: RowWeights, directions: Array) -> A
     return result + StartSecondDerivatives(run, asked).of(*of_start)
 
 
-def _inner_product(one: Array, other: Array) -> Array:
-    """Return the sum of one^T other over all axes before directions."""
-    rows = one.shape[0] * one.shape[1]
-    result: Array = one.reshape(rows, -1).T @ other.reshape(rows, -1)
+def _inner_product(first: Array, second: Array) -> Array:
+    """Return the sum of first^T second over all axes before directions."""
+    rows = first.shape[0] * first.shape[1]
+    result: Array = first.reshape(rows, -1).T @ second.reshape(rows, -1)
     return result
 
 
@@ -438,8 +440,8 @@ def _parts(run: AlphaRun, along: StateDirections, state: Array, record: Array) -
         rows = np.concatenate([record[np.newaxis], records])
         turning = turnings(factors, difference(factors, part.states.q[:-1], part.states.q[1:]))
         steps = np.concatenate([rows[:-1, :nv], np.zeros_like(rows[1:, :nv]), eta], axis=1)
-        for one in turning:
-            steps[:, nv + one.v.start : nv + one.v.stop] = one.increments(rows[:-1, :nv], rows[1:, :nv])
+        for factor in turning:
+            steps[:, nv + factor.v.start : nv + factor.v.stop] = factor.increments(rows[:-1, :nv], rows[1:, :nv])
         of_parameters = np.broadcast_to(dp, (len(rows), *dp.shape))
         yield _AlphaTangents(part, np.concatenate([rows, of_parameters], axis=1), steps, along.dp, turning)
 

@@ -42,11 +42,11 @@ class PartitionedMotion(ReplayedRun):
     """A run whose rows lack the dependent components of each step."""
 
     def _take_steps(self, size: int, table: Array | None, record: Array) -> Array:
-        place = self.stepper.places["dependent"]
-        memory = np.empty((size, len(self.stepper.state[place])))
+        part = self.stepper.places["dependent"]
+        memory = np.empty((size, len(self.stepper.state[part])))
         of_step = len(self.stepper.input_times) - 1
         for k in range(size):
-            memory[k] = self.stepper.state[place]
+            memory[k] = self.stepper.state[part]
             of_inputs = None if table is None else table[k * of_step :]
             self.check(self.stepper.run(1, 1, of_inputs, record[k : k + 1])[0])
         return memory
@@ -89,35 +89,35 @@ class StageRun(TransitionRun):
     def transitions(self, part: RunSegment, ends: StepEnds) -> Array:
         equations, h, count, before = self.equations, self.run.grid.step, len(ends.before.t), ends.before
         nv, size = equations.nv, self.size_of_state
-        one = np.eye(size, size + equations.parameters)
+        unit = np.eye(size, size + equations.parameters)
         q, v, z = (
             Moved(value, np.broadcast_to(along, (count, *along.shape)))
-            for value, along in zip((before.q, before.v, before.z), np.split(one, [nv, 2 * nv]), strict=True)
+            for value, along in zip((before.q, before.v, before.z), np.split(unit, [nv, 2 * nv]), strict=True)
         )
         dependent = part.memory.astype(np.intp)
         still = Moved(np.zeros((count, nv)), np.zeros_like(q.along))
         begun = rows_of(ends.blocks, slice(None, -1))
         slopes = [Slopes(v, Moved(before.a, ends.forced[:-1, :nv] @ self._state(q, v, z)), self._rates(begun, q, v, z))]
 
-        def move(weights: Sequence[float], t: Array, given: PrescribedInputs) -> tuple[Moved, Moved, Moved, Moved]:
+        def move(weights: Sequence[float], t: Array, prescribed: PrescribedInputs) -> tuple[Moved, Moved, Moved, Moved]:
             """Return the increment, and positions, velocities and internal states on the constraints."""
             used = [(h * float(weight), slope) for weight, slope in zip(weights, slopes, strict=False) if weight]
             theta = still.plus([(weight, slope.theta) for weight, slope in used])
             velocity = v.plus([(weight, slope.v) for weight, slope in used])
             states = z.plus([(weight, slope.z) for weight, slope in used])
-            place = self._update(q, theta)
+            position = self._update(q, theta)
             if equations.nl:
-                place, velocity = self._correct(place, velocity, states, t, given, dependent)
-            return theta, place, velocity, states
+                position, velocity = self._correct(position, velocity, states, t, prescribed, dependent)
+            return theta, position, velocity, states
 
         for row, share in zip(self.method.A[1:], self.method.c[1:], strict=True):
             t = ends.after.t if share == 1.0 else before.t + share * h
-            given = ends.at_end if share == 1.0 else self.prescribe(t)
-            slopes.append(self._slopes(*move(row, t, given), t, given))
-        _, place, velocity, states = move(self.method.b, ends.after.t, ends.at_end)
+            prescribed = ends.at_end if share == 1.0 else self.prescribe(t)
+            slopes.append(self._slopes(*move(row, t, prescribed), t, prescribed))
+        _, position, velocity, states = move(self.method.b, ends.after.t, ends.at_end)
         if equations.nl:  # without constraints no component depends on others
-            self._check(ends, place, velocity)
-        return np.concatenate([place.along, velocity.along, states.along], axis=1)
+            self._check(ends, position, velocity)
+        return np.concatenate([position.along, velocity.along, states.along], axis=1)
 
     def _update(self, q: Moved, theta: Moved) -> Moved:
         """Return q o exp(theta)."""
@@ -125,30 +125,32 @@ class StageRun(TransitionRun):
         A, T = product.transport(factors, theta.value), product.tangent(factors, theta.value)
         return Moved(product.update(factors, q.value, theta.value), A @ q.along + T @ theta.along)
 
-    def _blocks(self, q: Array, v: Array, z: Array, t: Array, given: PrescribedInputs) -> dict[str, Array]:
+    def _blocks(self, q: Array, v: Array, z: Array, t: Array, prescribed: PrescribedInputs) -> dict[str, Array]:
         none = np.zeros((len(t), self.equations.nv)), np.zeros((len(t), self.equations.nl))
-        return self.blocks(States(t, q, v, *none, z), given)
+        return self.blocks(States(t, q, v, *none, z), prescribed)
 
-    def _slopes(self, theta: Moved, place: Moved, v: Moved, z: Moved, t: Array, given: PrescribedInputs) -> Slopes:
+    def _slopes(
+        self, theta: Moved, position: Moved, v: Moved, z: Moved, t: Array, prescribed: PrescribedInputs
+    ) -> Slopes:
         equations, factors = self.equations, self.equations.model.factors
         nv = equations.nv
-        values = equations.with_accelerations(self._blocks(place.value, v.value, z.value, t, given))
+        values = equations.with_accelerations(self._blocks(position.value, v.value, z.value, t, prescribed))
         partials = equations.partials(values)
         forced = self.forced_changes(values, partials)[:, :nv]
-        state = self._state(place, v, z)
+        state = self._state(position, v, z)
         ad_theta, ad_v = product.bracket_matrix(factors, theta.value), product.bracket_matrix(factors, v.value)
         first = ad_theta @ v.value[:, :, np.newaxis]
         by_theta = -0.5 * ad_v - (ad_theta @ ad_v + product.bracket_matrix(factors, first[:, :, 0])) / 12.0
         by_v = np.eye(nv) + 0.5 * ad_theta + ad_theta @ ad_theta / 12.0
         rate = Moved((by_v @ v.value[:, :, np.newaxis])[:, :, 0], by_theta @ theta.along + by_v @ v.along)
-        return Slopes(rate, Moved(values["a"], forced @ state), self._rates(values, place, v, z))
+        return Slopes(rate, Moved(values["a"], forced @ state), self._rates(values, position, v, z))
 
     def _state(self, q: Moved, v: Moved, z: Moved) -> Array:
         """Return changes of q, v, z and the parameters, one below the other."""
         size = self.size_of_state
         parameters = np.eye(size + self.equations.parameters)[size:]
-        own = np.broadcast_to(parameters, (len(q.along), *parameters.shape))
-        return np.concatenate([q.along, v.along, z.along, own], axis=1)
+        directions = np.broadcast_to(parameters, (len(q.along), *parameters.shape))
+        return np.concatenate([q.along, v.along, z.along, directions], axis=1)
 
     def _rates(self, values: Mapping[str, Array], q: Moved, v: Moved, z: Moved) -> Moved:
         """Return the rates of the internal states."""
@@ -160,30 +162,30 @@ class StageRun(TransitionRun):
         return Moved(equations.of("internal_rate", values)["zdot"], -by @ self._state(q, v, z))
 
     def _correct(
-        self, place: Moved, v: Moved, z: Moved, t: Array, given: PrescribedInputs, dependent: NDArray[np.intp]
+        self, position: Moved, v: Moved, z: Moved, t: Array, prescribed: PrescribedInputs, dependent: NDArray[np.intp]
     ) -> tuple[Moved, Moved]:
         """Return positions and velocities on the constraints, corrected along the dependent components."""
         equations, factors = self.equations, self.equations.model.factors
         nv, nz, nl, nh, count = equations.nv, equations.nz, equations.nl, equations.holonomic, len(t)
         unit = np.zeros((count, nv, nl))
         np.put_along_axis(unit, dependent[:, np.newaxis, :], 1.0, axis=1)
-        q, size = place.value, self.size_of_state
+        q, size = position.value, self.size_of_state
         if nh < nl:
-            place = self._moved_onto(place, v, z, t, given, unit) if nh else place
-            q = place.value
+            position = self._moved_onto(position, v, z, t, prescribed, unit) if nh else position
+            q = position.value
         for _ in range(_CORRECTIONS if nh == nl else 0):
-            values = self._blocks(q, v.value, z.value, t, given)
+            values = self._blocks(q, v.value, z.value, t, prescribed)
             (Phi,) = equations.of("constraint", values).values()
             (held,) = equations.of("constraint_jacobian", values).values()
             change = np.linalg.solve(held @ unit, -Phi[:, :, np.newaxis])
             q = product.update(factors, q, (unit @ change)[:, :, 0])
             if np.max(np.abs(change), initial=0.0) < 1e-15 * (1.0 + np.max(np.abs(q))):
                 break
-        values = self._blocks(q, v.value, z.value, t, given)
+        values = self._blocks(q, v.value, z.value, t, prescribed)
         rows, rates = slice(nv + nz, nv + nz + nh), slice(nv + nz + nh, None)
-        e, dq = equations.partials(values), place.along
+        e, dq = equations.partials(values), position.along
         if nh == nl:
-            delta = product.difference(factors, place.value, q)
+            delta = product.difference(factors, position.value, q)
             dq = product.transport(factors, delta) @ dq
             turned = product.tangent(factors, delta) @ unit
             off = e.Jq[:, rows] @ dq
@@ -199,7 +201,9 @@ class StageRun(TransitionRun):
         off[:, :, size:] += by_parameters
         return Moved(q, dq), Moved(corrected, v.along + unit @ solve(B @ unit, off, t))
 
-    def _moved_onto(self, place: Moved, v: Moved, z: Moved, t: Array, given: PrescribedInputs, unit: Array) -> Moved:
+    def _moved_onto(
+        self, position: Moved, v: Moved, z: Moved, t: Array, prescribed: PrescribedInputs, unit: Array
+    ) -> Moved:
         """Return positions on the constraints of positions, with constraints on velocities besides: Newton's steps hold
         the rates of these, so their directions move with each position.
 
@@ -210,9 +214,9 @@ class StageRun(TransitionRun):
         equations, factors, size = self.equations, self.equations.model.factors, self.size_of_state
         nv, nz, nl, nh = equations.nv, equations.nz, equations.nl, equations.holonomic
         rows, rates = slice(nv + nz, nv + nz + nh), slice(nv + nz + nh, None)
-        q, dq = place.value, place.along
+        q, dq = position.value, position.along
         for _ in range(_CORRECTIONS):
-            values = self._blocks(q, np.zeros_like(v.value), z.value, t, given)
+            values = self._blocks(q, np.zeros_like(v.value), z.value, t, prescribed)
             (Phi,) = equations.of("constraint", values).values()
             still = equations.partials(values)
             B = still.Jv[:, rates] @ unit
@@ -230,12 +234,12 @@ class StageRun(TransitionRun):
                 break
         return Moved(q, dq)
 
-    def _check(self, ends: StepEnds, place: Moved, v: Moved) -> None:
+    def _check(self, ends: StepEnds, position: Moved, v: Moved) -> None:
         """Raise NumericalError if the step of the run was another one: it changed its dependent components within, or
         passed a singular position."""
         factors, before, after = self.equations.model.factors, ends.before, ends.after
         size = np.max(np.abs(np.concatenate([product.difference(factors, before.q, after.q), after.v], axis=1)), axis=1)
-        off = np.concatenate([product.difference(factors, place.value, after.q), v.value - after.v], axis=1)
+        off = np.concatenate([product.difference(factors, position.value, after.q), v.value - after.v], axis=1)
         rounding = _ROUNDING * np.max(np.abs(after.q), axis=1, initial=0.0)  # all of a motion about an equilibrium
         missed = np.max(np.abs(off), axis=1) > _MISSED * size + rounding
         if missed.any():

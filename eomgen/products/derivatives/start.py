@@ -61,13 +61,13 @@ class LinearizedRest:
 
 
 def at_rest(
-    equations: Equations, state: InitialState, t: Array, given: PrescribedInputs, du: Array | None
+    equations: Equations, state: InitialState, t: Array, prescribed: PrescribedInputs, du: Array | None
 ) -> LinearizedRest:
     """Return the partials of a rest in the parameters.
 
     Parameters
     ----------
-    t : (1,) s; ``given`` inputs at this time change by ``du`` along the directions of inputs
+    t : (1,) s; ``prescribed``: inputs at this time change by ``du`` along the directions of inputs
 
     Raises
     ------
@@ -76,7 +76,7 @@ def at_rest(
     """
     nv, nz, nh, nl = equations.nv, equations.nz, equations.holonomic, equations.nl
     still = InitialState(state.q, np.zeros(nv), state.z)
-    values = _values(equations, still, t, given, du)
+    values = _values(equations, still, t, prescribed, du)
     moves = nl and np.any(equations.of("constraint_velocity", values)["w"])
     if moves or equations.model.evaluator.moving_base:
         fault = "the scene starts at equilibrium relative to moving drives, which has no derivatives here [E0635]"
@@ -116,7 +116,7 @@ def _rest_matrix(equations: Equations, partials: EquationPartials) -> NDArray[An
 
 
 def moved_positions(
-    equations: Equations, asked: InitialState, t: Array, given: PrescribedInputs, dq: Array, dp: Array
+    equations: Equations, asked: InitialState, t: Array, prescribed: PrescribedInputs, dq: Array, dp: Array
 ) -> Array:
     """Return the changes of positions after steps onto the constraints, given changes dq (nv, n) of requested
     positions.
@@ -129,7 +129,7 @@ def moved_positions(
     q, largest = asked.q, 0.0
     for _ in range(_STEPS):
         state = InitialState(q, np.zeros(equations.nv), asked.z)
-        values = _values(equations, state, t, given)
+        values = _values(equations, state, t, prescribed)
         partials = equations.partials(values)
         rows = slice(equations.nv + equations.nz, equations.nv + equations.nz + nh)
         B = partials.Jq[0, rows]
@@ -149,7 +149,7 @@ def moved_positions(
 
 
 def moved_velocities(
-    equations: Equations, state: InitialState, t: Array, given: PrescribedInputs, dq: Array, dv: Array, dp: Array
+    equations: Equations, state: InitialState, t: Array, prescribed: PrescribedInputs, dq: Array, dv: Array, dp: Array
 ) -> Array:
     """Return the changes of velocities after the step onto the constraints, given changes dv (nv, n) of requested
     velocities.
@@ -159,7 +159,7 @@ def moved_velocities(
     state : positions on the constraints, velocities as requested
     """
     nv, nl = equations.nv, equations.nl
-    values = _values(equations, state, t, given)
+    values = _values(equations, state, t, prescribed)
     partials = equations.partials(values)
     rows = slice(nv + equations.nz + equations.holonomic, None)
     B = partials.Jv[0, rows]
@@ -207,19 +207,25 @@ class _Correction:
         forces = (equations.of("partials", pushed)["K"][0] - partials.Jq[0, :nv]) @ dq
         moved = (equations.of("velocity_partials", moving)["Z"][0, :count] - partials.Jq[0, rates]) @ dq
         if equations.chosen:  # inputs push alike with and without the step
-            own = len(equations.chosen)
-            forces = forces + (equations.parameter_rows(pushed, "Rp", nv)[0] - partials.P[0, :nv, :own]) @ dp[:own]
-            by_p = equations.parameter_rows(moving, "Zp", equations.nl)[0, :count] - partials.P[0, rates, :own]
-            moved = moved + by_p @ dp[:own]
+            chosen_count = len(equations.chosen)
+            forces = (
+                forces
+                + (equations.parameter_rows(pushed, "Rp", nv)[0] - partials.P[0, :nv, :chosen_count])
+                @ dp[:chosen_count]
+            )
+            by_p = equations.parameter_rows(moving, "Zp", equations.nl)[0, :count] - partials.P[0, rates, :chosen_count]
+            moved = moved + by_p @ dp[:chosen_count]
         solution: Array = np.linalg.solve(self.matrix, np.concatenate([-forces, of_off - moved]))
         return solution[:nv]
 
 
 def _values(
-    equations: Equations, state: InitialState, t: Array, given: PrescribedInputs, du: Array | None = None
+    equations: Equations, state: InitialState, t: Array, prescribed: PrescribedInputs, du: Array | None = None
 ) -> dict[str, Array]:
     a, lam = np.zeros((1, equations.nv)), np.zeros((1, equations.nl))
-    return equations.values(States(t, state.q[np.newaxis], state.v[np.newaxis], a, lam, state.z[np.newaxis]), given, du)
+    return equations.values(
+        States(t, state.q[np.newaxis], state.v[np.newaxis], a, lam, state.z[np.newaxis]), prescribed, du
+    )
 
 
 STAGES, WEIGHTS = (0.0, 0.5, 1.0), (-3.0, 4.0, -1.0)
@@ -439,17 +445,17 @@ def on_constraints(start: LinearizedStart, along: StateDirections, inverse_inert
     """
     equations = start.equations
     nv, nz, nh = equations.nv, equations.nz, equations.holonomic
-    times, given, (_, partials) = np.array([start.t]), start.prescribed_at(0.0), start.first
+    times, prescribed, (_, partials) = np.array([start.t]), start.prescribed_at(0.0), start.first
     M = partials.Ja[0][:nv]
     by_q, by_v, by_p = partials.Jq[0][nv + nz :], partials.Jv[0][nv + nz :], partials.P[0][nv + nz :]
     dq, dv, far = along.dq, along.dv, start.moved_far
     if nh:
         if far:
-            dq = moved_positions(equations, start.asked, times, given, dq, along.dp)
+            dq = moved_positions(equations, start.asked, times, prescribed, dq, along.dp)
         dq = dq - nearest(M, by_q[:nh], by_q[:nh] @ dq + by_p[:nh] @ along.dp)
     if far:
         behind = InitialState(start.q, start.asked.v, start.z)
-        dv = moved_velocities(equations, behind, times, given, dq, dv, along.dp)
+        dv = moved_velocities(equations, behind, times, prescribed, dq, dv, along.dp)
     rates = by_q[nh:] @ dq + by_v[nh:] @ dv + by_p[nh:] @ along.dp
     dv = dv - nearest(M, by_v[nh:], rates)
     if not inverse_inertia.size:

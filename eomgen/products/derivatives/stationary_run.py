@@ -65,7 +65,7 @@ class StationaryRun:
             part = run.linearise_part(RunSegment(0, chosen, run.motion.start["a"]))
             if not _is_constant(run, part):
                 return None
-        return cls(run, part, [one.outputs for one in weights])
+        return cls(run, part, [weight.outputs for weight in weights])
 
     @cached_property
     def t(self) -> Array:
@@ -103,8 +103,8 @@ class StationaryRun:
         for first in range(0, row + 1 if bending else 0, together):
             part = slice(first, min(first + together, row + 1))
             along = np.broadcast_to(direct, (part.stop - first, *direct.shape))
-            own = rows_of(self.part.blocks, part)
-            bent = self.run.equations.second_partials(own, of_rows[part], along, weights[part])[:, bending]
+            blocks = rows_of(self.part.blocks, part)
+            bent = self.run.equations.second_partials(blocks, of_rows[part], along, weights[part])[:, bending]
             changes = self._changes[part]  # (rows, components, parameters)
             result += np.einsum("nci,ncd,ndj->ij", changes, bent[:, :state_count, :state_count], changes, optimize=True)
             mixed = np.einsum("nci,ncp->ip", changes, bent[:, :state_count, state_count:], optimize=True)
@@ -127,11 +127,11 @@ class StationaryRun:
         by one adjoint run for each column."""
         run, steps, columns = self.run, self.run.motion.steps, of_record.shape[1]
         self.solutions += columns
-        one = self.part.matrices.at(slice(1))
+        step = self.part.matrices.at(slice(1))
         state, direct = np.zeros((run.linear.state_size, columns)), of_record[np.newaxis]
         unused, multipliers, states = np.zeros((run.size, columns)), [], []
         for _ in range(steps):
-            solved, _ = run.linear.adjoints(one, direct, state, unused, self.part.times[:1])
+            solved, _ = run.linear.adjoints(step, direct, state, unused, self.part.times[:1])
             multipliers.append(solved[0])
             states.append(state.copy())
             direct = np.zeros_like(direct)
@@ -207,7 +207,8 @@ def _is_constant(run: AlphaRun, part: AlphaPart) -> bool:
     span = float(states.t[-1] - states.t[0])
     pushed = np.abs(partials.P[:, :nv]) + span * np.abs(partials.Jz[:, :nv]) @ np.abs(partials.P[:, nv:])
     left, largest = (
-        float(np.max(np.einsum("nri,rs,nsi->ni", one, inverse, one), initial=0.0)) for one in (residual, pushed)
+        float(np.max(np.einsum("nri,rs,nsi->ni", vectors, inverse, vectors), initial=0.0))
+        for vectors in (residual, pushed)
     )
     if not left <= _BALANCED**2 * largest:
         return False

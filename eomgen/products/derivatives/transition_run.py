@@ -85,13 +85,13 @@ class TransitionRun(LinearRun[TransitionPart]):
 
     def linearise_part(self, part: RunSegment) -> TransitionPart:
         """Make a part of the run linear."""
-        states, given = self.states(part)
-        blocks = self.blocks(states, given)
+        states, prescribed = self.states(part)
+        blocks = self.blocks(states, prescribed)
         partials = self.equations.partials(blocks)
         forced = self.forced_changes(blocks, partials)
         before, after = States(*(array[:-1] for array in states)), States(*(array[1:] for array in states))
         first, last = (
-            PrescribedInputs(*(None if array is None else array[rows] for array in given))
+            PrescribedInputs(*(None if array is None else array[rows] for array in prescribed))
             for rows in (slice(None, -1), slice(1, None))
         )
         transitions = self.transitions(part, StepEnds(before, after, first, last, blocks, partials, forced))
@@ -122,7 +122,9 @@ class TransitionRun(LinearRun[TransitionPart]):
         model = self.run.model
         chosen = {list(model.parameters)[column] for column in self.equations.chosen}
         formulas = [item.formula for item in model.description.inputs if item.formula is not None]
-        return any(one.kind == "parameter" and one.name in chosen for formula in formulas for one in symbols(formula))
+        return any(
+            symbol.kind == "parameter" and symbol.name in chosen for formula in formulas for symbol in symbols(formula)
+        )
 
     def tangents(self, part: TransitionPart, dp: Array, state: Array) -> Array:
         size, equations = self.size_of_state, self.equations
@@ -140,15 +142,15 @@ class TransitionRun(LinearRun[TransitionPart]):
         size, equations = self.size_of_state, self.equations
         nv, nz = equations.nv, equations.nz
         of_q_v, of_a, of_z, of_lam = np.split(direct, np.cumsum([2 * nv, nv, nz]), axis=1)
-        own = np.concatenate([of_q_v, of_z], axis=1)
+        state_gradient = np.concatenate([of_q_v, of_z], axis=1)
         forced = np.concatenate([of_a, of_lam], axis=1)
         if forced.any():
             taken = np.swapaxes(part.forced[1:], 1, 2) @ forced
-            own = own + taken[:, :size]
+            state_gradient = state_gradient + taken[:, :size]
             gradient += taken[:, size:].sum(axis=0)
-        ends, now = np.empty_like(own), state
-        for step in reversed(range(len(own))):
-            ends[step] = now + own[step]
+        ends, now = np.empty_like(state_gradient), state
+        for step in reversed(range(len(state_gradient))):
+            ends[step] = now + state_gradient[step]
             now = part.transitions[step, :, :size].T @ ends[step]
         state[:] = now
         gradient += np.einsum("nsp,nsf->pf", part.transitions[:, :, size:], ends)

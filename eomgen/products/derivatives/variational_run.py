@@ -55,9 +55,12 @@ class VariationalRun(TransitionRun):
         w = theta / h
         A, T = product.transport(factors, theta), product.tangent(factors, theta)
         moving = [
-            self.momenta(state._replace(v=w), given) for state, given in ((before, ends.at_start), (after, ends.at_end))
+            self.momenta(state._replace(v=w), prescribed)
+            for state, prescribed in ((before, ends.at_start), (after, ends.at_end))
         ]
-        own = [self.momenta(state, given) for state, given in ((before, ends.at_start), (after, ends.at_end))]
+        momenta = [
+            self.momenta(state, prescribed) for state, prescribed in ((before, ends.at_start), (after, ends.at_end))
+        ]
         middle = 0.5 * (moving[0].p + moving[1].p)
         turned = [self._cotangent(sign * theta, middle) for sign in (-1.0, 1.0)]
         # unknowns: w, mu, v', mu', z'; then q, v, z and the parameters
@@ -71,19 +74,19 @@ class VariationalRun(TransitionRun):
         rows = np.zeros((count, unknowns, int(sizes[-1])))
         starts, ended = rows[:, :nv], rows[:, nv + nl : 2 * nv + nl]
         mean = np.zeros((count, nv, int(sizes[-1])))  # of m
-        for number, one in enumerate(moving):
-            mean[:, :, of_w] += 0.5 * one.by_v[:, :nv]
-            mean[:, :, of_p] += 0.5 * one.by_parameters[:, :nv]
+        for number, moving_factor in enumerate(moving):
+            mean[:, :, of_w] += 0.5 * moving_factor.by_v[:, :nv]
+            mean[:, :, of_p] += 0.5 * moving_factor.by_parameters[:, :nv]
             if number:
-                mean += 0.5 * one.by_q[:, :nv] @ by_end
+                mean += 0.5 * moving_factor.by_q[:, :nv] @ by_end
             else:
-                mean[:, :, of_q] += 0.5 * one.by_q[:, :nv]
+                mean[:, :, of_q] += 0.5 * moving_factor.by_q[:, :nv]
         partials = ends.partials
         for number, (target, sign) in enumerate(((starts, -1.0), (ended, 1.0))):
             C, along = turned[number]
             target[:] -= sign * (C @ mean)
             target[:, :, of_w] -= h * along
-            rate, moved = moving[number], own[number]
+            rate, moved = moving[number], momenta[number]
             velocity, z = (of_v1, of_z1) if number else (of_v, of_z)
             by_q = sign * moved.by_q[:, :nv] - 0.5 * h * rate.by_q[:, nv:]
             target[:, :, of_w] -= 0.5 * h * rate.by_v[:, nv:]
@@ -106,9 +109,9 @@ class VariationalRun(TransitionRun):
             else:
                 target[:, :, of_q] += by_q
         if nl:
-            place, rates = nv + nz, slice(-nl, None)
-            rows[:, nv : nv + nl] = partials.Jq[1:, place : place + nl] @ by_end
-            rows[:, nv : nv + nl, of_p] += partials.P[1:, place : place + nl]
+            states, rates = nv + nz, slice(-nl, None)
+            rows[:, nv : nv + nl] = partials.Jq[1:, states : states + nl] @ by_end
+            rows[:, nv : nv + nl, of_p] += partials.P[1:, states : states + nl]
             held = rows[:, 2 * nv + nl : 2 * (nv + nl)]
             held[:] = partials.Jq[1:, rates] @ by_end
             held[:, :, of_v1] += partials.Jv[1:, rates]
@@ -125,17 +128,17 @@ class VariationalRun(TransitionRun):
         """Set the equations of the internal states; ``columns`` of w, q, z, z' and the parameters."""
         of_w, of_q, of_z, of_z1, of_p = columns
         nv, nz, half = self.equations.nv, self.equations.nz, 0.5 * self.run.grid.step
-        place, one = slice(nv, nv + nz), np.eye(nz)
-        rows[:, :, of_z], rows[:, :, of_z1] = one, -one
-        for state, given, z in ((ends.before, ends.at_start, of_z), (ends.after, ends.at_end, of_z1)):
-            e = self.equations.partials(self.blocks(state._replace(v=w), given))
-            rows[:, :, of_w] -= half * e.Jv[:, place]
-            rows[:, :, z] -= half * e.Jz[:, place]
-            rows[:, :, of_p] -= half * e.P[:, place]
+        states, unit = slice(nv, nv + nz), np.eye(nz)
+        rows[:, :, of_z], rows[:, :, of_z1] = unit, -unit
+        for state, prescribed, z in ((ends.before, ends.at_start, of_z), (ends.after, ends.at_end, of_z1)):
+            e = self.equations.partials(self.blocks(state._replace(v=w), prescribed))
+            rows[:, :, of_w] -= half * e.Jv[:, states]
+            rows[:, :, z] -= half * e.Jz[:, states]
+            rows[:, :, of_p] -= half * e.P[:, states]
             if z is of_z1:
-                rows -= half * e.Jq[:, place] @ by_end
+                rows -= half * e.Jq[:, states] @ by_end
             else:
-                rows[:, :, of_q] -= half * e.Jq[:, place]
+                rows[:, :, of_q] -= half * e.Jq[:, states]
 
     def _cotangent(self, theta: Array, momentum: Array) -> tuple[Array, Array]:
         """Return C(theta), (n, nv, nv), and the partials of C(theta) momentum in theta."""
@@ -151,13 +154,13 @@ class VariationalRun(TransitionRun):
                 along[:, part, part.start + k] = np.einsum("nji,nj->ni", change, momentum[:, part])
         return C, along
 
-    def momenta(self, state: States, given: PrescribedInputs) -> Momenta:
+    def momenta(self, state: States, prescribed: PrescribedInputs) -> Momenta:
         """Return momenta and their rates at states."""
         equations, nv = self.equations, self.equations.nv
         model, count = equations.model.having(("momenta", "momenta_derivatives")), len(state.t)
-        blocks = self.blocks(state, given)
+        blocks = self.blocks(state, prescribed)
         momentum, rate = model.functions("momenta", blocks)
-        arguments: dict[str, Any] = {"t": state.t, "u": given.u, "z": state.z, "parameters": equations.p}
+        arguments: dict[str, Any] = {"t": state.t, "u": prescribed.u, "z": state.z, "parameters": equations.p}
         columns = sparsity(model, "momenta").arguments
         D = derivatives(model, "momenta", state.q, state.v, **arguments)
         by = {name: D[:, :, columns[name]] for name in ("q", "v", "z", "p", "u") if name in columns}

@@ -72,7 +72,7 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
 
     words = ("samples", "design", "seed", "points", "keep", "keep_as", "workers", "cluster", "resume")
-    own = {name: options.pop(name) for name in words}
+    study_options = {name: options.pop(name) for name in words}
     columns, vary = options.pop("columns"), _read_variations(options.pop("vary"))
     file = options.pop("table")
     table = None if file is None else _read_samples(Path(file))
@@ -85,7 +85,13 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
         model = pipeline.built_for_run(described, options["method"], options.get("start"), profile)
     with terminal_bar(described.name) as progress:
         result = model.simulate_many(
-            vary=vary or None, table=table, columns=columns or None, folder=folder, progress=progress, **own, **options
+            vary=vary or None,
+            table=table,
+            columns=columns or None,
+            folder=folder,
+            progress=progress,
+            **study_options,
+            **options,
         )
     files = result.save(folder)
     if plots:
@@ -104,9 +110,9 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
 
 
 def _say_failures(result: Ensemble) -> None:
-    for one in result.failed[:_NAMED]:
-        values = ", ".join(f"{name} = {value:.6g}" for name, value in one.values.items())
-        say(f"sample {one.number} failed ({values}): {one.reason}")
+    for sample in result.failed[:_NAMED]:
+        values = ", ".join(f"{name} = {value:.6g}" for name, value in sample.values.items())
+        say(f"sample {sample.number} failed ({values}): {sample.reason}")
     if len(result.failed) > _NAMED:
         say(f"{counted(len(result.failed) - _NAMED, 'more failed sample')}, in failed.csv")
 

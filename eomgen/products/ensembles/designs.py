@@ -164,9 +164,7 @@ def grid_design(names: Sequence[str], distributions: Sequence[Distribution]) -> 
 
     def values(first: int, count: int) -> Array:
         places = np.unravel_index(np.arange(first, first + count), sizes)
-        return np.stack(
-            [np.array(item.levels)[place] for item, place in zip(distributions, places, strict=True)], axis=-1
-        )
+        return np.stack([np.array(item.levels)[row] for item, row in zip(distributions, places, strict=True)], axis=-1)
 
     return Design("grid", math.prod(sizes), values)
 

@@ -61,8 +61,8 @@ class EnsembleJudgement:
     def _errors_and_notes(self) -> tuple[SampleErrors, tuple[str, ...]]:
         work, nominal, estimates, interrupted = self._asked
         errors, of_samples = sample_errors(work, nominal, examined=estimates and not interrupted)
-        given = work.options.common.get("inputs") or {}
-        unresolved = unresolved_processes(work.model, nominal, given) if estimates else []
+        inputs = work.options.common.get("inputs") or {}
+        unresolved = unresolved_processes(work.model, nominal, inputs) if estimates else []
         return errors, tuple(filter(None, (*unresolved, _doubts(nominal), *of_samples)))
 
     @property
@@ -115,15 +115,15 @@ def sample_errors(work: SampleRunner, nominal: Solution, *, examined: bool) -> t
     """
     began = time.perf_counter()
     solutions = _with_estimates(work) if examined else {}
-    estimates = {number: one.error for number, one in solutions.items()}
+    estimates = {number: solution.error for number, solution in solutions.items()}
     every = [nominal.error, *estimates.values()]
     places = {} if work.alike is None else work.alike.places
     columns = {name: _column_error(every, *places[name]) for name in work.columns if name in places}
     step = float(nominal.metadata["settings"]["step"])
     known, told = {finding.name for finding in nominal.findings}, []
-    for number, one in solutions.items():
-        for finding in one.findings:
-            if finding.name == _OF_ERROR and one.error.worst is not None and one.error.worst.share > NOTICED:
+    for number, solution in solutions.items():
+        for finding in solution.findings:
+            if finding.name == _OF_ERROR and solution.error.worst is not None and solution.error.worst.share > NOTICED:
                 continue  # the worst one is the result
             if finding.severity == WARNING and finding.name not in known:
                 known.add(finding.name)
@@ -151,7 +151,7 @@ def _with_estimates(work: SampleRunner) -> dict[int, Solution]:
     return result
 
 
-def _column_error(estimates: Sequence[ErrorEstimate], attribute: str, place: int) -> float:
+def _column_error(estimates: Sequence[ErrorEstimate], attribute: str, component: int) -> float:
     """Return the largest error of a column over runs; NaN if no run has an estimate."""
     kind, _, name = attribute.partition(".")
     errors = []
@@ -159,9 +159,9 @@ def _column_error(estimates: Sequence[ErrorEstimate], attribute: str, place: int
         if not estimate.available:
             continue
         if kind == "output" and name in estimate.outputs_at:
-            errors.append(np.atleast_1d(estimate.outputs[name])[place])
+            errors.append(np.atleast_1d(estimate.outputs[name])[component])
         elif attribute in _STATES:
-            errors.append(getattr(estimate, attribute)[place])
+            errors.append(getattr(estimate, attribute)[component])
     known = [float(error) for error in errors if np.isfinite(error)]
     return max(known, default=float("nan"))
 
@@ -203,7 +203,7 @@ _FOR_A_WAVE, _MOST_TIMES = 8, 2**14
 _REALISATIONS = 16
 
 
-def unresolved_processes(model: CompiledModel, run: Solution, given: Collection[str]) -> list[str]:
+def unresolved_processes(model: CompiledModel, run: Solution, inputs: Collection[str]) -> list[str]:
     """Return one sentence for each random process of a scene that the steps of a run do not resolve.
 
     Parameters
@@ -211,7 +211,7 @@ def unresolved_processes(model: CompiledModel, run: Solution, given: Collection[
     model : CompiledModel
     run : Solution
         Of the scene, with the steps in question.
-    given : names of inputs that the caller gives, in place of the scene's
+    inputs : names of inputs that the caller gives, in place of the scene's
     """
     if run.stats.get("own_steps") or run.stats.get("expansions"):  # steps chosen by errors follow the laws of time
         return []
@@ -219,7 +219,7 @@ def unresolved_processes(model: CompiledModel, run: Solution, given: Collection[
     step = float(run.metadata["settings"]["step"])
     highest = 0.5 / step
     result = []
-    for process in (item.series for item in model.description.inputs if item.series and item.name not in given):
+    for process in (item.series for item in model.description.inputs if item.series and item.name not in inputs):
         if process.follows and process.translation is None:
             continue
         frequencies, power = _spectrum(model, process, start, end)
@@ -253,8 +253,8 @@ def _spectrum(model: CompiledModel, process: NormalSeries, start: float, end: fl
     count = int(np.clip(max(_FOR_A_WAVE * len(process.modes) / 2.0, 2.0 * points), 64, _MOST_TIMES))
     times = start + (end - start) * (np.arange(count) + 0.5) / count
     if process.translation is None:
-        place = np.clip(speed * times - process.lag, low, high)
-        rows = np.array([weight * mode(place) for weight, mode in zip(process.weights, process.modes, strict=True)])
+        distance = np.clip(speed * times - process.lag, low, high)
+        rows = np.array([weight * mode(distance) for weight, mode in zip(process.weights, process.modes, strict=True)])
     else:
         rows = _realisations(model, process, times)
     # changes slower than the run are at the frequency 0, not at the window's

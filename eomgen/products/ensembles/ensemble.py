@@ -115,8 +115,8 @@ class Ensemble:
         >>> many.mean("tyre_load").shape == many.t.shape
         True
         """
-        place = self._place(column)
-        return np.where(self.reduction.count[place] > 0, self.reduction.mean[place], np.nan)
+        index = self._place(column)
+        return np.where(self.reduction.count[index] > 0, self.reduction.mean[index], np.nan)
 
     def deviation(self, column: str) -> Array:
         """Return the standard deviation of a column over time.
@@ -161,9 +161,9 @@ class Ensemble:
         >>> bool(np.all(smallest <= many.mean("tyre_load")))
         True
         """
-        place = self._place(column)
-        there = self.reduction.count[place] > 0
-        low, high = self.reduction.minimum[place], self.reduction.maximum[place]
+        index = self._place(column)
+        there = self.reduction.count[index] > 0
+        low, high = self.reduction.minimum[index], self.reduction.maximum[index]
         return np.where(there, low, np.nan), np.where(there, high, np.nan)
 
     def count(self, column: str) -> Array:
@@ -260,11 +260,11 @@ class Ensemble:
         >>> round(float(probabilities.sum()), 6), len(edges)
         (1.0, 5)
         """
-        place, time = self._place(column), int(np.abs(self.t - t).argmin())
+        index, time = self._place(column), int(np.abs(self.t - t).argmin())
         low, high = (float(bound[time]) for bound in self.envelope(column))
         beyond = 1e-3 * (high - low) or 0.5 * max(abs(low), 1.0)
         edges = np.linspace(low - beyond, high + beyond, count_of("bins", bins) + 1)
-        return self.reduction.histogram(place, time, edges), edges
+        return self.reduction.histogram(index, time, edges), edges
 
     # -- sample by sample ----------------------------------------------------------------------------------------------
 
@@ -361,9 +361,9 @@ class Ensemble:
             quantiles = zip(QUANTILES, self.quantile(column, QUANTILES), strict=True)
             of_column |= {f"quantile {p:g}": row for p, row in quantiles}
             last[column] = {name: float(values[-1]) for name, values in of_column.items()}
-        own = ("scene", "method", "design", "seed", "asked", "done", "interrupted")
+        attributes = ("scene", "method", "design", "seed", "asked", "done", "interrupted")
         return {
-            **{name: getattr(self, name) for name in own},
+            **{name: getattr(self, name) for name in attributes},
             "failed": len(self.failed),
             "seconds": self.seconds,
             "how": self.how,
@@ -403,10 +403,10 @@ class Ensemble:
         target = make_folder(Path(folder))
         over_time: dict[str, Array] = {"t": self.t}
         for column in self.columns:
-            own = {"count": self.count(column), **self._moments(column)}
+            statistics = {"count": self.count(column), **self._moments(column)}
             quantiles = self.quantile(column, QUANTILES)
-            own |= {f"q{100 * p:g}": row for p, row in zip(QUANTILES, quantiles, strict=True)}
-            over_time |= {f"{column}.{name}": values for name, values in own.items()}
+            statistics |= {f"q{100 * p:g}": row for p, row in zip(QUANTILES, quantiles, strict=True)}
+            over_time |= {f"{column}.{name}": values for name, values in statistics.items()}
         files = []
         for name, columns, numbered in (
             ("statistics.csv", over_time, ""),
@@ -416,9 +416,11 @@ class Ensemble:
             files.append(target / name)
         if self.failed:
             lines = [",".join(("sample", *self.varied, "reason"))]
-            for one in self.failed:
-                reason = one.reason.replace('"', '""').replace("\n", "; ")
-                lines.append(",".join((str(one.number), *(f"{x:.17g}" for x in one.values.values()), f'"{reason}"')))
+            for sample in self.failed:
+                reason = sample.reason.replace('"', '""').replace("\n", "; ")
+                lines.append(
+                    ",".join((str(sample.number), *(f"{x:.17g}" for x in sample.values.values()), f'"{reason}"'))
+                )
             write_text(target / "failed.csv", "\n".join(lines) + "\n")
             files.append(target / "failed.csv")
         write_text(target / "summary.json", json_text(self.to_dict()) + "\n")
@@ -517,19 +519,25 @@ def _rankings(ensemble: Ensemble) -> Any | None:
     height = 0.35 * len(ensemble.varied) + 0.9
     figure = new_figure((7.5, 0.5 + height * len(rankings)))
     panels = figure.subplots(len(rankings), 1, sharex=True, squeeze=False)[:, 0]
-    for axes, one in zip(panels, rankings, strict=True):
-        names = list(one.total)[::-1]
+    for axes, column_ranking in zip(panels, rankings, strict=True):
+        names = list(column_ranking.total)[::-1]
         places = np.arange(len(names))
-        if one.total is not one.first:
-            axes.barh(places, [one.total[name] for name in names], color="#A9C6E8", label="with interactions")
-        for shift, bounds in ((0.12, one.total_interval), (-0.12, one.first_interval)):
+        if column_ranking.total is not column_ranking.first:
+            axes.barh(
+                places, [column_ranking.total[name] for name in names], color="#A9C6E8", label="with interactions"
+            )
+        for shift, bounds in ((0.12, column_ranking.total_interval), (-0.12, column_ranking.first_interval)):
             if bounds:
                 low, high = np.array([bounds[name] for name in names]).T
                 axes.hlines(places + shift, low, high, color="black", linewidth=1.0)
-        axes.barh(places, [one.first[name] for name in names], color=_COLOUR, height=0.5, label="by itself")
+        axes.barh(places, [column_ranking.first[name] for name in names], color=_COLOUR, height=0.5, label="by itself")
         axes.set_yticks(places, names)
-        told = f", errors of steps up to {100 * one.error:.2g} % of its deviation" if one.error > NOTICED else ""
-        axes.set_title(f"{one.result}{told}", fontsize="small", loc="left")
+        told = (
+            f", errors of steps up to {100 * column_ranking.error:.2g} % of its deviation"
+            if column_ranking.error > NOTICED
+            else ""
+        )
+        axes.set_title(f"{column_ranking.result}{told}", fontsize="small", loc="left")
         axes.grid(alpha=0.3, axis="x")
     panels[-1].set_xlabel(f"share of the variance ({rankings[0].kind})")
     panels[-1].set_xlim(left=min(0.0, panels[-1].get_xlim()[0]))

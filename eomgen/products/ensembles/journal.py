@@ -133,7 +133,9 @@ class BlockJournal:
         """Write the statistics of all kept blocks."""
         if self._folder is None:
             return
-        failed = [{"number": one.number, "reason": one.reason, "values": dict(one.values)} for one in self.failed]
+        failed = [
+            {"number": sample.number, "reason": sample.reason, "values": dict(sample.values)} for sample in self.failed
+        ]
         arrays: dict[str, NDArray[Any]] = {
             **reduction.arrays(),
             "parts": np.array(self._parts, np.int64).reshape(-1, 2),

@@ -113,11 +113,11 @@ class LaneRunner:
         if model.initial_at is not None:  # joints place the bodies at the parameters of each sample
             for k in np.flatnonzero((parameters != self.runs.run.parameters).any(axis=1)):
                 try:
-                    own = initial_state(model, common, parameters[k], asked=asked)
+                    start = initial_state(model, common, parameters[k], asked=asked)
                 except EomgenError:
                     refused[k] = True
                 else:
-                    starts[k] = np.concatenate([own.q, own.v, own.z])
+                    starts[k] = np.concatenate([start.q, start.v, start.z])
         begins = {"q": 0, "v": model.nq, "z": model.nq + model.nv}
         for item, column in self.options.columns(values, *begins):
             starts[:, begins[item.block] + item.place] = column
@@ -130,10 +130,10 @@ class LaneRunner:
         starts = np.tile(np.concatenate([model.initial_q, model.initial_v, model.initial_z]), (len(values), 1))
         refused = np.zeros(len(values), dtype=bool)
         for k, row in enumerate(values):
-            given = self.options.of(row)
-            changed = bool(given.get("initial")) or given.get("parameters") is not None
+            options = self.options.of(row)
+            changed = bool(options.get("initial")) or options.get("parameters") is not None
             try:
-                starts[k] = self.runs.start_of(parameters[k], given, changed=changed)
+                starts[k] = self.runs.start_of(parameters[k], options, changed=changed)
             except EomgenError:
                 refused[k] = True
         return starts, refused
@@ -287,8 +287,8 @@ class SampleRunner:
             rows[chosen[whole]] = columns[:, :, self.thinned]
             extremes[chosen[whole]] = extremes_of(columns)
             for k in np.flatnonzero(~(alone | whole)):
-                place = chosen[k]
-                self._fill(tables.columns[k, :, : tables.rows[k]], tables.ends[k], rows[place], extremes[place])
+                sample = chosen[k]
+                self._fill(tables.columns[k, :, : tables.rows[k]], tables.ends[k], rows[sample], extremes[sample])
             left += chosen[alone].tolist()
         return sorted(left)
 
@@ -381,11 +381,11 @@ def extremes_of(table: Array) -> Array:
     """Return the smallest, the largest and the last value of columns (..., columns, rows), (..., columns, 3)."""
     result = np.empty((*table.shape[:-1], 3))
     rows = np.moveaxis(table, -1, 0)
-    for place, which in enumerate((np.fmin, np.fmax)):
+    for row, which in enumerate((np.fmin, np.fmax)):
         if len(rows) > _FEW:
-            result[..., place] = which.reduce(table, axis=-1)
+            result[..., row] = which.reduce(table, axis=-1)
         else:  # a reduction along so short an axis takes longer than all else
-            result[..., place] = functools.reduce(which, rows)
+            result[..., row] = functools.reduce(which, rows)
     result[..., 2] = rows[-1]
     return result
 

@@ -226,10 +226,10 @@ class SideBySide:
         ``options``: of ``simulate``, of this run.
         """
         run, model = self.run, self.model
-        given = read_signals(options.get("inputs"), model.inputs, run.grid.steps, model.input_units)
+        input_signals = read_signals(options.get("inputs"), model.inputs, run.grid.steps, model.input_units)
         formulas = scene_inputs(model, p)
         signals = InputSignals(
-            model.inputs, given, formulas, run.grid.step, run.grid.start, run.signals.left_to_stepper
+            model.inputs, input_signals, formulas, run.grid.step, run.grid.start, run.signals.left_to_stepper
         )
         run = replace(run, parameters=p, signals=signals)
         state, _, _ = start_of(run, options.get("initial"), equilibrium_start=self.at_rest, changed=changed)
@@ -325,16 +325,18 @@ class SideBySide:
     def _prescribe(self, states: States, present: Array, inputs: Array | None) -> PrescribedInputs:
         """Return inputs and the base at states of lanes, with parameters of ``_present`` and inputs (lanes * rows, nu)
         that are held; evaluated once if all lanes have the same parameters and times."""
-        lanes, own, places = len(present), self.run.parameters, self._read_by_drivers
+        lanes, common, places = len(present), self.run.parameters, self._read_by_drivers
         t = states.t.reshape(lanes, -1)
-        if (present[..., places] == own[places]).all() and (t == t[0]).all():
+        if (present[..., places] == common[places]).all() and (t == t[0]).all():
             of_one = self._in_common(t[0])
-            given = PrescribedInputs(*(None if part is None else np.tile(part, (lanes, 1)) for part in of_one))
+            prescribed_inputs = PrescribedInputs(
+                *(None if part is None else np.tile(part, (lanes, 1)) for part in of_one)
+            )
         else:
-            given = prescribed(self.model, states.t, _at_each(present, t.shape[1]), None)
-        if inputs is None or given.u is None:
-            return given
-        return PrescribedInputs(np.where(np.isnan(inputs), given.u, inputs), given.base)
+            prescribed_inputs = prescribed(self.model, states.t, _at_each(present, t.shape[1]), None)
+        if inputs is None or prescribed_inputs.u is None:
+            return prescribed_inputs
+        return PrescribedInputs(np.where(np.isnan(inputs), prescribed_inputs.u, inputs), prescribed_inputs.base)
 
     @cached_property
     def _read_by_drivers(self) -> list[int]:
@@ -343,7 +345,7 @@ class SideBySide:
         formulas = [item.formula for item in description.inputs if item.formula is not None]
         formulas += [law.formula for law in description.laws]
         read = {symbol.name for formula in formulas for symbol in symbols(formula)}
-        return [place for place, name in enumerate(self.model.parameters) if name in read]
+        return [index for index, name in enumerate(self.model.parameters) if name in read]
 
     def _in_common(self, t: Array) -> PrescribedInputs:
         """Return inputs and the base at times (rows,), at the parameters of the run that all have in common."""
@@ -363,22 +365,22 @@ class SideBySide:
         p = _at_each(present, count)
         u = None if inputs is None else inputs.reshape(-1, inputs.shape[-1])
         needed = {self.places[name][0] for name in self.columns}
-        given = PrescribedInputs(None, None)
+        prescribed_inputs = PrescribedInputs(None, None)
         if any(group.partition(".")[0] in ("output", "energy", "input") for group in needed):
-            given = self._prescribe(states, present, u)
+            prescribed_inputs = self._prescribe(states, present, u)
         for kind, prefix in (("outputs", "output."), ("energy", "energy.")):
             if any(group.startswith(prefix) for group in needed):
-                of_model = evaluated(kind, self.model, states, given, p)
+                of_model = evaluated(kind, self.model, states, prescribed_inputs, p)
                 groups |= {f"{prefix}{name}": value for name, value in of_model.items()}
         for k, name in enumerate(self.columns):
-            group, place = self.places[name]
+            group, index = self.places[name]
             if group in groups:
                 values = groups[group]
             elif group == "input":
-                values = given.u
+                values = prescribed_inputs.u
             else:
                 values = getattr(states, group)
-            column = values if values.ndim == 1 else values[:, place]
+            column = values if values.ndim == 1 else values[:, index]
             result[:, k] = column.reshape(lanes, count)
         return result
 
@@ -518,10 +520,10 @@ def _places(model: CompiledModel, pilot: Solution) -> dict[str, tuple[str, int]]
     result: dict[str, tuple[str, int]] = {}
     for group, size in sizes.items():
         labels = names.get(group) or component_names("", group, size)
-        result |= {label: (group, place) for place, label in enumerate(labels)}
-    result |= {f"input.{name}": ("input", place) for place, name in enumerate(model.inputs)}
+        result |= {label: (group, index) for index, label in enumerate(labels)}
+    result |= {f"input.{name}": ("input", index) for index, name in enumerate(model.inputs)}
     for name, array in pilot.outputs.items():
         size = 1 if array.ndim == 1 else array.shape[1]
         labels = component_names("output", name, size)
-        result |= {label: (f"output.{name}", place) for place, label in enumerate(labels)}
+        result |= {label: (f"output.{name}", index) for index, label in enumerate(labels)}
     return result | {f"energy.{name}": (f"energy.{name}", 0) for name in pilot.energy}

@@ -390,9 +390,9 @@ def _make_design(
     count_of("seed", seed, 0)
     if table is not None:
         if vary or design:
-            other = "vary" if vary else "design"
-            fault = f"a table says the values of all samples, and {other} is given too [E0676]"
-            raise UsageError(Problem(other, fault, f"the table, or {other}, alone"))
+            excess = "vary" if vary else "design"
+            fault = f"a table says the values of all samples, and {excess} is given too [E0676]"
+            raise UsageError(Problem(excess, fault, f"the table, or {excess}, alone"))
         items, rows = read_table(model, table)
         return items, table_design(rows), "table"
     if not vary:

@@ -131,7 +131,7 @@ class Reduction:
             _condense(*_merge(self._centroids[part], self._weights[part], rows[part]))
             for part in (slice(begin, begin + size) for begin in range(0, cells, size))
         ]
-        self._centroids, self._weights = (np.concatenate(one) for one in zip(*parts, strict=True))
+        self._centroids, self._weights = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
         self._kept = []
 
     def _gather(self) -> Array:

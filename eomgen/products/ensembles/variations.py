@@ -53,10 +53,10 @@ def law_of(model: CompiledModel, name: str, where: str) -> int:
     name : ``seed.NAME`` or ``scale.NAME``
     """
     kind, _, of = name.partition(".")
-    place = {item.name: k for k, item in enumerate(model.description.inputs)}.get(of)
+    index = {item.name: k for k, item in enumerate(model.description.inputs)}.get(of)
     label = f"{where} {name}"
     curves = [curve.name for curve in getattr(model.scene, "curves", ())]
-    if place is None and of in curves:
+    if index is None and of in curves:
         fault = f"{of} is a curve, whose numbers are fixed in the code [E0688]"
         hint = f"a tunable parameter as factor in formulas, factor * {of}(...)"
         if kind == "seed":
@@ -64,7 +64,7 @@ def law_of(model: CompiledModel, name: str, where: str) -> int:
                 f"a random road as an input, [inputs.{of}] road = {{ class = ..., speed = ... }}; or a model per seed"
             )
         raise UsageError(Problem(label, fault, hint))
-    if place is None and of in (seas := [waves.name for waves in _waves(model)]):
+    if index is None and of in (seas := [waves.name for waves in _waves(model)]):
         number = seas.index(of)
         if kind == "seed" and _waves(model)[number].variables:
             return len(model.description.inputs) + number
@@ -74,10 +74,10 @@ def law_of(model: CompiledModel, name: str, where: str) -> int:
             fault = f"{of} are waves, which are as high as their spectrum says [E0693]"
             hint = f'height = "height" in the spectrum of [waves.{of}], a tunable parameter, which varies'
         raise UsageError(Problem(label, fault, hint))
-    if place is None:
+    if index is None:
         fault = f"there is no input {shown(of)} [E0432]"
         raise UsageError(Problem(label, fault, _others(model, kind)))
-    item = model.description.inputs[place]
+    item = model.description.inputs[index]
     if kind == "seed" and item.series is not None and item.series.follows:
         leader = item.series.follows
         fault = f"the random process {of} follows {leader}, and has its variables [E0690]"
@@ -88,27 +88,27 @@ def law_of(model: CompiledModel, name: str, where: str) -> int:
     if not item.given:
         fault = f"the scene gives the input {of} no law that could be multiplied [E0692]"
         raise UsageError(Problem(label, fault, f"{of}, a value that is constant over a run"))
-    return place
+    return index
 
 
-def has_variables(model: CompiledModel, place: int) -> bool:
+def has_variables(model: CompiledModel, index: int) -> bool:
     """Return whether the law at an index of ``law_of`` has random variables, which are parameters."""
     inputs = model.description.inputs
-    return place >= len(inputs) or inputs[place].series is not None
+    return index >= len(inputs) or inputs[index].series is not None
 
 
-def variables_of_seed(model: CompiledModel, place: int, seed: float) -> dict[str, float]:
+def variables_of_seed(model: CompiledModel, index: int, seed: float) -> dict[str, float]:
     """Return the values that a seed gives the parameters of the random process or the waves at a place, as of
     ``law_of``; none of a road, which has no parameters."""
     inputs = model.description.inputs
-    if place >= len(inputs):
-        names = _waves(model)[place - len(inputs)].variables
+    if index >= len(inputs):
+        names = _waves(model)[index - len(inputs)].variables
         return dict(zip(names, standard_normals(int(seed), len(names), WAVES).tolist(), strict=True))
-    process = inputs[place].series
+    process = inputs[index].series
     if process is None:
         return {}
-    own = process.own_variables
-    return dict(zip(own, standard_normals(int(seed), len(own), process.name).tolist(), strict=True))
+    variables = process.own_variables
+    return dict(zip(variables, standard_normals(int(seed), len(variables), process.name).tolist(), strict=True))
 
 
 def _waves(model: CompiledModel) -> tuple[Any, ...]:
@@ -142,13 +142,15 @@ def check_seeds(name: str, how: Distribution) -> None:
 def check_tracks(model: CompiledModel, seeds: Mapping[str, int]) -> None:
     """Raise UsageError if seeds, by name with the indices of inputs, are of wheels in the same track."""
     of_track: dict[tuple[str, int], str] = {}
-    for name, place in seeds.items():
-        if model.description.inputs[place].series is not None:
+    for name, index in seeds.items():
+        if model.description.inputs[index].series is not None:
             continue
-        track = _track(model.description.inputs[place])
-        if (other := of_track.setdefault(track, name)) != name:
-            fault = f"its wheel runs in the same track as the wheel of {other}, and has the same seed [E0695]"
-            raise UsageError(Problem(f"vary {name}", fault, f"{other} alone, which all wheels of the track follow"))
+        track = _track(model.description.inputs[index])
+        if (first_name := of_track.setdefault(track, name)) != name:
+            fault = f"its wheel runs in the same track as the wheel of {first_name}, and has the same seed [E0695]"
+            raise UsageError(
+                Problem(f"vary {name}", fault, f"{first_name} alone, which all wheels of the track follow")
+            )
 
 
 def laws_of(
@@ -161,16 +163,16 @@ def laws_of(
     of_track = {_track(by_name[name.partition(".")[2]]): int(seed) for name, seed in seeds.items()}
     of_input = {name.partition(".")[2]: factor for name, factor in factors.items()}
     result = {}
-    for place, item in enumerate(inputs):
+    for index, item in enumerate(inputs):
         seed = None if item.road is None else of_track.get(_track(item))
         if seed is not None or item.name in of_input:
-            result[item.name] = _law(model, p, place, seed, of_input.get(item.name, 1.0))
+            result[item.name] = _law(model, p, index, seed, of_input.get(item.name, 1.0))
     return result
 
 
-def own_seed(model: CompiledModel, place: int) -> int:
+def own_seed(model: CompiledModel, index: int) -> int:
     """Return the seed that the scene gives the road of an input."""
-    return _track(model.description.inputs[place])[1]
+    return _track(model.description.inputs[index])[1]
 
 
 def _track(item: Input) -> tuple[str, int]:
@@ -180,10 +182,10 @@ def _track(item: Input) -> tuple[str, int]:
     return item.road.road_class, item.road.seed
 
 
-def _law(model: CompiledModel, p: Array, place: int, seed: int | None, factor: float) -> LawOverTime:
-    item = model.description.inputs[place]
+def _law(model: CompiledModel, p: Array, index: int, seed: int | None, factor: float) -> LawOverTime:
+    item = model.description.inputs[index]
     if seed is None or item.road is None:
-        return LawOverTime(lambda t: factor * _own(model, t, p, place))
+        return LawOverTime(lambda t: factor * _own(model, t, p, index))
     road = item.road
     waves = np.array(
         road_harmonics(road.road_class, road.speed, seed=seed, offset=road.offset, harmonics=len(item.harmonics))
@@ -191,11 +193,11 @@ def _law(model: CompiledModel, p: Array, place: int, seed: int | None, factor: f
     if item.formula is None:
         return LawOverTime(lambda t: factor * _sum(waves, t))
     before = np.array(item.harmonics)
-    return LawOverTime(lambda t: factor * (_own(model, t, p, place) - _sum(before, t) + _sum(waves, t)))
+    return LawOverTime(lambda t: factor * (_own(model, t, p, index) - _sum(before, t) + _sum(waves, t)))
 
 
-def _own(model: CompiledModel, t: Array, p: Array, place: int) -> Array:
-    return np.asarray(model.input_values(t, parameters=p)[:, place])
+def _own(model: CompiledModel, t: Array, p: Array, index: int) -> Array:
+    return np.asarray(model.input_values(t, parameters=p)[:, index])
 
 
 def _sum(waves: Array, t: Array) -> Array:
@@ -254,18 +256,18 @@ def find_variation(model: CompiledModel, name: str, where: str = "vary") -> Vari
         **{label: ("z", k, model.z_units[k]) for k, label in enumerate(model.states)},
     }
     if name in of_states:
-        block, place, unit = of_states[name]
+        block, index, unit = of_states[name]
         if block == "q" and unit == "1":
             fault = f"{name} is a component of a unit quaternion, and its parts are not free [E0698]"
             raise UsageError(
                 Problem(f"{where} {name}", fault, "initial=..., the same for all samples, or a joint with an angle")
             )
-        return Variation(name, block, place, unit)
+        return Variation(name, block, index, unit)
     kind, _, of = name.partition(".")
     if kind in LAWS and of:
-        place = law_of(model, name, where)
-        process = kind == "seed" and has_variables(model, place)
-        return Variation(name, "process" if process else kind, place, "")
+        index = law_of(model, name, where)
+        process = kind == "seed" and has_variables(model, index)
+        return Variation(name, "process" if process else kind, index, "")
     if name in model.evaluator.fixed_parameters:
         hint = f"{name} = {{ value = ..., tunable = true }} in the scene's [parameters]"
         raise UsageError(Problem(f"{where} {name}", f"the parameter {name} is fixed in the code [E0699]", hint))
@@ -369,10 +371,10 @@ def with_scenes_laws(model: CompiledModel, items: Sequence[Variation], common: M
     UsageError
         An input whose law varies is also given, or also varies.
     """
-    given = {*(common.get("inputs") or {}), *(item.name for item in items if item.block == "inputs")}
+    input_names = {*(common.get("inputs") or {}), *(item.name for item in items if item.block == "inputs")}
     for item in items:
         of = item.name.partition(".")[2]
-        if item.block in LAWS and of in given:
+        if item.block in LAWS and of in input_names:
             fault = f"the input {of} is given or varies itself, so the scene's law of it does not count [E0705]"
             raise UsageError(Problem(f"vary {item.name}", fault, f"either {item.name} or {of}"))
     names = {block: [item for item in items if item.block == block] for block in LAWS}
@@ -435,9 +437,9 @@ class VariedOptions:
         return laws_of(self.model, parameters(), seeds, factors) if seeds or factors else {}
 
     def _common_values(self, block: str) -> Mapping[str, Any]:
-        given = self.common.get(block)
-        if given is None:
+        values = self.common.get(block)
+        if values is None:
             return {}
-        if isinstance(given, Mapping):
-            return given
-        return dict(zip(self.model.parameters, np.asarray(given).tolist(), strict=True))
+        if isinstance(values, Mapping):
+            return values
+        return dict(zip(self.model.parameters, np.asarray(values).tolist(), strict=True))

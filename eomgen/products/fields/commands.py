@@ -96,8 +96,8 @@ def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots
     from eomgen.pipeline.front_end import given_options  # noqa: PLC0415
     from eomgen.products.fields.front_end import build_hamiltonian  # noqa: PLC0415
 
-    if given := given_options({name: value for name, value in options.items() if name not in _TAKEN}):
-        option = f"--{given[0].replace('_', '-')}"
+    if chosen := given_options({name: value for name, value in options.items() if name not in _TAKEN}):
+        option = f"--{chosen[0].replace('_', '-')}"
         fault = f"this option is of mechanical scenes, and {document.name} is a Hamiltonian system [E0706]"
         raise UsageError(Problem(option, fault, "leave it out"))
     changes = _numbers("--set", options["parameters"], document.parameters)
@@ -133,10 +133,10 @@ def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots
     return 0 if solution.success else INTERRUPTED if solution.interrupted else NumericalError.exit_code
 
 
-def _numbers(option: str, given: Sequence[str], items: Iterable[Parameter]) -> dict[str, float]:
+def _numbers(option: str, texts: Sequence[str], items: Iterable[Parameter]) -> dict[str, float]:
     """Return numbers by name, texts with a unit in the unit of the label. Raises UsageError if there is no label."""
     labels, result = {item.name: item.unit for item in items}, dict[str, float]()
-    for name, value in assignments(option, given).items():
+    for name, value in assignments(option, texts).items():
         if isinstance(value, str) and name in labels and not labels[name] and is_quantity(value):
             fault = f"{name} has no unit in the file, so {shown(value)} could be anything [E0707]"
             raise UsageError(Problem(f"{option} {name}={value}", fault, "the number alone"))
@@ -266,9 +266,9 @@ def sample(file: str, folder: str, resume: bool, plots: bool, as_json: bool, **o
     from eomgen.products.fields.sampling import draw  # noqa: PLC0415
     from eomgen.products.fields.sampling import sample as sampled  # noqa: PLC0415  # imported when the arguments are known to be fine
 
-    given = {name: value for name, value in options.items() if value is not None}
+    chosen = {name: value for name, value in options.items() if value is not None}
     with terminal_bar(file) as bar:
-        result = sampled(file, folder=folder, resume=resume, progress=bar, **given)
+        result = sampled(file, folder=folder, resume=resume, progress=bar, **chosen)
     files = result.save(folder) + (draw(result, folder) if plots else [])
     if as_json:
         print_json({**result.to_dict(), "folder": folder, "files": [path.name for path in files]})

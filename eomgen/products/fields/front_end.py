@@ -115,9 +115,9 @@ def hamiltonian_of(described: object, options: Mapping[str, Any] | None = None) 
         return None
     if result is not described:
         _check_method(result)
-    if given := given_options(options or {}):
-        fault = f"{', '.join(given)} is of mechanical scenes, and {result.name} is a Hamiltonian system [E0774]"
-        raise UsageError(Problem(given[0], fault, "leave it out"))
+    if chosen := given_options(options or {}):
+        fault = f"{', '.join(chosen)} is of mechanical scenes, and {result.name} is a Hamiltonian system [E0774]"
+        raise UsageError(Problem(chosen[0], fault, "leave it out"))
     return result
 
 

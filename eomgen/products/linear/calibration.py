@@ -220,8 +220,8 @@ def _one(
     if any(item.references):
         there = linear.reference
         base = None if rest is None else rest.base
-        given: dict[str, Any] = {"z": there.z, "parameters": values, "base": base}
-        outputs = model.evaluate("outputs", there.q, there.v, there.a, there.t, there.u, **given)
+        options: dict[str, Any] = {"z": there.z, "parameters": values, "base": base}
+        outputs = model.evaluate("outputs", there.q, there.v, there.a, there.t, there.u, **options)
         signals = next(iter(outputs.values()))[rows]
         result |= {name: _round(value) for name, value in zip(item.references, signals, strict=True) if name}
     cautions = [] if rest is None else rest.warnings(any_kind=True)

@@ -106,20 +106,22 @@ class CampbellView:
         if unit is not None and unit not in SPEED_UNITS:
             raise UsageError(Problem("speed_unit", f"there is no unit {shown(unit)} [E0317]", " or ".join(SPEED_UNITS)))
         if unit is not None and diagram.unit != "rad/s":
-            own = diagram.unit or "no unit"
-            fault = f"{diagram.parameter} has {own}, and a speed in rad/s is converted [E0375]"
+            own_unit = diagram.unit or "no unit"
+            fault = f"{diagram.parameter} has {own_unit}, and a speed in rad/s is converted [E0375]"
             raise UsageError(Problem("speed_unit", fault, "no speed_unit"))
 
     def _check_numbers(self) -> None:
         """Raise UsageError for a choice that is not several numbers."""
-        for name, given, example in (
+        for name, value, example in (
             ("modes", self.modes, "(0, 1)"),
             ("orders", self.orders, "(1, 2)"),
             ("frequencies", self.frequencies, "(0, 40)"),
         ):
-            several = isinstance(given, Sequence | np.ndarray) and not isinstance(given, str)
-            if given is not None and not (several and all(isinstance(one, int | float | np.number) for one in given)):
-                fault = f"several numbers are needed, not {shown(given)} [E0377]"
+            several = isinstance(value, Sequence | np.ndarray) and not isinstance(value, str)
+            if value is not None and not (
+                several and all(isinstance(entry, int | float | np.number) for entry in value)
+            ):
+                fault = f"several numbers are needed, not {shown(value)} [E0377]"
                 raise UsageError(Problem(name, fault, f"{name}={example}"))
 
 
@@ -212,8 +214,8 @@ class _Drawing:
         above = int(np.sum(lowest > self.top))
         if above and not self.fixed:
             words = f"{above} mode{'s' * (above > 1)} above {self.top:.3g} Hz"
-            place = {"textcoords": "offset points", "xycoords": "axes fraction", "ha": "right", "va": "bottom"}
-            axis.annotate(words, (1.0, 1.0), (0.0, 2.0 + _HEIGHT), fontsize=_POINTS, color="#444444", **place)
+            style = {"textcoords": "offset points", "xycoords": "axes fraction", "ha": "right", "va": "bottom"}
+            axis.annotate(words, (1.0, 1.0), (0.0, 2.0 + _HEIGHT), fontsize=_POINTS, color="#444444", **style)
 
     def _curves(self) -> set[str]:
         """Draw the modes and return the words of the senses of whirl in the legend."""
@@ -221,12 +223,12 @@ class _Drawing:
         for mode in self.modes:
             for sense in np.unique(diagram.whirl[:, mode]):
                 colour, style, word = _WHIRL[int(sense)]
-                own = diagram.whirl[:, mode] == sense
+                has_sense = diagram.whirl[:, mode] == sense
                 # at rest there is no whirl: curves begin with the whirl of the neighbouring point
-                before = np.concatenate([[False], own[:-1]])
-                beside = np.concatenate([own[1:], [False]]) | before
+                before = np.concatenate([[False], has_sense[:-1]])
+                beside = np.concatenate([has_sense[1:], [False]]) | before
                 turned = sense != 0 and before & (diagram.whirl[:, mode] == -sense)  # no gap before another sense
-                drawn = own | (beside & (diagram.whirl[:, mode] == 0)) | turned
+                drawn = has_sense | (beside & (diagram.whirl[:, mode] == 0)) | turned
                 if not diagram.whirl[:, mode].any() and diagram.whirl.any():
                     word = "no sense of whirl"
                 label = word if word and word not in named else None
@@ -257,19 +259,19 @@ class _Drawing:
             if not np.isnan(column[-1])
         )
         groups: list[list[tuple[float, int]]] = []
-        for place, mode in (item for item in ends if 0.0 <= item[0] <= 1.0):
-            if groups and place - groups[-1][0][0] < _TOGETHER:
-                groups[-1].append((place, mode))
+        for height, mode in (item for item in ends if 0.0 <= item[0] <= 1.0):
+            if groups and height - groups[-1][0][0] < _TOGETHER:
+                groups[-1].append((height, mode))
             else:
-                groups.append([(place, mode)])
+                groups.append([(height, mode)])
         number = self.diagram.number
         modes = [_Label(group[0][0], _mode_label([number(mode) for _, mode in group]), "#111111") for group in groups]
         gap = _HEIGHT / self.size[1]
         both = sorted([*rays, *modes])
         labels = both if len(both) * gap <= 1.0 else rays if len(rays) * gap <= 1.0 else []
-        for label, place in zip(labels, _spread([item.place for item in labels], gap), strict=True):
+        for label, height in zip(labels, _spread([item.place for item in labels], gap), strict=True):
             self.axis.annotate(
-                label.text, (1.0, label.place), (1.0 + 14.0 / self.size[0], place), "axes fraction",
+                label.text, (1.0, label.place), (1.0 + 14.0 / self.size[0], height), "axes fraction",
                 va="center", fontsize=_POINTS, color=label.colour,
                 arrowprops={"arrowstyle": "-", "color": "#bbbbbb", "linewidth": 0.7, "shrinkA": 1.0, "shrinkB": 0.0},
             )  # fmt: skip  # place, text, looks
@@ -283,13 +285,13 @@ class _Drawing:
         leaving = [order for order in self.orders if self._ray(order) > self.top and self.ends[1] > 0.0]
         width = float(self.ends[1] - self.ends[0])
         places = {order: (self.top * 2.0 * math.pi / order - self.ends[0]) / width for order in leaving[::-1]}
-        kept = [(order, place) for order, place in places.items() if place >= 0.0]
+        kept = [(order, height) for order, height in places.items() if height >= 0.0]
         gap = 4.4 * _WIDTH / self.size[0]
         if len(kept) * gap > 1.0:
             return
-        for (order, _), place in zip(kept, _spread([place for _, place in kept], gap), strict=True):
+        for (order, _), height in zip(kept, _spread([height for _, height in kept], gap), strict=True):
             self.axis.annotate(
-                f"{order:g}{self.letter}", (place, 1.0), (0.0, 2.0), "axes fraction", textcoords="offset points",
+                f"{order:g}{self.letter}", (height, 1.0), (0.0, 2.0), "axes fraction", textcoords="offset points",
                 ha="center", va="bottom", fontsize=_POINTS, color=_RAY,
             )  # fmt: skip  # place, text, looks
 
@@ -298,24 +300,24 @@ class _Drawing:
         single: list[tuple[Array, float, float]] = []
         for item in self.diagram.crossings:
             frequency, drawn = item.frequency / (2.0 * np.pi), item.mode in self.modes and item.order in self.orders
-            place = self._points(item.speed, frequency)
-            near = any(np.all(np.abs(place - other) < _TOGETHER * self.size) for other, _, _ in single)
+            point = self._points(item.speed, frequency)
+            near = any(np.all(np.abs(point - neighbour) < _TOGETHER * self.size) for neighbour, _, _ in single)
             if drawn and self.bottom <= frequency <= self.top and not near:
-                single.append((place, item.speed, frequency))
+                single.append((point, item.speed, frequency))
         self.axis.plot(
             [speed * self.scale for _, speed, _ in single],
             [frequency for _, _, frequency in single],
             "o", color=_CROSSING, markeredgecolor="white", markeredgewidth=0.8, markersize=6.5, zorder=3, clip_on=False,
         )  # fmt: skip  # place, looks
         lines = self._points_of_lines()
-        taken = [_Box(float(place[0]), float(place[1]), _DOT, _DOT) for place, _, _ in single]
-        for place, speed, frequency in single:
+        taken = [_Box(float(point[0]), float(point[1]), _DOT, _DOT) for point, _, _ in single]
+        for point, speed, frequency in single:
             text = _number(speed * self.scale)
-            box = _free(place, text, taken, lines, self.size)
+            box = _free(point, text, taken, lines, self.size)
             if box is None:
                 continue
             taken.append(box)
-            away = (box.x - place[0], box.y - place[1])
+            away = (box.x - point[0], box.y - point[1])
             self.axis.annotate(
                 text, (speed * self.scale, frequency), away, "data", textcoords="offset points", ha="center",
                 va="center", fontsize=_POINTS - 1.0, color=_CROSSING, zorder=4,
@@ -339,15 +341,15 @@ class _Drawing:
         return np.asarray(points[np.isfinite(points[:, 1])])
 
 
-def _free(place: Array, text: str, taken: Iterable[_Box], lines: Array, size: Array) -> _Box | None:
+def _free(point: Array, text: str, taken: Iterable[_Box], lines: Array, size: Array) -> _Box | None:
     """Return the box of a label next to a dot that meets no other label or dot and the fewest lines."""
     half = (0.5 * _WIDTH * len(text), 0.5 * _HEIGHT)
     best: tuple[int, _Box] | None = None
     for side, up in _AROUND:
         right = side * (half[0] + (_DOT if up else 2.0 * _DOT) - 1.0)
-        box = _Box(float(place[0] + right), float(place[1] + up), *half)
+        box = _Box(float(point[0] + right), float(point[1] + up), *half)
         inside = half[0] <= box.x <= size[0] - half[0] and half[1] <= box.y <= size[1] - half[1]
-        if not inside or any(box.meets(other) for other in taken):
+        if not inside or any(box.meets(label_box) for label_box in taken):
             continue
         crossed = int(np.sum(np.all(np.abs(lines - (box.x, box.y)) < half, axis=1))) + _SAVED * (abs(up) > _FAR)
         if best is None or crossed < best[0]:
@@ -378,7 +380,7 @@ def _spread(places: Sequence[float], gap: float) -> list[float]:
 
     shifts = gap * np.arange(len(places))
     apart = isotonic_regression(np.asarray(places) - shifts).x
-    return [float(place) for place in np.clip(apart, 0.0, 1.0 - shifts[-1]) + shifts]
+    return [float(height) for height in np.clip(apart, 0.0, 1.0 - shifts[-1]) + shifts]
 
 
 def _highest(frequencies: Array, orders: Sequence[float], ends: Array) -> float:

@@ -114,13 +114,13 @@ def campbell(
     search.doubts.warn(stacklevel=5)
     kept = tuple(sorted(crossings, key=lambda item: (item.order, item.speed)))
     wanted = [row for row, node in enumerate(search.nodes) if node.wanted]
-    given = np.array([search.nodes[row].value for row in wanted])
+    chosen = np.array([search.nodes[row].value for row in wanted])
     stability = tuple(search.nodes[row].oscillations.stability for row in wanted)
     left_out = {value: str(failure) for value, failure in search.failures.items()}
     eigenvalues, whirl, multiples = curves.eigenvalues[wanted], curves.whirl[wanted], tuple(map(float, orders))
     numbers = () if reference is None else _numbers(curves, search, *reference)
     return Campbell(
-        parameter, unit, given, eigenvalues, whirl, multiples, kept, stability, left_out, interrupted, numbers
+        parameter, unit, chosen, eigenvalues, whirl, multiples, kept, stability, left_out, interrupted, numbers
     )
 
 
@@ -207,7 +207,7 @@ class _Search:
     def crossing(self, order: float, row: int, mode: int, curves: _FollowedModes, stacklevel: int) -> list[Crossing]:
         """Return the crossing of a mode with an order between two nodes, refined on the model."""
         low, high = self.nodes[row : row + 2]
-        ends = [(self.nodes[place].oscillations, curves.column(place, mode)) for place in (row, row + 1)]
+        ends = [(self.nodes[neighbour].oscillations, curves.column(neighbour, mode)) for neighbour in (row, row + 1)]
         last: dict[str, Any] = {}
 
         def excess(value: float) -> float:
@@ -360,24 +360,24 @@ def _tracks_modes(before: _Oscillations, now: _Oscillations) -> bool:
     """Return whether each mode is like its own continuation, or cannot be taken for the continuation of another."""
     costs = _costs(before, now)
     pairs = linear_sum_assignment(costs)
-    own = costs[pairs]
-    if np.all(own < _UNLIKE):
+    pair_costs = costs[pairs]
+    if np.all(pair_costs < _UNLIKE):
         return True
     costs[pairs] = np.inf
     others = np.minimum(costs.min(axis=1, initial=np.inf)[pairs[0]], costs.min(axis=0, initial=np.inf)[pairs[1]])
-    clear = (_unlike_shapes(before, now)[pairs] < _SAME_SHAPE) & (others - own > _UNLIKE)
-    return bool(np.all((own < _UNLIKE) | clear))
+    clear = (_unlike_shapes(before, now)[pairs] < _SAME_SHAPE) & (others - pair_costs > _UNLIKE)
+    return bool(np.all((pair_costs < _UNLIKE) | clear))
 
 
 def _mode_columns(nodes: Sequence[_Node]) -> tuple[list[list[int]], int]:
     """Return the columns of the modes of each node, and how many columns there are."""
     columns: list[list[int]] = []
     more = itertools.count()
-    for place, node in enumerate(nodes):
+    for number, node in enumerate(nodes):
         now = node.oscillations
         numbers: dict[int, int] = {}
-        if place:
-            rows, chosen = linear_sum_assignment(_costs(nodes[place - 1].oscillations, now))
+        if number:
+            rows, chosen = linear_sum_assignment(_costs(nodes[number - 1].oscillations, now))
             numbers = {int(k): columns[-1][int(row)] for row, k in zip(rows, chosen, strict=True)}
         columns.append([numbers[k] if k in numbers else next(more) for k in range(len(now.eigenvalues))])
     return columns, next(more)

@@ -73,8 +73,8 @@ class CampbellRequest:
             _check_increasing(*sweep)
         else:
             options = {"--orders": orders, "--whirl": whirl, "--modes": modes, "--speed-unit": speed_unit}
-            for option, given in options.items():
-                if given:
+            for option, value in options.items():
+                if value:
                     fault = "it belongs to a Campbell diagram [E0166]"
                     raise UsageError(Problem(option, fault, "--campbell spin=0:300:31"))
             return None
@@ -156,8 +156,8 @@ class RideRequest:
     ) -> RideRequest | None:
         """Return the request; None if there is none. Raises UsageError for words that cannot be read."""
         if not rides:
-            for option, given in (("--classes", classes), ("--speeds", speeds)):
-                if given is not None:
+            for option, value in (("--classes", classes), ("--speeds", speeds)):
+                if value is not None:
                     raise UsageError(Problem(option, "it belongs to a ride [E0171]", "--ride body_acceleration"))
             return None
         from eomgen.base.random_inputs import ROUGHNESS  # noqa: PLC0415
@@ -332,30 +332,30 @@ class _Request:
             if self.multiblade is not None:
                 fault = "multiblade coordinates are of a steady motion, and --at names a time of a run [E0177]"
                 raise UsageError(Problem("--multiblade", fault, "--at steady"))
-            given = {"parameters": parameters, "initial": self.initial, "inputs": self.inputs or None}
-            return self.model.simulate(self.at, error_estimate=False, **given).linearize(self.at)
+            options = {"parameters": parameters, "initial": self.initial, "inputs": self.inputs or None}
+            return self.model.simulate(self.at, error_estimate=False, **options).linearize(self.at)
         from eomgen.products.linear.analyses.parameter_sweeps import state_of  # noqa: PLC0415
 
         initial: Any = self.initial
         if before is not None and self.at != "initial":
             initial = state_of(before) or initial
-        given = {"parameters": parameters, "u": self.inputs or None}
+        options = {"parameters": parameters, "u": self.inputs or None}
         if self.velocities or self.held:
             # checked there
-            result = self.model.steady_motion(self.velocities, self.held, initial, t=self.time, **given)  # type: ignore[arg-type]
-            return self.model.linearize(at=result, multiblade=self.multiblade, **given)
-        given |= {"t": self.time, "multiblade": self.multiblade}
-        return self.model.linearize(at=self.at, initial=initial, any_kind=self.any_kind, **given)
+            result = self.model.steady_motion(self.velocities, self.held, initial, t=self.time, **options)  # type: ignore[arg-type]
+            return self.model.linearize(at=result, multiblade=self.multiblade, **options)
+        options |= {"t": self.time, "multiblade": self.multiblade}
+        return self.model.linearize(at=self.at, initial=initial, any_kind=self.any_kind, **options)
 
     def campbell(self, wanted: CampbellRequest, lin: Linearization) -> tuple[Campbell | None, str]:
         """Return the Campbell diagram, as much of it as was computed, and a line that reports Ctrl-C."""
-        given: dict[str, Any] = {"parameters": self.parameters, "initial": self.initial or None, "t": self.time}
+        options: dict[str, Any] = {"parameters": self.parameters, "initial": self.initial or None, "t": self.time}
         motion = {name: value for name, value in self.velocities.items() if name != wanted.speed}
         at = {"at": self.at} if wanted.speed in self.model.parameters else {}
-        given |= {"velocities": motion, "coordinates": self.held, "u": self.inputs or None}
-        given |= {"multiblade": self.multiblade, "reference": lin}
+        options |= {"velocities": motion, "coordinates": self.held, "u": self.inputs or None}
+        options |= {"multiblade": self.multiblade, "reference": lin}
         try:
-            result = wanted.diagram(self.model, **given, **at)
+            result = wanted.diagram(self.model, **options, **at)
         except KeyboardInterrupt:
             return None, wanted.interruption(None)
         return result, wanted.interruption(result) if result.interrupted else ""

@@ -196,11 +196,11 @@ class _Hardware:
         return f"max({_number(self.lower)}, {formula})" if self.lower > -math.inf else formula
 
 
-def _hardware(law: Regulator | OutputFeedback, given: Mapping[str, Mapping[str, Any]]) -> dict[str, _Hardware]:
+def _hardware(law: Regulator | OutputFeedback, tables: Mapping[str, Mapping[str, Any]]) -> dict[str, _Hardware]:
     """Return actuators and sensors by the names of inputs and measured signals. Raises UsageError."""
     space = law.space
     sensors = law.observer.measured if isinstance(law, OutputFeedback) else _fed_back(law)
-    for argument, entries in given.items():
+    for argument, entries in tables.items():
         if not isinstance(entries, Mapping):
             example = "(-5.0, 5.0)" if argument == "limits" else "0.01"
             fault = f"a mapping from names to values is needed, not {type(entries).__name__} [E0526]"
@@ -212,9 +212,9 @@ def _hardware(law: Regulator | OutputFeedback, given: Mapping[str, Mapping[str, 
             if space.sample is None and argument != "limits":
                 fault = f"the law is continuous in time, and has no {argument} of {name} [E0528]"
                 raise UsageError(Problem(argument, fault, 'a sampled law, as lqr(..., sample="1 ms")'))
-    names = [name for name in (*space.inputs, *sensors) if any(name in entries for entries in given.values())]
+    names = [name for name in (*space.inputs, *sensors) if any(name in entries for entries in tables.values())]
     return {
-        name: _one_hardware(name, _kind(space, name), space, *(entries.get(name) for entries in given.values()))
+        name: _one_hardware(name, _kind(space, name), space, *(entries.get(name) for entries in tables.values()))
         for name in dict.fromkeys(names)
     }
 
@@ -267,15 +267,15 @@ def _one_hardware(name: str, kind: str, space: StateSpace, limits: Any, quantum:
     return _Hardware(lower, upper, step, late)
 
 
-def _limits(name: str, given: Any, unit: str) -> tuple[float, float]:
+def _limits(name: str, limits: Any, unit: str) -> tuple[float, float]:
     """Return lower and upper limit. Raises UsageError."""
     where, example = f"limits of {name}", "(-5.0, 5.0), or (None, 5.0) for one limit"
-    if given is None:
+    if limits is None:
         return -math.inf, math.inf
-    if isinstance(given, str) or not isinstance(given, Sequence | np.ndarray) or len(given) != 2:
-        raise UsageError(Problem(where, f"a lower and an upper limit are needed, not {shown(given)} [E0534]", example))
+    if isinstance(limits, str) or not isinstance(limits, Sequence | np.ndarray) or len(limits) != 2:
+        raise UsageError(Problem(where, f"a lower and an upper limit are needed, not {shown(limits)} [E0534]", example))
     free = (-math.inf, math.inf)
-    ends = [_amount(where, value, unit, example) if value not in (None, *free) else None for value in given]
+    ends = [_amount(where, value, unit, example) if value not in (None, *free) else None for value in limits]
     lower, upper = (end if value is None else value for value, end in zip(ends, free, strict=True))
     if not lower < upper:
         fault = f"the lower limit {lower:.6g} is not below the upper limit {upper:.6g} [E0535]"
@@ -403,10 +403,10 @@ class _Writer:
 
     def _delay(self, input: str) -> float | None:
         """Return the delay of an actuator, s; None without a state between command and effect."""
-        given = self.hardware[input].delay if input in self.hardware else None
-        if not self.space.waiting and not given:
+        delay = self.hardware[input].delay if input in self.hardware else None
+        if not self.space.waiting and not delay:
             return None
-        return self.space.input_delay if given is None else given
+        return self.space.input_delay if delay is None else delay
 
     def _feedbacks(self, rows: list[list[tuple[str, str, float, float]]]) -> dict[str, Any]:
         """Return the state feedback of each input."""

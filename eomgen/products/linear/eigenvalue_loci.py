@@ -60,8 +60,8 @@ class MergedWarnings:
                 warnings.simplefilter("always")
                 yield
         except EomgenError as error:
-            place = f"at {self.parameter} = {value:.6g}"
-            problems = [Problem(f"{place}: {p.where}".rstrip(": "), p.what, p.hint) for p in error.problems]
+            text = f"at {self.parameter} = {value:.6g}"
+            problems = [Problem(f"{text}: {p.where}".rstrip(": "), p.what, p.hint) for p in error.problems]
             raise type(error)(problems) from None
         for item in caught:
             self.caught.setdefault(NUMBER.sub("#", str(item.message)), []).append((value, item))

@@ -34,9 +34,9 @@ def balance(A: Array, *, permute: bool = True) -> tuple[Array, Array]:
 
 def unbalance(T: Array, vectors: Complex) -> Complex:
     """Return T times vectors for the T of ``balance``, which has one number in each row: (n, any)."""
-    place = np.argmax(np.abs(T), axis=1)
-    result: Complex = vectors[place]
-    result *= T[np.arange(len(T)), place][:, np.newaxis]
+    column = np.argmax(np.abs(T), axis=1)
+    result: Complex = vectors[column]
+    result *= T[np.arange(len(T)), column][:, np.newaxis]
     return result
 
 

@@ -144,9 +144,9 @@ class Floquet:
         for chosen, colour in ((~growing, "#0B62C4"), (growing, "#C8102E")):
             values = self.multipliers[chosen]
             axis.plot(values.real, values.imag, "o", color=colour, markersize=6.0, markeredgecolor="white")
-        for place, text, (across, up) in _place_labels(self._labels(), self.multipliers):
+        for center, text, (across, up) in _place_labels(self._labels(), self.multipliers):
             axis.annotate(
-                text, (place.real, place.imag), (across, up), textcoords="offset points",
+                text, (center.real, center.imag), (across, up), textcoords="offset points",
                 ha="center", va="center", fontsize=8, color="#333333",
             )  # fmt: skip  # place, text, looks
         axis.set_aspect("equal", adjustable="datalim")
@@ -170,12 +170,12 @@ class Floquet:
             group.append(k)
         labels: list[tuple[complex, str]] = []
         for group in groups:
-            place = complex(self.multipliers[group[0]])
+            center = complex(self.multipliers[group[0]])
             turning = sorted({f"{self.frequencies[k]:.3g}" for k in group if self.multipliers[k].imag > 0.0}, key=float)
             named = ", ".join([*turning[:_NAMED], *(["..."] if len(turning) > _NAMED else [])])
             text = f"{named} Hz" if turning else f"{len(group)} multipliers" if len(group) > 1 else ""
-            if text and place.imag >= 0.0:
-                labels.append((place, text))
+            if text and center.imag >= 0.0:
+                labels.append((center, text))
         return labels
 
 
@@ -184,14 +184,14 @@ def _place_labels(labels: Sequence[tuple[complex, str]], multipliers: Complex) -
     free side are left out."""
     taken = [(_UNIT * value.real, _UNIT * value.imag, _DOT, _DOT) for value in multipliers.tolist()]
     placed: list[tuple[complex, str, _Shift]] = []
-    for place, text in labels:
+    for center, text in labels:
         half, tall = 0.5 * _LETTER * len(text), 0.5 * _LINE
-        inward = -half - 6.0 if place.real > 0.0 else half + 6.0
+        inward = -half - 6.0 if center.real > 0.0 else half + 6.0
         for across, up in ((inward, 0.0), (0.0, 10.0), (inward, 10.0), (inward, -10.0), (-inward, 0.0), (0.0, -10.0)):
-            x, y = _UNIT * place.real + across, _UNIT * place.imag + up
-            if all(abs(x - one[0]) >= half + one[2] or abs(y - one[1]) >= tall + one[3] for one in taken):
+            x, y = _UNIT * center.real + across, _UNIT * center.imag + up
+            if all(abs(x - box[0]) >= half + box[2] or abs(y - box[1]) >= tall + box[3] for box in taken):
                 taken.append((x, y, half, tall))
-                placed.append((place, text, (across, up)))
+                placed.append((center, text, (across, up)))
                 break
     return placed
 
@@ -219,14 +219,14 @@ def monodromy(matrices: Array, period: float) -> Array:
         s.
     """
     n = matrices.shape[1]
-    first, other = _weights()
+    first, second = _weights()
     count = (len(matrices) - 1) // PLACES
     h = period / count
     result = np.eye(n)
     for k in range(count):
         start, *rest = matrices[PLACES * k : PLACES * (k + 1) + 1]
         # S_i = S_0 + h sum_j w_ij A_j S_j, for a unit matrix S_0
-        system = np.eye(PLACES * n) - h * np.block([[w * A for w, A in zip(row, rest, strict=True)] for row in other])
+        system = np.eye(PLACES * n) - h * np.block([[w * A for w, A in zip(row, rest, strict=True)] for row in second])
         right = np.vstack([np.eye(n) + h * w * start for w in first])
         result = np.linalg.solve(system, right)[-n:] @ result
     return result
@@ -246,9 +246,9 @@ def multipliers(matrix: Array, half: Array, quarter: Array) -> tuple[Complex, Ar
     balanced, back = balance(matrix)
     size = max(1.0, float(np.linalg.norm(balanced, 2)))
     with np.errstate(all="ignore"):  # few intervals may overflow
-        coarser = [np.linalg.solve(back, other @ back) for other in (half, quarter)]
+        coarser = [np.linalg.solve(back, matrix @ back) for matrix in (half, quarter)]
         changes = [balanced - coarser[0], coarser[0] - coarser[1]]
-    last, before = (float(np.linalg.norm(one, 2)) if np.isfinite(one).all() else np.inf for one in changes)
+    last, before = (float(np.linalg.norm(change, 2)) if np.isfinite(change).all() else np.inf for change in changes)
     ratio = last / before if before > 0.0 else 1.0
     off = last * min(1.0, max(ratio, 2.0**-8)) if np.isfinite(before) else last
     values, _, cosines = eigenvectors(balanced)

@@ -361,8 +361,8 @@ class Linearization(NamedAttributes):
         >>> phase.get_xlabel()
         'frequency, Hz'
         """
-        given = np.geomspace(*self.modes().band, 500) if frequencies is None else frequencies
-        band = np.atleast_1d(np.asarray(given, dtype=float))
+        chosen = np.geomspace(*self.modes().band, 500) if frequencies is None else frequencies
+        band = np.atleast_1d(np.asarray(chosen, dtype=float))
         if band.ndim != 1 or len(band) < 2 or not np.all(np.isfinite(band)) or np.any(band <= 0.0):
             fault = "frequencies have to be two or more positive numbers, Hz [E0439]"
             raise UsageError(Problem("plot_response", fault, "numpy.geomspace(0.1, 100.0, 500)"))

@@ -112,8 +112,8 @@ class Basis:
         for group in groups:
             block = np.ix_(group.places, group.places)
             matrix[block], rate[block], second[block] = group.basis, group.rate, group.second
-            for place, label in zip(group.places, group.labels, strict=True):
-                labels[place] = label
+            for position, label in zip(group.places, group.labels, strict=True):
+                labels[position] = label
         return Basis(tuple(labels), matrix, rate, second, tuple(groups))
 
     def part(self, places: Sequence[int]) -> Basis:
@@ -126,9 +126,9 @@ class Basis:
         """Return the multiblade coordinates of quantities, (n, ...)."""
         return np.asarray(np.linalg.solve(self.matrix, right)) if len(self.matrix) else right
 
-    def values(self, given: Array) -> Array:
+    def values(self, values: Array) -> Array:
         """Return the multiblade coordinates of values, (n,), some of which may not be numbers."""
-        result = np.array(given, dtype=float)
+        result = np.array(values, dtype=float)
         for group in self.groups:
             result[group.places] = np.linalg.solve(group.basis, result[group.places])
         return result
@@ -143,10 +143,13 @@ def _members(group: Sequence[str], names: Sequence[str]) -> dict[str, list[str]]
     """Return the equal names that a group stands for, by their common ends: the names themselves, or components and
     parts of the named quantities. Raises UsageError if blades differ in their parts."""
     ends = [_ends(name, names) for name in group]
-    for name, own in zip(group[1:], ends[1:], strict=True):
-        for one, of_one, other, of_other in ((group[0], ends[0], name, own), (name, own, group[0], ends[0])):
+    for name, blade_end in zip(group[1:], ends[1:], strict=True):
+        for first, of_one, second, of_other in (
+            (group[0], ends[0], name, blade_end),
+            (name, blade_end, group[0], ends[0]),
+        ):
             if missing := [end for end in of_one if end not in of_other]:
-                fault = f"there is {one}{missing[0]}, and no {other}{missing[0]} [E0442]"
+                fault = f"there is {first}{missing[0]}, and no {second}{missing[0]} [E0442]"
                 raise UsageError(Problem("multiblade", fault, "blades that are modelled alike"))
     return {end: [f"{name}{end}" for name in group] for end in ends[0]}
 
@@ -160,7 +163,7 @@ def _label(group: Sequence[str]) -> str:
 
 
 def _ends(name: str, names: Sequence[str]) -> list[str]:
-    parts = [other.removeprefix(name) for other in names if other.startswith(name)]
+    parts = [label.removeprefix(name) for label in names if label.startswith(name)]
     return [part for part in parts if part[:1] in ("", "[", ".")]
 
 
@@ -181,12 +184,12 @@ def _group(group: Sequence[str], end: str, places: list[int], rotor: Rotor) -> _
     return _Group(places, labels, basis, rotor.speed * slope, rotor.speed**2 * bend)
 
 
-def _is_list(given: object) -> bool:
-    return isinstance(given, Sequence) and not isinstance(given, str)
+def _is_list(value: object) -> bool:
+    return isinstance(value, Sequence) and not isinstance(value, str)
 
 
-def _are_names(given: Any) -> bool:
-    return _is_list(given) and len(given) > 0 and all(isinstance(name, str) for name in given)
+def _are_names(value: Any) -> bool:
+    return _is_list(value) and len(value) > 0 and all(isinstance(name, str) for name in value)
 
 
 def checked_groups(blades: Blades, known: Sequence[str]) -> dict[str, tuple[tuple[str, ...], ...]]:
@@ -206,8 +209,8 @@ def checked_groups(blades: Blades, known: Sequence[str]) -> dict[str, tuple[tupl
         raise UsageError(Problem("multiblade", fault, _EXAMPLE))
     result: dict[str, tuple[tuple[str, ...], ...]] = {}
     seen: set[str] = set()
-    for rotor, given in blades.items():
-        groups: Any = [given] if _are_names(given) else given
+    for rotor, named_groups in blades.items():
+        groups: Any = [named_groups] if _are_names(named_groups) else named_groups
         for group in groups if _is_list(groups) and len(groups) else [groups]:
             if not _are_names(group):
                 raise UsageError(Problem("multiblade", f"{shown(group)} is not a list of blades [E0444]", _EXAMPLE))
@@ -280,6 +283,6 @@ def largest_change(A: Array, others: Collection[Array], sizes: Array, least: flo
     scale = sizes[:, np.newaxis] / sizes
     of_rows = np.max(np.abs(A) * scale, axis=1)
     of_rows = np.maximum(of_rows, max(least, _SMALL * float(np.max(of_rows))))
-    changes = np.array([np.max(np.abs(other - A) * scale, axis=1) / of_rows for other in others])
+    changes = np.array([np.max(np.abs(matrix - A) * scale, axis=1) / of_rows for matrix in others])
     k = int(np.argmax(np.max(changes, axis=0)))
     return float(np.max(changes)), k

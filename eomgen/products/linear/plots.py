@@ -39,8 +39,8 @@ def draw_responses(
 
 def plot_response(frequencies: Array, values: Complex, pair: tuple[str, str], axes: object = None) -> list[Any]:
     """Draw magnitude and phase of the response of an output to an input; see ``Linearization.plot_response``."""
-    given = _columns_of_two(pyplot_figure((6.6, 6.4)), 1) if axes is None else axes
-    drawn = axes_of_caller("plot_response", given, ["magnitude", "phase"])
+    panels = _columns_of_two(pyplot_figure((6.6, 6.4)), 1) if axes is None else axes
+    drawn = axes_of_caller("plot_response", panels, ["magnitude", "phase"])
     _response(drawn[0], drawn[1], frequencies, values, f"{pair[1]} for {pair[0]}", "")
     return drawn
 

@@ -245,9 +245,9 @@ class SampledPart:
         due: dict[int, list[int]] = {}
         for k, (period, offset) in enumerate(zip(self.periods, self.offsets, strict=True)):
             for number in range(round(end / period)):
-                place = ((offset + number * period) / end) % 1.0
-                due.setdefault(round(place / _SAME) % round(1.0 / _SAME), []).append(k)
-        return [(place * _SAME * end, due[place]) for place in sorted(due)]
+                phase = ((offset + number * period) / end) % 1.0
+                due.setdefault(round(phase / _SAME) % round(1.0 / _SAME), []).append(k)
+        return [(phase * _SAME * end, due[phase]) for phase in sorted(due)]
 
 
 def held_as_inputs(partials: Partials, part: SampledPart) -> Partials:

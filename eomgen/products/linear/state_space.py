@@ -366,8 +366,8 @@ def first_order(partials: Partials, free: Freedom, velocities: Sequence[str]) ->
     def over(rows: int, *parts: tuple[slice, Array]) -> Array:
         """Return a matrix over the columns (x, y, z, u, w)."""
         result = np.zeros((rows, every))
-        for place, part in parts:
-            result[:, place] = part
+        for columns, part in parts:
+            result[:, columns] = part
         return result
 
     nv = len(p.M)
@@ -392,7 +392,7 @@ def linear_model_name(name: str, known: Sequence[str]) -> str:
     states with ``z.``, other names unchanged."""
     if name in known or not isinstance(name, str):
         return name
-    return next((other for other in (name.removeprefix("q."), f"z.{name}") if other in known), name)
+    return next((spelling for spelling in (name.removeprefix("q."), f"z.{name}") if spelling in known), name)
 
 
 def _number(kind: str, name: str, known: Sequence[str]) -> int:

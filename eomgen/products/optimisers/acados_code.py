@@ -53,7 +53,7 @@ class Family:
     def functions(self) -> list[Exported]:
         """Functions of the model."""
         if self.step is not None:
-            return [one.exported for one in self.step.functions if one.group is None]
+            return [function.exported for function in self.step.functions if function.group is None]
         return [part.function for part in self.known_equations.parts if part.group is None]
 
     @property
@@ -162,7 +162,8 @@ def _impl_dae_hess(sizes: _Sizes, texts: Texts) -> dict[str, Any]:
     lower = sizes.family.known_equations.lower
     width, off = sizes.family.known_equations.width, lower.rows != lower.columns
     rows, columns = (
-        np.concatenate([one, other[off]]) for one, other in ((lower.rows, lower.columns), (lower.columns, lower.rows))
+        np.concatenate([first, second[off]])
+        for first, second in ((lower.rows, lower.columns), (lower.columns, lower.rows))
     )
     numbers = np.concatenate([lower.places, lower.places[off]])
     flat = columns * width + rows
@@ -267,7 +268,8 @@ def _file(ending: str, shared: Mapping[str, Any], firsts: Iterable[str], seconds
     included = seconds if second else firsts if ending == next(iter(family.entries)) else ()
     first = entry["kind"] not in ("value", "step_0", "implicit_hessian") or bool(family.step and family.step.nu)
     of_model = [
-        {"name": one.name, "components": texts.component_derivatives(one, first, second)} for one in family.functions
+        {"name": function.name, "components": texts.component_derivatives(function, first, second)}
+        for function in family.functions
     ]
     names = {**shared, "entry": entry, "symbol": f"{shared['prefix']}_{ending}", "second": second}
     names |= {"included": sorted(file for file in included if file.endswith(".c")), "functions": of_model}

@@ -33,13 +33,13 @@ def run_arguments(
     q: Array, v: Array, parameters: object, inputs: object, array: Callable[[str, Any], Array]
 ) -> dict[str, Any]:
     """Return the arguments of a run in which derivatives are taken, nested; ``array`` makes each. Raises UsageError."""
-    given: dict[str, Any] = {"q": None if q is None else array("q", q), "v": None if v is None else array("v", v)}
+    arguments: dict[str, Any] = {"q": None if q is None else array("q", q), "v": None if v is None else array("v", v)}
     for block, values in (("parameters", parameters), ("inputs", inputs)):
         if not (values is None or isinstance(values, Mapping)):
             fault = f"a mapping from names to values is needed, not {type(values).__name__} [E0526]"
             raise UsageError(Problem(block, fault, f"{block}={{name: value}}"))
-        given[block] = {name: array(name, value) for name, value in (values or {}).items()}
-    return given
+        arguments[block] = {name: array(name, value) for name, value in (values or {}).items()}
+    return arguments
 
 
 def no_array(name: str, value: object) -> UsageError:
@@ -63,15 +63,15 @@ class ModelArguments:
     defaults : values of the scene, of parameters and internal states
     """
 
-    def __init__(self, place: str, model: Model) -> None:
+    def __init__(self, caller: str, model: Model) -> None:
         if not isinstance(model, CompiledModel):
             fault = f"a model is needed, not {type(model).__name__} [E2193]"
-            raise UsageError(Problem(place, fault, "eomgen.build(scene)"))
+            raise UsageError(Problem(caller, fault, "eomgen.build(scene)"))
         if model.library.layout.get("python"):
             fault = f"{model.name} has force laws in Python [E0945]"
-            raise ModelError(Problem(place, fault, "the laws in C, [laws] source"))
+            raise ModelError(Problem(caller, fault, "the laws in C, [laws] source"))
         model.finish_compilation()
-        self.place, self.model = place, model
+        self.place, self.model = caller, model
         self.sizes = self.evaluator.functions.sizes
         self.defaults = {"p": self.evaluator.parameters(None), "z": self.evaluator.internal(None)}
 
@@ -90,13 +90,13 @@ class ModelArguments:
             hint = "inverse_dynamics; simulate, whose gradients go through loops"
             raise ModelError(Problem(self.place, fault, hint))
 
-    def parameters(self, given: Mapping[str, Any], array: Callable[[str, Any], Array]) -> list[Array]:
+    def parameters(self, named_values: Mapping[str, Any], array: Callable[[str, Any], Array]) -> list[Array]:
         """Return the tunable parameters in order, from values by name; ``array`` makes each. Raises UsageError."""
         names = self.evaluator.parameter_names
-        for name in given:
+        for name in named_values:
             if name not in names:
                 self.evaluator.parameters({name: 0.0})
-        values = {**dict(zip(names, self.defaults["p"], strict=True)), **given}
+        values = {**dict(zip(names, self.defaults["p"], strict=True)), **named_values}
         return [array(name, values[name]) for name in names]
 
     def directions(self, blocks: Iterable[str]) -> dict[str, int]:

@@ -101,17 +101,17 @@ def _functions_of(program: Program, exported: Exported, texts: Texts) -> list[di
         inputs.append({"name": name, "size": size, **numbered, **numbers})
     function = {"name": exported.name, "inputs": inputs, "step": is_step, "first": exported.first}
     function |= {"components": texts.component_derivatives(exported), "bent": exported.work > exported.first}
-    own = [texts.argument(name, dense(size)) for name, size in exported.sizes.items()]
+    own_inputs = [texts.argument(name, dense(size)) for name, size in exported.sizes.items()]
     result = texts.argument(output, dense(rows))
     after, weights = texts.argument(f"out_{output}", empty(rows, 1)), texts.argument(f"adj_{output}", dense(rows))
     gradients = [texts.argument(f"adj_{name}", dense(size)) for name, size in exported.sizes.items()]
     unused = [texts.argument(f"out_adj_{name}", empty(size, 1)) for name, size in exported.sizes.items()]
 
-    def entry(start: str, kind: str, given: Sequence[Any], outputs: Sequence[Any], **more: Any) -> dict[str, Any]:
+    def entry(start: str, kind: str, inputs: Sequence[Any], outputs: Sequence[Any], **more: Any) -> dict[str, Any]:
         work = exported.work if kind in ("hessian", "step", "rows") or is_step else exported.first
         work = exported.work if exported.components else work
         work = 0 if kind == "value" else work + rows if kind == "rows" else work
-        made = {"symbol": f"{start}{symbol}", "kind": kind, "inputs": given, "outputs": outputs, "work": work}
+        made = {"symbol": f"{start}{symbol}", "kind": kind, "inputs": inputs, "outputs": outputs, "work": work}
         return {**made, "function": function, "first_blocks": [], "second_blocks": [], "rows": rows, **more}
 
     of_jacobian = {name: exported.jacobian.block(slice(0, rows), s) for name, s in exported.slices.items()}
@@ -119,29 +119,34 @@ def _functions_of(program: Program, exported: Exported, texts: Texts) -> list[di
     for name, block in of_jacobian.items():
         first.add(f"jac_{output}_{name}", block, "J")
     for name, of_rows in exported.slices.items():
-        for other, of_columns in exported.slices.items():
-            second.add(f"jac_adj_{name}_{other}", exported.hessian.block(of_rows, of_columns), "H")
+        for column_block, of_columns in exported.slices.items():
+            second.add(f"jac_adj_{name}_{column_block}", exported.hessian.block(of_rows, of_columns), "H")
         size = exported.sizes[name]
         second.add(f"jac_adj_{name}_out_{output}", empty(size, rows), "")
         second.add(f"jac_adj_{name}_adj_{output}", of_jacobian[name].transpose, "J")
     forward = [texts.argument(f"fwd_{name}", dense(size)) for name, size in exported.sizes.items()]
     any_gradient = [f"res[{k}] != NULL" for k, item in enumerate(inputs) if item["count"]]
     return [
-        entry("", "step" if is_step else "value", own, [result]),
+        entry("", "step" if is_step else "value", own_inputs, [result]),
         entry(
-            "jac_", "jacobian", [*own, after], first.outputs, blocks=first.blocks, first_blocks=first.conditions("J")
+            "jac_",
+            "jacobian",
+            [*own_inputs, after],
+            first.outputs,
+            blocks=first.blocks,
+            first_blocks=first.conditions("J"),
         ),
-        entry("adj1_", "adjoint", [*own, after, weights], gradients, first_blocks=any_gradient),
+        entry("adj1_", "adjoint", [*own_inputs, after, weights], gradients, first_blocks=any_gradient),
         entry(
             "jac_adj1_",
             "hessian",
-            [*own, after, weights, *unused],
+            [*own_inputs, after, weights, *unused],
             second.outputs,
             blocks=second.blocks,
             first_blocks=second.conditions("J"),
             second_blocks=second.conditions("H"),
         ),
-        *_row_functions(exported, entry, (own, after, forward), texts),
+        *_row_functions(exported, entry, (own_inputs, after, forward), texts),
     ]
 
 
@@ -156,7 +161,7 @@ def _row_functions(
     entry : makes the description of a function
     arguments : inputs, the output, directions
     """
-    (own, after, forward), (output, rows) = arguments, exported.output
+    (inputs, after, forward), (output, rows) = arguments, exported.output
     by_column = np.zeros((rows, sum(exported.sizes.values())), bool)
     by_column[exported.jacobian.rows, exported.jacobian.columns] = True
     both = by_column[:, exported.hessian.rows] & by_column[:, exported.hessian.columns]
@@ -164,14 +169,16 @@ def _row_functions(
         return []
     row, nonzero = np.nonzero(both)
     column, along = exported.hessian.rows[nonzero], exported.hessian.columns[nonzero]
-    place = exported.hessian.places[nonzero]
+    positions = exported.hessian.places[nonzero]
     of_jacobian, of_direction = _Blocks(texts), _Blocks(texts)
     for name, of_columns in exported.slices.items():
         size, in_columns = exported.sizes[name], (of_columns.start <= column) & (column < of_columns.stop)
-        for number, (other, of_directions) in enumerate(exported.slices.items()):
+        for number, (column_block, of_directions) in enumerate(exported.slices.items()):
             kept = in_columns & (of_directions.start <= along) & (along < of_directions.stop)
-            numbers = row[kept], column[kept] - of_columns.start, along[kept] - of_directions.start, place[kept]
-            of_jacobian.add_rows(f"jac_jac_{output}_{name}_{other}", (rows, size, exported.sizes[other]), numbers)
+            numbers = row[kept], column[kept] - of_columns.start, along[kept] - of_directions.start, positions[kept]
+            of_jacobian.add_rows(
+                f"jac_jac_{output}_{name}_{column_block}", (rows, size, exported.sizes[column_block]), numbers
+            )
             of_direction.add_sums(f"jac_fwd_{output}_{name}", number, (rows, size), numbers)
         of_jacobian.add(f"jac_jac_{output}_{name}_out_{output}", empty(rows * size, rows), "")
         of_direction.end_sums(f"jac_fwd_{output}_{name}", (rows, size))
@@ -182,14 +189,14 @@ def _row_functions(
     derivative = texts.argument(f"fwd_{output}", dense(rows))
     unused = [texts.argument(f"out_jac_{output}_{name}", empty(rows, size)) for name, size in exported.sizes.items()]
     fixed = texts.argument(f"out_fwd_{output}", empty(rows, 1))
-    first = entry("fwd1_", "forward", [*own, after, *forward], [derivative], first_blocks=["res[0] != NULL"])
+    first = entry("fwd1_", "forward", [*inputs, after, *forward], [derivative], first_blocks=["res[0] != NULL"])
     return [
         first,
-        entry("jac_jac_", "rows", [*own, after, *unused], of_jacobian.outputs, blocks=of_jacobian.blocks),
+        entry("jac_jac_", "rows", [*inputs, after, *unused], of_jacobian.outputs, blocks=of_jacobian.blocks),
         entry(
             "jac_fwd1_",
             "rows",
-            [*own, after, *forward, fixed],
+            [*inputs, after, *forward, fixed],
             of_direction.outputs,
             blocks=of_direction.blocks,
             first_blocks=of_direction.conditions("J"),
@@ -226,14 +233,14 @@ class _Blocks:
         numbers : row, column, direction and place among the numbers of the row's Hessian, of each nonzero
         """
         rows, width, directions = shape
-        row, column, along, place = numbers
+        row, column, along, position = numbers
         flat, order = row + rows * column, np.lexsort((row + rows * column, along))
         pattern = Pattern((rows * width, directions), flat[order], along[order], np.arange(len(order)))
         targets = np.empty(len(order), np.int64)
         targets[order] = np.arange(len(order))
         by_row = np.argsort(row, kind="stable")
         starts = np.searchsorted(row[by_row], np.arange(rows + 1))
-        tables = {"starts": starts, "targets": targets[by_row], "numbers": place[by_row]}
+        tables = {"starts": starts, "targets": targets[by_row], "numbers": position[by_row]}
         self._add(name, pattern, rows=self._rows(tables, len(order)))
 
     def _rows(self, tables: Mapping[str, Places], count: int) -> list[dict[str, Any]]:
@@ -250,12 +257,12 @@ class _Blocks:
         flat = np.unique(np.concatenate([row + rows * column for _, row, column, _, _ in parts]))
         pattern = Pattern((rows, width), flat % rows, flat // rows, np.arange(len(flat)))
         rows_of_parts: list[dict[str, Any]] = []
-        for number, row, column, along, place in parts:
+        for number, row, column, along, position in parts:
             by_row = np.argsort(row, kind="stable")
             tables = {"starts": np.searchsorted(row[by_row], np.arange(rows + 1))}
             tables["targets"] = np.searchsorted(flat, (row + rows * column)[by_row])
-            tables |= {"numbers": place[by_row], "along": along[by_row]}
-            rows_of_parts += [{**one, "direction": number} for one in self._rows(tables, len(row))]
+            tables |= {"numbers": position[by_row], "along": along[by_row]}
+            rows_of_parts += [{**row, "direction": number} for row in self._rows(tables, len(row))]
         self._add(name, pattern, rows=rows_of_parts, nonzeros=len(flat))
 
     def conditions(self, source: str) -> list[str]:
@@ -299,8 +306,8 @@ def files_of(program: Program, method: str | None) -> dict[str, str]:
     longest = max(1, *(size for item in exported for size in item.sizes.values()), *(i.output[1] for i in exported))
     names: dict[str, Any] = {"program": program, "prefix": program.prefix, "functions": []}
     for item in functions:
-        own = [entry for entry in entries if entry["function"]["name"] == item.name]
-        names["functions"].append({**own[0]["function"], "output": item.output[0]})
+        entries_of_item = [entry for entry in entries if entry["function"]["name"] == item.name]
+        names["functions"].append({**entries_of_item[0]["function"], "output": item.output[0]})
     names |= {"entries": entries, "sparsities": texts.patterns, "tables": texts.tables, "longest": longest}
     names |= {"step": step}
     why = str(Message(why_no_step(program))) or "functions of a step are not among the terms"

@@ -105,7 +105,7 @@ class ChainFunction(NamedTuple):
     @property
     def offsets(self) -> list[int]:
         """Place of each column in the argument."""
-        return [place for size in self.exported.sizes.values() for place in range(size)]
+        return [index for size in self.exported.sizes.values() for index in range(size)]
 
 
 class Chain:
@@ -159,11 +159,11 @@ class Chain:
         self.count += size
         return slot
 
-    def call(self, name: str, **given: Slot) -> Slot:
+    def call(self, name: str, **slots: Slot) -> Slot:
         """Return the result of a function of the model; inputs and parameters are the step's, and accelerations
         and multipliers zero unless given."""
         exported = self.model[name]
-        values = {**self.values, "a": self.zero.part(0, self.nv), "lam": self.zero.part(0, self.nl), **given}
+        values = {**self.values, "a": self.zero.part(0, self.nv), "lam": self.zero.part(0, self.nl), **slots}
         return self._node(
             ChainFunction(exported, None), [values[block] for block in exported.sizes], exported.output[1]
         )
@@ -188,12 +188,12 @@ class Chain:
         """Return values, zero unless a sum is written into some."""
         return self._new(size)
 
-    def pad(self, part: Slot, place: int, size: int) -> Slot:
+    def pad(self, part: Slot, start: int, size: int) -> Slot:
         """Return values, zero but for some."""
         if part.size == size:
             return part
         whole = self.room(size)
-        self.sum(Term(1.0, part), into=whole.part(place, part.size))
+        self.sum(Term(1.0, part), into=whole.part(start, part.size))
         return whole
 
     def time(self, share: float) -> Slot:
@@ -206,15 +206,17 @@ class Chain:
         """Return a function of a group for each rotation and pose; of plain numbers the sum, or the second argument."""
         result = self._new(size)
         for factor in self.program.factors:
-            place = int(factor["q_start"]), int(factor["q_size"])
+            coordinates = int(factor["q_start"]), int(factor["q_size"])
             along = int(factor["v_start"]), int(factor["v_size"])
-            one, other = first.part(*(place if of_q else along)), second.part(*along)
-            own = result.part(*(place if of_q else along))
+            left, right = first.part(*(coordinates if of_q else along)), second.part(*along)
+            target = result.part(*(coordinates if of_q else along))
             if factor["group"] == "R":
-                self.sum(*([Term(1.0, one)] if of_q else []), Term(1.0, other), into=own)
+                self.sum(*([Term(1.0, left)] if of_q else []), Term(1.0, right), into=target)
             else:
                 function = group_function(name, str(factor["group"]))
-                self._node(ChainFunction(exported_group_function(function), function), (one, other), own.size, own)
+                self._node(
+                    ChainFunction(exported_group_function(function), function), (left, right), target.size, target
+                )
         return result
 
     def update(self, q: Slot, increment: Slot) -> Slot:
@@ -241,9 +243,9 @@ class Chain:
         self.sum(Term(1.0, v), into=self.end.part(self.nq, self.nv))
         self.sum(*z, into=self.end.part(self.nq + self.nv, self.nz))
 
-    def rate_of_states(self, **given: Slot) -> Slot:
+    def rate_of_states(self, **slots: Slot) -> Slot:
         """Return the rates of the internal states, no values if there are none."""
-        return self.call("internal_rate", **given) if self.nz else Slot(0, 0)
+        return self.call("internal_rate", **slots) if self.nz else Slot(0, 0)
 
     # -- patterns and data of the C ----------------------------------------------------------------------------------
 
@@ -524,7 +526,7 @@ def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence
     a = before
     if share:
         slope = zip(_SLOPE, accelerations, strict=True)
-        a = chain.sum(Term(1.0, before), *(Term(share * weight, one) for weight, one in slope))
+        a = chain.sum(Term(1.0, before), *(Term(share * weight, slot) for weight, slot in slope))
     vdot, m, f = chain.unknowns["vdot"], step.alpha_m, step.alpha_f
     after = chain.sum(Term((1.0 - f) / (1.0 - m), vdot), Term(f / (1.0 - m), before), Term(-m / (1.0 - m), a))
     theta = chain.sum(Term(1.0, chain.v, 1), Term(0.5 - step.beta, a, 2), Term(step.beta, after, 2))
@@ -553,7 +555,7 @@ def _add_rates(
     terms = [Term(of_start + gamma * f / (1.0 - m), rates[0], 1), Term(gamma * (1.0 - f) / (1.0 - m), rate, 1)]
     if rate_share:
         slope = zip(_SLOPE, rates, strict=True)
-        terms += [Term(of_start * rate_share * weight, one, 1) for weight, one in slope]
+        terms += [Term(of_start * rate_share * weight, slot, 1) for weight, slot in slope]
     chain.equations.append(chain.sum(Term(1.0, chain.z), Term(-1.0, end["z"]), *terms))
 
 
@@ -598,14 +600,14 @@ def _stabilise(chain: Chain, weighed: Sequence[int]) -> Slot:
     multipliers, result = chain.pad(eta, 0, chain.nl), chain.room(nv)
     pushed, free = chain.call("residual", **still, lam=multipliers), chain.call("residual", **still)
     for number, i in enumerate(weighed):
-        own = shift.part(number, 1)
-        chain.sum(Term(1.0, own), into=result.part(i, 1))
+        component = shift.part(number, 1)
+        chain.sum(Term(1.0, component), into=result.part(i, 1))
         balance = [Term(-1.0, pushed.part(i, 1)), Term(1.0, free.part(i, 1))]
         if (i, first + i) in nonzeros:
-            moved = chain.call("residual", **still, a=chain.pad(own, i, nv))
+            moved = chain.call("residual", **still, a=chain.pad(component, i, nv))
             balance += [Term(1.0, moved.part(i, 1)), Term(-1.0, free.part(i, 1))]
         else:
-            balance.append(Term(1.0, own))
+            balance.append(Term(1.0, component))
         chain.equations.append(chain.sum(*balance))
     return result
 
@@ -621,7 +623,7 @@ def _variational(program: Program, functions: _Functions, method: Any, along: Se
     increment = chain.sum(Term(1.0, mean, 1))
     start, end = {"q": chain.q, "z": chain.z}, {"q": chain.update(chain.q, increment), "z": z, "t": chain.time(1.0)}
     momenta = [chain.call("momenta", **state) for state in ({**start, "v": mean}, {**end, "v": mean})]
-    middle = chain.sum(*(Term(0.5, one.part(0, nv)) for one in momenta))
+    middle = chain.sum(*(Term(0.5, momentum.part(0, nv)) for momentum in momenta))
     back = chain.cotangent(chain.sum(Term(-1.0, mean, 1)), middle)
     for state, velocity, moved, rate, impulse, sign in (
         (start, chain.v, back, momenta[0], chain.unknowns["first"], -1.0),
@@ -635,6 +637,6 @@ def _variational(program: Program, functions: _Functions, method: Any, along: Se
     chain.equations += [chain.call("constraint", **end), chain.call("constraint_velocity", **{**end, "v": v})]
     if nz:
         slopes = [chain.rate_of_states(**{**state, "v": mean}) for state in (start, end)]
-        chain.equations.append(chain.sum(Term(1.0, chain.z), Term(-1.0, z), *(Term(0.5, one, 1) for one in slopes)))
+        chain.equations.append(chain.sum(Term(1.0, chain.z), Term(-1.0, z), *(Term(0.5, slope, 1) for slope in slopes)))
     chain.ends_with(end["q"], v, [Term(1.0, z)])
     return chain

@@ -211,21 +211,23 @@ def in_components(program: Program, tangent: Exported) -> Exported:
     rest = sum(tangent.sizes.values()) - program.sizes["v"]
     width, to_q = program.input_size("q") + rest, _map_of(program, rest)
     entries = _entries(tangent.jacobian)
-    known, of_first = _collect(((row, c), number, place) for row, k, number in entries for c, place in to_q.columns[k])
+    known, of_first = _collect(
+        ((row, c), number, column) for row, k, number in entries for c, column in to_q.columns[k]
+    )
     middle, of_middle = _collect(
-        ((row, c), number, place) for row, k, number in _entries(tangent.hessian) for c, place in to_q.columns[k]
+        ((row, c), number, column) for row, k, number in _entries(tangent.hessian) for c, column in to_q.columns[k]
     )
     there = {column for _, column, _ in entries} & {i for i, *_ in to_q.bends}
     slots = {i: k for k, i in enumerate(sorted(there))}
-    of_second = [((c, k), number, place) for (row, k), number in middle.items() for c, place in to_q.columns[row]]
-    bent = [((a, b), slots[i], place) for i, a, b, place in to_q.bends if i in slots]
-    lower = sorted({place for place, *_ in [*of_second, *bent] if place[0] >= place[1]})
-    targets = {place: k for k, place in enumerate(lower)}
+    of_second = [((c, k), number, column) for (row, k), number in middle.items() for c, column in to_q.columns[row]]
+    bent = [((a, b), slots[i], entry) for i, a, b, entry in to_q.bends if i in slots]
+    lower = sorted({entry for entry, *_ in [*of_second, *bent] if entry[0] >= entry[1]})
+    targets = {entry: k for k, entry in enumerate(lower)}
     tables = {
         "first": of_first,
         "middle": of_middle,
-        "second": [(targets[place], a, b) for place, a, b in of_second if place in targets],
-        "bent": [(targets[place], slot, b) for place, slot, b in bent],
+        "second": [(targets[entry], a, b) for entry, a, b in of_second if entry in targets],
+        "bent": [(targets[entry], slot, b) for entry, slot, b in bent],
         "gradient": [(slots[column], number, row) for row, column, number in entries if column in slots],
     }
     counts = {"J": len(known), "H": len(lower), "of_J": tangent.first, "of_H": tangent.work - tangent.first}
@@ -249,7 +251,7 @@ def _collect(
 ) -> tuple[dict[tuple[int, int], int], list[tuple[int, int, int]]]:
     """Return the numbers of the places of a matrix, and (number, factor, factor) of each product that is added."""
     known: dict[tuple[int, int], int] = {}
-    return known, [(known.setdefault(place, len(known)), one, other) for place, one, other in products]
+    return known, [(known.setdefault(entry, len(known)), left, right) for entry, left, right in products]
 
 
 def _columns(program: Program, sizes: Mapping[str, int]) -> Places:
@@ -361,9 +363,9 @@ class Equations:
         first, places = 0, list[tuple[Any, ...]]()
         for part in self.parts:
             hessian = part.function.lower
-            one, other = part.columns[hessian.rows], part.columns[hessian.columns]
-            column = np.where((one >= 0) & (other >= 0), np.minimum(one, other), -1)
-            places.append((np.maximum(one, other), column, hessian.places + first))
+            row_columns, second = part.columns[hessian.rows], part.columns[hessian.columns]
+            column = np.where((row_columns >= 0) & (second >= 0), np.minimum(row_columns, second), -1)
+            places.append((np.maximum(row_columns, second), column, hessian.places + first))
             first += part.function.work_of_hessian
         return _gather((self.width, self.width), places)
 

@@ -107,7 +107,7 @@ def group_function(name: str, group_name: str) -> GroupFunction:
     first = _nonzeros(forward_partials(tape, values, seeds))
     weights = [tape.input("weights", k) for k in range(len(values))]
     gradient = gradient_along(tape, values, weights, seeds, len(symbols))
-    second = {place: ref for place, ref in _nonzeros(forward_partials(tape, gradient, seeds)).items() if _low(place)}
+    second = {entry: ref for entry, ref in _nonzeros(forward_partials(tape, gradient, seeds)).items() if _low(entry)}
     inputs = (*sizes.items(), ("weights", len(values)))
 
     def body(refs: Sequence[Ref]) -> str:
@@ -124,8 +124,8 @@ def group_function(name: str, group_name: str) -> GroupFunction:
 
 def _nonzeros(tangents: Sequence[Mapping[int, Ref]]) -> dict[tuple[int, int], Ref]:
     entries = {(row, column): ref for row, tangent in enumerate(tangents) for column, ref in sorted(tangent.items())}
-    return {place: ref for place, ref in entries.items() if abs(ref) != ZERO}
+    return {entry: ref for entry, ref in entries.items() if abs(ref) != ZERO}
 
 
-def _low(place: tuple[int, int]) -> bool:
-    return place[0] >= place[1]
+def _low(entry: tuple[int, int]) -> bool:
+    return entry[0] >= entry[1]

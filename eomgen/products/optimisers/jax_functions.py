@@ -251,14 +251,14 @@ class JaxFunctions:
         """
         jnp = self._jax.numpy
         _check_precision(self._jax)
-        given = run_arguments(q, v, parameters, inputs, self._array)
+        arguments = run_arguments(q, v, parameters, inputs, self._array)
         options = {"t_end": t_end, "step": step, "of": of, "method": method, "record_every": record_every}
-        runs = Runs(self._model, {**options, "settings": settings}, given)
-        unknown = {name: np.zeros(array.shape) for name, array in given["inputs"].items()}
+        runs = Runs(self._model, {**options, "settings": settings}, arguments)
+        unknown = {name: np.zeros(array.shape) for name, array in arguments["inputs"].items()}
         runs.learn_shapes({"q": None, "v": None, "parameters": {}, "inputs": unknown})
         shape = functools.partial(self._jax.ShapeDtypeStruct, dtype=np.float64)
-        changes = self._jax.tree.map(lambda array: shape(array.shape), given)
-        if given["q"] is not None:
+        changes = self._jax.tree.map(lambda array: shape(array.shape), arguments)
+        if arguments["q"] is not None:
             changes["q"] = shape((self._model.nv,))
         factors = self._factors
 
@@ -287,19 +287,19 @@ class JaxFunctions:
 
         run = self._jax.custom_vjp(rows)
         run.defvjp(rows_and_values, adjoint)
-        return runs.by_output(run(given))
+        return runs.by_output(run(arguments))
 
     @property
     def in_lanes(self) -> dict[str, bool]:
         """Whether batches of the terms called so far are evaluated in lanes, by term."""
         return {name: call.in_lanes for name, call in self._calls.items()}
 
-    def _evaluate(self, name: str, given: Mapping[str, Any]) -> Array:
+    def _evaluate(self, name: str, arguments: Mapping[str, Any]) -> Array:
         jnp = self._jax.numpy
         values = {}
-        for block, value in given.items():
+        for block, value in arguments.items():
             if value is None and block not in ("q", "v", "a", "t"):
-                array = jnp.asarray(self._inputs(given) if block == "u" else self._scene.defaults[block])
+                array = jnp.asarray(self._inputs(arguments) if block == "u" else self._scene.defaults[block])
             else:
                 array = self._by_name(value) if isinstance(value, Mapping) else self._array(block, value)
             expected = () if block == "t" else (self._scene.sizes[{"a": "v"}.get(block, block)],)
@@ -309,8 +309,8 @@ class JaxFunctions:
             values[block] = array.reshape(1) if block == "t" else array
         return self._dynamics[name](*(values[block] for block in arguments_of(name)))
 
-    def _by_name(self, given: Mapping[str, Any]) -> Array:
-        return self._jax.numpy.stack(self._scene.parameters(given, self._array))
+    def _by_name(self, values: Mapping[str, Any]) -> Array:
+        return self._jax.numpy.stack(self._scene.parameters(values, self._array))
 
     def _array(self, name: str, value: Any) -> Array:
         """Return an array of float64."""
@@ -323,14 +323,14 @@ class JaxFunctions:
             raise UsageError(Problem(name, "the numbers are complex [E2190]", "real numbers; jax.jvp has derivatives"))
         return array.astype(float)
 
-    def _inputs(self, given: Mapping[str, Any]) -> Array:
+    def _inputs(self, arguments: Mapping[str, Any]) -> Array:
         """Return the inputs that the formulas of the scene give at t, whose derivatives are refused."""
         if "inputs" not in self._scene.evaluator.functions:
             return np.zeros(self._scene.sizes["u"])
         jnp = self._jax.numpy
-        p = given["p"]
+        p = arguments["p"]
         p = self._scene.defaults["p"] if p is None else self._by_name(p) if isinstance(p, Mapping) else p
-        return self._held_inputs(jnp.asarray(given["t"], float).reshape(1), jnp.asarray(p, float))
+        return self._held_inputs(jnp.asarray(arguments["t"], float).reshape(1), jnp.asarray(p, float))
 
     @functools.cached_property
     def _held_inputs(self) -> Callable[..., Array]:
@@ -376,9 +376,9 @@ class JaxFunctions:
         jnp, blocks = self._jax.numpy, arguments_of(name)
         sizes = self._scene.directions(ARGUMENTS)
         firsts = dict(zip(sizes, np.cumsum([0, *sizes.values()]).tolist(), strict=False))
-        place = np.full(sum(sizes.values()), -1)
+        positions = np.full(sum(sizes.values()), -1)
         taken = np.concatenate([firsts[block] + np.arange(sizes[block]) for block in blocks]).astype(int)
-        place[taken] = np.arange(len(taken))
+        positions[taken] = np.arange(len(taken))
         height, turning = sizes["v"], [factor for factor in self._factors if factor.group != "R"]
 
         def pattern(ending: str) -> tuple[Array, Array]:
@@ -395,7 +395,7 @@ class JaxFunctions:
             A Hessian of a row has entries of columns alone on which the row depends, factors of rotation as wholes.
             """
             rows, columns = pattern("_derivatives")
-            columns, (low, high) = place[columns], (place[index] for index in pattern("_hessian"))
+            columns, (low, high) = positions[columns], (positions[index] for index in pattern("_hessian"))
             off = np.flatnonzero(low != high)
             touched, others = np.concatenate([low, high[off]]), np.concatenate([high, low[off]])
             entries, order = np.concatenate([np.arange(len(low)), off]), np.argsort(touched, kind="stable")
@@ -456,7 +456,7 @@ class JaxFunctions:
 
         def along_values(arguments: Sequence[Array], along: Sequence[Array]) -> tuple[Array, Array]:
             rows, columns = pattern("_derivatives")
-            tangents = jacobian(*arguments) * directions(arguments, along)[place[columns]]
+            tangents = jacobian(*arguments) * directions(arguments, along)[positions[columns]]
             return value(*arguments), jnp.zeros(height).at[rows].add(tangents)
 
         third = _refusal("jax", f"{name} has no third derivatives [E2198]", "first and second derivatives")
@@ -552,19 +552,19 @@ def _map(package: Any, function: Callable[..., Any]) -> Callable[..., Any]:
 
     def map_arguments(*arguments: Array) -> Any:
         constant = [argument.shape[0] == 1 for argument in arguments]
-        parts = [x[0] if one else x for x, one in zip(arguments, constant, strict=True)]
+        parts = [x[0] if is_constant else x for x, is_constant in zip(arguments, constant, strict=True)]
         if all(constant):
             return package.tree.map(lambda x: x[np.newaxis], function(*parts))
-        return package.vmap(function, [None if one else 0 for one in constant])(*parts)
+        return package.vmap(function, [None if is_constant else 0 for is_constant in constant])(*parts)
 
     return map_arguments
 
 
-def _refusal(place: str, fault: str, remedy: str) -> Callable[..., Any]:
+def _refusal(where: str, fault: str, remedy: str) -> Callable[..., Any]:
     """Return a rule of derivatives that raises UsageError."""
 
     def refuse(*_: Sequence[Array]) -> None:
-        raise UsageError(Problem(place, fault, remedy))
+        raise UsageError(Problem(where, fault, remedy))
 
     return refuse
 

@@ -29,17 +29,17 @@ class Runs:
     factors : of the configuration
     """
 
-    def __init__(self, model: Model, options: Mapping[str, Any], given: Mapping[str, Any]) -> None:
+    def __init__(self, model: Model, options: Mapping[str, Any], nest: Mapping[str, Any]) -> None:
         self._model, self._options = model, options
         self.factors = model.evaluator.factors
-        by = list(given["parameters"])
-        by += [f"q{name[1:]}" for name in model.v_names] if given["q"] is not None else []
-        by += list(model.v_names) if given["v"] is not None else []
-        self._inputs = list(given["inputs"])
+        by = list(nest["parameters"])
+        by += [f"q{name[1:]}" for name in model.v_names] if nest["q"] is not None else []
+        by += list(model.v_names) if nest["v"] is not None else []
+        self._inputs = list(nest["inputs"])
         sizes = {"q": (model.nq,), "v": (model.nv,)}
         for name, array, expected in (
-            *((block, given[block], size) for block, size in sizes.items() if given[block] is not None),
-            *((name, array, ()) for name, array in given["parameters"].items()),
+            *((block, nest[block], size) for block, size in sizes.items() if nest[block] is not None),
+            *((name, array, ()) for name, array in nest["parameters"].items()),
         ):
             if tuple(array.shape) != expected:
                 fault = f"{name} has the shape {tuple(array.shape)}, and simulate takes {expected} [E2199]"
@@ -47,8 +47,8 @@ class Runs:
                     Problem(name, fault, "one initial state, one set of parameters; vmap for several runs")
                 )
         by += [f"inputs.{name}[:]" for name in self._inputs]
-        self._names = {block: list(part) for block, part in given.items() if isinstance(part, Mapping)}
-        self._taken = [block for block, part in given.items() if part is not None and block not in self._names]
+        self._names = {block: list(part) for block, part in nest.items() if isinstance(part, Mapping)}
+        self._taken = [block for block, part in nest.items() if part is not None and block not in self._names]
         self._by = by or [f"q{model.v_names[0][1:]}"]
         self._last: tuple[bytes, Any] = b"", None
         self.columns: dict[str, tuple[slice, tuple[int, ...]]] = {}

@@ -199,15 +199,15 @@ class TorchFunctions:
         UsageError
             As ``model.sensitivities``: no outputs, or a method without derivatives.
         """
-        given = run_arguments(q, v, parameters, inputs, self._array)
+        arguments = run_arguments(q, v, parameters, inputs, self._array)
         options = {"t_end": t_end, "step": step, "of": of, "method": method, "record_every": record_every}
-        runs = Runs(self._model, {**options, "settings": settings}, given)
-        table = self._operators.run(runs, *runs.flat(given))
+        runs = Runs(self._model, {**options, "settings": settings}, arguments)
+        table = self._operators.run(runs, *runs.flat(arguments))
         return runs.by_output(table)
 
-    def _evaluate(self, name: str, given: Mapping[str, Any]) -> Tensor:
+    def _evaluate(self, name: str, arguments: Mapping[str, Any]) -> Tensor:
         package, tensors = self._operators.package, dict[str, Tensor]()
-        for block, value in given.items():
+        for block, value in arguments.items():
             if value is None and block == "u":
                 continue
             if value is None and block in self._scene.defaults:
@@ -236,10 +236,10 @@ class TorchFunctions:
             raise UsageError(Problem(name, fault, f"{name}.cpu()"))
         return value
 
-    def _by_name(self, given: Mapping[str, Any]) -> Tensor:
+    def _by_name(self, values: Mapping[str, Any]) -> Tensor:
         """Return the tunable parameters in order, (..., np)."""
         package = self._operators.package
-        return package.stack(package.broadcast_tensors(*self._scene.parameters(given, self._array)), -1)
+        return package.stack(package.broadcast_tensors(*self._scene.parameters(values, self._array)), -1)
 
     def _broadcast(self, name: str, blocks: Mapping[str, Tensor]) -> list[Tensor]:
         """Return tensors with equal leading axes. Raises UsageError for sizes that do not fit."""
@@ -518,10 +518,10 @@ def _operators() -> Operators:
         lambda t, p, model, term: t.new_empty((*t.shape, _MODELS[model].inputs)),
     )
 
-    def given_alone(given: Sequence[Any]) -> Sequence[Any]:
+    def given_alone(arguments: Sequence[Any]) -> Sequence[Any]:
         """Return arguments of ``forward`` without the context, which ``torch.compile`` puts before a variable number of
         arguments if no gradient is needed."""
-        return given if isinstance(given[0], int) else given[1:]
+        return arguments if isinstance(arguments[0], int) else arguments[1:]
 
     class Function(package.autograd.Function):  # type: ignore[misc]  # a class of a package imported at first use
         """A function of model, term and tensors with equal leading axes; a batch of ``vmap`` is one more axis."""
@@ -542,8 +542,8 @@ def _operators() -> Operators:
 
     class Value(Function):
         @staticmethod
-        def forward(*given: Any) -> Tensor:
-            model, term, *arguments = given_alone(given)
+        def forward(*tensors: Any) -> Tensor:
+            model, term, *arguments = given_alone(tensors)
             result: Tensor = value(arguments, model, term)
             return result
 
@@ -555,8 +555,8 @@ def _operators() -> Operators:
 
     class Gradient(Function):
         @staticmethod
-        def forward(*given: Any) -> Tensor:
-            model, term, weights, *arguments = given_alone(given)
+        def forward(*tensors: Any) -> Tensor:
+            model, term, weights, *arguments = given_alone(tensors)
             result: Tensor = gradient(arguments, weights, model, term)
             return result
 

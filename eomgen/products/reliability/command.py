@@ -81,15 +81,17 @@ def random(scene: str, folder: str, plots: bool, as_json: bool, **options: Any) 
     from eomgen.products.reliability.vibration import random_vibration  # noqa: PLC0415
 
     words = ("output", "points", "projected", "whole", "samples", "tail_samples", "pairs", "times", "levels", "seed")
-    own = {name: options.pop(name) for name in words}
+    study_options = {name: options.pop(name) for name in words}
     thresholds = options.pop("thresholds") or None
     described = read_scene(scene, options)
     profile = options.pop("profile")
     with building(described.name):
         model = pipeline.built_for_run(described, options["method"], profile=profile)
     end, step = options.pop("t_end"), options.pop("step")
-    given = {name: value for name, value in options.items() if value not in (None, {}, [], ())}
-    study = random_vibration(model, own.pop("output"), end, step, thresholds=thresholds, **own, **given)
+    chosen = {name: value for name, value in options.items() if value not in (None, {}, [], ())}
+    study = random_vibration(
+        model, study_options.pop("output"), end, step, thresholds=thresholds, **study_options, **chosen
+    )
     files = study.save(folder) + (study.plot(folder) if plots else [])
     if as_json:
         print_json(study.to_dict() | {"files": [file.name for file in files], "folder": str(folder)})
@@ -104,7 +106,10 @@ def _print(study: RandomVibration) -> None:
     moments = ("by", "mean", "standard deviation", "skewness", "excess kurtosis")
     title = f"{study.scene}: {study.output}{f' in {study.unit}' if study.unit else ''} at t = {study.t:.6g} s"
     print_table(title, moments, rows, numeric=(1, 2, 3, 4))
-    kept = [(one.name, _words(one.kind), f"{one.variables}", f"{100.0 * one.captured:.4g}") for one in study.processes]
+    kept = [
+        (process.name, _words(process.kind), f"{process.variables}", f"{100.0 * process.captured:.4g}")
+        for process in study.processes
+    ]
     title = "; ".join(["random processes", *study.truncation])
     title = title.replace("its variance", f"the variance of {study.output}")
     print_table(title, ("process", "kind", "variables", "% of its variance"), kept, numeric=(2, 3))
@@ -129,8 +134,8 @@ def _print_probabilities(study: RandomVibration) -> None:
         cells = []
         upper = study.distributions[names[min(1, len(names) - 1)]].below[k] > 0.5
         for name in names:
-            one = study.distributions[name]
-            value = float(one.above[k] if upper else one.below[k])
+            distribution = study.distributions[name]
+            value = float(distribution.above[k] if upper else distribution.below[k])
             cells.append("-" if math.isnan(value) else f"{value:.4g}")
         table.append((texts[k], ">" if upper else "<=", *cells))
     heads = ("threshold", "y is", *map(_words, names))

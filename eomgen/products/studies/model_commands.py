@@ -244,8 +244,8 @@ def identify(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
     with building(described.name):
         model = pipeline.built_for_run(described, options["method"], profile=profile)
     options["values"] = options.pop("parameters")
-    given = {name: value for name, value in options.items() if value not in (None, {}, [], ())}
-    fit = study(model, data, unknown, **given)
+    chosen = {name: value for name, value in options.items() if value not in (None, {}, [], ())}
+    fit = study(model, data, unknown, **chosen)
     files = [] if folder is None else fit.save(folder) + fit.plot(folder)
     if as_json:
         written = {"files": [file.name for file in files], "folder": str(folder)} if files else {}
@@ -264,8 +264,15 @@ def _print_estimates(fit: Identification) -> None:
         f"{fit.scene}: estimates",
         ("unknown", "estimate", "unit", f"{share} from", "to", "start", ""),
         [
-            (one.name, f"{one.value:.6g}", one.unit, *_interval(one.low, one.high), f"{one.start:.6g}", one.state)
-            for one in fit.estimates
+            (
+                estimate.name,
+                f"{estimate.value:.6g}",
+                estimate.unit,
+                *_interval(estimate.low, estimate.high),
+                f"{estimate.start:.6g}",
+                estimate.state,
+            )
+            for estimate in fit.estimates
         ],
         numeric=(1, 3, 4, 5),
     )
@@ -273,15 +280,30 @@ def _print_estimates(fit: Identification) -> None:
         print_table(
             "combinations",
             ("determined combination", "estimate", f"{share} from", "to", "as"),
-            [(one.text, f"{one.value:.6g}", *_interval(one.low, one.high), one.form) for one in fit.combinations],
+            [
+                (
+                    combination.text,
+                    f"{combination.value:.6g}",
+                    *_interval(combination.low, combination.high),
+                    combination.form,
+                )
+                for combination in fit.combinations
+            ],
             numeric=(1, 2, 3),
         )
     print_table(
         "measured",
         ("column", "samples", f"deviation, {fit.noise}", "rms of residuals", "unit", "autocorrelation"),
         [
-            (one.name, one.samples, f"{one.deviation:.4g}", f"{one.rms:.4g}", one.unit, f"{one.autocorrelation:.2f}")
-            for one in fit.columns
+            (
+                column.name,
+                column.samples,
+                f"{column.deviation:.4g}",
+                f"{column.rms:.4g}",
+                column.unit,
+                f"{column.autocorrelation:.2f}",
+            )
+            for column in fit.columns
         ],
         numeric=(1, 2, 3, 5),
     )

@@ -135,10 +135,10 @@ def _second(study: Tradeoff, demand: float, best: Point) -> tuple[str, str]:
     """Return the cheapest configuration of another method that meets a demand, and the ratio of the times."""
     name = best.configuration.method
     able = [p for p in study.usable if study.error(p) <= demand and p.configuration.method != name]
-    other = min(able, key=lambda p: p.seconds or 0.0, default=None)
-    if other is None or not other.seconds or not best.seconds:
+    fastest = min(able, key=lambda p: p.seconds or 0.0, default=None)
+    if fastest is None or not fastest.seconds or not best.seconds:
         return "", ""
-    return other.configuration.label, f"{other.seconds / best.seconds:.3g} x"
+    return fastest.configuration.label, f"{fastest.seconds / best.seconds:.3g} x"
 
 
 def _remarks(study: Tradeoff) -> list[str]:
@@ -147,14 +147,14 @@ def _remarks(study: Tradeoff) -> list[str]:
 
     by, second = study.reference["by"], study.reference["held against"]
     result = [f"reference: {by}, known to {study.uncertainty:.1e} by {second}"]
-    own = study.points[0] if study.points else None
-    if own is not None and own.seconds is not None:
-        better = study.best(study.error(own))
+    usual = study.points[0] if study.points else None
+    if usual is not None and usual.seconds is not None:
+        better = study.best(study.error(usual))
         faster = ""
-        if better is not None and better.seconds and own.seconds > 1.1 * better.seconds:
-            faster = f"; {better.label} is {own.seconds / better.seconds:.3g} x as fast at no more"
+        if better is not None and better.seconds and usual.seconds > 1.1 * better.seconds:
+            faster = f"; {better.label} is {usual.seconds / better.seconds:.3g} x as fast at no more"
         result.append(
-            f"the scene's own, {own.label}: error {study.error(own):.1e} in {short_duration(own.seconds)}{faster}"
+            f"the scene's own, {usual.label}: error {study.error(usual):.1e} in {short_duration(usual.seconds)}{faster}"
         )
     off = [s for s in study.slopes if abs(s.slope - s.declared) > _OFF]
     every = len(study.slopes)
@@ -245,10 +245,10 @@ def _print_tuned(tuned: Tuned) -> None:
         ("time", f"{1e3 * tuned.seconds:.4g} ms of stepping for {tuned.span:.4g} s of motion, {tuned.steps:.0f} steps"),
         ("", "without outputs, energies and the error estimate, which simulate computes, too"),
     ]
-    own, error, seconds = tuned.own
+    settings, error, seconds = tuned.own
     if error < float("inf"):
         times = f"{seconds / tuned.seconds:.3g} x the time"
-        rows.append(("the scene's own", f"{own}: error {error:.2g}, {times}"))
+        rows.append(("the scene's own", f"{settings}: error {error:.2g}, {times}"))
     rows.append(("one digit more", f"costs about {tuned.next_digit:.3g} x"))
     for rival in tuned.rivals[:_RIVALS]:
         how = "" if rival.measured else " (expected)"

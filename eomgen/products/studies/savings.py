@@ -174,14 +174,14 @@ def _formulas(value: Any) -> Iterator[Formula]:
 
 def _moving_base(scene: Scene) -> Scene:
     """Return the scene with a base that vibrates in all six ways, in addition to the law of the base."""
-    own = scene.base or Base()
+    base = scene.base or Base()
     time = Symbol("time")
-    x, y, z = (Operation("add", (formula, _tremor(time, k + 1.0))) for k, formula in enumerate(own.position))
+    x, y, z = (Operation("add", (formula, _tremor(time, k + 1.0))) for k, formula in enumerate(base.position))
     rotations = tuple(
         Rotation(axis, _tremor(time, 4.0 + k))
         for k, axis in enumerate(((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)))
     )
-    return replace(scene, base=Base((x, y, z), (*own.rotations, *rotations)))
+    return replace(scene, base=Base((x, y, z), (*base.rotations, *rotations)))
 
 
 def _tremor(time: Formula, frequency: float) -> Formula:
@@ -408,7 +408,7 @@ def savings(
             if not measured:
                 raise
         left = wanted[len(measured) :]
-        measured += [(VariantCost(one.name, one.description, problem=_INTERRUPTED), None) for one in left]
+        measured += [(VariantCost(variant.name, variant.description, problem=_INTERRUPTED), None) for variant in left]
         costs = _measure_steps(measured, step, document.simulation.duration, rounds)
         doubt = "" if costs[0].problem or measured[0][1] is None else _doubt(measured[0][1], document)
     if costs[0].problem:
@@ -424,7 +424,7 @@ def _doubt(model: Model, scene: Scene) -> str:
     return next(map(str, run.model.alike()), "")
 
 
-def _absolute(given: Described, scene: Scene, options: Mapping[str, Any]) -> Scene | str | None:
+def _absolute(described: Described, scene: Scene, options: Mapping[str, Any]) -> Scene | str | None:
     """Return the scene in absolute coordinates, or the reason why there is none; None if the scene is in absolute
     coordinates.
 
@@ -432,10 +432,10 @@ def _absolute(given: Described, scene: Scene, options: Mapping[str, Any]) -> Sce
     """
     if scene.coordinates == "absolute":
         return None
-    if isinstance(given, Scene):
+    if isinstance(described, Scene):
         return replace(scene, coordinates="absolute")
     try:
-        return load_scene(given, **{**options, "coordinates": "absolute"})
+        return load_scene(described, **{**options, "coordinates": "absolute"})
     except EomgenError as error:
         return str(error)
 
@@ -457,12 +457,12 @@ def _build_variant(variant: Variant, method: str, folder: Path, profile: str) ->
     except EomgenError as error:
         return replace(cost, problem=str(error)), None
     of_step = [name for name in terms_of_step(variant.scene, method) if name in operations]
-    own = (file for file in files if file.suffix in (".c", ".h") and file.name not in _COMMON)
+    model_files = (file for file in files if file.suffix in (".c", ".h") and file.name not in _COMMON)
     cost = replace(
         cost,
         operations=operations,
         step_operations=sum(operations[name] for name in of_step),
-        c_bytes=sum(file.stat().st_size for file in own),
+        c_bytes=sum(file.stat().st_size for file in model_files),
         build_seconds=seconds,
     )
     return cost, model
@@ -531,7 +531,7 @@ def _measure_steps(
     for variant in variants:
         variant.begin(duration)
     with suppress(KeyboardInterrupt):  # the rounds so far have medians, too
-        for _, variant in itertools.product(range(rounds), [one for one in variants if one.steps]):
+        for _, variant in itertools.product(range(rounds), [variant for variant in variants if variant.steps]):
             variant.measure()
     return [variant.result() for variant in variants]
 

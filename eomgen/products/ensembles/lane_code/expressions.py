@@ -140,9 +140,9 @@ class Expressions(ABC):
             case _:
                 return f"EG_WHOLES(({value.text}) ? -1 : 0)"
 
-    def _common(self, one: Value, other: Value, node: Any) -> tuple[str, str, Type]:
+    def _common(self, left: Value, right: Value, node: Any) -> tuple[str, str, Type]:
         """Return two values as the type that holds both."""
-        kinds = (one.type, other.type)
+        kinds = (left.type, right.type)
         if any(isinstance(kind, Real) for kind in kinds):
             kind: Type = Real()
         elif any(isinstance(kind, Constant) for kind in kinds):
@@ -154,8 +154,8 @@ class Expressions(ABC):
         elif all(isinstance(each, UniformInteger) for each in kinds):
             kind = UniformInteger()
         else:
-            kind = one.type if isinstance(one.type, LaneStructure | Pointer) else other.type
-        return self.to(one, kind, node), self.to(other, kind, node), kind
+            kind = left.type if isinstance(left.type, LaneStructure | Pointer) else right.type
+        return self.to(left, kind, node), self.to(right, kind, node), kind
 
     # -- values --------------------------------------------------------------------------------------------------------
 
@@ -236,8 +236,8 @@ class Expressions(ABC):
     def _binary(self, node: Any) -> Value:
         if node.op in {"&&", "||"}:
             return self._logical(node)
-        one, other = self.value(node.left), self.value(node.right)
-        for value, counted in ((one, other), (other, one)):
+        left_value, right_value = self.value(node.left), self.value(node.right)
+        for value, counted in ((left_value, right_value), (right_value, left_value)):
             if (
                 isinstance(value.type, Pointer | Array)
                 and node.op in "+-"
@@ -245,13 +245,17 @@ class Expressions(ABC):
             ):
                 if isinstance(counted.type, LaneIntegers):
                     raise no_lanes(f"an address of its own in each lane: {expression_text(node)}", node)
-                first = f"{value.text} {node.op} ({counted.text})" if value is one else f"{counted.text} + {value.text}"
+                first = (
+                    f"{value.text} {node.op} ({counted.text})"
+                    if value is left_value
+                    else f"{counted.text} + {value.text}"
+                )
                 return Value(f"({first})", Pointer(element(value.type)))
-        if isinstance(one.type, Pointer) or isinstance(other.type, Pointer):
-            if one.null and other.null:
+        if isinstance(left_value.type, Pointer) or isinstance(right_value.type, Pointer):
+            if left_value.null and right_value.null:
                 return Value("1" if node.op == "==" else "0", UniformInteger())
-            return Value(f"({one.text} {node.op} {other.text})", UniformInteger())
-        left, right, kind = self._common(one, other, node)
+            return Value(f"({left_value.text} {node.op} {right_value.text})", UniformInteger())
+        left, right, kind = self._common(left_value, right_value, node)
         if node.op in _COMPARISONS:
             text = f"({left} {node.op} {right})"
             if isinstance(kind, Real):
@@ -262,25 +266,27 @@ class Expressions(ABC):
         return Value(f"({left} {node.op} {right})", kind)
 
     def _logical(self, node: Any) -> Value:
-        one = self.value(node.left)
+        left_value = self.value(node.left)
         joint = node.op == "&&"
-        if one.known_truth is not None:
-            return self.value(node.right) if one.known_truth is joint else one
+        if left_value.known_truth is not None:
+            return self.value(node.right) if left_value.known_truth is joint else left_value
         if not _has_calls(node.left) and not _has_calls(node.right):
-            other = self.value(node.right)
-            if other.known_truth is not None:
-                return one if other.known_truth is joint else other
-        if isinstance(one.type, UniformInteger | Constant | Pointer):
-            other = self.value(node.right)
-            if isinstance(other.type, UniformInteger | Constant | Pointer):
-                return Value(f"({one.text} {node.op} {other.text})", UniformInteger())
+            second = self.value(node.right)
+            if second.known_truth is not None:
+                return left_value if second.known_truth is joint else second
+        if isinstance(left_value.type, UniformInteger | Constant | Pointer):
+            second = self.value(node.right)
+            if isinstance(second.type, UniformInteger | Constant | Pointer):
+                return Value(f"({left_value.text} {node.op} {second.text})", UniformInteger())
             constant = "EG_WHOLES(0)" if joint else "EG_WHOLES(-1)"
-            right = self.truths(other)
-            return Value(f"({one.text} ? {right if joint else constant} : {constant if joint else right})", LaneMask())
-        left = self.truths(one)
+            right = self.truths(second)
+            return Value(
+                f"({left_value.text} ? {right if joint else constant} : {constant if joint else right})", LaneMask()
+            )
+        left = self.truths(left_value)
         if not _has_calls(node.right):
-            other = self._for_all(node.right)
-            return Value(f"({left} {'&' if joint else '|'} {self.truths(other)})", LaneMask())
+            second = self._for_all(node.right)
+            return Value(f"({left} {'&' if joint else '|'} {self.truths(second)})", LaneMask())
         first, here = self.fresh("first"), self.fresh("m")
         outer = self.region
         self.region = Region(here, outer)
@@ -303,8 +309,8 @@ class Expressions(ABC):
         if condition.known_truth is not None:
             return self.value(node.iftrue if condition.known_truth else node.iffalse)
         if isinstance(condition.type, UniformInteger | Constant | Pointer):
-            one, other, kind = self._common(self.argument(node.iftrue), self.argument(node.iffalse), node)
-            return Value(f"({condition.text} ? {one} : {other})", kind)
+            if_true, if_false, kind = self._common(self.argument(node.iftrue), self.argument(node.iffalse), node)
+            return Value(f"({condition.text} ? {if_true} : {if_false})", kind)
         holds = self.fresh("holds")
         prelude = f"const eg_wholes {holds} = {self.truths(condition)}; "
         outer = self.region
@@ -320,11 +326,11 @@ class Expressions(ABC):
                 values.append(self._for_all(branch))
         if any(isinstance(value.type, Pointer | Array | LaneStructure) for value in values):
             raise no_lanes(f"an address of its own in each lane: {expression_text(node)}", node)
-        one, other, kind = self._common(values[0], values[1], node)
+        if_true, if_false, kind = self._common(values[0], values[1], node)
         if isinstance(kind, UniformInteger | Constant):
             kind = Real() if isinstance(kind, Constant) else LaneIntegers()
-            one, other = (self.to(value, kind, node) for value in values)
-        return Value(f"({{ {prelude}{pick(holds, one, other, kind)}; }})", kind)
+            if_true, if_false = (self.to(value, kind, node) for value in values)
+        return Value(f"({{ {prelude}{pick(holds, if_true, if_false, kind)}; }})", kind)
 
     def _cast(self, node: Any) -> Value:
         kind = type_of(node.to_type.type, self.source)
@@ -383,8 +389,8 @@ class Expressions(ABC):
             place = Place(value.text, value.type, None)
         else:
             place = self.place(node.name)
-        own = isinstance(node.name, c_ast.ID) and self._is_own(node.name.name)
-        region = place.region if own or isinstance(place.type, Array) else None
+        is_routine = isinstance(node.name, c_ast.ID) and self._is_own(node.name.name)
+        region = place.region if is_routine or isinstance(place.type, Array) else None
         index = self.value(node.subscript)
         kind = element(place.type)
         if place.lanes and isinstance(index.type, UniformInteger) and isinstance(kind, Real | LaneIntegers):
@@ -408,28 +414,28 @@ class Expressions(ABC):
     def call(self, node: Any) -> Value:
         """Return the call of a function."""
         name = node.name.name if isinstance(node.name, c_ast.ID) else ""
-        given = list(node.args.exprs) if node.args else []
+        arguments = list(node.args.exprs) if node.args else []
         if name == "K":
-            value = self.value(given[0])
+            value = self.value(arguments[0])
             return value if isinstance(value.type, Real) else Value(f"EG_WIDE((double)({value.text}))", Real())
         if name in {"memcpy", "memset", "memmove", "memcmp"}:
-            return self._memory(name, given, node)
+            return self._memory(name, arguments, node)
         if name == "offsetof":
             return Value(expression_text(node), UniformInteger())
         if name.startswith("EG_") or name in _OF_A_NUMBER:
-            return self._arithmetic(_OF_A_NUMBER.get(name, name), given, node)
+            return self._arithmetic(_OF_A_NUMBER.get(name, name), arguments, node)
         if name in self.source.routines:
-            return self._routine(name, given, node)
+            return self._routine(name, arguments, node)
         if name in self.outputs:
-            return self._function(name, given, node)
+            return self._function(name, arguments, node)
         if name in self.source.foreign:
-            return self._foreign(name, given, node)
+            return self._foreign(name, arguments, node)
         raise no_lanes(f"a call of {expression_text(node.name)}", node)
 
-    def _foreign(self, name: str, given: list[Any], node: Any) -> Value:
+    def _foreign(self, name: str, arguments: list[Any], node: Any) -> Value:
         """Return the call of a function for a single trajectory, with sizes after arrays."""
         texts = []
-        for item, kind in zip(given, self.source.foreign[name], strict=True):
+        for item, kind in zip(arguments, self.source.foreign[name], strict=True):
             value = self.value(item)
             if isinstance(kind, Real):
                 texts.append(self.to(value, kind, node))
@@ -440,9 +446,9 @@ class Expressions(ABC):
         self.foreign.add(name)
         return Value(f"eg_each_{name}({', '.join([self.mask(), *texts])})", LaneIntegers())
 
-    def _arithmetic(self, name: str, given: list[Any], node: Any) -> Value:
+    def _arithmetic(self, name: str, arguments: list[Any], node: Any) -> Value:
         texts, made, behind = [], [], []
-        for item in given:
+        for item in arguments:
             value = self.value(item)
             if isinstance(value.type, Pointer):
                 place = self.place(item.expr) if isinstance(item, c_ast.UnaryOp) else None
@@ -460,30 +466,34 @@ class Expressions(ABC):
             return Value(called, Real())
         return Value(f"({{ {' '.join(made)} {called}; {' '.join(behind)} }})", NoValue())
 
-    def _memory(self, name: str, given: list[Any], node: Any) -> Value:
-        target = self.value(given[0])
-        size = self.value(given[2]).text
+    def _memory(self, name: str, arguments: list[Any], node: Any) -> Value:
+        target = self.value(arguments[0])
+        size = self.value(arguments[2]).text
         if name == "memset":
             return Value(f"eg_clear({self.mask()}, {target.text}, {size})", NoValue())
-        if isinstance(given[1], c_ast.TernaryOp):
-            condition = self.value(given[1].cond)
+        if isinstance(arguments[1], c_ast.TernaryOp):
+            condition = self.value(arguments[1].cond)
             if not isinstance(condition.type, UniformInteger | Constant | Pointer):
-                holds, one, other = self.truths(condition), self.value(given[1].iftrue), self.value(given[1].iffalse)
+                holds, if_true, if_false = (
+                    self.truths(condition),
+                    self.value(arguments[1].iftrue),
+                    self.value(arguments[1].iffalse),
+                )
                 parts = [
                     f"eg_merge({self.mask()} & {mask}, {target.text}, {origin.text}, {size})"
-                    for mask, origin in ((holds, one), (f"~{holds}", other))
+                    for mask, origin in ((holds, if_true), (f"~{holds}", if_false))
                 ]
                 return Value(", ".join(parts), NoValue())
-        origin = self.value(given[1])
+        origin = self.value(arguments[1])
         if name == "memcmp":
             return Value(f"eg_differs({target.text}, {origin.text}, {size})", LaneIntegers())
         return Value(f"eg_merge({self.mask()}, {target.text}, {origin.text}, {size})", NoValue())
 
-    def _function(self, name: str, given: list[Any], node: Any) -> Value:
+    def _function(self, name: str, arguments: list[Any], node: Any) -> Value:
         self.functions.add(name)
         texts = [
             self.to(self.argument(item), kind, node)
-            for item, kind in zip(given, self.source.functions[name], strict=True)
+            for item, kind in zip(arguments, self.source.functions[name], strict=True)
         ]
         return Value(f"eg_masked_{name}({', '.join([self.mask(), *texts])})", NoValue())
 
@@ -492,12 +502,12 @@ class Expressions(ABC):
         value = self.value(node)
         return value.as_pointer() if isinstance(value.type, Array) else value
 
-    def _routine(self, name: str, given: list[Any], node: Any) -> Value:
+    def _routine(self, name: str, arguments: list[Any], node: Any) -> Value:
         routine = self.source.routines[name]
         if name not in self.called:
             self.called.append(name)
         texts = []
-        for item, (parameter, kind) in zip(given, routine.parameters, strict=True):
+        for item, (parameter, kind) in zip(arguments, routine.parameters, strict=True):
             value = self.argument(item)
             if isinstance(kind, UniformInteger):
                 if not isinstance(value.type, UniformInteger):
@@ -559,9 +569,9 @@ class Expressions(ABC):
         return "{ " + ", ".join(texts) + " }"
 
 
-def pick(mask: str, one: str, other: str, kind: Type) -> str:
+def pick(mask: str, if_true: str, if_false: str, kind: Type) -> str:
     """Return the choice between two values of a type in each lane."""
-    return f"{'eg_pick' if isinstance(kind, Real) else 'eg_pick_wholes'}({mask}, {one}, {other})"
+    return f"{'eg_pick' if isinstance(kind, Real) else 'eg_pick_wholes'}({mask}, {if_true}, {if_false})"
 
 
 def _compared_with_null(node: Any) -> frozenset[str]:

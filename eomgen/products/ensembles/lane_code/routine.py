@@ -231,8 +231,8 @@ class RoutineText(Expressions):
         self._store(node.lvalue, self.value(node.rvalue), node)
 
     def _increment(self, node: Any) -> None:
-        one = c_ast.Constant("int", "1")
-        self._store(node.expr, self.value(c_ast.BinaryOp(node.op.strip("p")[0], node.expr, one)), node)
+        unit = c_ast.Constant("int", "1")
+        self._store(node.expr, self.value(c_ast.BinaryOp(node.op.strip("p")[0], node.expr, unit)), node)
 
     def _store(self, target: Any, value: Any, node: Any) -> None:
         place = self.place(target)
@@ -270,26 +270,26 @@ class RoutineText(Expressions):
     def store(self, place: Place, value: Any, node: Any) -> str:
         """Return the statement that writes a value for the lanes that are here."""
         text = self.to(value, place.type, node)
-        own = place.region is self.region
-        if not own and self.region is self.top:
+        is_here = place.region is self.region
+        if not is_here and self.region is self.top:
             self.stores += 1
-            own = self._whole
+            is_here = self._whole
         if place.lanes:
             kind = "real" if isinstance(place.type, Real) else "wholes"
             return f"eg_scatter_{kind}({self.mask()}, {place.text}, {place.lanes}, {text})"
-        if own:
+        if is_here:
             return f"{place.text} = {text}"
         if isinstance(place.type, LaneStructure):
-            given = f"{type_text(place.type)} eg_given = {text}"
-            return f"{{ {given}; eg_merge({self.mask()}, &{place.text}, &eg_given, sizeof eg_given); }}"
+            copied = f"{type_text(place.type)} eg_given = {text}"
+            return f"{{ {copied}; eg_merge({self.mask()}, &{place.text}, &eg_given, sizeof eg_given); }}"
         return f"{place.text} = {pick(self.mask(), text, place.text, place.type)}"
 
     def _return(self, node: Any) -> None:
         value = ""
         if node.expr is not None:
-            given = self.value(node.expr)
-            self.routine.gives = self.routine.gives or not given.null
-            value = self.to(given, self.returns, node)
+            returned = self.value(node.expr)
+            self.routine.gives = self.routine.gives or not returned.null
+            value = self.to(returned, self.returns, node)
         if self.region is self.top:
             if self.top.left and value:
                 value = self._pick("live", value, "result")
@@ -309,10 +309,10 @@ class RoutineText(Expressions):
             regions.left = True
             regions = regions.outer
 
-    def _pick(self, mask: str, value: str, other: str) -> str:
+    def _pick(self, mask: str, value: str, if_false: str) -> str:
         if not isinstance(self.returns, Real | LaneIntegers):
             raise no_lanes("a structure, returned where lanes part company", self.routine.node)
-        return pick(mask, value, other, self.returns)
+        return pick(mask, value, if_false, self.returns)
 
     def _leave(self, here: str, masks: set[str]) -> None:
         gone = self.fresh("gone")

@@ -129,17 +129,17 @@ def _is_void(text: RoutineText) -> bool:
 def _each(name: str, kinds: Sequence[Type]) -> str:
     """Return the call of a function for a single trajectory for one lane after another."""
     plain = [f"{'double *' if isinstance(kind, Pointer) else 'double '}x{i}" for i, kind in enumerate(kinds)]
-    taken, before, filled, given, behind = [], [], [], [], []
+    taken, before, filled, arguments, behind = [], [], [], [], []
     for i, kind in enumerate(kinds):
         if not isinstance(kind, Pointer):
             taken.append(f"real x{i}")
-            given.append(f"x{i}[lane]")
+            arguments.append(f"x{i}[lane]")
             continue
         taken.append(f"real *x{i}, int n{i}")
         before.append(f"    double y{i}[n{i}];")
         filled += [f"        for (i = 0; i < n{i}; ++i)", f"            y{i}[i] = x{i}[i][lane];"]
         behind += [f"        for (i = 0; i < n{i}; ++i)", f"            x{i}[i][lane] = y{i}[i];"]
-        given.append(f"y{i}")
+        arguments.append(f"y{i}")
     lines = [
         f"int {name}({', '.join(plain)});",
         f"static eg_wholes eg_each_{name}({', '.join(['eg_wholes mask', *taken])})",
@@ -151,7 +151,7 @@ def _each(name: str, kinds: Sequence[Type]) -> str:
         "        if (!mask[lane])",
         "            continue;",
         *filled,
-        f"        found[lane] = {name}({', '.join(given)});",
+        f"        found[lane] = {name}({', '.join(arguments)});",
         *behind,
         "    }",
         "    return found;",
@@ -164,16 +164,16 @@ def _masked_function(name: str, source: LaneSource, sizes: list[int]) -> str:
     """Return the function of a model that does not change other lanes."""
     kinds = source.functions[name]
     taken = [declaration(f"x{i}", kind) for i, kind in enumerate(kinds)]
-    given, before, behind = [], [], []
+    arguments, before, behind = [], [], []
     first = len(kinds) - len(sizes)
     for i, kind in enumerate(kinds):
         if i < first or not isinstance(kind, Pointer):
-            given.append(f"x{i}")
+            arguments.append(f"x{i}")
             continue
         size = max(sizes[i - first], 1)
         before.append(f"    real y{i}[{size}];")
         behind.append(f"    if (x{i}) eg_merge(mask, x{i}, y{i}, {sizes[i - first]} * sizeof(real));")
-        given.append(f"y{i}")
+        arguments.append(f"y{i}")
     lines = [f"static void eg_masked_{name}({', '.join(['eg_wholes mask', *taken])})", "{"]
     lines += [
         *before,
@@ -181,7 +181,7 @@ def _masked_function(name: str, source: LaneSource, sizes: list[int]) -> str:
         f"        {name}({', '.join(f'x{i}' for i in range(len(kinds)))});",
         "        return;",
         "    }",
-        f"    {name}({', '.join(given)});",
+        f"    {name}({', '.join(arguments)});",
         *behind,
         "}",
     ]

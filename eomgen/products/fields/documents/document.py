@@ -156,14 +156,14 @@ class Hamiltonian:
             return {item.name: item.value for item in self.parameters}
         return _values_in_run("parameter", self.parameters, changes, {})
 
-    def start(self, values: Mapping[str, float], given: Mapping[str, float]) -> Array:
+    def start(self, values: Mapping[str, float], initial: Mapping[str, float]) -> Array:
         """Return coordinates, then momenta at the start, shape (2 n,).
 
         Parameters
         ----------
         values : mapping
             Of all parameters, by name.
-        given : mapping
+        initial : mapping
             Coordinates and momenta that the run starts from other values of, by name.
 
         Raises
@@ -171,18 +171,18 @@ class Hamiltonian:
         UsageError
             A formula has no finite real value with these parameters.
         """
-        return np.array(list(_values_in_run("start of", self.states, given, values).values()), float)
+        return np.array(list(_values_in_run("start of", self.states, initial, values).values()), float)
 
 
 def _values_in_run(
-    kind: str, items: Iterable[Parameter], given: Mapping[str, float], parameters: Mapping[str, float]
+    kind: str, items: Iterable[Parameter], initial: Mapping[str, float], parameters: Mapping[str, float]
 ) -> dict[str, float]:
     """Return the values of items in a run, by name: given, by a formula of parameters and of items before, or of the
     file. Raises UsageError."""
     known, values = dict(parameters), dict[str, float]()
     for item in items:
-        value = given.get(item.name, item.value)
-        if item.name not in given and item.formula is not None:
+        value = initial.get(item.name, item.value)
+        if item.name not in initial and item.formula is not None:
             try:
                 value = evaluate(item.formula, lambda symbol: known[symbol.name])
             except ArithmeticError as error:

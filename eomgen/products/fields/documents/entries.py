@@ -85,11 +85,13 @@ class FieldEntries(Generic[Kind]):
         """Return key and name of all entries of sections."""
         return [(f"{section}.{name}", name) for section in sections for name in self.names_in(section)]
 
-    def check_names(self, given: Iterable[tuple[str, str]], taken: Mapping[str, tuple[str, str]]) -> dict[str, str]:
+    def check_names(
+        self, keyed_names: Iterable[tuple[str, str]], taken: Mapping[str, tuple[str, str]]
+    ) -> dict[str, str]:
         """Report names that are not legal, that have a fault in ``taken``, that are words of formulas, and that two
         entries have; return the first section of each name."""
         seen: dict[str, str] = {}
-        for key, name in given:
+        for key, name in keyed_names:
             if not is_legal(name):
                 self.report.add(key, f"the name {shown(name)} is not legal [E0715]", NAME_RULE)
             elif name in taken:

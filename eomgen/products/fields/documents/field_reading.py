@@ -119,18 +119,18 @@ class _FieldReader(FieldEntries[FieldFile]):
         cells, lengths = file.mesh.cells, self.lengths()
         self.axes = OF_PLACES[: len(cells)]
         self.check_every_name()
-        own = self.names_in("operators")
-        more = (*self.axes, *_with_variances(own), *self.names_in("data"))
+        operator_names = self.names_in("operators")
+        more = (*self.axes, *_with_variances(operator_names), *self.names_in("data"))
         self.definitions(self.names(self.waves, more), _ANYWHERE)
-        given = self.columns()
-        operators = self.operators([item.name for item in given if item.kind not in DRAWN])
-        truth = self.truth(given)
+        numbers = self.columns()
+        operators = self.operators([item.name for item in numbers if item.kind not in DRAWN])
+        truth = self.truth(numbers)
         energy, where = _text(file.cell.energy), {name: _text(text) for name, text in file.cell.where.items()}
         fields = _last(operators)
         columns: tuple[str, ...] = ()
         if not (report.concerns("operators") or report.concerns("data")):  # else names are unknown because of faults
-            given = self.read_random_data(given, operators)
-            named, columns = self.names_in_cell(energy, where, operators, given)
+            numbers = self.read_random_data(numbers, operators)
+            named, columns = self.names_in_cell(energy, where, operators, numbers)
             fields = named or fields
         sampling = self.sampling(fields)
         if report.noted:
@@ -141,7 +141,7 @@ class _FieldReader(FieldEntries[FieldFile]):
             lengths,
             energy,
             tuple(operators),
-            tuple(given),
+            tuple(numbers),
             where,
             fields,
             columns,
@@ -152,18 +152,18 @@ class _FieldReader(FieldEntries[FieldFile]):
             file.mesh.unit,
             file.description,
             self.folder,
-            {key: report.where(key) for key in self.places(operators, given)},
+            {key: report.where(key) for key in self.places(operators, numbers)},
             self.content_without("sampling", "description"),
             {name: item.text for name, item in self.defined.items()},
             tuple(map(Message, self.unused())),
         )
 
-    def places(self, operators: Iterable[Operator], given: Iterable[Data]) -> list[str]:
+    def places(self, operators: Iterable[Operator], data: Iterable[Data]) -> list[str]:
         """Return the keys that later messages name."""
         keys = ["mesh", "mesh.cells", "cell", "cell.energy", "mass", "operators", "data"]
         keys += [f"sampling.{name}" for name in self.file.sampling.model_fields_set]
         keys += [f"operators.{item.name}" for item in operators]
-        return keys + [f"data.{item.name}" for item in given]
+        return keys + [f"data.{item.name}" for item in data]
 
     # -- mesh --------------------------------------------------------------------------------------------------------
 
@@ -179,10 +179,10 @@ class _FieldReader(FieldEntries[FieldFile]):
 
     def check_every_name(self) -> None:
         """Report names that are not legal, that formulas have, and that two entries have."""
-        other = f"another name than {', '.join(_OWN_NAMES)}"
-        taken = {name: (f"formulas have {name} of their own [E0728]", other) for name in _OWN_NAMES}
-        given = self.keys_in("parameters", "definitions", "operators", "data")
-        seen = self.check_names(given, taken)
+        hint = f"another name than {', '.join(_OWN_NAMES)}"
+        taken = {name: (f"formulas have {name} of their own [E0728]", hint) for name in _OWN_NAMES}
+        names = self.keys_in("parameters", "definitions", "operators", "data")
+        seen = self.check_names(names, taken)
         for name in self.names_in("operators"):
             if f"{name}{VARIANCE}" in seen:
                 key = f"{seen[f'{name}{VARIANCE}']}.{name}{VARIANCE}"
@@ -243,31 +243,31 @@ class _FieldReader(FieldEntries[FieldFile]):
 
     def kind_of(self, key: str, entry: object, kinds: Sequence[str]) -> Any:
         """Return the key of an entry that determines its kind."""
-        given = [kind for kind in kinds if getattr(entry, kind) is not None]
-        if len(given) != 1:
-            fault = f"{listed(given)} are said together [E0737]" if given else "no key gives its kind [E0738]"
+        present = [kind for kind in kinds if getattr(entry, kind) is not None]
+        if len(present) != 1:
+            fault = f"{listed(present)} are said together [E0737]" if present else "no key gives its kind [E0738]"
             self.report.add(key, fault, f"one of {listed(kinds)}")
             return None
-        return given[0]
+        return present[0]
 
     def auxiliary_formulas(
-        self, key: str, entry: Mapping[str, float | str], own: Sequence[str]
+        self, key: str, entry: Mapping[str, float | str], names_of_cell: Sequence[str]
     ) -> tuple[tuple[str, Formula], ...]:
         """Return the formulas of a table ``where``; each formula may use the previous names."""
         made: list[tuple[str, Formula]] = []
         for name, text in entry.items():
             taken = (*_OWN_NAMES, *(item.name for item in self.known), *self.defined)
             self.check_inner_name(f"{key}.{name}", name, taken, f"the name {shown(name)} cannot be taken here [E0741]")
-            names = self.names(own, [one for one, _ in made])
-            result = self.formula(f"{key}.{name}", text, names, _WAVES, self.names(own, ()))
+            names = self.names(names_of_cell, [known_name for known_name, _ in made])
+            result = self.formula(f"{key}.{name}", text, names, _WAVES, self.names(names_of_cell, ()))
             if result is not None:
                 made.append((name, result))
         return tuple(made)
 
-    def names(self, own: Sequence[str], more: Iterable[str]) -> SceneNames:
+    def names(self, known: Sequence[str], more: Iterable[str]) -> SceneNames:
         """Return the names for a formula: parameters, predefined variables, and further names."""
         values = dict.fromkeys((VOLUME, *(item.name for item in self.known)), True)
-        return SceneNames(parameters=values, states=(*own, *more), definitions=self.defined)
+        return SceneNames(parameters=values, states=(*known, *more), definitions=self.defined)
 
     # -- data --------------------------------------------------------------------------------------------------------
 
@@ -291,17 +291,17 @@ class _FieldReader(FieldEntries[FieldFile]):
             made.append(Data(name, kind, read or ZERO, None, entry.file or "", entry.column, least))
         return made
 
-    def read_random_data(self, given: Sequence[Data], operators: Sequence[Operator]) -> list[Data]:
+    def read_random_data(self, data: Sequence[Data], operators: Sequence[Operator]) -> list[Data]:
         """Return data with the formulas of random data, which are about fields of the truth."""
         made: list[Data] = []
-        own = _with_variances(item.name for item in operators)
-        for item in given:
+        operator_names = _with_variances(item.name for item in operators)
+        for item in data:
             key = f"data.{item.name}"
             if item.kind not in DRAWN:
                 made.append(item)
                 continue
             entry = self.file.data[item.name]
-            names = self.names(self.axes, [*own, *(one.name for one in made)])
+            names = self.names(self.axes, [*operator_names, *(datum.name for datum in made)])
             mean = self.formula(f"{key}.{item.kind}", getattr(entry, item.kind), names, _DRAWN)
             needed, spread = DRAWN[item.kind], None
             if needed and getattr(entry, needed) is None:
@@ -316,9 +316,9 @@ class _FieldReader(FieldEntries[FieldFile]):
             return 0.0 if name in _NOT_NEGATIVE else None
         return self.number(f"{key}.minimum", entry.minimum, self.known)[0]
 
-    def truth(self, given: Sequence[Data]) -> int | None:
+    def truth(self, data: Sequence[Data]) -> int | None:
         """Return the seed of the truth; None without one."""
-        drawn = [item.name for item in given if item.kind in DRAWN]
+        drawn = [item.name for item in data if item.kind in DRAWN]
         if drawn and "truth" not in self.data:
             fault = f"{listed(drawn)} is drawn about fields of a truth that is missing [E0744]"
             self.report.add(f"data.{drawn[0]}", fault, "[truth] and seed = 1")
@@ -327,11 +327,17 @@ class _FieldReader(FieldEntries[FieldFile]):
     # -- energy ------------------------------------------------------------------------------------------------------
 
     def names_in_cell(
-        self, energy: str, where: Mapping[str, str], operators: Sequence[Operator], given: Sequence[Data]
+        self, energy: str, where: Mapping[str, str], operators: Sequence[Operator], data: Sequence[Data]
     ) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Return the operators and the data named in formulas of a cell, in the order of the file."""
-        own, columns = [item.name for item in operators], [item.name for item in given]
-        known = [*_with_variances(own), *columns, VOLUME, *(item.name for item in self.known), *self.left_out]
+        operator_names, columns = [item.name for item in operators], [item.name for item in data]
+        known = [
+            *_with_variances(operator_names),
+            *columns,
+            VOLUME,
+            *(item.name for item in self.known),
+            *self.left_out,
+        ]
         result: set[str] = set()
         of_where: list[str] = []
         for name, text in where.items():
@@ -340,7 +346,9 @@ class _FieldReader(FieldEntries[FieldFile]):
             result |= self.named_in_cell(key, text, known, of_where)
             of_where.append(name)
         result |= self.named_in_cell("cell.energy", energy, known, of_where)
-        return tuple(name for name in own if name in result), tuple(name for name in columns if name in result)
+        return tuple(name for name in operator_names if name in result), tuple(
+            name for name in columns if name in result
+        )
 
     def named_in_cell(self, key: str, text: str, known: Sequence[str], of_where: Sequence[str]) -> set[str]:
         """Return the names in a formula of a cell; none for a faulty formula, which is reported."""
@@ -356,22 +364,22 @@ class _FieldReader(FieldEntries[FieldFile]):
 
     def sampling(self, watched: Sequence[str]) -> Chains:
         """Return the defaults of ``sample``."""
-        given = self.file.sampling.model_dump(exclude_unset=True)
-        for name, value in given.items():
+        keys = self.file.sampling.model_dump(exclude_unset=True)
+        for name, value in keys.items():
             if value == "" and (standard := getattr(Chains(), name)):
                 hint = f"{name} = {standard!r}, or no {name}"
                 self.report.add(f"sampling.{name}", f"the name of {name} is empty [E0754]", hint)
-        unknown = given.get("field") and given["field"] not in watched
+        unknown = keys.get("field") and keys["field"] not in watched
         if unknown and not (self.report.concerns("operators") or self.report.concerns("data")):
             hint = listed(watched) or "no field"
-            self.report.add("sampling.field", f"there is no field {shown(given['field'])} in the energy [E0757]", hint)
-        return Chains(**given)
+            self.report.add("sampling.field", f"there is no field {shown(keys['field'])} in the energy [E0757]", hint)
+        return Chains(**keys)
 
 
 def _with_variances(operators: Iterable[str]) -> list[str]:
     """Return the names of operators, and of their variances in formulas."""
-    own = list(operators)
-    return [*own, *(f"{name}{VARIANCE}" for name in own)]
+    names = list(operators)
+    return [*names, *(f"{name}{VARIANCE}" for name in names)]
 
 
 def _last(operators: Sequence[Operator]) -> tuple[str, ...]:

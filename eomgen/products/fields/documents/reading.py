@@ -82,18 +82,18 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
         data, report, file = self.data, self.report, self.file
         for name in self.left_out.intersection(data.get("coordinates", ())):
             entry = data["coordinates"][name]
-            own = entry.get("momentum") if isinstance(entry, Mapping) else ""
-            self.left_out.add(own if own and isinstance(own, str) else f"p_{name}")
+            momentum = entry.get("momentum") if isinstance(entry, Mapping) else ""
+            self.left_out.add(momentum if momentum and isinstance(momentum, str) else f"p_{name}")
         parameters = self.parameters()
         pairs = self.coordinates(parameters)
         if not pairs:
             return None
         coordinates, momenta = zip(*pairs, strict=True)
-        own = {item.name for item in momenta}
+        momentum = {item.name for item in momenta}
         values = {item.name: item.value for item in (*parameters, *coordinates, *momenta)}
-        given = [(f"coordinates.{q.name}", item.name) for q, p in pairs for item in (q, p)]
+        keyed_names = [(f"coordinates.{q.name}", item.name) for q, p in pairs for item in (q, p)]
         time = "t is the time, of which H does not depend [E0764]", "another name"
-        self.check_names([*self.keys_in("parameters"), *given, *self.keys_in("definitions")], {"t": time})
+        self.check_names([*self.keys_in("parameters"), *keyed_names, *self.keys_in("definitions")], {"t": time})
         for key, name in self.keys_in("outputs"):
             if not is_legal(name):
                 report.add(key, f"the name {shown(name)} is not legal [E0715]", NAME_RULE)
@@ -101,7 +101,7 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
         names = SceneNames(parameters=dict.fromkeys((item.name for item in parameters), True), states=states)
         self.definitions(names, _OF_STATES)
         names = replace(names, definitions=self.defined)
-        terms = self.terms(names, own)
+        terms = self.terms(names, momentum)
         outputs = self.outputs(names)
         simulation = self.simulation()
         if report.noted:
@@ -139,12 +139,12 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
         for name, entry in self.file.coordinates.items():
             named = (name, entry.unit), (entry.momentum or f"p_{name}", entry.momentum_unit)
             start = [
-                self.number(f"coordinates.{name}.initial[{place}]", value, parameters)
-                for place, value in enumerate(entry.initial)
+                self.number(f"coordinates.{name}.initial[{index}]", value, parameters)
+                for index, value in enumerate(entry.initial)
             ]
             q, p = (
-                Parameter(own, value, unit, formula=formula)
-                for (own, unit), (value, formula) in zip(named, start, strict=True)
+                Parameter(name, value, unit, formula=formula)
+                for (name, unit), (value, formula) in zip(named, start, strict=True)
             )
             made.append((q, p))
         return made
@@ -176,14 +176,14 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
         return made
 
     def simulation(self) -> Run:
-        given = self.file.simulation.model_dump(exclude_unset=True)
-        method = given.get("method")
+        keys = self.file.simulation.model_dump(exclude_unset=True)
+        method = keys.get("method")
         if method == "":
             self.report.add("simulation.method", "the method has no name [E0771]", 'method = "omf4", or no key')
-        if "tolerance" in given and method != "rk45":
+        if "tolerance" in keys and method != "rk45":
             fault = "a tolerance is of rk45, and other methods take equal steps [E0767]"
             self.report.add("simulation.tolerance", fault, 'method = "rk45"')
-        return Run(**given, place=self.report.where("simulation.method") if "method" in given else "")
+        return Run(**keys, place=self.report.where("simulation.method") if "method" in keys else "")
 
     def check_start(self, terms: list[Term], outputs: list[Output], values: Mapping[str, float]) -> None:
         """Report terms that have no finite real value at the start."""

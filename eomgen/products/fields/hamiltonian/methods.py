@@ -35,8 +35,8 @@ def gauss_collocation(stages: int) -> tuple[tuple[float, ...], tuple[float, ...]
     nodes, weights = np.polynomial.legendre.leggauss(stages)
     # column j: weight j times the sum over k of (2 k + 1) P_k(node j) times the integral of P_k, on [-1, 1]
     series = [Legendre.basis(k) for k in range(stages)]
-    integrals = np.array([one.integ(lbnd=-1)(nodes) for one in series])
-    values = np.array([(2 * k + 1) * one(nodes) for k, one in enumerate(series)])
+    integrals = np.array([polynomial.integ(lbnd=-1)(nodes) for polynomial in series])
+    values = np.array([(2 * k + 1) * polynomial(nodes) for k, polynomial in enumerate(series)])
     A = np.einsum("ki,kj,j->ij", integrals, values, weights) / 4
     return tuple(A.ravel().tolist()), tuple((weights / 2).tolist())
 

@@ -313,8 +313,12 @@ class HamiltonianModel(NamedAttributes):
         record = np.empty((1 + whole + (rest > 0), 2 * n))
         motion = np.concatenate([state.ravel(), np.zeros(2 * n + 1)])
         record[0] = motion[: 2 * n]
-        given = (values if len(values) else np.zeros(1), method.fractions, (*method.A, *method.b, *method.error, 0.0))
-        numbers = [ffi.from_buffer("double[]", np.array(array)) for array in given]
+        arguments = (
+            values if len(values) else np.zeros(1),
+            method.fractions,
+            (*method.A, *method.b, *method.error, 0.0),
+        )
+        numbers = [ffi.from_buffer("double[]", np.array(array)) for array in arguments]
         work = np.empty(method.work(n) + 1)
         memories = [ffi.from_buffer("double[]", array) for array in (work, motion)]
         tally = ffi.new("long[5]")
@@ -388,23 +392,23 @@ class HamiltonianModel(NamedAttributes):
     def _start(self, initial: Mapping[str, Any] | None, values: Array) -> Array:
         """Return q and p of the start of a run with these parameters, (1, 2 n). Raises UsageError."""
         names = [*self.q_names, *self.p_names]
-        given: dict[str, float] = {}
+        known: dict[str, float] = {}
         _check_mapping("initial", initial, f'initial={{"{self.q_names[0]}": 0.1}}, or "q" and "p" with arrays')
         for key, value in (initial or {}).items():
             if key in names:
-                given[key] = _finite(f"initial.{key}", value)
+                known[key] = _finite(f"initial.{key}", value)
             elif key in ("q", "p"):
                 array = _array(f"initial.{key}", value)
                 if array.shape != (self.n,) or not np.isfinite(array).all():
                     fault = f"{key} has shape {array.shape}, and finite numbers of shape ({self.n},) are needed [E0782]"
                     raise UsageError(Problem("initial", fault, f"one number for each of {', '.join(names[:3])}, ..."))
-                given |= zip(self.q_names if key == "q" else self.p_names, array.tolist(), strict=True)
+                known |= zip(self.q_names if key == "q" else self.p_names, array.tolist(), strict=True)
             else:
                 hint = nearest(str(key), names)
                 raise UsageError(
                     Problem("initial", f"there is no coordinate or momentum {shown(str(key))} [E0783]", hint)
                 )
-        state = self.document.start(dict(zip(self.parameters, values.tolist(), strict=True)), given)
+        state = self.document.start(dict(zip(self.parameters, values.tolist(), strict=True)), known)
         energy = float(self._call("hamiltonian", [state[: self.n], state[self.n :]], values)[0].sum())
         if not math.isfinite(energy):
             hint = NO_START
@@ -454,9 +458,9 @@ def _whole_steps(t_end: float, step: float) -> int:
     return steps
 
 
-def _check_mapping(key: str, given: object, hint: str) -> None:
-    if given is not None and not isinstance(given, Mapping):
-        raise UsageError(Problem(key, f"numbers by name are needed, not {shown(given)} [E0791]", hint))
+def _check_mapping(key: str, value: object, hint: str) -> None:
+    if value is not None and not isinstance(value, Mapping):
+        raise UsageError(Problem(key, f"numbers by name are needed, not {shown(value)} [E0791]", hint))
 
 
 def _array(key: str, value: object) -> Array:

@@ -86,7 +86,7 @@ class StepErrors:
 
 
 def estimate_errors(
-    own: Array, step: float, every: int, steps: int, order: int, names: Sequence[str], rows: Rows
+    rows_of_run: Array, step: float, every: int, steps: int, order: int, names: Sequence[str], rows: Rows
 ) -> StepErrors:
     """Return the estimate of a run by runs in steps twice and four times as long, or else half as long.
 
@@ -95,19 +95,19 @@ def estimate_errors(
 
     Parameters
     ----------
-    own : (rows, 2 n), q and p after every ``every`` steps and after the last
+    rows_of_run : (rows, 2 n), q and p after every ``every`` steps and after the last
     names : of the columns
     """
     if steps < 1:
         return StepErrors(reason="the run made no step")
     ends = [*range(0, steps, every), steps]
-    scale = _scale(own)
-    common = [place for place, end in enumerate(ends) if end % 4 == 0]
+    scale = _scale(rows_of_run)
+    common = [row for row, end in enumerate(ends) if end % 4 == 0]
     if steps % 4 == 0 and steps >= 16:
         spacing = math.lcm(every, 4)
         twice, four = (rows(multiple, spacing) for multiple in (2.0, 4.0))
         if twice is not None and four is not None:
-            here = own[common]
+            here = rows_of_run[common]
             apart, further = (np.abs(left - right) / scale for left, right in ((here, twice), (twice, four)))
             small = float(apart.max()) < _ROUNDING
             seen = math.log2(float(further.max()) / float(apart.max())) if not small else math.nan
@@ -119,26 +119,26 @@ def estimate_errors(
     finer = rows(0.5, every)
     if finer is None:
         return StepErrors(reason=f"a run in steps of {step / 2:.6g} failed", declared_order=order)
-    apart = np.abs(own - finer) / scale
+    apart = np.abs(rows_of_run - finer) / scale
     made = f"a run in steps of {step / 2:.6g}"
     return _step_errors(
         apart * 2**order / (2**order - 1), scale, [end * step for end in ends], names, math.nan, order, made
     )
 
 
-def by_tolerance(own: Array, finer: Array | None, t: Array, tolerance: float, names: Sequence[str]) -> StepErrors:
+def by_tolerance(rows: Array, finer: Array | None, t: Array, tolerance: float, names: Sequence[str]) -> StepErrors:
     """Return the estimate for a run with adaptive steps by a run at ``FINER`` of the tolerance."""
     if finer is None:
         return StepErrors(reason=f"a run at tolerance {tolerance * FINER:.3g} failed")
-    scale = _scale(own)
+    scale = _scale(rows)
     made = f"a run at tolerance {tolerance * FINER:.3g}"
-    return _step_errors(np.abs(own - finer) / scale, scale, t.tolist(), names, math.nan, math.nan, made)
+    return _step_errors(np.abs(rows - finer) / scale, scale, t.tolist(), names, math.nan, math.nan, made)
 
 
-def _scale(own: Array) -> Array:
+def _scale(rows: Array) -> Array:
     """Return the range of each column; for a column at rest, the magnitude."""
-    result = np.ptp(own, axis=0)
-    return np.asarray(np.where(result > 0, result, np.maximum(np.abs(own).max(axis=0), np.finfo(float).tiny)))
+    result = np.ptp(rows, axis=0)
+    return np.asarray(np.where(result > 0, result, np.maximum(np.abs(rows).max(axis=0), np.finfo(float).tiny)))
 
 
 def _step_errors(

@@ -215,19 +215,19 @@ def cell_tape(energy: CellEnergy, fields: Sequence[str], data: Sequence[str], ma
     tape = Tape()
     algebra = Algebra(tape)
     q, along = algebra.block("f", len(fields)), algebra.block("j", len(fields))
-    given = algebra.block("d", len(data) + len(masks))
+    inputs = algebra.block("d", len(data) + len(masks))
     known: dict[str, Scalar] = dict(zip(fields, q, strict=True))
-    for name, value in zip(masks, given[len(data) :], strict=True):
+    for name, value in zip(masks, inputs[len(data) :], strict=True):
         known[name] = known[name] * value
     names = [*fields, *data, *energy.parameters, *energy.where, *energy.definitions]
-    for place, name in enumerate(names):
+    for column, name in enumerate(names):
         if not is_legal(name):
             raise DescriptionError(Problem("cell energy", f"the name {shown(name)} is not legal [E0715]", NAME_RULE))
-        if name in names[:place]:
+        if name in names[:column]:
             raise DescriptionError(
                 Problem("cell energy", f"two things are called {name} [E0796]", "another name for one")
             )
-    known |= dict(zip(data, given, strict=False))
+    known |= dict(zip(data, inputs, strict=False))
     known |= {name: algebra.scalar(float(value)) for name, value in energy.parameters.items()}
     defined, of_where = named_expressions(energy.definitions), dict[str, Scalar]()
 
@@ -285,8 +285,8 @@ class CellRoutines:
         """Return C's array of the addresses of arrays; at least one, which may be NULL."""
         single = bool(arrays) and arrays[0].dtype == np.float32
         made = self.ffi.new("float *[]" if single else "double *[]", max(len(arrays), 1))
-        for place, array in enumerate(arrays):
-            made[place] = self.address(array)
+        for number, array in enumerate(arrays):
+            made[number] = self.address(array)
         return made
 
     def address(self, array: Reals | Spectrum | None) -> Any:
@@ -311,8 +311,8 @@ class CellRoutines:
         made = self.lib.eomgen_field_residual_single if single else self.lib.eomgen_field_residual
 
         def part(*arrays: Any) -> None:
-            own, others = arrays[: len(fields)], arrays[len(fields) :]
-            made(own[0].size, self.pointers(own), self.pointers(others))
+            inputs, others = arrays[: len(fields)], arrays[len(fields) :]
+            made(inputs[0].size, self.pointers(inputs), self.pointers(others))
 
         self._share(part, *fields, *data)
 

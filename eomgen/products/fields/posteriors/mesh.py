@@ -267,9 +267,9 @@ def numbers_of_cells(mesh: Mesh, values: ArrayLike, least: float, key: str) -> A
     made = np.array(np.broadcast_to(values, mesh.cells), dtype=float, order="C")
     wrong = ~np.isfinite(made) | (made < least)
     if np.any(wrong):
-        place = tuple(int(axis[0]) for axis in np.nonzero(wrong))
+        cell = tuple(int(axis[0]) for axis in np.nonzero(wrong))
         bound = "finite numbers" if least == -math.inf else f"finite numbers from {least:.6g} on"
-        fault = f"{counted(int(wrong.sum()), 'cell')} cannot be: {made[place]:.6g} at {place} [E0811]"
+        fault = f"{counted(int(wrong.sum()), 'cell')} cannot be: {made[cell]:.6g} at {cell} [E0811]"
         raise ModelError(Problem(key, fault, bound))
     return made
 
@@ -374,10 +374,10 @@ class _FFTW:
         return self.buffer
 
     def _along_first(self, plan: Any, slab: Spectrum) -> None:
-        for place in range(self.buffer.shape[1]):
-            slab[...] = self.buffer[:, place]
+        for number in range(self.buffer.shape[1]):
+            slab[...] = self.buffer[:, number]
             plan.execute()
-            self.buffer[:, place] = slab
+            self.buffer[:, number] = slab
 
     def white(self, generator: np.random.Generator, to: Complex) -> None:
         generator.standard_normal(out=self._fields[0])  # of doubles

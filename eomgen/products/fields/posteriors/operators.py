@@ -348,16 +348,16 @@ def _values(mesh: Mesh, power: Power) -> Array:
     with np.errstate(all="ignore"):
         values = np.array(np.broadcast_to(power(mesh.wave_numbers) if callable(power) else power, mesh.half), float)
     if not np.all(np.isfinite(values)) or values.min() < 0.0:
-        place = np.unravel_index(int(np.argmin(np.where(np.isfinite(values), values, -np.inf))), mesh.half)
-        fault = f"the power is {values[place]:.6g} at k = {mesh.wave_numbers[place]:.6g} [E0808]"
+        cell = np.unravel_index(int(np.argmin(np.where(np.isfinite(values), values, -np.inf))), mesh.half)
+        fault = f"the power is {values[cell]:.6g} at k = {mesh.wave_numbers[cell]:.6g} [E0808]"
         raise ModelError(Problem("power", fault, "finite values from 0 on, at k = 0 too"))
     return values
 
 
-def _times(one: Array | Complex | None, two: Array | Complex | None) -> Array | Complex | None:
-    if one is None or two is None:
-        return two if one is None else one
-    product: Array | Complex = one * two
+def _times(first: Array | Complex | None, two: Array | Complex | None) -> Array | Complex | None:
+    if first is None or two is None:
+        return two if first is None else first
+    product: Array | Complex = first * two
     return product
 
 

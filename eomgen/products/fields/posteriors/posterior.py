@@ -429,11 +429,11 @@ class FieldPosterior:
         deviations = [math.sqrt(replace(operator, mask=None).variance) for operator in operators]
         count = len(deviations)
         means = [0.0] * count
-        for place in np.ndindex(*(len(nodes),) * count):
-            fields = [np.full(self.mesh.cells, d * nodes[k]) for d, k in zip(deviations, place, strict=True)]
-            weight = math.prod(float(weights[k]) for k in place)
+        for node in np.ndindex(*(len(nodes),) * count):
+            fields = [np.full(self.mesh.cells, d * nodes[k]) for d, k in zip(deviations, node, strict=True)]
+            weight = math.prod(float(weights[k]) for k in node)
             for number in range(count):
-                along = [np.full(self.mesh.cells, float(number == other)) for other in range(count)]
+                along = [np.full(self.mesh.cells, float(number == index)) for index in range(count)]
                 self._curve(fields, along)
                 means[number] += weight * float(np.mean(along[number]))
         if not all(map(math.isfinite, means)):

@@ -237,7 +237,9 @@ def at_settings(system: FieldSystem, given: Collection[str] = ()) -> Iterator[No
         if any(key in given or f"sampling.{key}" not in system.places for key in keys):
             raise
         places = [system.place(f"sampling.{key}") for key in keys]
-        problems = [Problem(place, item.what, item.hint) for place, item in zip(places, error.problems, strict=True)]
+        problems = [
+            Problem(position, item.what, item.hint) for position, item in zip(places, error.problems, strict=True)
+        ]
         raise DescriptionError(problems) from None
 
 
@@ -310,8 +312,8 @@ class _FileObjects:
         """Return a real filter, which has to be the same at k and at -k. Raises ModelError."""
         values, turned = (self.symbol_values(item, sign) for sign in (1.0, -1.0))
         if not np.all(np.isfinite(values)):
-            place = np.unravel_index(int(np.argmax(~np.isfinite(values))), values.shape)
-            fault = f"the filter has no finite value at k = {self.mesh.wave_numbers[place]:.6g} [E0836]"
+            cell = np.unravel_index(int(np.argmax(~np.isfinite(values))), values.shape)
+            fault = f"the filter has no finite value at k = {self.mesh.wave_numbers[cell]:.6g} [E0836]"
             raise ModelError(Problem("filter", fault, "a formula with finite values, at k = 0 too"))
         if not np.allclose(values, turned, rtol=1e-12, atol=1e-300):
             fault = "the filter is not the same at k and at -k, so the filtered real field is not real [E0837]"

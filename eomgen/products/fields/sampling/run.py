@@ -98,10 +98,10 @@ def _system(described: FieldSystem | str | os.PathLike[str] | Mapping[str, Any])
     return fields_from_data(described) if isinstance(described, Mapping) else load_fields(described)
 
 
-def _settings(standard: Chains, given: Mapping[str, Any]) -> Chains:
+def _settings(standard: Chains, options: Mapping[str, Any]) -> Chains:
     """Return the settings of a run. Raises UsageError."""
     known = [item.name for item in dataclasses.fields(Chains)]
-    for name, value in given.items():
+    for name, value in options.items():
         if name not in known:
             raise UsageError(Problem(f"sample: {name}", "there is no such setting [E0850]", nearest(name, known)))
         wanted = type(getattr(standard, name))
@@ -110,7 +110,7 @@ def _settings(standard: Chains, given: Mapping[str, Any]) -> Chains:
             kind = {int: "a whole number", float: "a number", str: "a text"}[wanted]
             fault = f"{kind} is needed, not {quoted(value)} [E0853]"
             raise UsageError(Problem(f"sample: {name}", fault, f"{getattr(standard, name)!r}"))
-    made = dataclasses.replace(standard, **given)
+    made = dataclasses.replace(standard, **options)
     for name, least in (("samples", 0), ("warm_up", 0), ("chains", 1), ("watched", 1), ("bins", 1)):
         if getattr(made, name) < least:
             raise UsageError(Problem(f"sample: {name}", f"{getattr(made, name)} cannot be [E0819]", f"from {least} on"))
@@ -133,16 +133,16 @@ class _Run:
 
     def start(self, resume: bool) -> Sampler:
         settings = self.settings
-        given: Any = {name: value for name, value in vars(settings).items() if name in _OF_SAMPLERS}
+        options: Any = {name: value for name, value in vars(settings).items() if name in _OF_SAMPLERS}
         if resume:
-            given["start"] = None
+            options["start"] = None
         elif Path(settings.start).suffix == ".npy":
-            given["start"] = start_fields(Path(settings.start), self.problem, settings.chains)
+            options["start"] = start_fields(Path(settings.start), self.problem, settings.chains)
         size = self.problem.mesh.size
         count = min(settings.watched, size)
         stride = next(step for step in range(round(size * _GOLDEN), 2 * size) if math.gcd(step, size) == 1)
         spread = np.sort(np.arange(count) * stride % size)
-        return Sampler(self.problem.posterior, mass=self.mass, watched=spread, **given)
+        return Sampler(self.problem.posterior, mass=self.mass, watched=spread, **options)
 
     def go(self, bar: Progress | None, interrupts: Interrupts, every: float) -> FieldSamples:
         """Make missing parts, and return all."""
@@ -222,8 +222,8 @@ class _Run:
         if missing:
             fault = f"this is not a checkpoint of chains: {listed(missing)} is missing [E0855]"
             raise FileError(Problem(str(path), fault, "a folder of eomgen sample --out"))
-        own, theirs = self.fixed_settings(), told["settings"]
-        for name, value in own.items():
+        settings, theirs = self.fixed_settings(), told["settings"]
+        for name, value in settings.items():
             if name not in theirs or theirs[name] != value:
                 fault = f"it is of a run with {name} = {theirs.get(name)!r}, and here it is {value!r} [E0857]"
                 if name == "posterior":

@@ -118,7 +118,7 @@ def reference_values(
         for factor in model.factors:
             if factor.q_size == factor.v_size:
                 coordinates[factor.v] = reference.q[factor.q]
-    given = dict(zip(model.inputs, reference.u, strict=True))
+    inputs = dict(zip(model.inputs, reference.u, strict=True))
     outputs = np.zeros(0)
     if "outputs" in model.functions:
         multipliers = {"multipliers": reference.multipliers} if len(reference.multipliers) else {}
@@ -128,8 +128,8 @@ def reference_values(
         "measured": coordinates,
         "velocities": measures.v,
         "states": reference.z,
-        "inputs": np.array([given[name] for name in description.driven]),
-        "disturbances": np.array([given.get(name, np.nan) for name in description.disturbances]),
+        "inputs": np.array([inputs[name] for name in description.driven]),
+        "disturbances": np.array([inputs.get(name, np.nan) for name in description.disturbances]),
         "outputs": outputs,
     }
 
@@ -253,8 +253,8 @@ def linearize(
     ('wheel', 'body')
     """
     p = model.evaluator.one_set(parameters)
-    given: dict[str, Any] = {"q": q, "v": v, "a": a, "z": z, "multipliers": multipliers}
-    specified = sorted(name for name, value in given.items() if value is not None)
+    arguments: dict[str, Any] = {"q": q, "v": v, "a": a, "z": z, "multipliers": multipliers}
+    specified = sorted(name for name, value in arguments.items() if value is not None)
     independent = names_of("independent", "coordinates", independent, "hinge")
     able = able_to_linearize(model, moving=bool(specified) or at in ("initial", "steady"))
     point = OperatingPoint(number_of("t", t), p, u, None if base is None else able.evaluator.base(base))
@@ -266,7 +266,7 @@ def linearize(
             if at is not None or initial is not None:
                 fault = "the state is given by q as well as by at or initial [E0060]"
                 raise UsageError(Problem("linearize", fault, "one of them"))
-            state = given_state(able, given, point)
+            state = given_state(able, arguments, point)
             check_constraints(able, state)
         elif not isinstance(at, EquilibriumState | SteadyMotion):
             state = found_state(able, at, initial, point, any_kind=any_kind, asked=model)
@@ -432,7 +432,7 @@ def _in_multiblade_coordinates(
     known = [*names.measured, *names.states, *names.inputs, *names.disturbances, *names.outputs]
     rotors = _rotors(model, state, checked_groups(blades, known))
     groups = Basis.of(names.measured, rotors).groups
-    wanted = [names.measured[place] for group in groups for place in group.places]
+    wanted = [names.measured[position] for group in groups for position in group.places]
     if not set(wanted) <= set(first.coordinates):
         first = about(model, state, list(dict.fromkeys((*independent, *wanted))))
     result = _to_multiblade(first, rotors)
@@ -456,7 +456,7 @@ def _warn_of_one_azimuth(result: Linearization, others: Sequence[Linearization],
     told = []
     for kind, (first, *later) in rows.items():
         largest = np.max(np.abs(first), axis=1, initial=0.0)
-        change = np.max([np.max(np.abs(other - first), axis=1, initial=0.0) for other in later], axis=0)
+        change = np.max([np.max(np.abs(matrix - first), axis=1, initial=0.0) for matrix in later], axis=0)
         changing = change > np.maximum(_SAME * largest, _ROUNDING * np.max(largest, initial=0.0))
         names = [name for name, true in zip(getattr(spaces[0], f"{kind}s"), changing, strict=True) if true]
         if names:
@@ -556,7 +556,7 @@ def _to_multiblade(linear: Linearization, rotors: Sequence[Rotor]) -> Linearizat
             rates = zip(old, new, strict=True)
             labels |= {f"v.{now}": names.units.get(f"v.{before}", "") for before, now in rates if before != now}
     bases = {**of, "velocities": of["measured"]}
-    values = {kind: bases[kind].values(given) for kind, given in names.references.items()}
+    values = {kind: bases[kind].values(references) for kind, references in names.references.items()}
     renamed: dict[str, Any] = {kind: of[kind].names for kind in ("components", *kinds)}
     units = {name: unit for name, unit in {**names.units, **labels}.items() if unit}
     multiblade = Multiblade(tuple(rotors), of["components"].matrix, tuple(of["measured"].pairs))
@@ -585,15 +585,15 @@ def _warn_of_acceleration(model: CompiledModel, linear: Linearization) -> None:
 
 def _dynamics(model: CompiledModel, state: OperatingState) -> tuple[Array, Array]:
     """Return accelerations and multipliers of a state: given values, or by forward dynamics."""
-    given = state.point.keywords | {"z": state.z}
+    keywords = state.point.keywords | {"z": state.z}
     if not model.multipliers:
         if state.a is None or state.kind != "given state":
             _check_mass(model, state)
-        a = state.a if state.a is not None else model.forward_dynamics(state.q, state.v, **given)
+        a = state.a if state.a is not None else model.forward_dynamics(state.q, state.v, **keywords)
         lam = np.zeros(0)
     elif state.a is None:
         try:
-            a, lam = model.constrained_dynamics(state.q, state.v, **given)
+            a, lam = model.constrained_dynamics(state.q, state.v, **keywords)
         except NumericalError:
             raise singular_mechanism() from None
     else:
@@ -602,7 +602,7 @@ def _dynamics(model: CompiledModel, state: OperatingState) -> tuple[Array, Array
         lam = state.multipliers
     elif model.multipliers and state.a is not None:
         rest = np.zeros(len(model.multipliers))
-        (r,) = model.evaluate("residual", state.q, state.v, a, multipliers=rest, **given).values()
+        (r,) = model.evaluate("residual", state.q, state.v, a, multipliers=rest, **keywords).values()
         (B,) = model.evaluate("constraint_jacobian", state.q, **state.point.keywords).values()
         lam = np.asarray(np.linalg.lstsq(B.T, -r, rcond=None)[0], dtype=float)
     check_finite("acceleration", a, [f"the acceleration of {name}" for name in model.v_names])

@@ -140,21 +140,21 @@ class OperatingState:
     multipliers: Array | None = None
 
 
-def given_state(model: CompiledModel, given: Mapping[str, Any], point: OperatingPoint) -> OperatingState:
+def given_state(model: CompiledModel, state: Mapping[str, Any], point: OperatingPoint) -> OperatingState:
     """Return the caller's state, each part as one vector."""
     sizes = {"q": model.nq, "v": model.nv, "a": model.nv, "multipliers": len(model.multipliers)}
     parts: dict[str, Array] = {}
     for name, size in sizes.items():
-        if given.get(name) is None:
+        if state.get(name) is None:
             continue
-        whole = model.evaluator.with_references(name, given[name]) if name == "q" else given[name]
+        whole = model.evaluator.with_references(name, state[name]) if name == "q" else state[name]
         parts[name] = components(name, whole, size)
         if parts[name].ndim != 1:
             fault = f"one state is needed, not a batch of shape {parts[name].shape} [E0074]"
             raise UsageError(Problem(name, fault, "one call for each state; nothing is compiled again"))
         check_finite(name, parts[name])
     parts["q"] = model.evaluator.configuration(parts["q"])
-    z = model.evaluator.internal(given.get("z"))
+    z = model.evaluator.internal(state.get("z"))
     v = parts.get("v", np.zeros(model.nv))
     return OperatingState("given state", point, parts["q"], v, z, parts.get("a"), parts.get("multipliers"))
 
@@ -165,15 +165,15 @@ def check_constraints(model: CompiledModel, state: OperatingState) -> None:
     model.check_left_out(state.q, state.v, state.point.t, state.point.parameters)
     if not model.multipliers:
         return
-    given = state.point.keywords
-    at_velocity = next(iter(model.evaluate("constraint_velocity", state.q, state.v, **given).values()))
+    keywords = state.point.keywords
+    at_velocity = next(iter(model.evaluate("constraint_velocity", state.q, state.v, **keywords).values()))
     rows = [("rate", at_velocity)]
     if model.functions.sizes["holonomic"]:
-        at_position = next(iter(model.evaluate("constraint", state.q, **given).values()))
+        at_position = next(iter(model.evaluate("constraint", state.q, **keywords).values()))
         rows.insert(0, ("position", at_position))
     if state.a is not None:
-        (B,) = model.evaluate("constraint_jacobian", state.q, **given).values()
-        (g,) = model.evaluate("constraint_bias", state.q, state.v, **given).values()
+        (B,) = model.evaluate("constraint_jacobian", state.q, **keywords).values()
+        (g,) = model.evaluate("constraint_bias", state.q, state.v, **keywords).values()
         rows.append(("acceleration", B @ state.a + g))
     for level, values in rows:
         worst = int(np.argmax(np.abs(values)))
@@ -261,9 +261,9 @@ def _steady_state(
     if at == "steady" or turning:
         at_rest = [_zero_velocities(model, start.q, point)] if turning and not absolute else []
         known = KnownSymmetries()
-        for given in (*at_rest, None):  # without given velocities, rounding of symmetries does not matter
+        for velocities in (*at_rest, None):  # without given velocities, rounding of symmetries does not matter
             try:
-                motion = motion_along(model, known, given, None, initial, p, t, u)
+                motion = motion_along(model, known, velocities, None, initial, p, t, u)
                 return as_found("steady motion", motion, point, stacklevel=5)
             except NumericalError as error:
                 if at == "steady":

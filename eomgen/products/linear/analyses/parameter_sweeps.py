@@ -92,9 +92,9 @@ def root_locus(
 
     def linearize_at(value: float, before: Linearization | None) -> Linearization:
         near = None if before is None or at == "initial" else state_of(before)
-        given: dict[str, Any] = {"t": t, "u": u, "parameters": {**(parameters or {}), parameter: value}, "base": base}
-        given |= {"at": at, "initial": near or initial, "any_kind": any_kind, "independent": independent}
-        return linearize(model, **given)
+        options: dict[str, Any] = {"t": t, "u": u, "parameters": {**(parameters or {}), parameter: value}, "base": base}
+        options |= {"at": at, "initial": near or initial, "any_kind": any_kind, "independent": independent}
+        return linearize(model, **options)
 
     with shown_progress(progress, f"{model.name}: {parameter}") as report, one_thread_of_algebra(model.nv):
         return followed_roots(parameter, array.tolist(), linearize_at, report)

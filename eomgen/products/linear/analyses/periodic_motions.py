@@ -213,19 +213,19 @@ class _Orbit:
     def matrices(self, start: Any, count: int) -> tuple[Array, tuple[str, ...]]:
         """Return the matrices of the linear models along the motion, (6 count + 1, ns, ns), and names of the states."""
         places = [k * (_LAST // count) for k in range(PLACES * count + 1)]
-        missing = [(k, place) for k, place in enumerate(places) if place not in self.known]
+        missing = [(k, sample) for k, sample in enumerate(places) if sample not in self.known]
         run = self.run(start, count)
-        for done, (k, place) in enumerate(missing):
+        for done, (k, sample) in enumerate(missing):
             if self.report is not None:
                 self.report(self.finished + done, self.finished + len(missing))
             space = self.linear(run, row_of(run, k)).state_space()
-            self.known[place] = space.A, space.states
+            self.known[sample] = space.A, space.states
         self.finished += len(missing)
         names = self.known[0][1]
-        if any(self.known[place][1] != names for place in places):
+        if any(self.known[sample][1] != names for sample in places):
             fault = "the independent coordinates change along the motion, as constraints ask for [E2013]"
             raise NumericalError(Problem("floquet", fault, "joint coordinates in which one set serves all along"))
-        return np.array([self.known[place][0] for place in places]), names
+        return np.array([self.known[sample][0] for sample in places]), names
 
     def correct(self, run: Solution, changes: Array, matrix: Array) -> StateArrays:
         """Return the start of a run after a Newton step that removes the changes over the period to first order."""

@@ -105,10 +105,10 @@ def _measured_profile_input(formula: Formula, values: Mapping[str, float]) -> _M
     def value_of(symbol: Symbol) -> object:
         return t if symbol.kind == "time" else values[symbol.name]
 
-    given = evaluate_batch(formula, value_of, along_motion=True)  # type: ignore[arg-type]  # numbers and an array
+    distance = evaluate_batch(formula, value_of, along_motion=True)  # type: ignore[arg-type]  # numbers and an array
     for order in (0, 1):
         expected = speed**order * curve(speed * t + start, order)
-        if np.allclose(given, expected, rtol=1e-9, atol=1e-12 * float(np.abs(expected).max())):
+        if np.allclose(distance, expected, rtol=1e-9, atol=1e-12 * float(np.abs(expected).max())):
             return _MeasuredProfileInput(curve, speed, -start, bool(order))
     return None
 
@@ -144,9 +144,9 @@ def _over_profile(
     tracks: dict[str, float] = {}
     known: list[Curve] = []
     for name, passed in wheels.items():
-        place = next((k for k, curve in enumerate(known) if _alike(curve, passed.curve)), len(known))
-        known += [passed.curve] if place == len(known) else []
-        tracks[name] = float(place)
+        number = next((k for k, curve in enumerate(known) if _alike(curve, passed.curve)), len(known))
+        known += [passed.curve] if number == len(known) else []
+        tracks[name] = float(number)
     ahead = min(passed.offset for passed in wheels.values())
     offsets = {name: passed.offset - ahead for name, passed in wheels.items()}
     return RoadExcitation(road, speed, offsets, tracks, "independent", rates)
@@ -161,5 +161,5 @@ def _one_speed(of_wheels: Sequence[float]) -> float:
     return of_wheels[0]
 
 
-def _alike(one: Curve, other: Curve) -> bool:
-    return np.array_equal(one.x, other.x) and np.array_equal(one.y, other.y)
+def _alike(first: Curve, second: Curve) -> bool:
+    return np.array_equal(first.x, second.x) and np.array_equal(first.y, second.y)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _CHANGE, _WEIGHTS = 1e-3, (2.0 / 3.0, -1.0 / 12.0)
 
 
-def sampled_part(model: CompiledModel, q: Array, v: Array, z: Array, given: Mapping[str, Any]) -> SampledPart | None:
+def sampled_part(model: CompiledModel, q: Array, v: Array, z: Array, keywords: Mapping[str, Any]) -> SampledPart | None:
     """Return the sampled states with the partials of the new values at a state; None without sampled states. None if
     none is sampled.
 
@@ -47,7 +47,7 @@ def sampled_part(model: CompiledModel, q: Array, v: Array, z: Array, given: Mapp
             moved = sign * factor * changes
             at_q = model.integrate(np.broadcast_to(q, (len(moved), len(q))), moved[:, :nv])
             state = at_q, v + moved[:, nv : 2 * nv], np.zeros((len(moved), nv))
-            (values,) = model.evaluate("samples", *state, z=z + moved[:, 2 * nv :], **given).values()
+            (values,) = model.evaluate("samples", *state, z=z + moved[:, 2 * nv :], **keywords).values()
             total += sign * weight * np.asarray(values).reshape(len(moved), -1).T
     total /= np.diag(changes)
     return SampledPart(

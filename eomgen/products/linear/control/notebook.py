@@ -123,7 +123,7 @@ def _annotate_direction(axis: Any, item: Margins, inside: NDArray[np.bool_]) -> 
     """
     places: list[int] = []
     for k in np.flatnonzero(inside).tolist():
-        if len(places) < _NAMED and all(abs(item.loop[k] - item.loop[one]) > _APART for one in places):
+        if len(places) < _NAMED and all(abs(item.loop[k] - item.loop[earlier]) > _APART for earlier in places):
             places.append(k)
     look: dict[str, Any] = {"fontsize": 7, "color": "#0B62C4", "textcoords": "offset points"}
     for k in places:

@@ -48,9 +48,9 @@ class OutputFeedback:
 
     def __post_init__(self) -> None:
         for name, kind in (("first", Regulator), ("second", Observer)):
-            given = self.regulator if kind is Regulator else self.observer
-            if not isinstance(given, kind):
-                fault = f"{with_article(kind.__name__)} comes {name}, not {with_article(type(given).__name__)} [E0390]"
+            part = self.regulator if kind is Regulator else self.observer
+            if not isinstance(part, kind):
+                fault = f"{with_article(kind.__name__)} comes {name}, not {with_article(type(part).__name__)} [E0390]"
                 hint = "OutputFeedback(regulator, observer), of lqr or place, and of kalman or place_observer"
                 raise UsageError(Problem("OutputFeedback", fault, hint))
         first, second = self.regulator.space, self.observer.space
@@ -111,16 +111,16 @@ class OutputFeedback:
         n, m, ny, nw = len(space.states), len(space.inputs), len(self.observer.measured), len(space.disturbances)
         noise = np.hstack([self._white_noise, np.eye(ny)])
         # from [state, estimate, inputs, disturbances and noise]: to inputs, to measurements; no D if `direct` is
-        given = np.hstack([self.controller.D @ C, self.controller.C, np.eye(m), self.controller.D @ noise])
-        measured = np.hstack([C, np.zeros((ny, n + m)), noise]) + D @ given
+        matrix = np.hstack([self.controller.D @ C, self.controller.C, np.eye(m), self.controller.D @ noise])
+        measured = np.hstack([C, np.zeros((ny, n + m)), noise]) + D @ matrix
         disturbed = np.hstack([np.zeros((n, m)), space.E, np.zeros((n, ny))])
-        moved = np.hstack([space.A, np.zeros((n, n)), disturbed]) + space.B @ given
+        moved = np.hstack([space.A, np.zeros((n, n)), disturbed]) + space.B @ matrix
         estimated = np.hstack([np.zeros((n, n)), self.controller.A, np.zeros((n, m + nw + ny))])
         estimated = estimated + self.controller.B @ measured
         seen = np.hstack([space.C, np.zeros((len(space.C), n + m)), space.F, np.zeros((len(space.C), ny))])
         fed_back = [name for name in space.inputs if name not in space.outputs]
         rates = np.vstack([moved, estimated])
-        outputs = np.vstack([seen + space.D @ given, given[[space.inputs.index(name) for name in fed_back]]])
+        outputs = np.vstack([seen + space.D @ matrix, matrix[[space.inputs.index(name) for name in fed_back]]])
         of_state, of_inputs, of_noise = slice(0, 2 * n), slice(2 * n, 2 * n + m), slice(2 * n + m, None)
         more = {
             "states": labels(space, "states", space.states),

@@ -218,7 +218,7 @@ def distinct(values: ArrayLike) -> list[complex]:
     distinct: list[complex] = []
     for value in sorted(map(complex, np.asarray(values)), key=lambda value: (round(abs(value), 9), -value.imag)):
         near = math.sqrt(np.finfo(float).eps) * max(1.0, abs(value))
-        if value.imag >= -near and all(abs(value - other) > near for other in distinct):
+        if value.imag >= -near and all(abs(value - known) > near for known in distinct):
             distinct.append(value)
     return distinct
 

@@ -165,8 +165,8 @@ def stationary(
     """
     E = np.asarray(road, dtype=float).reshape(plant.n, -1)
     roads = E.shape[1]
-    given = np.asarray(intensity, dtype=float)
-    W = real_matrix("the intensity", given if given.ndim else given * np.eye(roads), roads, roads)
+    matrix = np.asarray(intensity, dtype=float)
+    W = real_matrix("the intensity", matrix if matrix.ndim else matrix * np.eye(roads), roads, roads)
     A, _ = plant.state_space(G_p, G_v)
     growth = float(np.linalg.eigvals(A).real.max())
     if growth >= -1e-12 * plant.scales.rate:

@@ -57,10 +57,10 @@ class Weights:
 
         Accelerations are such outputs: v' = -M^-1 K q - M^-1 C v + M^-1 B u.
         """
-        given = np.atleast_2d(np.asarray(of_state)), np.atleast_2d(np.asarray(of_effort))
-        rows = len(given[0])
-        F = real_matrix("the output's part of the state", given[0], rows, len(self.state))
-        D = real_matrix("the output's part of the efforts", given[1], rows, len(self.effort))
+        weights = np.atleast_2d(np.asarray(of_state)), np.atleast_2d(np.asarray(of_effort))
+        rows = len(weights[0])
+        F = real_matrix("the output's part of the state", weights[0], rows, len(self.state))
+        D = real_matrix("the output's part of the efforts", weights[1], rows, len(self.effort))
         W = weight("the weight of an output", cost, rows)
         return Weights(self.state + F.T @ W @ F, self.effort + D.T @ W @ D, self.cross + F.T @ W @ D)
 
@@ -68,10 +68,10 @@ class Weights:
 def weight(name: str, value: ArrayLike, size: int) -> Array:
     """Return a weight as a symmetric matrix. Raises UsageError unless the value is a positive semidefinite matrix of
     this size."""
-    given = np.asarray(value, dtype=object)  # texts are refused as entries
-    if given.ndim < 2 and given.shape in ((), (size,)):
-        given = np.diag(np.broadcast_to(given, (size,)))
-    matrix = real_matrix(name, given, size, size)
+    array = np.asarray(value, dtype=object)  # texts are refused as entries
+    if array.ndim < 2 and array.shape in ((), (size,)):
+        array = np.diag(np.broadcast_to(array, (size,)))
+    matrix = real_matrix(name, array, size, size)
     largest = float(np.abs(matrix).max(initial=0.0))
     if not np.allclose(matrix, matrix.T, rtol=0.0, atol=_ASYMMETRY * largest):
         raise UsageError(f"{name} is not symmetric [E0428]", "W and its transpose, halved")
@@ -182,7 +182,7 @@ def row_of(space: StateSpace, name: str) -> tuple[Array, Array]:
 
 def near(name: str, known: Sequence[str]) -> str:
     """Return the known names nearest to a name, including names of components and velocities."""
-    alike = [other for other in known if other.startswith(name) or name in other]
+    alike = [known_name for known_name in known if known_name.startswith(name) or name in known_name]
     return " or ".join(alike[:3]) or nearest(name, known) or f"one of {', '.join(known[:8])}"
 
 

@@ -110,17 +110,17 @@ class InputSpectrum:
 
     def __post_init__(self) -> None:
         f = np.asarray(self.frequencies, dtype=float)
-        place = f"InputSpectrum: {self.input}"
+        title = f"InputSpectrum: {self.input}"
         if (self.density is None) == (self.function is None):
-            raise UsageError(Problem(place, "it needs either a density or a function [E0462]", "density=[...]"))
+            raise UsageError(Problem(title, "it needs either a density or a function [E0462]", "density=[...]"))
         if f.ndim != 1 or len(f) < 2 or not np.all(np.isfinite(f)) or f[0] <= 0.0 or np.any(np.diff(f) <= 0.0):
             fault = "the frequencies have to be two or more positive numbers that increase, Hz [E0463]"
-            raise UsageError(Problem(place, fault, "[1.0, 20.0, 100.0]"))
+            raise UsageError(Problem(title, fault, "[1.0, 20.0, 100.0]"))
         if self.density is not None:
             g = np.asarray(self.density, dtype=float)
             if g.shape != f.shape or not np.all(np.isfinite(g)) or np.any(g < 0.0):
                 fault = f"the density has the shape {g.shape}, or entries that are negative or not finite [E0464]"
-                raise UsageError(Problem(place, fault, f"{len(f)} numbers of zero and above, unit^2/Hz"))
+                raise UsageError(Problem(title, fault, f"{len(f)} numbers of zero and above, unit^2/Hz"))
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -223,8 +223,8 @@ class RoadExcitation:
             raise UsageError(
                 Problem("RoadExcitation", "there are no wheels [E0471]", 'wheels={"front": 0.0, "rear": 2.7}')
             )
-        for given, name in ((self.wheels, "wheels"), (self.tracks, "tracks")):
-            for wheel, value in given.items():
+        for signs, name in ((self.wheels, "wheels"), (self.tracks, "tracks")):
+            for wheel, value in signs.items():
                 if not (isinstance(value, int | float) and math.isfinite(value)):
                     fault = f"{ascii(value)[:32]} is not a finite distance [E0469]"
                     raise UsageError(Problem(f"RoadExcitation: {name}: {wheel}", fault, "a number in m"))

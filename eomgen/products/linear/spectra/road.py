@@ -130,9 +130,9 @@ class Road:
         >>> float(Road("C").over_distance(0.1))            # of ISO 8608, class C at 0.1 cycle/m
         0.000256
         """
-        given = np.asarray(n, dtype=float)
-        inside = (given >= self.band[0]) & (given <= self.band[1])
-        ratio = np.where(inside, given, REFERENCE_FREQUENCY) / REFERENCE_FREQUENCY
+        frequencies = np.asarray(n, dtype=float)
+        inside = (frequencies >= self.band[0]) & (frequencies <= self.band[1])
+        ratio = np.where(inside, frequencies, REFERENCE_FREQUENCY) / REFERENCE_FREQUENCY
         long = self.exponent if self.long_exponent is None else self.long_exponent
         exponent = np.where(ratio < 1.0, long, self.exponent)
         return np.where(inside, self.reference_roughness * ratio**-exponent, 0.0)
@@ -215,7 +215,7 @@ class MeasuredRoad(Road):
     source: str = "measured"
 
     def __post_init__(self) -> None:
-        n, density = (np.asarray(given, dtype=float) for given in (self.frequencies, self.density))
+        n, density = (np.asarray(array, dtype=float) for array in (self.frequencies, self.density))
         rising = n.ndim == 1 and len(n) > 1 and bool(np.all(np.isfinite(n)) and n[0] > 0.0 and np.all(np.diff(n) > 0.0))
         if not (rising and density.shape == n.shape and np.all(np.isfinite(density)) and np.all(density >= 0.0)):
             fault = (
@@ -265,7 +265,7 @@ class MeasuredRoad(Road):
         UsageError
             Arrays that are not a profile, or fewer than 32 samples.
         """
-        x, y = (np.asarray(given, dtype=float) for given in (distance, elevation))
+        x, y = (np.asarray(array, dtype=float) for array in (distance, elevation))
         if x.ndim != 1 or x.shape != y.shape or not (np.all(np.isfinite(x)) and np.all(np.isfinite(y))):
             fault = f"the profile has the shapes {x.shape} and {y.shape}, or entries that are not finite [E0477]"
             raise UsageError(Problem("MeasuredRoad", fault, "distances and as many elevations, m"))

@@ -142,10 +142,10 @@ def expand_jointly(
         nodes, weights = gauss_legendre(edges, _NODES + 1)  # none of these is one of the modes' nodes
         shares = function(nodes.ravel()) ** 2 @ weights.ravel()
 
-        def one(own: int) -> Expansion:
-            return replace(expansion, function=lambda t: function(t)[:, own], shares=shares[:, own])
+        def component(column: int) -> Expansion:
+            return replace(expansion, function=lambda t: function(t)[:, column], shares=shares[:, column])
 
-        return [one(own) for own in range(count)]
+        return [component(column) for column in range(count)]
 
     while True:
         resolved, refused = np.zeros(0), None
@@ -236,14 +236,14 @@ def _nystrom(covariances: Sequence[Sequence[Covariance]], duration: float, panel
     """Return all modes of processes that an even number of panels resolves beyond rounding; the function has a row for
     each process, (n, processes, m)."""
     width, count = duration / panels, len(covariances)
-    own, own_weights = (rule[0] for rule in gauss_legendre(np.array([0.0, width]), _NODES))
+    nodes, own_weights = (rule[0] for rule in gauss_legendre(np.array([0.0, width]), _NODES))
     starts = width * np.arange(panels)
     root = np.sqrt(np.tile(own_weights, panels))
     half = panels * _NODES // 2
     near, far = (np.empty((count, half, count, half)) for _ in range(2))
     for i, row in enumerate(covariances):
         for j, covariance in enumerate(row[: i + 1]):
-            kernel = _kernel(covariance, width, own, own_weights, panels)
+            kernel = _kernel(covariance, width, nodes, own_weights, panels)
             near[i, :, j] = near[j, :, i] = kernel[:, :half]
             far[i, :, j] = far[j, :, i] = kernel[:, half:][:, ::-1]
     first, second = (part.reshape(count * half, count * half) for part in (near, far))
@@ -278,35 +278,35 @@ def _nystrom(covariances: Sequence[Sequence[Covariance]], duration: float, panel
         for index in np.unique(panel):
             here = panel == index
             places = slice(index * _NODES, (index + 1) * _NODES)
-            result[:, :, here] = (_lagrange(own, at[here] - starts[index]) @ shape[:, places]).transpose(2, 0, 1)
+            result[:, :, here] = (_lagrange(nodes, at[here] - starts[index]) @ shape[:, places]).transpose(2, 0, 1)
         return result
 
     return Expansion(duration, every[:kept], total, function, repaired=removed)
 
 
-def _kernel(covariance: Covariance, width: float, own: Array, own_weights: Array, panels: int) -> Array:
+def _kernel(covariance: Covariance, width: float, nodes: Array, own_weights: Array, panels: int) -> Array:
     """Return the covariance between the nodes of the first half of the window and all nodes, (half, nodes), times the
     roots of the quadrature weights."""
     # the kernel of two panels depends on the distance of the panels
     offset = width * np.arange(1 - panels // 2, panels)[:, np.newaxis, np.newaxis]
-    apart = covariance.at(own[:, np.newaxis] - own - offset)
+    apart = covariance.at(nodes[:, np.newaxis] - nodes - offset)
     ratio = np.sqrt(own_weights)
     apart = apart * ratio[:, np.newaxis] * ratio
     if not covariance.smooth:
-        block = _across_the_kink(covariance, width, own) * ratio[:, np.newaxis] / ratio
+        block = _across_the_kink(covariance, width, nodes) * ratio[:, np.newaxis] / ratio
         apart[panels // 2 - 1] = 0.5 * (block + block.T)
     which = np.arange(panels) - np.arange(panels // 2)[:, np.newaxis] + panels // 2 - 1
-    half = panels * len(own) // 2
+    half = panels * len(nodes) // 2
     return np.asarray(apart[which].transpose(0, 2, 1, 3).reshape(half, 2 * half))
 
 
-def _across_the_kink(covariance: Covariance, width: float, own: Array) -> Array:
+def _across_the_kink(covariance: Covariance, width: float, nodes: Array) -> Array:
     """Return int_0^width R(t_i - s) L_j(s) ds, (nodes, nodes), L_j Lagrange's polynomials of a panel's nodes."""
     rows = []
-    for time in own:
-        row = np.zeros(len(own))
+    for time in nodes:
+        row = np.zeros(len(nodes))
         for s, weight in zip(*gauss_legendre(np.array([0.0, time, width]), 2 * _NODES), strict=True):
-            row += (weight * covariance.at(time - s)) @ _lagrange(own, s)
+            row += (weight * covariance.at(time - s)) @ _lagrange(nodes, s)
         rows.append(row)
     return np.array(rows)
 

@@ -92,8 +92,8 @@ _KEYS = {
 
 def _deviation(key: str, entry: written.RandomProcess, values: Values) -> float:
     """Return the standard deviation of g."""
-    given = 1.0 if entry.standard_deviation is None else entry.standard_deviation
-    return values.constant(f"{key}.standard_deviation", given)
+    deviation = 1.0 if entry.standard_deviation is None else entry.standard_deviation
+    return values.constant(f"{key}.standard_deviation", deviation)
 
 
 class Covariances:
@@ -114,20 +114,20 @@ class Covariances:
     def read(self, key: str, name: str, entry: written.RandomProcess, kind: str) -> Covariance | None:
         """Return the covariance of an entry of a type; None for a fault, which is reported."""
         row = TYPES[kind]
-        over, other = ("time", "distance") if entry.speed is None else ("distance", "time")
+        over, not_over = ("time", "distance") if entry.speed is None else ("distance", "time")
         wanted = row.over_time if entry.speed is None else row.over_distance
         if wanted is None:
             hint = "speed = 20" if over == "time" else "no speed"
-            self.report.add(f"{key}.type", f"{kind} is a process over {other} [E0974]", hint)
+            self.report.add(f"{key}.type", f"{kind} is a process over {not_over} [E0974]", hint)
             return None
-        given = {word: getattr(entry, word) for word in _KEYS}
+        values = {word: getattr(entry, word) for word in _KEYS}
         if entry.table is not None:
-            given["points"] = entry.points or ()
-        missing = [_KEYS[word] or word for word in wanted if given[word] is None]
+            values["points"] = entry.points or ()
+        missing = [_KEYS[word] or word for word in wanted if values[word] is None]
         if missing:
             fault = f"{kind} over {over} needs {' and '.join(missing)} [E0975]"
             self.report.add(key, fault, f"{missing[0].partition(' ')[0]} = ...")
-        for word, value in given.items():
+        for word, value in values.items():
             if value is not None and word not in wanted and not missing:
                 written_as = _KEYS[word] or word
                 fault = f"{kind} over {over} takes no {written_as} [E0981]"
@@ -146,7 +146,7 @@ class Covariances:
             return None
         before = len(self.report.noted)
         arguments = [self._argument(key, name, entry, word) for word in wanted]
-        unknown = len(self.report.noted) > before or any(one is None for one in arguments)
+        unknown = len(self.report.noted) > before or any(argument is None for argument in arguments)
         return None if unknown else row.made(*deviation, *arguments)
 
     def _argument(self, key: str, name: str, entry: written.RandomProcess, word: str) -> object:
@@ -155,20 +155,20 @@ class Covariances:
             return entry.road_class
         if word == "points":
             return self._points(key, name, entry)
-        place, value = f"{key}.{word}", getattr(entry, word)
+        path, value = f"{key}.{word}", getattr(entry, word)
         if word == "band":
-            low, high = self.values.constants(place, value)
+            low, high = self.values.constants(path, value)
             if not 0.0 <= low < high:
                 fault = f"the band from {low:.6g} to {high:.6g} Hz is none [E0989]"
-                self.report.add(place, fault, 'band = ["0.5 Hz", "20 Hz"]')
+                self.report.add(path, fault, 'band = ["0.5 Hz", "20 Hz"]')
             return low, high
-        number = self.values.constant(place, value)
+        number = self.values.constant(path, value)
         if np.isnan(number):  # reported on reading
             return None
         if not number > 0.0:
-            self.report.add(place, f"{word.replace('_', ' ')} {number:.6g} is not positive [E0990]", f"{word} = 1")
+            self.report.add(path, f"{word.replace('_', ' ')} {number:.6g} is not positive [E0990]", f"{word} = 1")
         elif word == "damping" and not number < 1.0:
-            self.report.add(place, f"the damping ratio {number:.6g} is not below 1 [E0991]", "damping = 0.6")
+            self.report.add(path, f"the damping ratio {number:.6g} is not below 1 [E0991]", "damping = 0.6")
         return number
 
     def _points(self, key: str, name: str, entry: written.RandomProcess) -> Curve | None:
@@ -181,21 +181,21 @@ class Covariances:
         curve = self.curves.through_points(key, name, shape)
         if len(self.report.noted) > before or self.report.concerns(key):  # refused units are reported before
             return None
-        place = f"{key}.{'points' if entry.points is not None else 'table'}"
+        path = f"{key}.{'points' if entry.points is not None else 'table'}"
         if curve.start < 0.0:
             fault = f"the first {'frequency' if spectrum else 'lag'} {curve.start:.6g} is negative [E0992]"
-            self.report.add(place, fault, "the half from 0 on: the other is the same")
+            self.report.add(path, fault, "the half from 0 on: the other is the same")
         elif curve.start > 0.0 and not spectrum:
             fault = f"the first lag is {curve.start:.6g}, so the variance is not known [E0994]"
-            self.report.add(place, fault, "a first point at lag 0")
+            self.report.add(path, fault, "a first point at lag 0")
         elif not spectrum and not curve.y[0] > 0.0:
-            self.report.add(place, f"the variance {curve.y[0]:.6g}, at lag 0, is not positive [E0995]", "a larger one")
+            self.report.add(path, f"the variance {curve.y[0]:.6g}, at lag 0, is not positive [E0995]", "a larger one")
         if spectrum and np.any(curve.y < 0.0):
             worst = int(np.argmin(curve.y))
             fault = f"the density {curve.y[worst]:.6g} at {curve.x[worst]:.6g} is negative [E0993]"
-            self.report.add(place, fault, "a one-sided power spectral density")
+            self.report.add(path, fault, "a one-sided power spectral density")
         elif spectrum and not np.any(curve.y > 0.0):
-            self.report.add(place, "the spectrum is zero everywhere [E0996]", "a positive density somewhere")
+            self.report.add(path, "the spectrum is zero everywhere [E0996]", "a positive density somewhere")
         return curve
 
 
@@ -222,14 +222,14 @@ class Coherences(_Reader):
         result: list[list[Coherence | None]] = [[None] * len(names) for _ in names]
         said: dict[tuple[int, int], object] = {}
         for i, name in enumerate(names):
-            for other, given in (entries[name].coherence or {}).items():
-                key, j = f"{key_of('random', name)}.coherence", names.index(other) if other in names else i
+            for neighbour, coherence in (entries[name].coherence or {}).items():
+                key, j = f"{key_of('random', name)}.coherence", names.index(neighbour) if neighbour in names else i
                 pair = min(i, j), max(i, j)
-                if i == j or said.setdefault(pair, given) != given:
-                    fault = f"its coherence with {other} is one thing here and another there [E0998]"
+                if i == j or said.setdefault(pair, coherence) != coherence:
+                    fault = f"its coherence with {neighbour} is one thing here and another there [E0998]"
                     self.report.add(key, fault, "one of them")
                     continue
-                result[i][j] = result[j][i] = self._one(key, other, given)
+                result[i][j] = result[j][i] = self._one(key, neighbour, coherence)
         if len(self.report.noted) > before:
             return None
         least, frequency = least_eigenvalue(result)
@@ -243,22 +243,22 @@ class Coherences(_Reader):
             return None
         return result
 
-    def _one(self, key: str, other: str, given: float | Sequence[Sequence[float | str]]) -> Coherence | None:
+    def _one(self, key: str, neighbour: str, value: float | Sequence[Sequence[float | str]]) -> Coherence | None:
         """Return the coherence with another process: exponential of a decay, or a table."""
-        if isinstance(given, int | float):
-            if not given > 0.0:
-                fault = f"the decay {given:.6g} of the coherence with {other} is not positive [E1000]"
+        if isinstance(value, int | float):
+            if not value > 0.0:
+                fault = f"the decay {value:.6g} of the coherence with {neighbour} is not positive [E1000]"
                 self.report.add(key, fault, "a decay such as 0.5, or a correlation of the same at all frequencies")
                 return None
-            return ExponentialCoherence(float(given))
+            return ExponentialCoherence(float(value))
         before = len(self.report.noted)
-        pairs = [self.values.constants(f"{key}.{other}[{k}]", pair) for k, pair in enumerate(given)]
+        pairs = [self.values.constants(f"{key}.{neighbour}[{k}]", pair) for k, pair in enumerate(value)]
         if len(self.report.noted) > before:
             return None
         f, c = np.array(pairs, dtype=float).reshape(-1, 2).T
         if len(f) < 2 or f[0] < 0.0 or np.any(np.diff(f) <= 0.0) or np.any(np.abs(c) > 1.0):
             fault = (
-                f"the coherence with {other} is two points or more, of rising frequencies from 0 on, between -1"
+                f"the coherence with {neighbour} is two points or more, of rising frequencies from 0 on, between -1"
                 f" and 1 [E0999]"
             )
             self.report.add(key, fault, "[[0, 1], [2.0, 0.4], [10.0, 0]]")
@@ -272,7 +272,10 @@ def cross_covariances(
     """Return the covariances of processes of the same one with one another."""
     none = CoherenceTable(np.array([0.0, 1.0 / window]), np.zeros(2))
     return [
-        [covariance if i == j else CrossCovariance(covariance, one or none, window) for j, one in enumerate(row)]
+        [
+            covariance if i == j else CrossCovariance(covariance, coherence or none, window)
+            for j, coherence in enumerate(row)
+        ]
         for i, row in enumerate(coherences)
     ]
 
@@ -289,9 +292,9 @@ class Translations(_Reader):
     def read(self, name: str, entry: written.RandomProcess) -> Formula | None:
         """Return the translation of an entry; None for g without translation."""
         key = key_of("random", name)
-        given = [word for word in ("translation", "quantiles", "distribution") if getattr(entry, word) is not None]
-        if len(given) > 1:
-            self.report.add(f"{key}.{given[1]}", f"both {given[0]} and {given[1]} define the process [E2204]", "one")
+        words = [word for word in ("translation", "quantiles", "distribution") if getattr(entry, word) is not None]
+        if len(words) > 1:
+            self.report.add(f"{key}.{words[1]}", f"both {words[0]} and {words[1]} define the process [E2204]", "one")
             return None
         if entry.distribution is not None:
             return self._distribution(f"{key}.distribution", name, entry)

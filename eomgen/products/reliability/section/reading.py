@@ -140,10 +140,14 @@ class Processes:
         variables: list[Parameter] = []
         for name in entries:
             if first_of.get(name) == name:
-                group = [other for other, first in first_of.items() if first == name and entries[other].follows is None]
-                behind = [lag for other, lag in lags.items() if entries[other].follows in group]
+                group = [
+                    member for member, first in first_of.items() if first == name and entries[member].follows is None
+                ]
+                behind = [lag for follower, lag in lags.items() if entries[follower].follows in group]
                 ends = max(behind, default=0.0), min(behind, default=0.0)
-                for process in self._related_processes([name, *(one for one in group if one != name)], entries, ends):
+                for process in self._related_processes(
+                    [name, *(member for member in group if member != name)], entries, ends
+                ):
                     variables += variables_as_parameters(process)
                     result[process.name] = input_of(process, entries[process.name])
         for name, entry in entries.items():
@@ -172,28 +176,28 @@ class Processes:
             return None
         how, with_others = ("correlation", "correlated") if entry.coherence is None else ("coherence", "coherent")
         others = list(entry.correlation or entry.coherence or {})
-        for other in others:
-            if other == name:
+        for named in others:
+            if named == name:
                 fault = f"it is {with_others} with itself [E1010]"
                 self.report.add(f"{key}.{how}", fault, f"{how} with another process")
                 return None
-            if not check_reference(f"{key}.{how}", other, entries, "random process", self.report):
+            if not check_reference(f"{key}.{how}", named, entries, "random process", self.report):
                 return None
 
-        def leads(one: written.RandomProcess) -> bool:
-            return one.correlation is None and one.coherence is None and one.follows is None
+        def leads(process: written.RandomProcess) -> bool:
+            return process.correlation is None and process.coherence is None and process.follows is None
 
-        own = [other for other in others if leads(entries[other])]
-        if len(own) != 1 or name in others or any(entries[other].follows is not None for other in others):
+        leaders = [named for named in others if leads(entries[named])]
+        if len(leaders) != 1 or name in others or any(entries[named].follows is not None for named in others):
             fault = "it names one process with a type of its own, and besides only processes that are [E1009]"
             fault += f" {with_others} with it"
             self.report.add(f"{key}.{how}", fault, "one of them with a type")
             return None
         word = _first_set(entry, written.SHARED if entry.coherence is None else (*written.SHARED, "seed"))
         if word:
-            fault = f"{word} belongs to {own[0]}, with which it is {with_others} [E1011]"
+            fault = f"{word} belongs to {leaders[0]}, with which it is {with_others} [E1011]"
             self.report.add(f"{key}.{word}", fault, "without it")
-        return None if word else own[0]
+        return None if word else leaders[0]
 
     def _related_processes(
         self, names: Sequence[str], entries: Mapping[str, written.RandomProcess], lag: tuple[float, float]
@@ -215,28 +219,28 @@ class Processes:
             return []
         if coherences is None:
             return self._group(made[0], names, entries)
-        own = zip(made[1:], others, strict=True)
-        return [made[0], *(self._coherent(made[0], one, name, entries[name]) for one, name in own)]
+        members = zip(made[1:], others, strict=True)
+        return [made[0], *(self._coherent(made[0], process, name, entries[name]) for process, name in members)]
 
     def _coherent(
-        self, first: NormalSeries, own: NormalSeries, name: str, entry: written.RandomProcess
+        self, first: NormalSeries, process: NormalSeries, name: str, entry: written.RandomProcess
     ) -> NormalSeries:
         """Return a process with the variables of the group's first process, and with separate modes."""
         scale = self._scale(first, name, entry)
         return self._member(
-            own,
+            process,
             name,
             entry,
-            weights=(scale,) * len(own.modes),
-            eigenvalues=tuple(scale**2 * value for value in own.eigenvalues),
-            total=scale**2 * own.total,
+            weights=(scale,) * len(process.modes),
+            eigenvalues=tuple(scale**2 * value for value in process.eigenvalues),
+            total=scale**2 * process.total,
             coherent_with=tuple(entry.coherence or {}),
         )
 
-    def _member(self, own: NormalSeries, name: str, entry: written.RandomProcess, **changes: Any) -> NormalSeries:
+    def _member(self, template: NormalSeries, name: str, entry: written.RandomProcess, **changes: Any) -> NormalSeries:
         """Return a process of a group, with its own mean and translation, which is checked."""
         mean = self.values.constant(f"{key_of('random', name)}.mean", entry.mean)
-        process = replace(own, name=name, mean=mean, translation=self._translations.read(name, entry), **changes)
+        process = replace(template, name=name, mean=mean, translation=self._translations.read(name, entry), **changes)
         self._translations.check(process)
         return process
 
@@ -259,11 +263,11 @@ class Processes:
             return [first]
         matrix = np.eye(len(names))
         for i, name in enumerate(names):
-            for other, value in (entries[name].correlation or {}).items():
-                j = names.index(other) if other in names else i
+            for partner, value in (entries[name].correlation or {}).items():
+                j = names.index(partner) if partner in names else i
                 key = f"{key_of('random', name)}.correlation"
                 if i != j and matrix[i, j] not in (0.0, value):
-                    fault = f"its correlation with {other} is {value:.6g} here and {matrix[i, j]:.6g} there [E1015]"
+                    fault = f"its correlation with {partner} is {value:.6g} here and {matrix[i, j]:.6g} there [E1015]"
                     self.report.add(key, fault, "one of them")
                     return [first]
                 matrix[i, j] = matrix[j, i] = value if i != j else 1.0
@@ -316,14 +320,14 @@ class Processes:
                 fault = f"{word} is of processes that follow another [E1016]"
                 self.report.add(f"{key}.{word}", fault, 'follows = "NAME"')
             return None if word else 0.0
-        known = [other for other in entries if other != name or other == entry.follows] or list(entries)
+        known = [candidate for candidate in entries if candidate != name or candidate == entry.follows] or list(entries)
         if not check_reference(f"{key}.follows", entry.follows, known, "random process", self.report):
             return None
         leader = entries[entry.follows]
         if leader.follows is not None:
-            own = [other for other, one in entries.items() if one.follows is None]
-            first = own[0] if leader.follows not in own and own else leader.follows
-            hint = f'follows = "{first}"' if first in own else 'type = "squared_exponential", for one of its own'
+            leaders = [leading_name for leading_name, process in entries.items() if process.follows is None]
+            first = leaders[0] if leader.follows not in leaders and leaders else leader.follows
+            hint = f'follows = "{first}"' if first in leaders else 'type = "squared_exponential", for one of its own'
             fault = (
                 f"{entry.follows} itself follows {leader.follows} [E1017]"
                 if entry.follows != name

@@ -17,9 +17,9 @@ from eomgen.scene.signals.curve_schema import RoadClass, Seed, TableFile
 SHARE = 0.99
 
 
-def _form(given: object) -> str:
+def _form(value: object) -> str:
     """Return the form of a coherence that is meant, so that messages concern this form alone."""
-    return "#points" if isinstance(given, list | tuple) else "#decay"
+    return "#points" if isinstance(value, list | tuple) else "#decay"
 
 
 _Coherence = Annotated[

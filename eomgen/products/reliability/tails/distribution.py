@@ -177,9 +177,9 @@ def steepest_descent(forms: Forms, thresholds: ArrayLike) -> Tails:
         integral += part * _APART
         if node % 3 == 1:
             thirds += 3.0 * part * _APART
-    rest, other = (np.exp(-0.5 * w**2) * each / np.pi for each in (integral, thirds))
+    rest, rough = (np.exp(-0.5 * w**2) * each / np.pi for each in (integral, thirds))
     smaller = np.maximum(special.ndtr(-np.abs(w)), np.finfo(float).tiny)
-    off = np.abs(rest - other) / smaller
+    off = np.abs(rest - rough) / smaller
     if np.any(off > _DIFFERENCE):
         worst = int(np.argmax(off))
         fault = f"the distribution at {y[rows[worst]]:.6g} is not resolved: a third of its nodes gives [E1028]"
@@ -231,9 +231,9 @@ def _flat(thresholds: ArrayLike) -> tuple[Array, tuple[int, ...]]:
     return y.ravel(), y.shape
 
 
-def _saddle_points(given: Forms, y: Array) -> tuple[_CumulantFunction, Array, Array, Array]:
+def _saddle_points(several_forms: Forms, y: Array) -> tuple[_CumulantFunction, Array, Array, Array]:
     """Return the generating function, saddles, and the tails if a form has no spread or never comes."""
-    forms = [given] if isinstance(given, QuadraticForm) else list(given)
+    forms = [several_forms] if isinstance(several_forms, QuadraticForm) else list(several_forms)
     generating = _CumulantFunction(forms, y)
     spread = np.broadcast_to([form.standard_deviation > 0.0 for form in forms], y.shape)
     fixed = np.broadcast_to([form.value for form in forms], y.shape)
@@ -430,12 +430,12 @@ def corrected_tail(
         if form is not None:
             each.append((weights * (1.0 * theirs - 1.0 * ours), of_form))
         for parts, known in each:
-            one = _mean(parts, known, typical)
-            small = float(np.abs(parts).mean()) <= 0.5 * accuracy * one.probability
+            estimate = _mean(parts, known, typical)
+            small = float(np.abs(parts).mean()) <= 0.5 * accuracy * estimate.probability
             if small or _is_normal(parts):
-                estimates.append(one)
+                estimates.append(estimate)
         if estimates:
-            result = min(estimates, key=lambda one: one.standard_error)
+            result = min(estimates, key=lambda estimate: estimate.standard_error)
             if result.standard_error <= 0.5 * accuracy * max(result.probability, 0.1 * of_form) or 2 * count > most:
                 return result
         elif 2 * count > most:

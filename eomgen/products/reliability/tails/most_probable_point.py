@@ -365,9 +365,9 @@ def further_design_points(response: Response, design_point: MostProbablePoint, s
         point = descend(response, begin, design_point.threshold, points)
         if point is None or np.linalg.norm(point.point) > distance + 1.0:
             continue
-        if all(np.linalg.norm(point.point - other.point) > _STRIDE for other in points):
+        if all(np.linalg.norm(point.point - known.point) > _STRIDE for known in points):
             points.append(point)
-    return sorted(points[1:], key=lambda one: float(np.linalg.norm(one.point)))
+    return sorted(points[1:], key=lambda design_point: float(np.linalg.norm(design_point.point)))
 
 
 def _unseen_points(starts: int, points: int) -> float:
@@ -380,7 +380,7 @@ def descend(
 ) -> MostProbablePoint | None:
     """Return the most probable point to which steps of at most one standard deviation lead; None if these come to a
     known one, or settle at a much greater distance than the first of these, or do not settle."""
-    farthest = min([np.linalg.norm(one.point) + 1.0 for one in known[:1]], default=FARTHEST)
+    farthest = min([np.linalg.norm(design_point.point) + 1.0 for design_point in known[:1]], default=FARTHEST)
     z = begin
     for _ in range(_ITERATIONS):
         value, gradient = response.gradient(z)
@@ -390,7 +390,7 @@ def descend(
         step = (gradient @ z - value + threshold) / square * gradient - z
         length = float(np.linalg.norm(step))
         z = z + step * min(1.0, 1.0 / max(length, 1e-300))
-        if any(np.linalg.norm(z - one.point) < _STRIDE for one in known):
+        if any(np.linalg.norm(z - design_point.point) < _STRIDE for design_point in known):
             return None
         if length < _STRIDE:
             break
@@ -450,10 +450,10 @@ def all_centres(
         passed = np.where(np.isnan(y), False, (y > threshold) == above)
         parts = draws.weights(z) * passed
         total = float(parts.sum())
-        own = draws.shares(z)[:, :-2].sum(axis=1)
+        share = draws.shares(z)[:, :-2].sum(axis=1)
         order = np.argsort(-parts)
         new: Array | None = None
-        for k in order[(parts[order] > _NOTABLE * total) & (own[order] < 0.5)].tolist():
+        for k in order[(parts[order] > _NOTABLE * total) & (share[order] < 0.5)].tolist():
             if searches == _STARTS or _unseen_points(searches, len(centres)) <= 0.5:
                 break
             searches += 1
@@ -513,6 +513,6 @@ def searched_points(
     points: list[MostProbablePoint] = []
     for begin in np.concatenate([directions, -directions]):
         point = descend(response, begin, threshold, points)
-        if point is not None and all(np.linalg.norm(point.point - other.point) > 1.0 for other in points):
+        if point is not None and all(np.linalg.norm(point.point - known.point) > 1.0 for known in points):
             points.append(point)
-    return sorted(points, key=lambda one: float(np.linalg.norm(one.point)))
+    return sorted(points, key=lambda design_point: float(np.linalg.norm(design_point.point)))

@@ -65,11 +65,11 @@ def form_distribution(form: QuadraticForm, thresholds: Array) -> Distribution:
 
 
 def at_points(reached: Sequence[MostProbablePoint]) -> dict[str, Distribution]:
-    forms, thresholds = [one.form for one in reached], [one.threshold for one in reached]
+    forms, thresholds = [point.form for point in reached], [point.threshold for point in reached]
     result = {
-        "form": _from_upper_tail([first_order(one) for one in reached]),
-        "breitung": _from_upper_tail([breitung(one) for one in reached]),
-        "hohenbichler_rackwitz": _from_upper_tail([hohenbichler_rackwitz(one) for one in reached]),
+        "form": _from_upper_tail([first_order(point) for point in reached]),
+        "breitung": _from_upper_tail([breitung(point) for point in reached]),
+        "hohenbichler_rackwitz": _from_upper_tail([hohenbichler_rackwitz(point) for point in reached]),
     }
     for name, inversion in (("lugannani_rice", lugannani_rice), ("quadratic", steepest_descent)):
         result[name] = Distribution(*inversion(forms, thresholds), _NONE, _NONE)
@@ -91,19 +91,21 @@ def further_points(
     notes, others = [], {}
     if not reached:
         return {}, []
-    for one in reached:
-        if not one.nearest and not one.aside:  # Hessians miss jumps of the gradient
-            notes.append(
-                f"the most probable point of {one.threshold:.6g} is not the nearest one: trust samples there [W0058]"
-            )
+    for design_point in reached:
+        if not design_point.nearest and not design_point.aside:  # Hessians miss jumps of the gradient
+            threshold = f"{design_point.threshold:.6g}"
+            notes.append(f"the most probable point of {threshold} is not the nearest one: trust samples there [W0058]")
     ends = dict.fromkeys((0, len(reached) - 1))
     for k in ends:
         others[k] = further_design_points(response, reached[k], seed)
-    for k, one in enumerate(reached):
-        near = [end for end in ends if others[end] and reached[end].index * one.index > 0.0]
+    for k, design_point in enumerate(reached):
+        near = [end for end in ends if others[end] and reached[end].index * design_point.index > 0.0]
         if k not in ends and near:
-            share = one.index / reached[near[0]].index
-            points = (descend(response, share * other.point, one.threshold, [one]) for other in others[near[0]])
+            share = design_point.index / reached[near[0]].index
+            points = (
+                descend(response, share * start.point, design_point.threshold, [design_point])
+                for start in others[near[0]]
+            )
             others[k] = [point for point in points if point is not None]
     return others, notes
 
@@ -171,21 +173,21 @@ def correct_by_samples(
     """
     below, above, low, high = (np.full(len(thresholds), np.nan) for _ in range(4))
     several, unknown = [], []
-    indices = {k: abs(one.index) for k, one in reached.items()}
+    indices = {k: abs(point.index) for k, point in reached.items()}
     for k in sorted(range(len(thresholds)), key=lambda k: indices.get(k, np.inf)):  # near points first
-        threshold, one = float(thresholds[k]), reached.get(k)
-        upper = _is_upper(about_mean, threshold) if one is None else bool(forms.above[k] <= forms.below[k])
-        of_form = 0.0 if one is None else float(np.fmin(forms.above[k], forms.below[k]))
-        form = None if one is None else one.form
+        threshold, design_point = float(thresholds[k]), reached.get(k)
+        upper = _is_upper(about_mean, threshold) if design_point is None else bool(forms.above[k] <= forms.below[k])
+        of_form = 0.0 if design_point is None else float(np.fmin(forms.above[k], forms.below[k]))
+        form = None if design_point is None else design_point.form
         best = Estimate(np.nan, np.nan, 0)
         if indices.get(k, np.inf) < _NEAREST:
             best = corrected_tail(
                 about_mean, form, of_form, threshold, above=upper, accuracy=ACCURACY, most=_MOST_ABOUT_MEAN
             )
         if np.isnan(best.probability):
-            points = [point.point for point in ([] if one is None else [one, *others.get(k, ())])]
-            if one is not None:
-                points += [*far_branches(one.form, threshold, one.point, of_form, above=upper)]
+            points = [point.point for point in ([] if design_point is None else [design_point, *others.get(k, ())])]
+            if design_point is not None:
+                points += [*far_branches(design_point.form, threshold, design_point.point, of_form, above=upper)]
             centres, draws = all_centres(response, points, threshold, above=upper, seed=seed + k)
             if draws is not None:
                 best = corrected_tail(draws, form, of_form, threshold, above=upper, accuracy=ACCURACY, most=_MOST)
@@ -262,11 +264,11 @@ def counted_instead(wanted: Array, distribution: Distribution, about_mean: Draws
     return Distribution(below, above, low, high), notes
 
 
-def relative_errors(one: Distribution, true: Distribution) -> Array:
+def relative_errors(distribution: Distribution, true: Distribution) -> Array:
     """Return the error of a distribution at each threshold, relative to the true probability on the less probable
     side."""
     upper = true.above <= 0.5
-    ours, theirs = np.where(upper, one.above, one.below), np.where(upper, true.above, true.below)
+    ours, theirs = np.where(upper, distribution.above, distribution.below), np.where(upper, true.above, true.below)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray((ours - theirs) / theirs)
 
@@ -321,14 +323,14 @@ def _apart(thresholds: Sequence[float], form: Distribution, counted: Distributio
     return result
 
 
-def without(one: Distribution, places: Collection[int]) -> Distribution:
+def without(distribution: Distribution, places: Collection[int]) -> Distribution:
     """Return a distribution that is not a number at some thresholds."""
-    below, above = one.below.copy(), one.above.copy()
+    below, above = distribution.below.copy(), distribution.above.copy()
     below[list(places)] = above[list(places)] = np.nan
-    return Distribution(below, above, one.low, one.high)
+    return Distribution(below, above, distribution.low, distribution.high)
 
 
-def spread(one: Distribution, places: Sequence[int], count: int) -> Distribution:
+def spread(distribution: Distribution, places: Sequence[int], count: int) -> Distribution:
     """Return a distribution of all thresholds, not a number if one has no point."""
 
     def wide(values: Array) -> Array:
@@ -336,15 +338,17 @@ def spread(one: Distribution, places: Sequence[int], count: int) -> Distribution
         result[list(places)] = values
         return result
 
-    return Distribution(*(wide(part) if len(part) else part for part in vars(one).values()))
+    return Distribution(*(wide(part) if len(part) else part for part in vars(distribution).values()))
 
 
 def tails_of(response: RunResponse, reached: Sequence[MostProbablePoint], samples: int, seed: int) -> Distribution:
     """Return probabilities by samples about most probable points."""
     below, above, low, high = (np.empty(len(reached)) for _ in range(4))
-    for k, one in enumerate(reached):
-        upper = one.index >= 0.0
-        estimate = importance_sampling(response, one.point, one.threshold, above=upper, samples=samples, seed=seed + k)
+    for k, point in enumerate(reached):
+        upper = point.index >= 0.0
+        estimate = importance_sampling(
+            response, point.point, point.threshold, above=upper, samples=samples, seed=seed + k
+        )
         tail, spread = estimate.probability, 1.96 * estimate.standard_error
         above[k] = tail if upper else 1.0 - tail
         below[k] = 1.0 - tail if upper else tail

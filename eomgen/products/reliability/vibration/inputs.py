@@ -85,14 +85,14 @@ def processes_of(model: Model) -> tuple[tuple[Process, ...], list[str]]:
 def cut_processes(model: Model) -> list[NormalSeries]:
     """Return the random processes of a scene that share an expansion of which modes are left out, or follow one."""
     processes = [item.series for item in model.description.inputs if item.series is not None]
-    return processes if any(one.captured[-1] <= _ALL for one in processes) else []
+    return processes if any(process.captured[-1] <= _ALL for process in processes) else []
 
 
 def doubts_of_truncation(lost: float, processes: Sequence[NormalSeries], *, linear: bool) -> list[str]:
     """Return a note on the share of the output's variance that is lost with the modes left out, if significant."""
     if lost <= _TRUNCATED:
         return []
-    least = min(one.captured[-1] for one in processes)
+    least = min(process.captured[-1] for process in processes)
     percent, low = f"{100.0 * lost:.2g}", f"{100.0 * (1.0 - math.sqrt(1.0 - lost)):.2g}"
     about = "" if linear else ", to first order about the mean motion"
     return [
@@ -113,13 +113,13 @@ def truncated_processes(model: Model, variables: Sequence[str], gradient: Array)
     notes = []
     for item in model.description.inputs:
         process = item.series
-        own = () if process is None else process.own_variables
-        if process is None or process.captured[-1] > _ALL or not own:
+        own_variables = () if process is None else process.own_variables
+        if process is None or process.captured[-1] > _ALL or not own_variables:
             continue
-        last = own[-max(1, len(own) // _LAST) :]
+        last = own_variables[-max(1, len(own_variables) // _LAST) :]
         share = sum(slopes.get(name, 0.0) for name in last) / whole if whole > 0.0 else 0.0
         if share > _TRUNCATED:
-            count = f"{len(last)} of {len(own)} modes" if len(last) > 1 else f"mode of {len(own)}"
+            count = f"{len(last)} of {len(own_variables)} modes" if len(last) > 1 else f"mode of {len(own_variables)}"
             left = 1.0 - process.captured[-1]
             notes.append(
                 f"the last {count} of {process.name} have {100.0 * share:.2g} % of the output's variance, to first"
@@ -137,17 +137,19 @@ def check_samples(**counts: int) -> None:
             raise UsageError(Problem(name, fault, f"{name}=1000, or 0 for none"))
 
 
-def checked_options(given: Mapping[str, Any], variables: Collection[str], processes: Collection[str]) -> dict[str, Any]:
+def checked_options(
+    options: Mapping[str, Any], variables: Collection[str], processes: Collection[str]
+) -> dict[str, Any]:
     """Return options of runs, which record every step: crossings, largest values and directions are looked for in rows.
 
     Raises UsageError for options excluded in runs with derivatives, for rows with larger intervals, and for values
     varied by the study.
     """
-    check_options("random_vibration", given, SensitivityOptions.__annotations__, _OF_OTHER_RUNS, OWN)
-    if given.get("record_every") not in (None, 1):
+    check_options("random_vibration", options, SensitivityOptions.__annotations__, _OF_OTHER_RUNS, OWN)
+    if options.get("record_every") not in (None, 1):
         fault = "crossings, largest values and gradients are looked for at every step [E1035]"
         raise UsageError(Problem("record_every", fault, "without it"))
-    parameters = given.get("parameters")
+    parameters = options.get("parameters")
     if not (parameters is None or isinstance(parameters, Mapping)):
         fault = f"values by name are needed, not {shown(parameters)} [E1036]"
         raise UsageError(Problem("parameters", fault, 'parameters={"mass": 1.5}'))
@@ -156,22 +158,22 @@ def checked_options(given: Mapping[str, Any], variables: Collection[str], proces
         fault = f"{held[0]} is a variable of a random process, and the study goes over all its values [E1037]"
         hint = f'simulate(parameters={{"{held[0]}": ...}}) (eomgen simulate --set {held[0]}=...), one run'
         raise UsageError(Problem("parameters", fault, hint))
-    inputs = given.get("inputs")
+    inputs = options.get("inputs")
     replaced = [name for name in inputs if name in processes] if isinstance(inputs, Mapping) else []
     if replaced:
         fault = f"{replaced[0]} is a random process, and the study goes over all its values [E1038]"
         raise UsageError(Problem("inputs", fault, f'without it; simulate(inputs={{"{replaced[0]}": ...}}), one run'))
-    return {**given, "record_every": 1}
+    return {**options, "record_every": 1}
 
 
-def numbers_of(name: str, given: Any, hint: str, *, least: int = 1) -> Array:
+def numbers_of(name: str, value: Any, hint: str, *, least: int = 1) -> Array:
     """Return a list of finite numbers, (n,). Raises UsageError."""
     try:
-        result = np.asarray(given)
+        result = np.asarray(value)
     except ValueError:  # rows of different lengths
         result = np.asarray(None)
     if result.ndim != 1 or len(result) < least or (len(result) and result.dtype.kind not in "iuf"):
-        raise UsageError(Problem(name, f"a list of numbers is needed, not {shown(given)} [E1039]", hint))
+        raise UsageError(Problem(name, f"a list of numbers is needed, not {shown(value)} [E1039]", hint))
     if not np.isfinite(result).all():
         bad = result[~np.isfinite(result)][0]
         raise UsageError(Problem(name, f"{bad} is not a finite number [E1040]", hint))
@@ -215,14 +217,14 @@ def check_output(model: Model, output: str) -> None:
     if name not in sizes:
         raise UsageError(Problem("output", f"there is no output {name!r} [E0204]", known))
     size = sizes[name]
-    place = rest.rstrip("]")
-    if bool(bracket) != (size > 1) or (bracket and not (place.isdigit() and int(place) < size)):
+    index = rest.rstrip("]")
+    if bool(bracket) != (size > 1) or (bracket and not (index.isdigit() and int(index) < size)):
         hint = name if size == 1 else f"{name}[0] to {name}[{size - 1}]"
         raise UsageError(Problem("output", f"{output!r} is not a single component of {name} [E1046]", hint))
 
 
 def thresholds_of(
-    mean: float, deviation: float, given: Sequence[float] | None, *, needs_spread: bool, varies: bool
+    mean: float, deviation: float, bounds: Sequence[float] | None, *, needs_spread: bool, varies: bool
 ) -> Array:
     """Return the thresholds. Raises UsageError if the output has no spread.
 
@@ -232,12 +234,12 @@ def thresholds_of(
     needs_spread : whether an output without spread is refused, in any case if no thresholds are given
     varies : whether samples differ
     """
-    if (needs_spread or given is None) and not deviation > 0.0:
+    if (needs_spread or bounds is None) and not deviation > 0.0:
         hint = "another output, a later time; samples alone: thresholds=[...], points=False (--threshold, --no-points)"
         raise UsageError(Problem("output", _without_spread(varies=varies), hint))
-    if given is None:
+    if bounds is None:
         return mean + deviation * special.ndtri(np.array(SHARES))
-    return np.array(given)
+    return np.array(bounds)
 
 
 def _without_spread(*, varies: bool) -> str:
@@ -302,19 +304,21 @@ def lost_variance(
         From 0 to 1; NaN if a process is not stationary by itself (coherent or repaired covariances), or if the output
         takes processes between rows in ways that derivatives at rows do not show.
     """
-    if not gradient.any() or any(one.covariance is None for one in processes):
+    if not gradient.any() or any(process.covariance is None for process in processes):
         return float("nan")
-    place = {name: k for k, name in enumerate(variables)}
-    by_process = np.stack([_gradient(one, times, derivatives[one.name], place) for one in processes], axis=1)
+    column_of = {name: k for k, name in enumerate(variables)}
+    by_process = np.stack(
+        [_gradient(process, times, derivatives[process.name], column_of) for process in processes], axis=1
+    )
     slopes = np.ones(len(processes))
-    mapped = [k for k, one in enumerate(processes) if one.translation is not None]
-    own = sorted({place[name] for one in processes for name in one.variables})
+    mapped = [k for k, process in enumerate(processes) if process.translation is not None]
+    columns = sorted({column_of[name] for process in processes for name in process.variables})
     if mapped:  # the slope of a translation at the mean, which derivatives do not contain
         plain = [k for k in range(len(processes)) if k not in mapped]
-        left = gradient[own] - by_process[np.ix_(own, plain)].sum(axis=1)
-        slopes[mapped] = np.linalg.lstsq(by_process[np.ix_(own, mapped)], left, rcond=None)[0]
-    missed = float(np.linalg.norm(by_process[own] @ slopes - gradient[own]))
-    if missed > _EXPLAINED * float(np.linalg.norm(gradient[own])):
+        left = gradient[columns] - by_process[np.ix_(columns, plain)].sum(axis=1)
+        slopes[mapped] = np.linalg.lstsq(by_process[np.ix_(columns, mapped)], left, rcond=None)[0]
+    missed = float(np.linalg.norm(by_process[columns] @ slopes - gradient[columns]))
+    if missed > _EXPLAINED * float(np.linalg.norm(gradient[columns])):
         return float("nan")
     expansions: dict[str, list[_Contribution]] = {}
     for process, slope in zip(processes, slopes.tolist(), strict=True):
@@ -322,8 +326,8 @@ def lost_variance(
             weights = slope * weight * derivatives[process.name]
             expansions.setdefault(owner, []).append(_Contribution(process, weights, _places(process, times)))
     variances = [_variance(parts) for parts in expansions.values()]
-    variance, size = sum(one for one, _ in variances), sum(size for _, size in variances)
-    kept = float(gradient[own] @ gradient[own])
+    variance, size = sum(variance for variance, _ in variances), sum(size for _, size in variances)
+    kept = float(gradient[columns] @ gradient[columns])
     if not variance > _ROUNDED * size:
         return float("nan")
     return max(0.0, (variance - kept) / (variance - kept + float(gradient @ gradient)))
@@ -340,29 +344,29 @@ def _places(process: NormalSeries, times: Array) -> Array:
     return np.asarray((process.speed or 1.0) * times - process.lag)
 
 
-def _gradient(process: NormalSeries, times: Array, derivatives: Array, place: Mapping[str, int]) -> Array:
+def _gradient(process: NormalSeries, times: Array, derivatives: Array, column_of: Mapping[str, int]) -> Array:
     """Return the derivatives in all variables by way of a process, (variables,)."""
-    result = np.zeros(len(place))
+    result = np.zeros(len(column_of))
     x = np.clip(_places(process, times), *process.window)
     known: dict[int, float] = {}  # correlated processes repeat the same modes
     for variable, weight, mode in zip(process.variables, process.weights, process.modes, strict=True):
         if id(mode) not in known:
             known[id(mode)] = float(derivatives @ mode(x))
-        result[place[variable]] += weight * known[id(mode)]
+        result[column_of[variable]] += weight * known[id(mode)]
     return result
 
 
 def _variance(parts: Sequence[_Contribution]) -> tuple[float, float]:
     """Return the variance of a sum of contributions of one expansion, and the sum of the magnitudes of terms."""
     variance, size = 0.0, 0.0
-    for one in parts:
-        covariance = one.process.covariance
+    for part in parts:
+        covariance = part.process.covariance
         assert covariance is not None  # for mypy: lost_variance has looked
-        for other in parts:
-            count = len(one.weights)
-            products = signal.correlate(one.weights, other.weights, method="fft")
+        for second_part in parts:
+            count = len(part.weights)
+            products = signal.correlate(part.weights, second_part.weights, method="fft")
             # places are equally spaced, so distances depend on the difference of row numbers alone
-            apart = np.concatenate([one.places[0] - other.places[:0:-1], one.places - other.places[0]])
+            apart = np.concatenate([part.places[0] - second_part.places[:0:-1], part.places - second_part.places[0]])
             terms = products * covariance(apart)
             assert len(terms) == 2 * count - 1
             variance, size = variance + float(terms.sum()), size + float(np.abs(terms).sum())

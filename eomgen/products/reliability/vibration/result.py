@@ -145,13 +145,13 @@ class RandomVibration:
             "output": self.output,
             "unit": self.unit,
             "t": self.t,
-            "processes": [vars(one) | {"eigenvalues": list(one.eigenvalues)} for one in self.processes],
+            "processes": [vars(process) | {"eigenvalues": list(process.eigenvalues)} for process in self.processes],
             "moments": {name: dict(zip(keys, values, strict=True)) for name, values in self.moments.items()},
             "thresholds": self.thresholds.tolist(),
             "indices": self.indices.tolist(),
             "distributions": {
-                name: {key: getattr(one, key).tolist() for key in ("below", "above", "low", "high")}
-                for name, one in self.distributions.items()
+                name: {key: getattr(distribution, key).tolist() for key in ("below", "above", "low", "high")}
+                for name, distribution in self.distributions.items()
             },
             "times": self.times.tolist(),
             "autocovariance": {name: values.tolist() for name, values in self.autocovariance.items()},
@@ -177,16 +177,20 @@ class RandomVibration:
         list of Path
             The files, in this order.
         """
-        place = make_folder(Path(folder))
+        target = make_folder(Path(folder))
         columns = {"threshold": self.thresholds, "index": self.indices}
-        for name, one in self.distributions.items():
-            columns |= {f"{name}.below": one.below, f"{name}.above": one.above}
-            columns |= {f"{name}.{key}": getattr(one, key) for key in ("low", "high") if len(getattr(one, key))}
-        files = [place / "random.json", place / "distribution.csv"]
+        for name, distribution in self.distributions.items():
+            columns |= {f"{name}.below": distribution.below, f"{name}.above": distribution.above}
+            columns |= {
+                f"{name}.{key}": getattr(distribution, key)
+                for key in ("low", "high")
+                if len(getattr(distribution, key))
+            }
+        files = [target / "random.json", target / "distribution.csv"]
         write_text(files[0], json_text(self.to_dict()) + "\n")
         write_table(files[1], list(columns), np.column_stack(list(columns.values())))
         if len(self.times):
-            files.append(place / "autocovariance.csv")
+            files.append(target / "autocovariance.csv")
             table = {"t": self.times, **self.autocovariance}
             write_table(files[2], list(table), np.column_stack(list(table.values())))
         return files
@@ -231,11 +235,11 @@ def draw(result: RandomVibration, folder: Path) -> list[Path]:
     return files
 
 
-def _normal_quantiles(one: Distribution) -> Any:
+def _normal_quantiles(distribution: Distribution) -> Any:
     """Return P(y <= threshold) as the place of a standard normal variable, by the smaller tail of both."""
     with np.errstate(invalid="ignore"):
-        lower, upper = special.ndtri(one.below), -special.ndtri(one.above)
-    return np.where(one.below < 0.5, lower, upper)
+        lower, upper = special.ndtri(distribution.below), -special.ndtri(distribution.above)
+    return np.where(distribution.below < 0.5, lower, upper)
 
 
 def _distribution(result: RandomVibration) -> Any:
@@ -245,14 +249,14 @@ def _distribution(result: RandomVibration) -> Any:
     for name, (label, colour, line, mark) in _STYLES.items():
         if name not in result.distributions:
             continue
-        one = result.distributions[name]
-        place = _normal_quantiles(one)[order]
-        finite = np.isfinite(place)
+        distribution = result.distributions[name]
+        quantiles = _normal_quantiles(distribution)[order]
+        finite = np.isfinite(quantiles)
         style = {"color": colour, "linestyle": line, "marker": mark, "markersize": 5, "linewidth": 1.5}
-        axes.plot(y[finite], place[finite], label=label, **style)
-        if len(one.low):
+        axes.plot(y[finite], quantiles[finite], label=label, **style)
+        if len(distribution.low):
             with np.errstate(invalid="ignore", divide="ignore"):
-                low, high = special.ndtri(one.low)[order], special.ndtri(one.high)[order]
+                low, high = special.ndtri(distribution.low)[order], special.ndtri(distribution.high)[order]
             known = np.isfinite(low) & np.isfinite(high)
             axes.vlines(y[known], low[known], high[known], color=colour, linewidth=1.2)
     marks = np.array([*_NAMED, *(1.0 - np.array(_NAMED[:4]))])
@@ -301,9 +305,9 @@ def _modes(result: RandomVibration) -> Any:
     return _frame(axes, _title_of_modes(result.processes))
 
 
-def _frame(axes: Any, title: str, place: str = "best") -> Any:
+def _frame(axes: Any, title: str, legend: str = "best") -> Any:
     """Return the figure of axes that get a title, a grid and a legend."""
     axes.set_title(title, fontsize="medium")
     axes.grid(alpha=0.3)
-    axes.legend(fontsize="small", loc=place)
+    axes.legend(fontsize="small", loc=legend)
     return axes.figure

@@ -139,7 +139,10 @@ class RunResponse:
         kinks = (
             kink
             for kink in model.branches().kinks(self._places)
-            if any(one.block in moving or names.get(one.block, [""])[one.index] in random for one in kink.symbols)
+            if any(
+                symbol.block in moving or names.get(symbol.block, [""])[symbol.index] in random
+                for symbol in kink.symbols
+            )
         )
         return list(dict.fromkeys(kink.description for kink in kinks))
 
@@ -246,9 +249,9 @@ class RunResponse:
     def ending(self, time: float) -> RunResponse:
         """Return the response at another end time, with separate counts of evaluations; about a constant state no
         further adjoint run is needed."""
-        other = replace(self, span=(time, self.span[1]))
-        other._longer = self
-        return other
+        shorter = replace(self, span=(time, self.span[1]))
+        shorter._longer = self
+        return shorter
 
     def _sensitivities(self, point: Array) -> Sensitivities:
         """Return derivatives of the run at a point; the previous derivatives if the point is the same."""
@@ -259,13 +262,16 @@ class RunResponse:
 
     def _sensitivities_at(self, point: Array, by: Sequence[str] = ()) -> Sensitivities:
         """Return derivatives of the run at a point, by default by all variables."""
-        given = dict(self.options)
-        parameters = {**(given.pop("parameters", None) or {}), **dict(zip(self.variables, point.tolist(), strict=True))}
-        settings = {**newton_settings(self.model, given.get("method")), **(given.pop("settings", None) or {})}
+        options = dict(self.options)
+        parameters = {
+            **(options.pop("parameters", None) or {}),
+            **dict(zip(self.variables, point.tolist(), strict=True)),
+        }
+        settings = {**newton_settings(self.model, options.get("method")), **(options.pop("settings", None) or {})}
         name = self.output.partition("[")[0]
-        given |= {"by": list(by or self.variables), "of": [name], "parameters": parameters}
+        options |= {"by": list(by or self.variables), "of": [name], "parameters": parameters}
         try:
-            return self.model.sensitivities(*self.span, settings=settings or None, **given)
+            return self.model.sensitivities(*self.span, settings=settings or None, **options)
         except NumericalError as error:
             far = float(np.linalg.norm(point))
             fault = f"the run {far:.3g} standard deviations from the mean fails: {error.problems[0].what} [E1049]"
@@ -304,10 +310,10 @@ def first_passage(t: Array, y: Array, slopes: Array, level: float) -> float:
         distance = (level - y) / spread
         coupling = np.sum(slopes * slope_rates, axis=1) / spread
         mean = rates + coupling * distance
-        own = np.sqrt(np.maximum(np.sum(slope_rates**2, axis=1) - coupling**2, 0.0))
-        ratio = mean / own
+        deviations = np.sqrt(np.maximum(np.sum(slope_rates**2, axis=1) - coupling**2, 0.0))
+        ratio = mean / deviations
         density = np.exp(-0.5 * distance**2) / (np.sqrt(2.0 * np.pi) * spread)
-        crossings = density * (own * np.exp(-0.5 * ratio**2) / np.sqrt(2.0 * np.pi) + mean * special.ndtr(ratio))
+        crossings = density * (deviations * np.exp(-0.5 * ratio**2) / np.sqrt(2.0 * np.pi) + mean * special.ndtr(ratio))
     crossings = np.where(spread > 0.0, crossings, 0.0)
     begun = float(special.ndtr(-distance[0])) if spread[0] > 0.0 else float(y[0] > level)
     integral = float(np.sum(0.5 * (crossings[1:] + crossings[:-1]) * np.diff(t)))

@@ -170,10 +170,10 @@ def random_vibration(
         thresholds = numbers_of("thresholds", thresholds, "thresholds=[0.5, 1.0]").tolist()
     _check_projection(projected, whole)
     processes, variables = processes_of(model)
-    given = checked_options(options, variables, [one.name for one in processes])
-    span = span_of(model, at, step, number_of("t_start", given.get("t_start", 0.0)))
+    checked = checked_options(options, variables, [process.name for process in processes])
+    span = span_of(model, at, step, number_of("t_start", checked.get("t_start", 0.0)))
     check_output(model, output)
-    study = _VibrationStudy(RunResponse(model, variables, output, span, given), seed)
+    study = _VibrationStudy(RunResponse(model, variables, output, span, checked), seed)
     try:
         forms = study.expansions(projected, whole, pairs)
     except CrossedJump as error:
@@ -185,8 +185,8 @@ def random_vibration(
     varies = deviation > 0.0 or study.varies()
     wanted = thresholds_of(mean, deviation, thresholds, needs_spread=points, varies=varies)
     study.notes += doubts_of_spread(mean, deviation, varies=varies)
-    study.distributions = {name: form_distribution(one, wanted) for name, one in forms.items()}
-    study.moments = {name: moments_of(one) for name, one in forms.items()}
+    study.distributions = {name: form_distribution(form, wanted) for name, form in forms.items()}
+    study.moments = {name: moments_of(form) for name, form in forms.items()}
     others = bool(samples or len(times) or levels)
     indices = study.about_points(wanted, tail_samples, samples, others) if points else np.full(len(wanted), np.nan)
     passage: dict[float, dict[str, float]] = {float(level): {} for level in levels}
@@ -255,14 +255,14 @@ def judge_truncated_outputs(
     if not cut_processes(model):
         return []
     processes, variables = processes_of(model)
-    if not {*variables, *(one.name for one in processes)}.intersection(varied):
+    if not {*variables, *(process.name for process in processes)}.intersection(varied):
         return []
-    given = {name: value for name, value in options.items() if name in SensitivityOptions.__annotations__}
+    run_options = {name: value for name, value in options.items() if name in SensitivityOptions.__annotations__}
     values = model.parameter_array(options.get("parameters")).tolist()
-    given |= {"parameters": dict(zip(model.parameters, values, strict=True)), "record_every": 1}
+    run_options |= {"parameters": dict(zip(model.parameters, values, strict=True)), "record_every": 1}
     notes = []
     for output in outputs:
-        response = RunResponse(model, variables, output, span, given)
+        response = RunResponse(model, variables, output, span, run_options)
         with suppress(EomgenError):  # a run about the mean without derivatives
             gradient = response.gradient(np.zeros(response.size))[1]
             notes += [f"output {output}: {note}" for note in judge_truncation(response, gradient, linear=False)[1]]
@@ -464,12 +464,12 @@ class _VibrationStudy:
             self.notes.append(
                 f"{failed} samples about most probable points failed: thresholds with such have none [W0071]"
             )
-        of_forms = {name: one for name, one in self.distributions.items() if name not in _SAMPLED}
-        self.errors = {name: relative_errors(one, whole) for name, one in of_forms.items()}
+        of_forms = {name: distribution for name, distribution in self.distributions.items() if name not in _SAMPLED}
+        self.errors = {name: relative_errors(distribution, whole) for name, distribution in of_forms.items()}
         indices = none.copy()
         if reached:
             self._compare(about, wanted, places, whole)
-            indices[places] = [one.index for one in reached]
+            indices[places] = [point.index for point in reached]
         self.distributions["corrected"] = whole
         return indices
 
@@ -483,12 +483,14 @@ class _VibrationStudy:
     ) -> None:
         """Compare distributions at most probable points with corrected ones of all thresholds, and keep them."""
         true = Distribution(*(part[places] for part in vars(whole).values()))
-        errors = {name: relative_errors(one, true) for name, one in about.items() if name not in _SAMPLED}
+        errors = {
+            name: relative_errors(distribution, true) for name, distribution in about.items() if name not in _SAMPLED
+        }
         self.notes += doubts_of_forms(wanted[places], errors, true)
         wrong = disagreements(wanted[places].tolist(), about["quadratic"], true)
         self.notes += wrong.values()
         about["quadratic"] = without(about["quadratic"], wrong)
-        self.distributions |= {name: spread(one, places, len(wanted)) for name, one in about.items()}
+        self.distributions |= {name: spread(distribution, places, len(wanted)) for name, distribution in about.items()}
         for name, values in errors.items():
             self.errors[name] = np.full(len(wanted), np.nan)
             self.errors[name][places] = values
@@ -511,12 +513,12 @@ class _VibrationStudy:
 
     def _doubts_of_rough(self, reached: Sequence[MostProbablePoint]) -> list[str]:
         """Return a note on points next to jumps of the gradient."""
-        rough = [one for one in reached if one.aside]
+        rough = [point for point in reached if point.aside]
         if not rough:
             return []
         by = ", ".join(self.response.kinks())
-        names = ", ".join(f"{one.threshold:.6g}" for one in rough)
-        aside = max(one.aside for one in rough)
+        names = ", ".join(f"{point.threshold:.6g}" for point in rough)
+        aside = max(point.aside for point in rough)
         return [
             f"most probable points of {names} are known to {aside:.1g} standard deviations alone: the gradient jumps"
             f" there{f' by {by}' if by else ''}; quadratic forms lack the jump, and samples correct them"
@@ -595,10 +597,10 @@ class _VibrationStudy:
         size = self.response.size
         if time <= 0.0:
             return QuadraticForm(0.0, np.zeros(size), np.zeros((size, size)))
-        other = self.response.ending(time)
-        expanded = other if self.directions is None else ProjectedResponse(other, self.directions)
+        response = self.response.ending(time)
+        expanded = response if self.directions is None else ProjectedResponse(response, self.directions)
         form = expanded.expansion(np.zeros(size)).form
-        self.response.spend(*other.costs)
+        self.response.spend(*response.costs)
         return form
 
 

@@ -74,17 +74,17 @@ def structure(J: Array, order: Sequence[int] | None = None) -> DependentColumns:
     norms = np.linalg.norm(J, axis=0)
     basis: list[Array] = []
     kept, others = list[int](), list[int]()
-    for place in places:
-        rest = J[:, place] / norms[place] if norms[place] > 0.0 else np.zeros(len(J))
+    for column in places:
+        rest = J[:, column] / norms[column] if norms[column] > 0.0 else np.zeros(len(J))
         for _ in range(2):
-            for one in basis:
-                rest = rest - (one @ rest) * one
-        own = float(np.linalg.norm(rest))
-        if own > ROUNDING:
-            kept.append(place)
-            basis.append(rest / own)
+            for vector in basis:
+                rest = rest - (vector @ rest) * vector
+        remainder = float(np.linalg.norm(rest))
+        if remainder > ROUNDING:
+            kept.append(column)
+            basis.append(rest / remainder)
         else:
-            others.append(place)
+            others.append(column)
     safe = np.where(norms > 0.0, norms, 1.0)
     unit = J / safe
     solved = np.linalg.lstsq(unit[:, kept], unit[:, others], rcond=None)[0]
@@ -92,7 +92,7 @@ def structure(J: Array, order: Sequence[int] | None = None) -> DependentColumns:
     return DependentColumns(tuple(kept), tuple(others), solved * safe[others] / safe[kept][:, np.newaxis])
 
 
-def form_of(structure: DependentColumns, other: int, x: Array, J: Array, change: Callable[[Array], float]) -> str:
+def form_of(structure: DependentColumns, dependent: int, x: Array, J: Array, change: Callable[[Array], float]) -> str:
     """Return the form in which inseparable unknowns are determined: sum, product or first order.
 
     Parameters
@@ -101,19 +101,19 @@ def form_of(structure: DependentColumns, other: int, x: Array, J: Array, change:
     J : (rows, n) there
     change : norm of the change of outputs from x to other unknowns, in the units of the rows of J
     """
-    column, kept = structure.coefficients[:, structure.others.index(other)], list(structure.kept)
-    alone = _AWAY * (abs(float(x[other])) or 1.0) * float(np.linalg.norm(J[:, other]))
+    column, kept = structure.coefficients[:, structure.others.index(dependent)], list(structure.kept)
+    alone = _AWAY * (abs(float(x[dependent])) or 1.0) * float(np.linalg.norm(J[:, dependent]))
     left = {"sum": np.inf, "product": np.inf}
     for away in (_AWAY, -_AWAY):  # runs may fail on one side
         moved = x.copy()
-        size = away * (abs(float(x[other])) or 1.0)
-        moved[other] += size
+        size = away * (abs(float(x[dependent])) or 1.0)
+        moved[dependent] += size
         moved[kept] -= column * size
         left["sum"] = min(left["sum"], change(moved))
-        if x[other] != 0.0 and np.all(x[kept][column != 0.0] != 0.0):
+        if x[dependent] != 0.0 and np.all(x[kept][column != 0.0] != 0.0):
             turned = x.copy()
-            turned[other] *= 1.0 + away
-            exponents = np.divide(column * x[other], x[kept], out=np.zeros(len(kept)), where=column != 0.0)
+            turned[dependent] *= 1.0 + away
+            exponents = np.divide(column * x[dependent], x[kept], out=np.zeros(len(kept)), where=column != 0.0)
             with np.errstate(over="ignore"):  # exponents that no product has
                 turned[kept] *= (1.0 + away) ** -exponents
             left["product"] = min(left["product"], change(turned))
@@ -130,17 +130,17 @@ def words(structure: DependentColumns, kept: int, names: Sequence[str], x: Array
         exponents = {kept: 1.0} | {
             o: float(c * x[o] / x[kept]) for o, c in zip(structure.others, row, strict=True) if c
         }
-        exponents = {place: _short(e) for place, e in exponents.items()}
-        above = [_power(names[place], e) for place, e in exponents.items() if e > 0.0]
-        below = [_power(names[place], -e) for place, e in exponents.items() if e < 0.0]
-        value = float(np.prod([x[place] ** e for place, e in exponents.items()]))
+        exponents = {column: _short(e) for column, e in exponents.items()}
+        above = [_power(names[column], e) for column, e in exponents.items() if e > 0.0]
+        below = [_power(names[column], -e) for column, e in exponents.items() if e < 0.0]
+        value = float(np.prod([x[column] ** e for column, e in exponents.items()]))
         return " ".join(above) + "".join(f" / {text}" for text in below), value
     text, value = names[kept], float(x[kept])
-    for other, c in zip(structure.others, row, strict=True):
+    for dependent, c in zip(structure.others, row, strict=True):
         if c:
             factor = _short(abs(float(c)))
-            text += f" {'-' if c < 0.0 else '+'} {'' if factor == 1.0 else f'{factor:.6g} '}{names[other]}"
-            value += float(c) * float(x[other])
+            text += f" {'-' if c < 0.0 else '+'} {'' if factor == 1.0 else f'{factor:.6g} '}{names[dependent]}"
+            value += float(c) * float(x[dependent])
     return text, value
 
 
@@ -265,12 +265,12 @@ class LeastSquares:
 
     def _fit_with_deviations(self, x: Array, sigma: Array, kept: Sequence[int]) -> Fit:
         """Return the fit of the kept unknowns, with deviations that match the residuals if no deviations are given."""
-        count, given = len(sigma), self.deviations is not None
+        count, known_deviations = len(sigma), self.deviations is not None
         sizes = np.array([np.count_nonzero(self.columns == k) for k in range(count)])
         share = max(1.0 - len(kept) / len(self.data), 1.0 / len(self.data))
-        for number in range(1 if given or count == 1 else _PASSES):
+        for number in range(1 if known_deviations or count == 1 else _PASSES):
             x, converged, text = self._search(x, sigma[self.columns], kept)
-            if given:
+            if known_deviations:
                 break
             left = self._values_and_jacobian(x)[0] - self.data
             squares = np.array([float(left[self.columns == k] @ left[self.columns == k]) for k in range(count)])
@@ -343,6 +343,6 @@ def correlation(cov: Array, kept: Sequence[int], chosen: Sequence[int], count: i
 
 def autocorrelation(left: Sequence[Array]) -> float:
     """Return the correlation of residuals with those one sample later, over several runs."""
-    products = sum(float(one[1:] @ one[:-1]) for one in left)
-    squares = sum(float(one @ one) for one in left)
+    products = sum(float(residuals[1:] @ residuals[:-1]) for residuals in left)
+    squares = sum(float(residuals @ residuals) for residuals in left)
     return products / squares if squares > 0.0 else 0.0

@@ -141,7 +141,7 @@ class Experiment:
         model = self.model
         of_q = [unit.removesuffix("/s") for unit in model.v_units]
         every = [*of_q, *model.v_units, *model.z_units]
-        return [every[place] for place in self._places]
+        return [every[position] for position in self._places]
 
     def __call__(self, parameters: Mapping[str, float], states: Array) -> tuple[Array, Array]:
         """Return outputs at the measured times (outputs, n), and derivatives (outputs, n, parameters + states).
@@ -173,7 +173,7 @@ class Experiment:
             count = len(self._parameters)
             slopes = np.concatenate([slopes[..., :count], slopes[..., count:] @ of_states], axis=-1)
         at = self._rows.at
-        return np.stack([at(one) for one in values]), np.stack([at(one) for one in slopes])
+        return np.stack([at(value) for value in values]), np.stack([at(slope) for slope in slopes])
 
     def initial_state(self, parameters: Mapping[str, float], states: Array) -> dict[str, Array]:
         """Return the initial state at values of the unknowns, as of ``simulate``."""
@@ -216,7 +216,7 @@ class Experiment:
             components = range(factor.v_start, factor.v_start + factor.v_size)
             if factor.group != "R" and places & set(components):
                 places |= set(components)
-        return [known[place] for place in sorted(places)]
+        return [known[position] for position in sorted(places)]
 
     def _interpolate_inputs(self) -> dict[str, Array]:
         """Return measured inputs on the grid of the steps, linear between samples."""
@@ -246,30 +246,41 @@ class ExperimentUnknowns:
         several = len(self.experiments) > 1
         return [
             *self.parameters,
-            *(f"{name} of {one.data.name}" if several else name for one in self.experiments for name in self.states),
+            *(
+                f"{name} of {experiment.data.name}" if several else name
+                for experiment in self.experiments
+                for name in self.states
+            ),
         ]
 
     @property
     def units(self) -> list[str]:
         known = {item.name: item.unit for item in self.model.description.parameters}
-        return [known.get(name, "") for name in self.parameters] + [u for one in self.experiments for u in one.units]
+        return [known.get(name, "") for name in self.parameters] + [
+            u for experiment in self.experiments for u in experiment.units
+        ]
 
     @property
     def start(self) -> Array:
         values = {**self.model.parameters, **self.held}
         return np.concatenate(
-            [np.array([float(values[name]) for name in self.parameters]), *(one.starts for one in self.experiments)]
+            [
+                np.array([float(values[name]) for name in self.parameters]),
+                *(experiment.starts for experiment in self.experiments),
+            ]
         )
 
     @property
     def labels(self) -> list[str]:
         """Measured columns of all runs."""
-        return list(dict.fromkeys(label for one in self.experiments for label in one.data.outputs))
+        return list(dict.fromkeys(label for experiment in self.experiments for label in experiment.data.outputs))
 
     @property
     def data(self) -> Array:
         """(rows,) measured values, run by run and column by column."""
-        parts = [np.stack(list(one.data.outputs.values()))[one.present] for one in self.experiments]
+        parts = [
+            np.stack(list(experiment.data.outputs.values()))[experiment.present] for experiment in self.experiments
+        ]
         return np.concatenate(parts)
 
     @property
@@ -279,8 +290,8 @@ class ExperimentUnknowns:
         return np.concatenate(
             [
                 np.full(int(np.count_nonzero(row)), labels.index(label))
-                for one in self.experiments
-                for label, row in zip(one.data.outputs, one.present, strict=True)
+                for experiment in self.experiments
+                for label, row in zip(experiment.data.outputs, experiment.present, strict=True)
             ]
         )
 
@@ -295,14 +306,14 @@ class ExperimentUnknowns:
     def predict(self, x: Array) -> tuple[Array, Array]:
         """Return the model's values (rows,) and derivatives (rows, n)."""
         count, parts, slopes = len(self.parameters), [], []
-        for number, one in enumerate(self.experiments):
-            values, derivatives = one(self.values_of(x), self.states_of(x, number))
+        for number, experiment in enumerate(self.experiments):
+            values, derivatives = experiment(self.values_of(x), self.states_of(x, number))
             block = np.zeros((*values.shape, len(x)))
             first = count + number * len(self.states)
             block[..., :count] = derivatives[..., :count]
             block[..., first : first + len(self.states)] = derivatives[..., count:]
-            parts.append(values[one.present])
-            slopes.append(block[one.present])
+            parts.append(values[experiment.present])
+            slopes.append(block[experiment.present])
         return np.concatenate(parts), np.concatenate(slopes)
 
 
@@ -316,15 +327,15 @@ def bounds_of(unknowns: ExperimentUnknowns, bounds: Mapping[str, tuple[float, fl
     if bounds is not None and not isinstance(bounds, Mapping):
         fault = f"bounds by name are needed, not {shown(bounds)} [E1057]"
         raise UsageError(Problem("bounds", fault, f'bounds={{"{names[0]}": (0.1, 10.0)}}'))
-    for name, given in (bounds or {}).items():
+    for name, limits in (bounds or {}).items():
         places = [k for k, known in enumerate(names) if name == known or known.startswith(f"{name} of ")]
         if not places:
             check_name("unknown", name, names)
         try:
-            first, last = (float(one) for one in given)
+            first, last = (float(bound) for bound in limits)
         except (TypeError, ValueError):
             raise UsageError(
-                Problem(f"bounds of {name}", f"{given!r} are not two numbers [E1061]", "(0.1, 10.0)")
+                Problem(f"bounds of {name}", f"{limits!r} are not two numbers [E1061]", "(0.1, 10.0)")
             ) from None
         if np.isnan([first, last]).any():
             fault = f"({first:.6g}, {last:.6g}) has a bound that is not a number [E1058]"
@@ -345,12 +356,12 @@ def bounds_of(unknowns: ExperimentUnknowns, bounds: Mapping[str, tuple[float, fl
     return low, high
 
 
-def _within(unknowns: ExperimentUnknowns, name: str, place: int, first: float, last: float) -> str:
+def _within(unknowns: ExperimentUnknowns, name: str, position: int, first: float, last: float) -> str:
     """Return the start of a search within bounds."""
     inside = 0.5 * (first + last) if np.isfinite(first + last) else first + 1.0 if np.isfinite(first) else last - 1.0
-    if place < len(unknowns.parameters):
+    if position < len(unknowns.parameters):
         return f"values={{{name!r}: {inside:.6g}}} (--set {name}={inside:.6g})"
-    state = unknowns.states[(place - len(unknowns.parameters)) % len(unknowns.states)]
+    state = unknowns.states[(position - len(unknowns.parameters)) % len(unknowns.states)]
     joint = state.partition(".")[2].partition("[")[0]
     part = {"q": f'"{joint}": {{"position": ...}}', "v": f'"{joint}": {{"velocity": ...}}'}.get(
         state[0], f'"{joint}": ...'
@@ -358,13 +369,15 @@ def _within(unknowns: ExperimentUnknowns, name: str, place: int, first: float, l
     return f"initial={{{part}}} (--initial {state}={inside:.6g}), its initial guess"
 
 
-def deviations_of(labels: Sequence[str], given: Mapping[str, float] | float | None) -> Array | None:
-    if given is None:
+def deviations_of(labels: Sequence[str], deviations: Mapping[str, float] | float | None) -> Array | None:
+    if deviations is None:
         return None
-    if not isinstance(given, Mapping):
-        given = dict.fromkeys(labels, number_of("deviations", given, "number, or one for each column by name,"))
-    every = {label: given.get(label, given.get(label.partition("[")[0])) for label in labels}
-    for name in given:
+    if not isinstance(deviations, Mapping):
+        deviations = dict.fromkeys(
+            labels, number_of("deviations", deviations, "number, or one for each column by name,")
+        )
+    every = {label: deviations.get(label, deviations.get(label.partition("[")[0])) for label in labels}
+    for name in deviations:
         if name not in labels and not any(label.partition("[")[0] == name for label in labels):
             check_name("measured column", name, labels)
     absent = [label for label, value in every.items() if value is None]

@@ -79,7 +79,7 @@ class Judgement:
         bias = np.zeros(count)
         bias[kept] = self._bias(weighted[:, kept], sigma)
         decided = [k for k in kept if k not in parts.mixed_columns]
-        times = interval(self.confidence, freedom, given=self.given)
+        times = interval(self.confidence, freedom, known_deviations=self.given)
         states = [
             "determined" if k in decided else "on its bound" if on_bound[k] else "undetermined" for k in range(count)
         ]
@@ -136,16 +136,16 @@ class Judgement:
             moved = self.predict(at)
             return np.inf if moved is None else float(np.linalg.norm((moved[0] - self.fit.values) / sigma))
 
-        forms = {other: form_of(parts, other, x, weighted, change) for other in parts.others}
+        forms = {dependent: form_of(parts, dependent, x, weighted, change) for dependent in parts.others}
         combinations = []
         for k in parts.mixed_columns:
             row = parts.coefficients[parts.kept.index(k)]
-            others = [other for other, c in zip(parts.others, row, strict=True) if c]
-            kinds = {forms[other] for other in others}
+            others = [dependent for dependent, c in zip(parts.others, row, strict=True) if c]
+            kinds = {forms[dependent] for dependent in others}
             form = kinds.pop() if len(kinds) == 1 else "first order"
             text, value = words(parts, k, names, x, form)
             deviation = float(spread[k]) * (abs(value / float(x[k])) if form == "product" else 1.0)
-            members = (names[k], *(names[other] for other in others))
+            members = (names[k], *(names[dependent] for dependent in others))
             low, high = value - times * deviation, value + times * deviation
             combinations.append(Combination(text, members, form, value, deviation, low, high))
         return tuple(combinations)
@@ -153,21 +153,23 @@ class Judgement:
     def _records(self) -> tuple[Record, ...]:
         unknowns, x = self.unknowns, self.fit.x
         records, first = [], 0
-        for number, one in enumerate(unknowns.experiments):
-            model = np.full(one.present.shape, np.nan)
-            count = int(np.count_nonzero(one.present))
-            model[one.present] = self.fit.values[first : first + count]
+        for number, experiment in enumerate(unknowns.experiments):
+            model = np.full(experiment.present.shape, np.nan)
+            count = int(np.count_nonzero(experiment.present))
+            model[experiment.present] = self.fit.values[first : first + count]
             first += count
-            modelled = dict(zip(one.data.outputs, model, strict=True))
-            start = one.initial_state(unknowns.values_of(x), unknowns.states_of(x, number))
-            records.append(Record(one.data.name, one.data.t, dict(one.data.outputs), modelled, start))
+            modelled = dict(zip(experiment.data.outputs, model, strict=True))
+            start = experiment.initial_state(unknowns.values_of(x), unknowns.states_of(x, number))
+            records.append(
+                Record(experiment.data.name, experiment.data.t, dict(experiment.data.outputs), modelled, start)
+            )
         return tuple(records)
 
     def _columns(self, records: Sequence[Record]) -> tuple[Column, ...]:
         units = {item.name: item.unit for item in self.unknowns.model.description.outputs}
         columns = []
         for k, label in enumerate(self.unknowns.labels):
-            parts = [one.residuals[label] for one in records if label in one.data]
+            parts = [record.residuals[label] for record in records if label in record.data]
             parts = [part[np.isfinite(part)] for part in parts]
             every = np.concatenate(parts)
             unit = units.get(label.partition("[")[0], "")
@@ -186,7 +188,7 @@ class Judgement:
     ) -> list[str]:
         spread = [float(np.std(self.unknowns.data[self.unknowns.columns == k])) for k in range(len(columns))]
         # data without noise would ask for any step
-        noisy = [one for one, size in zip(columns, spread, strict=True) if one.rms > _NOISELESS * size]
+        noisy = [column for column, size in zip(columns, spread, strict=True) if column.rms > _NOISELESS * size]
         return [
             *([] if self.fit.converged else [f"the search did not converge ({self.fit.text})"]),
             *_notes_of_combinations(combinations),
@@ -198,23 +200,35 @@ class Judgement:
 
     def _notes_of_estimates(self, estimates: Sequence[Estimate], combinations: Sequence[Combination]) -> Iterator[str]:
         """Yield notes on unknowns without effect, on bounds, and on wide intervals."""
-        named = {name for one in combinations for name in one.members}
-        lost = [one.name for one in estimates if one.state == "undetermined" and one.name not in named]
+        named = {name for combination in combinations for name in combination.members}
+        lost = [
+            estimate.name for estimate in estimates if estimate.state == "undetermined" and estimate.name not in named
+        ]
         if lost:
             yield f"without effect on the measurements: {', '.join(lost)} [W0078]"
-        bound = [one.name for one in estimates if one.state == "on its bound"]
+        bound = [estimate.name for estimate in estimates if estimate.state == "on its bound"]
         if bound:
             yield f"on a bound: {', '.join(bound)}; the other intervals hold at this bound [W0079]"
-        parameters = [one for one in estimates if one.state == "determined" and one.name in self.unknowns.parameters]
-        wide = [one.name for one in parameters if one.high - one.low > 2.0 * abs(one.value)]
+        parameters = [
+            estimate
+            for estimate in estimates
+            if estimate.state == "determined" and estimate.name in self.unknowns.parameters
+        ]
+        wide = [
+            parameter.name for parameter in parameters if parameter.high - parameter.low > 2.0 * abs(parameter.value)
+        ]
         if wide:
             yield f"intervals wider than the value: {', '.join(wide)}{self._least_determined(estimates)} [W0080]"
 
     def _notes_of_steps(self, estimates: Sequence[Estimate]) -> Iterator[str]:
         """Yield a note if the errors of steps move an estimate by a considerable part of the standard deviation."""
-        moved = [one for one in estimates if one.state == "determined" and abs(one.bias) > _BIASED * one.deviation]
+        moved = [
+            estimate
+            for estimate in estimates
+            if estimate.state == "determined" and abs(estimate.bias) > _BIASED * estimate.deviation
+        ]
         if moved:
-            worst = max(moved, key=lambda one: abs(one.bias) / one.deviation)
+            worst = max(moved, key=lambda estimate: abs(estimate.bias) / estimate.deviation)
             times = abs(worst.bias) / worst.deviation
             step = self.unknowns.experiments[0].step
             yield (
@@ -225,7 +239,7 @@ class Judgement:
     def _least_determined(self, estimates: Sequence[Estimate]) -> str:
         """Return the last right singular vector of the derivatives by relative changes of unknowns, in words."""
         x = self.fit.x
-        chosen = [k for k, one in enumerate(estimates) if one.state == "determined" and x[k] != 0.0]
+        chosen = [k for k, estimate in enumerate(estimates) if estimate.state == "determined" and x[k] != 0.0]
         sigma = self.fit.deviations[self.unknowns.columns]
         _, _, rows = np.linalg.svd(
             self.fit.J[:, chosen] * np.abs(x[chosen]) / sigma[:, np.newaxis], full_matrices=False
@@ -239,12 +253,12 @@ class Judgement:
 
 
 def _notes_of_combinations(combinations: Sequence[Combination]) -> Iterator[str]:
-    for one in combinations[:_NAMED]:
-        if len(one.members) <= _NAMED:
-            to_first = ", to first order" if one.form == "first order" else ""
-            yield f"only {one.text} is determined{to_first} [W0076]"
+    for combination in combinations[:_NAMED]:
+        if len(combination.members) <= _NAMED:
+            to_first = ", to first order" if combination.form == "first order" else ""
+            yield f"only {combination.text} is determined{to_first} [W0076]"
         else:
-            yield f"{one.members[0]} cannot be distinguished from {len(one.members) - 1} others [W0077]"
+            yield f"{combination.members[0]} cannot be distinguished from {len(combination.members) - 1} others [W0077]"
     if len(combinations) > _NAMED:
         yield f"{len(combinations) - _NAMED} more combinations"
 
@@ -263,19 +277,21 @@ def _notes_of_deviations(squares: float, freedom: int) -> Iterator[str]:
 
 def _notes_of_correlation(columns: Sequence[Column]) -> Iterator[str]:
     """Yield a note if residuals of noisy columns are not white noise."""
-    coloured = [one for one in columns if one.autocorrelation > max(_COLOURED, _TIMES / np.sqrt(one.samples))]
+    coloured = [
+        column for column in columns if column.autocorrelation > max(_COLOURED, _TIMES / np.sqrt(column.samples))
+    ]
     if coloured:
-        listed = ", ".join(f"{one.name} {one.autocorrelation:.2f}" for one in coloured)
+        listed = ", ".join(f"{column.name} {column.autocorrelation:.2f}" for column in coloured)
         yield (
             f"residuals are not white noise (correlation at lag 1: {listed}): the model misses something, or"
             " the noise is filtered; intervals are too narrow [W0084]"
         )
 
 
-def interval(confidence: float, freedom: int, *, given: bool) -> float:
+def interval(confidence: float, freedom: int, *, known_deviations: bool) -> float:
     """Return the half width of an interval in standard deviations: of the normal distribution if noise is given, of
     Student's distribution if noise is estimated."""
     level = 0.5 + 0.5 * confidence
-    if given:
+    if known_deviations:
         return float(special.ndtri(level))
     return float(special.stdtrit(freedom, level)) if freedom > 0 else np.inf

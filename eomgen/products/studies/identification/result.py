@@ -126,23 +126,23 @@ class Identification:
 
     def __getitem__(self, name: str) -> Estimate:
         """Return the estimate of a name. Raises UnknownName."""
-        return NamedResults("unknown", {one.name: one for one in self.estimates})[name]
+        return NamedResults("unknown", {estimate.name: estimate for estimate in self.estimates})[name]
 
     @property
     def parameters(self) -> dict[str, float]:
         """Estimated parameters, in the form of ``simulate(parameters=...)``."""
         count = len(self.estimates) - self._states
-        return {one.name: one.value for one in self.estimates[:count]}
+        return {estimate.name: estimate.value for estimate in self.estimates[:count]}
 
     @property
     def _states(self) -> int:
-        return sum(one.name.startswith(("q.", "v.", "z.")) for one in self.estimates)
+        return sum(estimate.name.startswith(("q.", "v.", "z.")) for estimate in self.estimates)
 
     @property
     def message(self) -> str:
         """One line: estimates and doubts."""
-        decided = sum(one.state == "determined" for one in self.estimates)
-        samples = sum(one.samples for one in self.columns)
+        decided = sum(estimate.state == "determined" for estimate in self.estimates)
+        samples = sum(column.samples for column in self.columns)
         text = f"{decided} of {len(self.estimates)} unknowns determined by {samples} samples, {self.runs} runs"
         return "; ".join([text, *self.notes])
 
@@ -156,11 +156,15 @@ class Identification:
         """
         return {
             "scene": self.scene,
-            "estimates": [dict(vars(one)) for one in self.estimates],
+            "estimates": [dict(vars(estimate)) for estimate in self.estimates],
             "correlation": self.correlation.tolist(),
-            "combinations": [vars(one) | {"members": list(one.members)} for one in self.combinations],
-            "columns": [dict(vars(one)) for one in self.columns],
-            "initial": {one.name: {key: value.tolist() for key, value in one.initial.items()} for one in self.records},
+            "combinations": [
+                vars(combination) | {"members": list(combination.members)} for combination in self.combinations
+            ],
+            "columns": [dict(vars(column)) for column in self.columns],
+            "initial": {
+                record.name: {key: value.tolist() for key, value in record.initial.items()} for record in self.records
+            },
             **{name: getattr(self, name) for name in ("confidence", "noise", "degrees_of_freedom", "runs", "failed")},
             "notes": list(self.notes),
             "message": self.message,
@@ -180,11 +184,11 @@ class Identification:
         list of Path
             The files, in this order.
         """
-        place = make_folder(Path(folder))
-        files = [place / "identification.json", place / "estimates.csv"]
+        target = make_folder(Path(folder))
+        files = [target / "identification.json", target / "estimates.csv"]
         write_text(files[0], json_text(self.to_dict()) + "\n")
         head = ("name", "unit", "value", "deviation", "low", "high", "bias", "start", "state")
-        unknowns = (tuple(vars(one).values()) for one in self.estimates)
+        unknowns = (tuple(vars(estimate).values()) for estimate in self.estimates)
         combined = ((c.text, "", c.value, c.deviation, c.low, c.high, "", "", c.form) for c in self.combinations)
         write_rows(files[1], [head, *unknowns, *combined])
         for record in self.records:
@@ -192,7 +196,7 @@ class Identification:
             for name in record.data:
                 table |= {name: record.data[name], f"{name}.model": record.model[name]}
                 table |= {f"{name}.residual": record.residuals[name]}
-            files.append(place / f"residuals_{record.name}.csv")
+            files.append(target / f"residuals_{record.name}.csv")
             write_table(files[-1], list(table), np.column_stack(list(table.values())))
         return files
 
@@ -226,7 +230,7 @@ def _run(result: Identification, record: Record) -> Any:
     names = list(record.data)[:_SHOWN]
     figure = new_figure((10.0, 1.0 + 1.9 * len(names)))
     rows = figure.subplots(len(names), 2, squeeze=False, sharex=True, width_ratios=(3, 2))
-    columns = {one.name: one for one in result.columns}
+    columns = {column.name: column for column in result.columns}
     for name, (compared, left) in zip(names, rows, strict=True):
         column = columns[name]
         compared.plot(record.t, record.data[name], ".", color=_DATA, markersize=3, label="data")

@@ -147,21 +147,21 @@ def identify(
         check_name("parameter", name, list(model.parameters), list(model.evaluator.fixed_parameters))
     held = {name: float(value) for name, value in _parameter_values(model, values).items()}
     share = _share(confidence)
-    runs = _named_apart([measurements(model, one, k, outputs, missing) for k, one in enumerate(_several(data))])
+    runs = _named_apart([measurements(model, entry, k, outputs, missing) for k, entry in enumerate(_several(data))])
     size = model.description.simulation.step if step is None else number_of("step", step)
     begins = None if t_start is None else number_of("t_start", t_start)
     if not size > 0.0:
         raise UsageError(Problem("step", f"{size:.6g} s is not a step [E1081]", "a positive time"))
     p = model.evaluator.one_set({**held} or None, "one set of values")
     starts = _starts(initial, len(runs))
-    for one in starts:
-        _check_start(model, one, parameters, states)
+    for start_values in starts:
+        _check_start(model, start_values, parameters, states)
     begun = [RunStart(start, initial_state(model, start, p, asked=True)) for start in starts]
 
     def at(h: float) -> ExperimentUnknowns:
         experiments = [
-            Experiment(model, one, parameters, states, start, h, begins, options)
-            for one, start in zip(runs, begun, strict=True)
+            Experiment(model, run, parameters, states, start, h, begins, options)
+            for run, start in zip(runs, begun, strict=True)
         ]
         return ExperimentUnknowns(model, tuple(parameters), tuple(states), experiments, held)
 
@@ -200,27 +200,31 @@ def _check_start(
 def _several(data: Data | Sequence[Data]) -> list[Data]:
     """Return the measured runs. Raises UsageError if there is none."""
     several = isinstance(data, list | tuple)
-    given: list[Data] = list(data) if several else [data]  # type: ignore[arg-type, list-item]  # a single one is checked
-    if not given:
+    runs: list[Data] = list(data) if several else [data]  # type: ignore[arg-type, list-item]  # a single one is checked
+    if not runs:
         raise UsageError(Problem("data", "there are no measured runs [E1086]", '"run.csv"'))
-    return given
+    return runs
 
 
 def _check_unused(options: Mapping[str, object]) -> None:
     """Raise UsageError for options of runs, if no run is made."""
-    given = [name for name, value in options.items() if value is not None]
-    if given:
+    named = [name for name, value in options.items() if value is not None]
+    if named:
         raise UsageError(
-            Problem(given[0], "by torque no run is made that it could belong to [E1087]", 'by="run", or without it')
+            Problem(named[0], "by torque no run is made that it could belong to [E1087]", 'by="run", or without it')
         )
 
 
 def _check_lists(**lists: object) -> None:
-    for name, given in lists.items():
-        if isinstance(given, str) or not isinstance(given, Sequence) or not all(isinstance(one, str) for one in given):
-            hint = f"{name}={[given] if isinstance(given, str) else ['...']!r}".replace("'", '"')
-            raise UsageError(Problem(name, f"a list of names is needed, not {shown(given)} [E1076]", hint))
-        if len(set(given)) < len(given):
+    for name, entries in lists.items():
+        if (
+            isinstance(entries, str)
+            or not isinstance(entries, Sequence)
+            or not all(isinstance(item, str) for item in entries)
+        ):
+            hint = f"{name}={[entries] if isinstance(entries, str) else ['...']!r}".replace("'", '"')
+            raise UsageError(Problem(name, f"a list of names is needed, not {shown(entries)} [E1076]", hint))
+        if len(set(entries)) < len(entries):
             raise UsageError(Problem(name, "a name is given twice [E0589]", "each of them once"))
 
 
@@ -241,7 +245,7 @@ def _share(confidence: float) -> float:
 
 
 def _named_apart(runs: list[Measurements]) -> list[Measurements]:
-    names = [one.name for one in runs]
+    names = [run.name for run in runs]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise UsageError(Problem("data", f"two runs are named {twice} [E1089]", "files of different names"))
@@ -256,7 +260,7 @@ def _starts(
     if not isinstance(initial, str | Sequence):
         fault = f"a mapping is needed, or a list of them, not {shown(initial)} [E1090]"
         raise UsageError(Problem("initial", fault, 'initial={"hinge": 0.3}'))
-    if isinstance(initial, str) or any(isinstance(one, str) for one in initial):
+    if isinstance(initial, str) or any(isinstance(state, str) for state in initial):
         fault = f"the state that runs start at is needed, not the name {next(iter(initial))!r} [E1091]"
         raise UsageError(Problem("initial", fault, 'states=["q.hinge"] for components that are unknown'))
     if len(initial) != count:

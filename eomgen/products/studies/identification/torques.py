@@ -86,13 +86,18 @@ def identified_by_torque(
     ------
     FileError, UsageError
     """
-    motions = [_motion(model, one, number, missing) for number, one in enumerate(data)]
+    motions = [_motion(model, entry, number, missing) for number, entry in enumerate(data)]
     pi = {name: float(value) for name, value in model.regressor_parameters(parameters=dict(values)).items()}
     for name in parameters:
         check_name("parameter of the regressor", name, list(pi))
-    regressors = [model.regressor(one.q, one.v, one.a, one.t, one.u, parameters=dict(values)) for one in motions]
-    Y, known = np.concatenate([one.matrix for one in regressors]), np.concatenate([one.remainder for one in regressors])
-    tau = np.concatenate([one.tau for one in motions])
+    regressors = [
+        model.regressor(motion.q, motion.v, motion.a, motion.t, motion.u, parameters=dict(values)) for motion in motions
+    ]
+    Y, known = (
+        np.concatenate([regressor.matrix for regressor in regressors]),
+        np.concatenate([regressor.remainder for regressor in regressors]),
+    )
+    tau = np.concatenate([motion.tau for motion in motions])
     names, start, units, matrix = _unknowns(model, parameters, pi, values)
     held = np.array([0.0 if not parameters or name in parameters else value for name, value in pi.items()])
     A = Y @ matrix
@@ -102,7 +107,7 @@ def identified_by_torque(
         fault = f"there are {right.size} samples for {len(names)} unknowns [E1083]"
         raise UsageError(Problem("data", fault, "more samples, or fewer unknowns"))
     solution = _solve(A, right, start, sigma)
-    times = interval(confidence, solution.freedom, given=sigma is not None)
+    times = interval(confidence, solution.freedom, known_deviations=sigma is not None)
     estimates, combinations, correlations = _estimates(solution, names, start, units, times)
     columns, records = _measurements(model, motions, right - A @ solution.x, solution.deviations)
     return Identification(
@@ -146,24 +151,24 @@ def _unknowns(
         base = model.base_parameters(parameters=dict(values))
         return list(base.expressions), base.values, list(base.units), np.eye(len(columns))[:, list(base.columns)]
     places = [columns.index(name) for name in parameters]
-    units = [model.description.linear_parameters[place].unit for place in places]
+    units = [model.description.linear_parameters[position].unit for position in places]
     return list(parameters), np.array([pi[name] for name in parameters]), units, np.eye(len(columns))[:, places]
 
 
-def _solve(A: Array, right: Array, start: Array, given: Array | None) -> _Solution:
+def _solve(A: Array, right: Array, start: Array, deviations: Array | None) -> _Solution:
     """Return the solution of A x = right, (n, nv, unknowns) and (n, nv); unknowns that are combinations of other
     unknowns keep the start values."""
     rows, count, unknowns = A.shape
     ranges = np.ptp(right, axis=0)
     ranges = np.where(ranges > 0.0, ranges, 1.0)
-    sigma, x = ranges if given is None else given, start.copy()
+    sigma, x = ranges if deviations is None else deviations, start.copy()
     for _ in range(_PASSES):
         whole = (A / sigma[:, np.newaxis]).reshape(-1, unknowns)
         result = structure(whole)
         kept, others = list(result.kept), list(result.others)
         rest = ((right - A[..., others] @ start[others]) / sigma).reshape(-1)
         x[kept] = np.linalg.lstsq(whole[:, kept], rest, rcond=None)[0]
-        if given is not None:
+        if deviations is not None:
             break
         share = max(1.0 - len(kept) / (rows * count), 1.0 / (rows * count))
         estimated = np.maximum(np.sqrt(np.mean((right - A @ x) ** 2, axis=0) / share), _LEAST * ranges)
@@ -192,7 +197,7 @@ def _estimates(
     for k in parts.mixed_columns:
         text, value = words(parts, k, names, x, "sum")
         row = parts.coefficients[parts.kept.index(k)]
-        members = (names[k], *(names[other] for other, c in zip(parts.others, row, strict=True) if c))
+        members = (names[k], *(names[dependent] for dependent, c in zip(parts.others, row, strict=True) if c))
         reach = times * float(spread[k])
         combinations.append(Combination(text, members, "sum", value, float(spread[k]), value - reach, value + reach))
     return estimates, combinations, correlation(solution.covariance, kept, decided, len(names))
@@ -203,7 +208,7 @@ def _measurements(
 ) -> tuple[tuple[Column, ...], tuple[Record, ...]]:
     """Return measurements, and efforts of each motion with the efforts at the estimates; left: (n, nv) residuals."""
     labels = efforts_of(model)
-    ends = np.cumsum([len(one.t) for one in motions])
+    ends = np.cumsum([len(motion.t) for motion in motions])
     parts = np.split(left, ends[:-1])
     records = tuple(
         Record(
@@ -233,8 +238,8 @@ def _notes(
     weighted: Array, parts: DependentColumns, names: Sequence[str], combinations: Sequence[Combination]
 ) -> list[str]:
     whole = weighted.reshape(-1, weighted.shape[-1])[:, list(parts.kept)]
-    notes = [f"only {one.text} is determined" for one in combinations if len(one.members) <= 4]
-    mixed = {name for one in combinations for name in one.members}
+    notes = [f"only {combination.text} is determined" for combination in combinations if len(combination.members) <= 4]
+    mixed = {name for combination in combinations for name in combination.members}
     lost = [names[k] for k in parts.others if names[k] not in mixed]
     if lost:
         notes.append(f"these motions need nothing of {listed_plain(lost)} [W0085]")

@@ -231,11 +231,11 @@ BY_NAME: Mapping[str, Ladder] = {ladder.name: ladder for ladder in LADDERS}
 
 def methods_of(ladder: Ladder, subject: Subject, wanted: Sequence[str]) -> list[str]:
     """Return the methods that a ladder runs with, the scene's first."""
-    own = [str(subject.model(OWN).description.simulation.method)]
+    methods = [str(subject.model(OWN).description.simulation.method)]
     every = {
-        ONE: lambda: own,
-        FEW: lambda: [*own, *subject.methods(ladders="few")],
-        ALL: lambda: [*own, *subject.methods(ladders="few"), *subject.methods(ladders="all")],
+        ONE: lambda: methods,
+        FEW: lambda: [*methods, *subject.methods(ladders="few")],
+        ALL: lambda: [*methods, *subject.methods(ladders="few"), *subject.methods(ladders="all")],
         DAMPED: lambda: subject.methods(ladders="damped"),
     }[ladder.methods]()
     result = [name for name in dict.fromkeys(every) if subject.runs(name)]

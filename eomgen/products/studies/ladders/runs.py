@@ -107,7 +107,7 @@ def run_ending(model: Model, conditions: RunConditions, method: str, **more: Any
         initial = {"q": conditions.q, "v": conditions.v}
         if conditions.z is not None:
             initial["z"] = conditions.z
-    given = {name: x for name, x in conditions.given.items() if name not in more}
+    options = {name: x for name, x in conditions.given.items() if name not in more}
     end = conditions.start + conditions.step * conditions.steps
     try:
         with warnings.catch_warnings():
@@ -119,7 +119,7 @@ def run_ending(model: Model, conditions: RunConditions, method: str, **more: Any
                 initial=initial,
                 parameters=dict(conditions.parameters) or None,
                 t_start=conditions.start,
-                **{"record_every": max(1, conditions.steps // ROWS), **given, **more},
+                **{"record_every": max(1, conditions.steps // ROWS), **options, **more},
             )
     except EomgenError as error:
         return RunEnding(REFUSED, str(error))
@@ -127,7 +127,7 @@ def run_ending(model: Model, conditions: RunConditions, method: str, **more: Any
         return RunEnding(UNFINISHED, run.message)
     if not run.success:
         return RunEnding(STOPPED, run.message)
-    said = "; ".join(str(one) for one in run.findings if one.severity == WARNING)
+    said = "; ".join(str(finding) for finding in run.findings if finding.severity == WARNING)
     every = (run.t, run.q, run.v, run.z, run.a, *run.outputs.values())
     return RunEnding(REACHED, said, _arrays(run, conditions), all(bool(np.all(np.isfinite(x))) for x in every))
 
@@ -209,10 +209,12 @@ class RunnerProcess:
     def _there(self) -> tuple[Connection, BaseProcess]:
         if self._process is None or self._pipe is None:
             fork = multiprocessing.get_context("fork")  # the models are there already
-            self._pipe, other = fork.Pipe()
-            self._process = fork.Process(target=_serve, args=(other, self._pipe, self._prepare, self._run), daemon=True)
+            self._pipe, child_pipe = fork.Pipe()
+            self._process = fork.Process(
+                target=_serve, args=(child_pipe, self._pipe, self._prepare, self._run), daemon=True
+            )
             self._process.start()
-            other.close()
+            child_pipe.close()
             self.used = False
         else:
             self.used = True
@@ -224,10 +226,10 @@ class RunnerProcess:
 
 
 def _serve(
-    pipe: Connection, other: Connection, prepare: Callable[[Any], None], run: Callable[[Any], RunEnding]
+    pipe: Connection, parent_pipe: Connection, prepare: Callable[[Any], None], run: Callable[[Any], RunEnding]
 ) -> None:
     """Answer requests until the other end of the pipe is closed."""
-    other.close()
+    parent_pipe.close()
     signal.signal(signal.SIGINT, signal.default_int_handler)
     while True:
         try:

@@ -126,8 +126,10 @@ class _Factors:
             value = with_other_quantities(value, self.in_own_units)
         elif isinstance(value, bool) or not isinstance(value, int | float) or not value or math.isinf(value):
             return value
-        own = _KEYS.get(quantity.field, "") if quantity.owner else GRAVITY if quantity.field == "gravity" else ""
-        factors = [factor for factor in (self.factor(quantity.unit), own if own in self.wanted else "") if factor]
+        key_factor = _KEYS.get(quantity.field, "") if quantity.owner else GRAVITY if quantity.field == "gravity" else ""
+        factors = [
+            factor for factor in (self.factor(quantity.unit), key_factor if key_factor in self.wanted else "") if factor
+        ]
         return f"({' * '.join(factors)}) * ({value})" if factors else value
 
     def in_own_units(self, text: str, word: str, name: str, index: int) -> str:
@@ -164,9 +166,9 @@ def _move_origin(scene: dict[str, Any]) -> None:
     points = chain(scene.get("points", {}).values(), scene.get("frames", {}).values())
     sides = (constraint.get(side) for constraint in scene.get("constraints", {}).values() for side in _SIDES)
     ends = (frame for frame in sides if isinstance(frame, dict))
-    for place in (*joints, *(place for place in chain(points, ends) if place.get("body") in outside)):
-        first, *others = place.get("position", [0.0, 0.0, 0.0])
-        place["position"] = [f"{ORIGIN} + ({first})", *others]
+    for placed in (*joints, *(frame for frame in chain(points, ends) if frame.get("body") in outside)):
+        first, *others = placed.get("position", [0.0, 0.0, 0.0])
+        placed["position"] = [f"{ORIGIN} + ({first})", *others]
 
 
 def _weigh(scene: dict[str, Any], factor: str, *, last: bool) -> None:

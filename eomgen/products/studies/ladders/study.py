@@ -78,20 +78,22 @@ def reference(
     """
     tried = []
     for name, first, second in _pairs(subject, conditions):
-        one = ended(first, LIMIT)
-        if one.how != REACHED or one.arrays is None or not one.finite:
-            tried.append(f"{name}: {one.how}")
+        ending = ended(first, LIMIT)
+        if ending.how != REACHED or ending.arrays is None or not ending.finite:
+            tried.append(f"{name}: {ending.how}")
             continue
-        other = ended(second, LIMIT)
-        if other.how != REACHED or other.arrays is None or not other.finite:
-            tried.append(f"{name}: {other.how}")
+        second_ending = ended(second, LIMIT)
+        if second_ending.how != REACHED or second_ending.arrays is None or not second_ending.finite:
+            tried.append(f"{name}: {second_ending.how}")
             continue
-        if not (_resolves_motion(subject, first, one.arrays) and _resolves_motion(subject, second, other.arrays)):
+        if not (
+            _resolves_motion(subject, first, ending.arrays) and _resolves_motion(subject, second, second_ending.arrays)
+        ):
             tried.append(f"{name}: steps change the coordinates by their rounding only")
             continue
-        apart = difference(subject, other.arrays, one.arrays, AGREED).worst
+        apart = difference(subject, second_ending.arrays, ending.arrays, AGREED).worst
         if apart <= AGREED:
-            return ExpectedResult(name, dict(one.arrays), apart)
+            return ExpectedResult(name, dict(ending.arrays), apart)
         tried.append(f"{name}: difference {apart:.2g}")
     return ExpectedResult("; ".join(tried))
 
@@ -218,9 +220,9 @@ def _positions(model: Model, of: Array, held: Array) -> Iterator[tuple[str, floa
             yield "m", float(np.max(np.linalg.norm(apart, axis=1))), float(np.max(np.linalg.norm(way, axis=1)))
 
 
-def _angle(one: Array, two: Array) -> float:
+def _angle(first: Array, two: Array) -> float:
     """Return the largest angle between rotations (w, x, y, z), rad."""
-    closest = np.minimum(np.linalg.norm(one - two, axis=1), np.linalg.norm(one + two, axis=1))
+    closest = np.minimum(np.linalg.norm(first - two, axis=1), np.linalg.norm(first + two, axis=1))
     return float(np.max(4.0 * np.arcsin(np.minimum(0.5 * closest, 1.0))))
 
 
@@ -229,24 +231,24 @@ def _pairs(subject: Subject, conditions: RunConditions) -> Iterator[tuple[str, R
     span = conditions.step * conditions.steps
     # Steps that resolve the fastest motion of the scene without factors.
     fine = subject.fine * conditions.parameters.get("unit_time", 1.0)
-    own = conditions.steps if 4 * conditions.steps <= MOST_STEPS else ROWS * int(np.ceil(span / fine / ROWS))
+    count = conditions.steps if 4 * conditions.steps <= MOST_STEPS else ROWS * int(np.ceil(span / fine / ROWS))
 
     def finer(method: str, times: int, **more: float) -> Request:
-        steps = own * times
+        steps = count * times
         return Request(free.vary(step=span / steps, steps=steps), method, {"error_estimate": False, **more})
 
     def tight(method: str) -> Request:
         changed = free.vary(step=span / ROWS, steps=ROWS)
         return Request(changed, method, {"error_estimate": False, "tolerance": 1e-14})
 
-    times = max(1, min(4 * int(np.ceil(span / own / fine)), MOST_STEPS // (4 * own)))
-    step = "of the step" if own == conditions.steps else f"of {span / own:.3g} s"
+    times = max(1, min(4 * int(np.ceil(span / count / fine)), MOST_STEPS // (4 * count)))
+    step = "of the step" if count == conditions.steps else f"of {span / count:.3g} s"
     for stepped in subject.methods(fine_by="steps"):
         for series in subject.methods(fine_by="tolerance"):
             yield f"{series}, held against {stepped} at 1/{times} {step}", tight(series), finer(stepped, times)
         yield f"{stepped} at 1/{times} and 1/{2 * times} {step}", finer(stepped, 2 * times), finer(stepped, times)
     for damped, few in itertools.product(subject.methods(fine_by="damping"), (4, 64)):
-        many = min(few * 4, max(2, MOST_STEPS // own))
+        many = min(few * 4, max(2, MOST_STEPS // count))
         text = f"{damped} at 1/{many} and 1/{many // 2} {step}"
         yield text, finer(damped, many, rho_inf=0.5), finer(damped, max(1, many // 2), rho_inf=0.8)
 
@@ -319,7 +321,9 @@ def extremes(
             canonical_name(method)
     study = _LadderStudy(Subject(scene, reading), limit)
     wanted = [BY_NAME[name] for name in ladders] or LADDERS
-    entries = [_cell_of(text) for text in cells] or [(one, value, "") for one in wanted for value in one.values]
+    entries = [_cell_of(text) for text in cells] or [
+        (ladder, value, "") for ladder in wanted for value in ladder.values
+    ]
     journal = Journal(
         None if folder is None else Path(folder),
         _CELLS,
@@ -391,9 +395,9 @@ class _LadderStudy:
                 known[ladder.name] = methods_of(ladder, self.subject, methods)
         plan = [
             (ladder, value, method)
-            for ladder, value, given in entries
+            for ladder, value, settings in entries
             if ladder.name in known
-            for method in ([given] if given else known[ladder.name])
+            for method in ([settings] if settings else known[ladder.name])
         ]
         began = time.perf_counter()
         known_cells = {cell.name: cell for cell in journal.rows}
@@ -456,8 +460,8 @@ class _LadderStudy:
         if ladder.against == SAME:
             key = f"same {method}"
             if key not in self.references:
-                own = self.subject.conditions(model=FACTORS)
-                ended = self.runner.execute(Request(own, method, {"error_estimate": False}), self.limit)
+                own_conditions = self.subject.conditions(model=FACTORS)
+                ended = self.runner.execute(Request(own_conditions, method, {"error_estimate": False}), self.limit)
                 arrays = dict(ended.arrays) if ended.how == REACHED and ended.arrays is not None else None
                 self.references[key] = ExpectedResult(f"{method}, the scene as it is", arrays, 0.0)
             return self.references[key]

@@ -149,13 +149,13 @@ class Subject:
         return self._differs((*self.start, z), conditions.vary(z=z), np.ones(1), 1e-9, faulty)
 
     def _differs(
-        self, own: tuple[Array, Array, Array], conditions: RunConditions, scale: Array, least: float, faulty: str
+        self, motion: tuple[Array, Array, Array], conditions: RunConditions, scale: Array, least: float, faulty: str
     ) -> str:
         """Return why rates under conditions, times a scale, are not the scene's at a state (q, v, z); empty if they
         are."""
         assert conditions.q is not None and conditions.v is not None  # for mypy: conditions() sets them
         try:
-            expected = _rates(self.model(OWN), *own, {})
+            expected = _rates(self.model(OWN), *motion, {})
             rates = _rates(self.model(FACTORS), conditions.q, conditions.v, conditions.z, conditions.parameters)
         except EomgenError as error:
             return "; ".join(problem.what for problem in error.problems)
@@ -182,7 +182,7 @@ class Subject:
         rows = (row for family in (*BUILT_IN, *families_of_others()) for row in family.names())
         able = (row for row in rows if all(has[fact] for fact in row.differs))
         facts = ((row.name, facts_of(row.name)) for row in able)
-        of_kind = (name for name, own in facts if (own.fine_by == fine_by if fine_by else ladders in own.ladders))
+        of_kind = (name for name, fact in facts if (fact.fine_by == fine_by if fine_by else ladders in fact.ladders))
         return [name for name in of_kind if self.runs(name)]
 
     @cached_property
@@ -209,7 +209,7 @@ class Subject:
     @cached_property
     def rate(self) -> float:
         """The fastest of the scene's linear motions and spins, rad/s; without any, estimated from the scene's step."""
-        model, own = self.model(OWN), self.model(OWN).description.simulation.step
+        model, scene_step = self.model(OWN), self.model(OWN).description.simulation.step
         rates = [0.0]
         try:
             with warnings.catch_warnings():
@@ -220,7 +220,7 @@ class Subject:
         angular = [unit == "rad/s" for unit in model.v_units]
         rates.append(float(np.max(np.abs(self.start[1][angular]), initial=0.0)))
         result = max(rate for rate in rates if np.isfinite(rate))
-        return result if result > 0.0 else 0.1 / own
+        return result if result > 0.0 else 0.1 / scene_step
 
     @property
     def period(self) -> float:
@@ -245,7 +245,9 @@ class Subject:
     def in_units(self, units: SceneUnits, conditions: RunConditions) -> RunConditions:
         """Return the same conditions in other units."""
         model = self.model(OWN)
-        q_sizes, v_sizes = (np.array([units.size(unit) for unit in own]) for own in (model.q_units, model.v_units))
+        q_sizes, v_sizes = (
+            np.array([units.size(unit) for unit in labels]) for labels in (model.q_units, model.v_units)
+        )
         assert conditions.q is not None and conditions.v is not None  # for mypy: conditions() sets them
         return conditions.vary(
             model=FACTORS,
@@ -260,14 +262,14 @@ class Subject:
 
 def _rates(model: Model, q: Array, v: Array, z: Array | None, parameters: Mapping[str, float]) -> Array:
     """Return accelerations and rates of internal states."""
-    given = dict(parameters) or None
+    values = dict(parameters) or None
     if model.multipliers:
-        accelerations = np.asarray(model.constrained_dynamics(q, v, z=z, parameters=given)[0])
+        accelerations = np.asarray(model.constrained_dynamics(q, v, z=z, parameters=values)[0])
     else:
-        accelerations = np.asarray(model.forward_dynamics(q, v, z=z, parameters=given))
+        accelerations = np.asarray(model.forward_dynamics(q, v, z=z, parameters=values))
     if not model.nz:
         return accelerations
-    return np.concatenate([accelerations, np.asarray(model.internal_rates(q, v, z, parameters=given))])
+    return np.concatenate([accelerations, np.asarray(model.internal_rates(q, v, z, parameters=values))])
 
 
 def _data_of(scene: Any, reading: Mapping[str, Any]) -> tuple[Mapping[str, Any] | None, Path]:

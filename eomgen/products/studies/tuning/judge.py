@@ -115,8 +115,8 @@ def conditions(runner: Runner, motion: Observation) -> Iterator[Condition]:
         yield Condition(f"{number}: {', '.join(words)}", arguments)
 
 
-def _parameters(model: Model, given: Mapping[str, float], rng: np.random.Generator) -> dict[str, float]:
-    values = {**dict(model.parameters), **given}
+def _parameters(model: Model, parameters: Mapping[str, float], rng: np.random.Generator) -> dict[str, float]:
+    values = {**dict(model.parameters), **parameters}
     for name, value in list(values.items()):
         changed = {**values, name: value * (1.0 + PARAMETERS * float(rng.choice([-1.0, 1.0])))}
         try:
@@ -129,13 +129,13 @@ def _parameters(model: Model, given: Mapping[str, float], rng: np.random.Generat
 
 def _inputs(model: Model, runner: Runner, rng: np.random.Generator) -> dict[str, Any]:
     """Return the caller's inputs and the scene's constant inputs, each multiplied by a factor."""
-    given = runner.inputs or {}
+    inputs = runner.inputs or {}
     result: dict[str, Any] = {}
     sampled = _sample_inputs(model, runner)
     for column, name in enumerate(model.inputs):
         factor = 1.0 + INPUTS * float(rng.choice([-1.0, 1.0]))
-        if name in given:
-            result[name] = _multiply(given[name], factor)
+        if name in inputs:
+            result[name] = _multiply(inputs[name], factor)
         elif sampled is not None and np.ptp(sampled[:, column]) == 0.0 and sampled[0, column]:
             result[name] = factor * float(sampled[0, column])
     return result
@@ -256,7 +256,7 @@ class Judge:
             if apart == AGREED:
                 break
         if best is None:
-            slow = dict.fromkeys((one.row.name for one in self.candidates), took_longer(self.seconds))
+            slow = dict.fromkeys((candidate.row.name for candidate in self.candidates), took_longer(self.seconds))
             reasons = "; ".join(f"{name}: {why}" for name, why in list((slow | self.tried).items())[:3])
             fault = f"no method gives a reference for this scene: {reasons} [E1111]"
             raise NumericalError(Problem("reference", fault, "a shorter run, or a scene whose motion is smooth"))

@@ -215,7 +215,7 @@ class Contender:
             self.closed, self.why = True, "enough runs"
         elif best is not None:
             wanted = self.predict_resolution(demand)
-            tried = any(abs(math.log(wanted / other.resolution)) < 0.05 for other in self.runs)
+            tried = any(abs(math.log(wanted / run.resolution)) < 0.05 for run in self.runs)
             if tried or self.predict_seconds(demand) > (1.0 - GAIN) * best.seconds:
                 self.closed, self.why = True, "met"
 

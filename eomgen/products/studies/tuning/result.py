@@ -76,15 +76,15 @@ def _span(lines: list[str], section: str) -> tuple[int, int] | None:
     for number in headers:
         match = _SECTION.match(lines[number])
         if match and match[1].strip() == section:
-            return number + 1, next((other for other in headers if other > number), len(lines))
+            return number + 1, next((header for header in headers if header > number), len(lines))
     return None
 
 
 def _with_section(lines: list[str], section: str, values: Mapping[str, Any], known: tuple[str, ...]) -> list[str]:
     span = _span(lines, section)
     if span is None:
-        own = [f"[{section}]", *(f"{name} = {_value(value)}" for name, value in values.items())]
-        return [*lines, *([""] if lines and lines[-1] else []), *own, ""]
+        section_lines = [f"[{section}]", *(f"{name} = {_value(value)}" for name, value in values.items())]
+        return [*lines, *([""] if lines and lines[-1] else []), *section_lines, ""]
     for name in known:
         if name not in values:
             begin, end = _span(lines, section) or span
@@ -113,7 +113,7 @@ def _is_key(line: str, name: str) -> bool:
 
 def _value(value: Any) -> str:
     if isinstance(value, Mapping):
-        return f"{{ {', '.join(f'{name} = {_value(one)}' for name, one in value.items())} }}"
+        return f"{{ {', '.join(f'{name} = {_value(item)}' for name, item in value.items())} }}"
     return f'"{value}"' if isinstance(value, str) else repr(value)
 
 

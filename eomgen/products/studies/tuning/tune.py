@@ -151,19 +151,22 @@ class _Tuning:
         self.left_out |= self.formulations.refused
         model = self.runner.model(self.own)
         check_output("output", demand.quantity, model)
-        own = candidates(self.own, model, self.methods, self.left_out)
-        if not own:
+        scene_candidates = candidates(self.own, model, self.methods, self.left_out)
+        if not scene_candidates:
             why = "; ".join(self.left_out.values())
             raise ModelError(Problem("methods", f"no method runs on this scene: {why} [E1128]", "other methods"))
         if self.methods:  # a demand is judged by the best, also from methods that do not race
             every = candidates(self.own, model, (), {})
-            judges = (*own, *(c for c in every if c.row.name not in {one.row.name for one in own}))
+            judges = (
+                *scene_candidates,
+                *(c for c in every if c.row.name not in {candidate.row.name for candidate in scene_candidates}),
+            )
         else:
-            judges = own
+            judges = scene_candidates
         judge = Judge(self.runner, judges, demand, JUDGE_SHARE * self.budget, self.say)
         near = conditions(self.runner, judge.reference().observation)
         race = Race(judge, demand.error, self.say, [next(near)], left_out=self.left_out)
-        entries = RaceEntries(race, own, self._others(), self.axes, self.methods, self.defaults, self.say)
+        entries = RaceEntries(race, scene_candidates, self._others(), self.axes, self.methods, self.defaults, self.say)
         try:
             contenders = entries.run_race()
             self._enough(contenders)
@@ -325,4 +328,4 @@ def _shortest(value: float) -> float:
     """Return the number of the fewest digits within rounding of a few products of a value: 0.015, not
     0.015000000000000001."""
     near = (float(f"{value:.{digits}g}") for digits in range(1, 17))
-    return next((one for one in near if abs(one - value) <= 4.0 * math.ulp(value)), value)
+    return next((number for number in near if abs(number - value) <= 4.0 * math.ulp(value)), value)

@@ -168,14 +168,14 @@ def _worst(
         off = np.where(counted & np.isfinite(expected), np.abs(expected - value) / allowed, 0.0)
     if not off.size or not np.max(off) > 1.0:
         return []
-    state, *entry = place = np.unravel_index(int(np.argmax(off)), off.shape)
-    bar = float(np.broadcast_to(allowed, off.shape)[place])
-    values = float(value[place]), float(expected[place])
+    state, *entry = position = np.unravel_index(int(np.argmax(off)), off.shape)
+    bar = float(np.broadcast_to(allowed, off.shape)[position])
+    values = float(value[position]), float(expected[position])
     return [Disagreement(at.names[int(state)], _entry_name(at.claim, entry), *values, by, bar)]
 
 
-def _entry_name(claim: Claim, place: object) -> str:
-    row, column = (int(number) for number in np.asarray(place).tolist())
+def _entry_name(claim: Claim, position: object) -> str:
+    row, column = (int(number) for number in np.asarray(position).tolist())
     of_row = claim.rows[row] if row < len(claim.rows) else f"row {row}"
     if not claim.columns:
         return of_row

@@ -259,7 +259,7 @@ def sizes_of(at: ClaimAtStates, value: Array, rng: np.random.Generator) -> Entry
     else:
         entry = whole
     source = _source_size(at)
-    near = _perturbed_values(at, lambda one: one.claim.value(one.engine, one.state), rng)
+    near = _perturbed_values(at, lambda perturbed: perturbed.claim.value(perturbed.engine, perturbed.state), rng)
     return EntrySizes(entry, whole, source, _effect_of_rounding(near, value, np.maximum(whole, source)))
 
 
@@ -366,15 +366,15 @@ def non_smooth_entries(
     for k in np.flatnonzero(odd.any(axis=(-2, -1))):
         seen: dict[tuple[int, float], list[str]] = {}
         for row, column in np.argwhere(odd[k]):
-            place = (k, row, column)
-            kink_step = by_differences.kink_step[place] if by_differences.kink[place] else _CLOSE
-            step = float(by_differences.step[place] if off[place] else kink_step)
+            entry = (k, row, column)
+            kink_step = by_differences.kink_step[entry] if by_differences.kink[entry] else _CLOSE
+            step = float(by_differences.step[entry] if off[entry] else kink_step)
             decided: list[str] = []
             for direction in [int(column)] if at.claim.combine is None else range(count):
                 if (direction, step) not in seen and len(seen) < _LOOKED_AT:
                     seen[direction, step] = _changed_branches(at, operations, rates, k, direction, step)
                 decided += seen.get((direction, step), [])
-            non_smooth[place] = bool(decided)
+            non_smooth[entry] = bool(decided)
             for operation in decided:
                 remarks.add(at.names[k], "not smooth", operation)
         if (vague[k] & ~non_smooth[k]).any():

@@ -99,8 +99,8 @@ def _scales(model: Model, motion: list[dict[str, Array]], length: float) -> dict
     beams = {item.name: item.length for item in model.description.coordinates if item.length}
     for factor in model.factors:
         linear = [k for k in range(factor.v_size) if model.v_units[factor.v_start + k].startswith("m")]
-        own = beams.get(factor.name, length)
-        units[[factor.v_start + k for k in linear]] = own
+        size = beams.get(factor.name, length)
+        units[[factor.v_start + k for k in linear]] = size
         if factor.name in beams:
             units[factor.v] *= DEFLECTION
     reached = np.max([np.abs(state["z"]) for state in motion], axis=0, initial=0.0)
@@ -152,9 +152,9 @@ def _complete_state(
             blocks["a"], blocks["lam"] = accelerations(functions, {**blocks, "t": blocks["t"][0]})
         except NumericalError:
             return None
-    given = {"j": "v", "s": "v", "u_dot": "u", "u_ddot": "u"}
+    block_of = {"j": "v", "s": "v", "u_dot": "u", "u_ddot": "u"}
     sizes = {"v": 2.0 * scales["v"], "u": np.maximum(np.abs(blocks["u"]), 1.0)}
-    blocks |= {name: sizes[of] * rng.uniform(-1.0, 1.0, len(sizes[of])) for name, of in given.items()}
+    blocks |= {name: sizes[of] * rng.uniform(-1.0, 1.0, len(sizes[of])) for name, of in block_of.items()}
     if "base_rates" in functions:
         blocks["base_rates"] = functions("base_rates", {"t": blocks["t"][0], "p": blocks["p"]})[0].ravel()
     (residual,) = functions("residual", {**blocks, "t": blocks["t"][0]})

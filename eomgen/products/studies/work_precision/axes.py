@@ -109,18 +109,18 @@ class Candidate:
         """Facts of studies about the method."""
         return facts_of(self.row.name)
 
-    def configuration(self, own: Mapping[str, float]) -> Configuration:
-        """Return the method with one value of each parameter: ``own``'s, else the usual one."""
-        kept = {name: own[name] for name in self.facts.compared if name in own}
+    def configuration(self, settings: Mapping[str, float]) -> Configuration:
+        """Return the method with one value of each parameter: ``settings``'s, else the usual one."""
+        kept = {name: settings[name] for name in self.facts.compared if name in settings}
         return Configuration(self.formulation, self.row.name, kept)
 
     def configurations(self) -> Iterator[Configuration]:
         """Yield the method with the compared values of its parameters."""
         compared = {name: values for name, values in self.facts.compared.items() if name != TOLERANCE}
         for values in itertools.product(*compared.values()):
-            given = dict(zip(compared, values, strict=True))
-            if possible(self.row.name, given):
-                yield Configuration(self.formulation, self.row.name, given)
+            settings = dict(zip(compared, values, strict=True))
+            if possible(self.row.name, settings):
+                yield Configuration(self.formulation, self.row.name, settings)
 
 
 def checked_axes(names: Sequence[str]) -> tuple[str, ...]:

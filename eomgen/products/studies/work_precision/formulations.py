@@ -36,39 +36,39 @@ MET = 1e-9
 
 
 def same_start(
-    own: Model, q: Array, v: Array, other: Model, t: float, parameters: Mapping[str, float] | None
+    model: Model, q: Array, v: Array, target: Model, t: float, parameters: Mapping[str, float] | None
 ) -> dict[str, Any]:
-    """Return the initial state of another formulation with the poses and twists of the bodies of ``own``.
+    """Return the initial state of another formulation with the poses and twists of the bodies of ``model``.
 
     Parameters
     ----------
-    q, v : (nq,), (nv,), consistent, of ``own``
+    q, v : (nq,), (nv,), consistent, of ``model``
 
     Raises
     ------
     NumericalError
         The other formulation has no such state.
     """
-    bodies = [name for name in own.bodies if name in other.bodies]
-    poses = {name: own.pose(name, q, t, parameters=parameters) for name in bodies}
-    here = np.array(other.initial_q, dtype=float)
+    bodies = [name for name in model.bodies if name in target.bodies]
+    poses = {name: model.pose(name, q, t, parameters=parameters) for name in bodies}
+    here = np.array(target.initial_q, dtype=float)
     for _ in range(MOST_STEPS):
-        apart = np.concatenate([_apart(other.pose(n, here, t, parameters=parameters), poses[n]) for n in bodies])
-        change = np.linalg.lstsq(_per_velocity(other, bodies, here, t, parameters)[0], apart, rcond=None)[0]
-        here = update(other.factors, here, change)
+        apart = np.concatenate([_apart(target.pose(n, here, t, parameters=parameters), poses[n]) for n in bodies])
+        change = np.linalg.lstsq(_per_velocity(target, bodies, here, t, parameters)[0], apart, rcond=None)[0]
+        here = update(target.factors, here, change)
         if np.abs(change).max() < SETTLED:
             break
-    apart = np.concatenate([_apart(other.pose(n, here, t, parameters=parameters), poses[n]) for n in bodies])
+    apart = np.concatenate([_apart(target.pose(n, here, t, parameters=parameters), poses[n]) for n in bodies])
     size = 1.0 + max(float(np.abs(pose[4:]).max()) for pose in poses.values())
     if np.abs(apart).max() > MET * size:
         off = np.abs(apart).max()
         fault = (
-            f"{other.name} cannot begin at the start of the scene's own formulation: bodies are off by"
+            f"{target.name} cannot begin at the start of the scene's own formulation: bodies are off by"
             f" {off:.2g} [E1134]"
         )
         raise NumericalError(Problem("formulation", fault, "the scene's own formulation"))
-    columns, rest = _per_velocity(other, bodies, here, t, parameters)
-    twists = np.concatenate([own.twist(name, q, v, t, parameters=parameters) for name in bodies])
+    columns, rest = _per_velocity(target, bodies, here, t, parameters)
+    twists = np.concatenate([model.twist(name, q, v, t, parameters=parameters) for name in bodies])
     return {"q": here, "v": np.linalg.lstsq(columns, twists - rest, rcond=None)[0]}
 
 
@@ -151,10 +151,10 @@ def _renumber_coordinates(scene: Scene, moved: _Moved) -> Scene:
     def change(value: Any) -> Any:
         if not isinstance(value, Symbol):
             return NotImplemented
-        place = (value.name, value.index)
-        if value.kind not in _COORDINATES or place not in moved:
+        coordinate = (value.name, value.index)
+        if value.kind not in _COORDINATES or coordinate not in moved:
             return value
-        index = moved[place]
+        index = moved[coordinate]
         return Number(0.0) if index is None else replace(value, index=index)
 
     names = ("elements", "outputs", "inputs", "states", "controllers", "events")
@@ -235,30 +235,30 @@ def formulations(described: Any, options: Mapping[str, Any], *, others: bool, fi
         As of ``eomgen.load``, for the unchanged scene.
     """
     from_text = isinstance(described, str | os.PathLike | Mapping)
-    own = pipeline.load_scene(described, **options) if from_text else pipeline.as_document(described)[0]
-    if not isinstance(own, Scene):
-        return Formulations({"as given": own}, {})
-    result, refused = {_name_of(own): own}, {}
+    own_scene = pipeline.load_scene(described, **options) if from_text else pipeline.as_document(described)[0]
+    if not isinstance(own_scene, Scene):
+        return Formulations({"as given": own_scene}, {})
+    result, refused = {_name_of(own_scene): own_scene}, {}
     for coordinates in ("joint", "absolute") if others else ():
-        if coordinates != own.coordinates and not from_text:
+        if coordinates != own_scene.coordinates and not from_text:
             continue
         try:
-            scene = own if coordinates == own.coordinates else _read(described, options, coordinates)
+            scene = own_scene if coordinates == own_scene.coordinates else _read(described, options, coordinates)
         except EomgenError as error:
             refused[coordinates] = "; ".join(problem.what for problem in error.problems) or str(error)
             continue
         for changed in [scene] if coordinates == "joint" else [_on_group(scene, group) for group in GROUPS]:
             result.setdefault(_name_of(changed), changed)
-    less = {f"{_name_of(own)}, {change}": scene for change, scene in simplify(own)} if fidelity else {}
+    less = {f"{_name_of(own_scene)}, {change}": scene for change, scene in simplify(own_scene)} if fidelity else {}
     return Formulations({**result, **less}, refused, tuple(less))
 
 
 def _read(described: Any, options: Mapping[str, Any], coordinates: Literal["joint", "absolute"]) -> Scene:
-    given = {**options, "coordinates": coordinates}
+    all_options = {**options, "coordinates": coordinates}
     return (
-        pipeline.load_scene(described, **given)
+        pipeline.load_scene(described, **all_options)
         if isinstance(described, Mapping)
-        else load_file(Path(described), **given)
+        else load_file(Path(described), **all_options)
     )
 
 

@@ -71,9 +71,9 @@ class Observation:
     @property
     def arrays(self) -> dict[str, Array]:
         """All arrays by name, in the form of ``with_arrays``."""
-        own = {"t": self.t} | {name: getattr(self, name) for name in _STATES}
+        states = {"t": self.t} | {name: getattr(self, name) for name in _STATES}
         kinds = {"poses": self.poses, "twists": self.twists, "outputs": self.outputs}
-        return own | {f"{kind}.{name}": array for kind, named in kinds.items() for name, array in named.items()}
+        return states | {f"{kind}.{name}": array for kind, named in kinds.items() for name, array in named.items()}
 
     def columns(self, at: slice = slice(None)) -> Kinds:
         """Return states and multipliers of some rows by kind."""
@@ -128,8 +128,8 @@ def check_measure(measure: str) -> None:
 
 def check_output(argument: str, name: str, model: Model) -> None:
     """Check that runs of a model have a quantity. Raises UsageError, which names the argument."""
-    own = tuple(name for name in OWN if {MULTIPLIERS: model.multipliers, Z: model.nz}.get(name, True))
-    known = (*own, *(output.name for output in model.description.outputs))
+    quantities = tuple(name for name in OWN if {MULTIPLIERS: model.multipliers, Z: model.nz}.get(name, True))
+    known = (*quantities, *(output.name for output in model.description.outputs))
     if name not in known:
         raise UsageError(Problem(argument, f"the scene has no output {shown(name)} [E1135]", nearest(name, known)))
 
@@ -150,7 +150,7 @@ def errors(of: Observation, reference: Observation) -> dict[str, ErrorSize]:
     at = _places(of.t, reference.t)
     names, there = reference.components, reference.columns(at)
     outputs = {name: reference.outputs[name] for name in names.outputs if _alike(name, of, reference)}
-    ours, theirs = {name: of.outputs[name] for name in outputs}, {name: one[at] for name, one in outputs.items()}
+    ours, theirs = {name: of.outputs[name] for name in outputs}, {name: output[at] for name, output in outputs.items()}
     energies = max((float(np.abs(outputs[name]).max()) for name in outputs if names.outputs[name] == "J"), default=0.0)
     with np.errstate(over="ignore", invalid="ignore"):
         size = size_of(names, reference.columns(), outputs, energies=energies)

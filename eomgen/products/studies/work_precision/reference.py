@@ -116,14 +116,14 @@ def reference(
     solved: list[ReferenceSolution] = []
     tried: list[str] = []
     for candidate in order:
-        if any(candidate.family is one.family for one in solved):
+        if any(candidate.family is reference.family for reference in solved):
             continue
         say(f"reference: {candidate.row.name}, {candidate.formulation}")
-        one, why = search.best(candidate)
-        if one is None:
+        solution, why = search.best(candidate)
+        if solution is None:
             tried.append(f"{candidate.row.name} on {candidate.formulation}: {why}")
             continue
-        solved.append(one)
+        solved.append(solution)
         if len(solved) == count:
             break
     if not solved:
@@ -154,7 +154,9 @@ def hold(both: str, part: float) -> None:
 def check_moves(runner: Runner, observation: Observation) -> None:
     """Raise NumericalError without motion, because methods cannot be compared then."""
     model = runner.model(next(iter(runner.formulations.scenes)))
-    if model.nz or not all(np.array_equal(one, one[:1].repeat(len(one), 0)) for one in (observation.q, observation.v)):
+    if model.nz or not all(
+        np.array_equal(values, values[:1].repeat(len(values), 0)) for values in (observation.q, observation.v)
+    ):
         return
     fault = "nothing moves in this run, so that all methods give the same at any step [E1137]"
     raise NumericalError(Problem("reference", fault, "an initial state off balance, an input, or a later end"))

@@ -332,23 +332,23 @@ class Tradeoff:
         list of Path
             The files, in this order.
         """
-        place = make_folder(Path(folder))
-        data, table = place / "tradeoff.json", place / "tradeoff.csv"
+        target = make_folder(Path(folder))
+        data, table = target / "tradeoff.json", target / "tradeoff.csv"
         write_text(data, json_text(self.to_dict()) + "\n")
         write_rows(table, self._table())
-        return [data, table, self.plot(place / "tradeoff.png")]
+        return [data, table, self.plot(target / "tradeoff.png")]
 
     def _table(self) -> Iterator[list[Any]]:
         """Yield the rows of tradeoff.csv."""
         quantities = list(dict.fromkeys(name for p in self.points for name in p.error))
         counted = list(dict.fromkeys(name for p in self.points for name in p.stats))
-        own = ("formulation", "method", "parameters", "policy", "real", "profile", "kind", "value")
+        columns_of_points = ("formulation", "method", "parameters", "policy", "real", "profile", "kind", "value")
         sizes = [f"{name} {measure}" for name in quantities for measure in ("largest", "rms", "final")]
-        yield [*own, "verdict", "seconds", "least_seconds", "repeats", *sizes, *counted, "said"]
+        yield [*columns_of_points, "verdict", "seconds", "least_seconds", "repeats", *sizes, *counted, "said"]
         for p in self.points:
             c = p.configuration
-            given = " ".join(f"{name}={value:g}" for name, value in c.parameters.items())
-            row: list[Any] = [c.formulation, c.method, given, c.policy, c.real, c.profile, p.kind, repr(p.value)]
+            parameters = " ".join(f"{name}={value:g}" for name, value in c.parameters.items())
+            row: list[Any] = [c.formulation, c.method, parameters, c.policy, c.real, c.profile, p.kind, repr(p.value)]
             row += [self.verdict(p), _cell(p.seconds), _cell(p.least), p.repeats]
             for name in quantities:
                 size = p.error.get(name)
@@ -477,11 +477,11 @@ def _front(axis: Any, study: Tradeoff) -> None:
             label="front: none is both faster and more accurate",
         )  # fmt: skip  # a call of one drawing
     if study.points:
-        own = study.points[0]
-        if own.ended == REACHED and own.seconds is not None:
+        usual = study.points[0]
+        if usual.ended == REACHED and usual.seconds is not None:
             axis.plot(
-                [1e3 * own.seconds], [min(study.error(own), _LARGEST)], "o", markersize=13, fillstyle="none",
-                color="black", markeredgewidth=1.6, zorder=5, label=f"the scene's own: {own.label}",
+                [1e3 * usual.seconds], [min(study.error(usual), _LARGEST)], "o", markersize=13, fillstyle="none",
+                color="black", markeredgewidth=1.6, zorder=5, label=f"the scene's own: {usual.label}",
             )  # fmt: skip  # a call of one drawing
 
 

@@ -183,20 +183,20 @@ class Runner:
     def own_configuration(self) -> Configuration:
         """Return the scene's configuration, with the parameters of the method, and settings of the method in the
         scene's model."""
-        own, method = self.formulations.own, self.own_method()
-        model = self.model(own)
+        formulation, method = self.formulations.own, self.own_method()
+        model = self.model(formulation)
         simulation, built = model.description.simulation, str(model.library.layout["built_method"])
         taken = [name for name in row_of(method)[1].parameters if name in ("alpha", "beta", "gamma")]
-        given = {name: value for name in taken if (value := getattr(simulation, name))}
+        simulation_settings = {name: value for name in taken if (value := getattr(simulation, name))}
         settings = dict(simulation.settings) if method == built else {}
-        return Configuration(own, method, given, settings=settings, real=simulation.real)
+        return Configuration(formulation, method, simulation_settings, settings=settings, real=simulation.real)
 
     def method(self, configuration: Configuration, tolerance: float | None = None) -> Family:
         """Return the method of a configuration. Raises EomgenError."""
-        given = {**configuration.parameters, **({} if tolerance is None else {"tolerance": tolerance})}
+        options = {**configuration.parameters, **({} if tolerance is None else {"tolerance": tolerance})}
         model = self.model(configuration.formulation, configuration.real, configuration.profile)
         defaults = model.library.layout["defaults"]
-        return method_named(configuration.method, **method_parameters(configuration.method, given, defaults))
+        return method_named(configuration.method, **method_parameters(configuration.method, options, defaults))
 
     def build_name(self, configuration: Configuration) -> str:
         """Return the key of the build of a configuration's method in ``compiled``."""
@@ -237,20 +237,22 @@ class Runner:
         name = self.formulations.own
         if formulation == name:
             return initial
-        given = None if initial is None else tuple(np.asarray(part, dtype=float).tobytes() for part in initial.values())
-        key = (formulation, start, given, tuple((parameters or {}).items()))
+        initial_key = (
+            None if initial is None else tuple(np.asarray(part, dtype=float).tobytes() for part in initial.values())
+        )
+        key = (formulation, start, initial_key, tuple((parameters or {}).items()))
         if key not in self._starts:
-            own, other = self.model(name), self.model(formulation)
+            source, target = self.model(name), self.model(formulation)
             if formulation in self.formulations.simplified:
-                return None if initial is None else _shorten_state(own, other, initial)
-            able = "poses" in own.functions and "twists" in own.functions
+                return None if initial is None else _shorten_state(source, target, initial)
+            able = "poses" in source.functions and "twists" in source.functions
             h = 1e-6 * self.grid.row
-            first = own.simulate(
+            first = source.simulate(
                 start + h, h, t_start=start, initial=initial, parameters=parameters, inputs=inputs, error_estimate=False
             )
             state = first.q[0], first.v[0]
-            same = same_start(own, *state, other, start, parameters) if able else None
-            self._starts[key] = same if same is None or not other.nz else {**same, "z": first.z[0]}
+            same = same_start(source, *state, target, start, parameters) if able else None
+            self._starts[key] = same if same is None or not target.nz else {**same, "z": first.z[0]}
         return self._starts[key]
 
     def run(
@@ -294,7 +296,10 @@ class Runner:
             if time.perf_counter() - began > self.limit:
                 raise _BeyondTimeLimit
 
-        given: dict[str, Any] = {**configuration.parameters, **({} if tolerance is None else {"tolerance": tolerance})}
+        options: dict[str, Any] = {
+            **configuration.parameters,
+            **({} if tolerance is None else {"tolerance": tolerance}),
+        }
         try:
             self.prepare(configuration)
             model = self.model(configuration.formulation, configuration.real, configuration.profile)
@@ -313,7 +318,7 @@ class Runner:
                     initial=self._start(configuration.formulation, start, initial, parameters, inputs),
                     progress=look,
                     error_estimate=estimated,
-                    **given,
+                    **options,
                 )
             took = time.perf_counter() - began
             if not solution.success:
@@ -322,7 +327,7 @@ class Runner:
             if len(solution.t) != recorded + 1 or not np.all(np.isfinite(observation.q)):
                 return ComparedRun(STOPPED, "its rows are not at the times of the grid, or not finite", seconds=took)
             repeated = RepeatedRun(model, solution, self.method(configuration, tolerance), inputs) if timed else None
-            said = "; ".join(str(one) for one in solution.findings if one.severity == WARNING)
+            said = "; ".join(str(finding) for finding in solution.findings if finding.severity == WARNING)
             alike = next(map(str, () if solution.model is None else solution.model.alike()), "")
             return ComparedRun(REACHED, said, observation, counts(solution.stats), repeated, took, alike)
         except _BeyondTimeLimit:
@@ -333,11 +338,11 @@ class Runner:
             return ComparedRun(REFUSED, str(error))
 
 
-def _shorten_state(own: Model, other: Model, initial: Mapping[str, Any]) -> dict[str, Any]:
+def _shorten_state(source: Model, target: Model, initial: Mapping[str, Any]) -> dict[str, Any]:
     """Return an initial state with the components that a scene of less fidelity has: the first of each factor."""
-    q, v = np.array(other.initial_q, dtype=float), np.zeros(other.nv)
-    places = {factor.name: factor for factor in own.factors}
-    for there in other.factors:
+    q, v = np.array(target.initial_q, dtype=float), np.zeros(target.nv)
+    places = {factor.name: factor for factor in source.factors}
+    for there in target.factors:
         if (here := places.get(there.name)) is not None:
             q[there.q] = np.asarray(initial["q"])[here.q][: there.q_size]
             v[there.v] = np.asarray(initial["v"])[here.v][: there.v_size]

@@ -64,14 +64,14 @@ def identity(
 ) -> str:
     """Return a text that identifies the points of one study: it differs for other scenes, times or parameters."""
     digests = b"".join(scene.digest for scene in formulations.scenes.values())
-    own = {
+    scene_values = {
         "scene": hashlib.sha256(digests).hexdigest(),
         "grid": [grid.start, grid.row, grid.rows, grid.coarsest, grid.recorded],
         "parameters": dict(parameters or {}),
         "inputs": {name: repr(value) for name, value in (inputs or {}).items()},
         "version": __version__,
     }
-    return json.dumps(own, sort_keys=True)
+    return json.dumps(scene_values, sort_keys=True)
 
 
 class PointJournal:
@@ -372,17 +372,21 @@ class _WorkPrecisionStudy:
     def _candidates(self) -> tuple[Candidate, ...]:
         every: list[Candidate] = []
         methods = self.methods if "method" in self.axes else (self.methods or (self.runner.own_method(),))
-        own = self.formulations.own
+        scene_formulation = self.formulations.own
         for name in list(self.formulations.scenes):
-            other = name != own and name not in self.formulations.simplified
-            if other and own == JOINT and not (self.absolute or self.runner.model(own).multipliers):
+            is_other = name != scene_formulation and name not in self.formulations.simplified
+            if (
+                is_other
+                and scene_formulation == JOINT
+                and not (self.absolute or self.runner.model(scene_formulation).multipliers)
+            ):
                 self.left_out[name] = "joint coordinates have no constraints; studied with the axis formulation named"
                 continue
             self._say(f"building: {name}")
             try:
                 model = self.runner.model(name)
             except ModelError as error:
-                if name == own:
+                if name == scene_formulation:
                     raise
                 self.left_out[name] = reason(error)
                 continue
@@ -401,11 +405,11 @@ class _WorkPrecisionStudy:
 
     def _ladders(self, candidates: Sequence[Candidate]) -> list[_Ladder]:
         ladders = []
-        own = {"rho_inf": self.defaults.rho_inf}
+        usual = {"rho_inf": self.defaults.rho_inf}
         alone = (max(1, round(self.coarsest / self.defaults.step)),)
         steps = self.in_coarsest if "resolution" in self.axes else alone
         for candidate in candidates:
-            varied = candidate.configurations() if "parameters" in self.axes else [candidate.configuration(own)]
+            varied = candidate.configurations() if "parameters" in self.axes else [candidate.configuration(usual)]
             for configuration in varied:
                 order = candidate.method.order
                 if candidate.tolerances:
@@ -449,7 +453,7 @@ class _WorkPrecisionStudy:
                 return
             for ladder in opened:
                 self._take(ladder)
-                self._say(ladder.configuration.label, sum(len(one.values) - one.next for one in ladders))
+                self._say(ladder.configuration.label, sum(len(ladder.values) - ladder.next for ladder in ladders))
 
     def _prepare(self, ladder: _Ladder) -> bool:
         self._say(f"building: {ladder.configuration.label}")

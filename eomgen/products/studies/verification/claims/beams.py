@@ -67,11 +67,11 @@ def beam_claims(space: Space) -> list[Claim]:
     if not space.has("elastic", "inverse_dynamics") or not isinstance(scene, Scene):
         return []
     beams = {body.name for body in scene.bodies if body.beam is not None}
-    own, factors = on_tape(space.system), [factor for factor in space.system.factors if factor.name in beams]
-    soft = _Change(own, _with(scene, _soften), "equations without stiffness")
+    engine, factors = on_tape(space.system), [factor for factor in space.system.factors if factor.name in beams]
+    soft = _Change(engine, _with(scene, _soften), "equations without stiffness")
     elements = tuple(item for item in scene.elements if item.section != "distributed_loads")
     bare = replace(scene, elements=elements)
-    unforced = own if len(elements) == len(scene.elements) else _with(bare, lambda beam: beam)
+    unforced = engine if len(elements) == len(scene.elements) else _with(bare, lambda beam: beam)
     stiff = _Change(unforced, _with(bare, lambda beam: replace(beam, stiffening=False)), "equations without shortening")
     straight = _straight(factors)
     rows = np.concatenate([np.arange(item.v_start, item.v_start + item.v_size) for item in factors])
@@ -168,7 +168,7 @@ class _BeamElements:
     @classmethod
     def of(cls, space: Space, scene: Scene) -> _BeamElements:
         beams = tuple(item.beam for item in scene.elements if isinstance(item, CosseratBeam))
-        number = {name: place for place, name in enumerate(space.system.bodies)}
+        number = {name: index for index, name in enumerate(space.system.bodies)}
         first = tuple(number[node] for beam in beams for node in beam.nodes[:-1])
         second = tuple(number[node] for beam in beams for node in beam.nodes[1:])
         return cls(beams, first, second)
@@ -235,7 +235,7 @@ def _mean(beams: _BeamElements) -> Claim:
     def second(engine: Engine, state: Blocks) -> Array:
         twists, first = beams.twists(engine, state), _FIRST(engine, state)
         along = [
-            weight * _transform_wrench(place * twists, first) for place, weight in zip(_PLACES, _WEIGHTS, strict=True)
+            weight * _transform_wrench(share * twists, first) for share, weight in zip(_PLACES, _WEIGHTS, strict=True)
         ]
         return _flat(np.sum(along, axis=0))
 
@@ -284,12 +284,12 @@ def _strains(beams: _BeamElements, system: System) -> Claim:
 def _jumps(space: Space, beams: _BeamElements, scene: Scene) -> Claim:
     """Forces of sections on the nodes, by virtual work, are the part of the beams in the generalized forces."""
     without = on_tape(pipeline.derive(_without_stiffness(scene), ["force"]))
-    own = on_tape(space.system)
+    tape_engine = on_tape(space.system)
     names = tuple(f"{beam.name}: no " for beam in beams.beams)
     of_beams = np.array([name.startswith(names) for name in space.rows.get("lam", ())], dtype=float)
 
     def second(engine: Engine, state: Blocks) -> Array:
-        result = own("force", state)["Q"] - without("force", state)["Q"]
+        result = tape_engine("force", state)["Q"] - without("force", state)["Q"]
         if "lam" in state and "residual" in engine and of_beams.any():
             none = {**state, "lam": np.zeros_like(state["lam"])}
             only = {**state, "lam": state["lam"] * of_beams}
@@ -310,14 +310,14 @@ def _jumps(space: Space, beams: _BeamElements, scene: Scene) -> Claim:
 def _halves(space: Space, beams: _BeamElements, scene: Scene) -> Claim:
     """Doubled distributed loads, weight and inertia of elements increase the residual by the loads on halves."""
     twice = on_tape(pipeline.derive(_with_twice_the_loads(scene), ["residual"]))
-    own, halves = on_tape(space.system), Output("section_loads", "load_on_halves")
+    tape_engine, halves = on_tape(space.system), Output("section_loads", "load_on_halves")
     return Claim(
         "section_loads.load_on_halves",
         "virtual work on the nodes",
         beams.on_nodes(halves[..., 0, :], halves[..., 1, :]),
-        second=lambda engine, state: column(own("residual", state)["r"] - twice("residual", state)["r"]),
+        second=lambda engine, state: column(tape_engine("residual", state)["r"] - twice("residual", state)["r"]),
         second_name="equations with twice the loads",
-        size=lambda engine, state: np.max(np.abs(own("residual", state)["r"]), axis=-1),
+        size=lambda engine, state: np.max(np.abs(tape_engine("residual", state)["r"]), axis=-1),
         rows=space.rows["v"],
     )
 

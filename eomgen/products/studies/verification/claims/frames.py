@@ -121,8 +121,8 @@ def _jacobians(space: Space, reference: str) -> Claim:
     def value(engine: Engine, state: Blocks) -> Array:
         pose = engine("frame_poses", state)["frame_pose"][..., np.newaxis, :, :]
         twists = np.moveaxis(J(engine, state) @ W, -1, -3)  # (..., columns, frames, 6)
-        own = _in_own_axes(pose, twists, reference)
-        flat = pose.reshape(*pose.shape[:-2], 7 * count), own.reshape(*own.shape[:-2], 6 * count)
+        in_axes = _in_own_axes(pose, twists, reference)
+        flat = pose.reshape(*pose.shape[:-2], 7 * count), in_axes.reshape(*in_axes.shape[:-2], 6 * count)
         return np.swapaxes(configuration_rate(factors, *flat), -1, -2)
 
     return Claim(
@@ -216,12 +216,12 @@ class _RigidBodies:
 
     def momentum(self, engine: Engine, state: Blocks) -> Array:
         """Return the sum of the bodies' momenta about the common centre of mass, world axes, (..., 6, nv)."""
-        given = {body.name: body for body in self.scene.bodies}
+        bodies = {body.name: body for body in self.scene.bodies}
         pose, J = engine("poses", state)["pose"], engine("jacobians", state)["J"]
         moving = np.abs(J).max(axis=(-2, -1), initial=0.0)[..., np.newaxis] > 0.0
         masses, centers, linear, spin = [], [], [], []
         for k, name in enumerate(self.names):
-            body = given[name]
+            body = bodies[name]
             c = self.values(body.center_of_mass, state)
             xx, yy, zz, xy, xz, yz = np.moveaxis(self.values(body.inertia, state), -1, 0)
             tensor = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1).reshape(*xx.shape, 3, 3)

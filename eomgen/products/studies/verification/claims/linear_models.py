@@ -82,13 +82,13 @@ def _state_claims(space: Space, term: str) -> list[Claim]:
 def _input_claims(space: Space, term: str) -> list[Claim]:
     """Return the claims about partials in inputs: free inputs, and disturbances (given inputs, base accelerations)."""
     description, nu = space.description, space.system.nu
-    given = [number for number, item in enumerate(description.inputs) if item.given]
+    prescribed = [number for number, item in enumerate(description.inputs) if item.given]
     free = [number for number, item in enumerate(description.inputs) if not item.given]
     of_base = len(description.base)
-    outside, accelerations = np.zeros((len(given) + of_base, nu)), np.zeros((len(given) + of_base, BASE_SIZE))
-    outside[np.arange(len(given)), given] = 1.0
-    accelerations[len(given) :, BASE_SIZE - of_base :] = np.eye(of_base)
-    disturbances: dict[str, Array] = {"u": outside} if nu and given else {}
+    outside, accelerations = np.zeros((len(prescribed) + of_base, nu)), np.zeros((len(prescribed) + of_base, BASE_SIZE))
+    outside[np.arange(len(prescribed)), prescribed] = 1.0
+    accelerations[len(prescribed) :, BASE_SIZE - of_base :] = np.eye(of_base)
+    disturbances: dict[str, Array] = {"u": outside} if nu and prescribed else {}
     disturbances |= {"base": accelerations} if of_base else {}
     rates = {"u": {"u": np.eye(nu)[free]} if free else {}, "w": disturbances}
     columns = {"u": description.driven, "w": description.disturbances}

@@ -207,7 +207,7 @@ def packed_claims(space: Space) -> list[Claim]:
     return claims
 
 
-def _same(space: Space, entry: str, other: str, rows: str) -> Claim:
+def _same(space: Space, entry: str, second_entry: str, rows: str) -> Claim:
     """Return the claim of rows that two functions give, compared off the motion, unless the rows vanish there."""
 
     def beside(engine: Engine, state: Blocks) -> dict[str, Array]:
@@ -220,21 +220,32 @@ def _same(space: Space, entry: str, other: str, rows: str) -> Claim:
         return lambda engine, state: Output(function, entry).column(engine, beside(engine, state))
 
     return Claim(
-        f"equations.{entry}", f"as {other}", of("equations"), second=of(other), second_name=other, rows=space.rows[rows]
+        f"equations.{entry}",
+        f"as {second_entry}",
+        of("equations"),
+        second=of(second_entry),
+        second_name=second_entry,
+        rows=space.rows[rows],
     )
 
 
-def _nonzeros_claim(function: str, name: str, other: str, system: System, packed: str = "") -> Claim:
+def _nonzeros_claim(function: str, name: str, dense_function: str, system: System, packed: str = "") -> Claim:
     """Return the claim of nonzeros, the output ``packed`` of a function, against a matrix of another function."""
     packed = packed or name
-    shape = next(block.shape for block in system.functions[other].outputs if block.name == name)
+    shape = next(block.shape for block in system.functions[dense_function].outputs if block.name == name)
 
     def value(engine: Engine, state: Blocks) -> Array:
         if not system.patterns[packed]:  # empty, without an output of the function in C
             return np.zeros((*state["q"].shape[:-1], *shape))
         return _dense(engine(function, state)[packed], system.patterns[packed], shape)
 
-    return Claim(f"{function}.{packed}", f"nonzeros of {name}", value, second=Output(other, name), second_name=other)
+    return Claim(
+        f"{function}.{packed}",
+        f"nonzeros of {name}",
+        value,
+        second=Output(dense_function, name),
+        second_name=dense_function,
+    )
 
 
 def _dense(values: Array, places: Sequence[tuple[int, int]], shape: Sequence[int]) -> Array:
@@ -252,17 +263,17 @@ def _elimination_claims(space: Space) -> list[Claim]:
     system = space.system
     nv, inner = system.nv, len(system.inner_owners)
 
-    def one(name: str, W: Array) -> Value:
+    def elimination(name: str, W: Array) -> Value:
         def value(engine: Engine, state: Blocks) -> Array:
             blocks = engine("iteration", state)
             outer = _dense(blocks[name], system.patterns[name], (nv + inner, nv)) @ W
             result = np.array(outer[..., :nv, :])
             if not inner:  # beams alone, whose elements enter K without inner unknowns
                 return result
-            for place in np.ndindex(outer.shape[:-2]):
+            for sample in np.ndindex(outer.shape[:-2]):
                 rows, columns = np.transpose(system.patterns["X"])
-                X = csc_array((blocks["X"][place], (rows, columns)), shape=(nv + inner, inner))
-                result[place] -= X[:nv] @ splu(csc_array(X[nv:])).solve(np.ascontiguousarray(outer[place][nv:]))
+                X = csc_array((blocks["X"][sample], (rows, columns)), shape=(nv + inner, inner))
+                result[sample] -= X[:nv] @ splu(csc_array(X[nv:])).solve(np.ascontiguousarray(outer[sample][nv:]))
             return result
 
         return value
@@ -272,7 +283,7 @@ def _elimination_claims(space: Space) -> list[Claim]:
         Claim(
             f"iteration.{name}",
             f"d residual / d{block}",
-            one(name, space.along[block].matrix),
+            elimination(name, space.along[block].matrix),
             source=_RESIDUAL,
             directions=constant_directions({block: space.along[block].matrix.T}),
             second=Output("partials", name) @ space.along[block].matrix if also else None,
@@ -323,13 +334,13 @@ def second_claims(space: Space) -> list[Claim]:
     rows, system = space.rows, space.system
     blocks = system.second_blocks
     sizes, of_weights = blocks.direction, blocks.places("weights")
-    given = [item.given for item in space.description.inputs]
+    prescribed = [item.given for item in space.description.inputs]
 
     def gradient(engine: Engine, state: Blocks) -> Array:
         """Return the gradient in q (left-trivialised), v, a, z, lam, p and u, (..., components)."""
         partials = {name: array for term in FIRST if term in engine for name, array in engine(term, state).items()}
-        partials |= _by_inputs(partials, given)
-        of = {name: state["weights"][..., place] for name, place in of_weights.items()}
+        partials |= _by_inputs(partials, prescribed)
+        of = {name: state["weights"][..., columns] for name, columns in of_weights.items()}
         batch = state["weights"].shape[:-1]
         parts = []
         for block, size in sizes.items():
@@ -340,7 +351,7 @@ def second_claims(space: Space) -> list[Claim]:
         return np.concatenate(parts, axis=-1)
 
     def direction(state: Blocks) -> dict[str, Array]:
-        parts = {block: state["direction"][..., place] for block, place in blocks.places("direction").items()}
+        parts = {block: state["direction"][..., columns] for block, columns in blocks.places("direction").items()}
         return {block: part[..., np.newaxis, :] for block, part in parts.items() if sizes[block]}
 
     of_state = [f"{block} {name}" for block in ("q", "v", "a") for name in rows["v"]]
@@ -465,7 +476,7 @@ def _half_brackets(factors: Sequence[Factor], gradient: Array) -> Array:
     return result
 
 
-def _by_inputs(partials: Blocks, given: Sequence[bool]) -> dict[str, Array]:
+def _by_inputs(partials: Blocks, prescribed: Sequence[bool]) -> dict[str, Array]:
     """Return partials in all inputs, in order, from partials in driven and in given inputs."""
     made = {}
     for name, driven_name, given_name, sign in (
@@ -475,12 +486,12 @@ def _by_inputs(partials: Blocks, given: Sequence[bool]) -> dict[str, Array]:
     ):
         parts = {False: partials.get(driven_name), True: partials.get(given_name)}
         there = [part for part in parts.values() if part is not None]
-        if not there or not given:
+        if not there or not prescribed:
             continue
         shape = np.broadcast_shapes(*(part.shape[:-1] for part in there))
-        matrix = np.zeros((*shape, len(given)), dtype=np.result_type(*there))
+        matrix = np.zeros((*shape, len(prescribed)), dtype=np.result_type(*there))
         for kind, part in parts.items():
-            places = [number for number, is_given in enumerate(given) if is_given is kind]
+            places = [number for number, is_given in enumerate(prescribed) if is_given is kind]
             if part is not None and places:
                 matrix[..., places] = sign * part[..., : len(places)]
         made[name] = matrix

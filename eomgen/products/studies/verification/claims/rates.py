@@ -63,8 +63,8 @@ def rate_claims(space: Space) -> list[Claim]:
             continue
         source = Output(function, entry)
         for order, name in enumerate(outputs, 1):
-            other = _SECOND.get(term, "")
-            also = space.has(other)
+            second_term = _SECOND.get(term, "")
+            also = space.has(second_term)
             claims.append(
                 Claim(
                     f"{term}.{name}",
@@ -74,21 +74,21 @@ def rate_claims(space: Space) -> list[Claim]:
                     directions=_along_motion(space.engine, source.function, free=term == "forward_rates"),
                     rows=_entries(space, name) if term in _OF_COMPONENTS else (),
                     size=_rounding_of(function, entry, order, *_mass_terms(space, term, order)),
-                    second=Output(other, name).flat.column if also else None,
-                    second_name=other if also else "",
+                    second=Output(second_term, name).flat.column if also else None,
+                    second_name=second_term if also else "",
                 )
             )
             source = Output(term, name)
-    for term, name, other, of in _SAME:
-        if space.has(term, other):
+    for term, name, second_term, of in _SAME:
+        if space.has(term, second_term):
             more = _mass_terms(space, "rates", of[2]) if of is not None and of[1] == "tau" else []
             claims.append(
                 Claim(
                     f"{term}.{name}",
-                    f"as {other}",
+                    f"as {second_term}",
                     Output(term, name).flat.column,
-                    second=Output(other, name).flat.column,
-                    second_name=other,
+                    second=Output(second_term, name).flat.column,
+                    second_name=second_term,
                     rows=_entries(space, name),
                     size=None if of is None else _rounding_of(*of, *more),
                 )
