@@ -52,18 +52,7 @@ def driven_by(space: StateSpace, source: StateSpace) -> StateSpace:
     >>> late.disturbances, len(late.states)
     (('front',), 6)
     """
-    if space.sample != source.sample:
-        fault = f"one model is {_how(space)} and the other is {_how(source)} [E0366]"
-        raise UsageError(Problem("driven_by", fault, "both in continuous time, or both with the same sample"))
-    columns = (*space.inputs, *space.disturbances)
-    driven = [name for name in source.outputs if name in columns]
-    if not driven:
-        fault = f"none of {listed(source.outputs)} is an input or a disturbance of the model [E0367]"
-        raise UsageError(Problem("driven_by", fault, f"outputs called {' or '.join(columns[:4])}"))
-    again = [name for name in source.states if name in space.states]
-    if again:
-        fault = f"both models have a state {listed(again)} [E0368]"
-        raise UsageError(Problem("driven_by", fault, "other names in one of them"))
+    driven = _driven_signals(space, source)
     inputs = _unite([name for name in space.inputs if name not in driven], source.inputs)
     disturbances = _unite([name for name in space.disturbances if name not in driven], source.disturbances)
     disturbances = [name for name in disturbances if name not in inputs]
@@ -85,6 +74,23 @@ def driven_by(space: StateSpace, source: StateSpace) -> StateSpace:
     references = {kind: np.array([value for _, value in of]) for kind, of in zip(KINDS, labels, strict=True)}
     of = (space.sample, space.input_delay, space.waiting, space.orientations)
     return StateSpace(*matrices, *names, units, references, *of)
+
+
+def _driven_signals(space: StateSpace, source: StateSpace) -> list[str]:
+    """Return the outputs of the source that drive the model. Raises UsageError."""
+    if space.sample != source.sample:
+        fault = f"one model is {_how(space)} and the other is {_how(source)} [E0366]"
+        raise UsageError(Problem("driven_by", fault, "both in continuous time, or both with the same sample"))
+    columns = (*space.inputs, *space.disturbances)
+    driven = [name for name in source.outputs if name in columns]
+    if not driven:
+        fault = f"none of {listed(source.outputs)} is an input or a disturbance of the model [E0367]"
+        raise UsageError(Problem("driven_by", fault, f"outputs called {' or '.join(columns[:4])}"))
+    again = [name for name in source.states if name in space.states]
+    if again:
+        fault = f"both models have a state {listed(again)} [E0368]"
+        raise UsageError(Problem("driven_by", fault, "other names in one of them"))
+    return driven
 
 
 def shaping_filter(

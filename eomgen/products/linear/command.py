@@ -255,11 +255,7 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
         request.model.parameter_array({sweep[0]: sweep[1][0]})
     with waiting(f"{request.model.name}: linear model"):
         lin = request.linearize({}, None)
-    for pair in pairs:
-        lin.frequency_response([], *pair)
-    if folder is None and (sweep or pairs):
-        fault = "there is no folder to draw roots or responses to [E0175]"
-        raise UsageError(Problem("eomgen linearize", fault, "--out DIR"))
+    _check_drawings(lin, folder, sweep, pairs)
     # imported when the arguments are known to be fine
     from eomgen.products.linear import files as linear_files  # noqa: PLC0415
 
@@ -267,7 +263,7 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
     table = ride.table(lin, excitation) if ride is not None and excitation is not None else None
     if table is not None:
         data["ride"] = linear_files.described_ride(table)
-    diagram, ends = (None, "") if campbell is None else request.campbell(campbell, lin)
+    diagram, ends = request.campbell(campbell, lin)
     if diagram is not None:
         data["campbell"] = linear_files.described_campbell(diagram)
     view = None if campbell is None or diagram is None else campbell.view(diagram, band)
@@ -277,19 +273,38 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
         ends = ends or cut
         files = request.write(lin, data, Path(folder), locus, pairs, band)
         files += request.written_campbell(diagram, view, Path(folder))
-        if ride is not None and excitation is not None and table is not None:
-            files += request.written_ride(table, ride.spectra(lin, excitation), Path(folder))
+        spectra = ride.spectra(lin, excitation) if ride is not None and excitation is not None else ()
+        files += request.written_ride(table, spectra, Path(folder))
     if as_json:
         print_json({**data, "files": [file.name for file in files]})
     else:
         _print(lin, request.model.name)
         _print_tables(table, diagram)
-    written = f"written to {folder}: {', '.join(file.name for file in files)}" if files else ""
-    say("\n".join(filter(None, (_stability_text(lin), str(lin.multiblade or ""), written))))
+    _print_ending(lin, folder, files)
     if ends:
         say(ends)
         return INTERRUPTED
     return 0
+
+
+def _check_drawings(
+    lin: Linearization,
+    folder: str | None,
+    sweep: tuple[str, list[float]] | None,
+    pairs: Sequence[tuple[str, str]],
+) -> None:
+    """Raise UsageError for responses of unknown signals, and for roots or responses without a folder."""
+    for pair in pairs:
+        lin.frequency_response([], *pair)
+    if folder is None and (sweep or pairs):
+        fault = "there is no folder to draw roots or responses to [E0175]"
+        raise UsageError(Problem("eomgen linearize", fault, "--out DIR"))
+
+
+def _print_ending(lin: Linearization, folder: str | None, files: Sequence[Path]) -> None:
+    """Print whether the model is stable, multiblade coordinates, and the files that were written."""
+    written = f"written to {folder}: {', '.join(file.name for file in files)}" if files else ""
+    say("\n".join(filter(None, (_stability_text(lin), str(lin.multiblade or ""), written))))
 
 
 class _Request:
@@ -347,8 +362,10 @@ class _Request:
         options |= {"t": self.time, "multiblade": self.multiblade}
         return self.model.linearize(at=self.at, initial=initial, any_kind=self.any_kind, **options)
 
-    def campbell(self, wanted: CampbellRequest, lin: Linearization) -> tuple[Campbell | None, str]:
+    def campbell(self, wanted: CampbellRequest | None, lin: Linearization) -> tuple[Campbell | None, str]:
         """Return the Campbell diagram, as much of it as was computed, and a line that reports Ctrl-C."""
+        if wanted is None:
+            return None, ""
         options: dict[str, Any] = {"parameters": self.parameters, "initial": self.initial or None, "t": self.time}
         motion = {name: value for name, value in self.velocities.items() if name != wanted.speed}
         at = {"at": self.at} if wanted.speed in self.model.parameters else {}
@@ -423,8 +440,10 @@ class _Request:
         table = write_campbell(diagram, folder / "campbell.csv")
         return [table, draw_campbell(diagram, self.model.name, folder / "campbell.png", view)]
 
-    def written_ride(self, table: RideTable, spectra: Sequence[PowerSpectrum], folder: Path) -> list[Path]:
-        """Write root mean squares and spectra on random roads."""
+    def written_ride(self, table: RideTable | None, spectra: Sequence[PowerSpectrum], folder: Path) -> list[Path]:
+        """Write root mean squares and spectra on random roads, if there are any."""
+        if table is None:
+            return []
         from eomgen.products.linear import files, plots  # noqa: PLC0415
 
         tables = [files.write_ride(table, folder / "ride.csv"), files.write_spectra(spectra, folder / "spectra.csv")]

@@ -329,6 +329,12 @@ def _finite_blocks(model: CompiledModel, state: OperatingState, a: Array, lam: A
         matrices = vars(sparse_partials(model, state.q, state.v, a, state.z, lam, state.point.keywords))
         blocks |= {name: whole(matrices[name]) for name in ("K", "C", "M", "Rz", "Fq", "Fv", "Fz")}
     blocks = {_IN_PARTIALS.get(name, name): block for name, block in blocks.items()}
+    _check_finite(blocks, names)
+    return blocks
+
+
+def _check_finite(blocks: Mapping[str, Array], names: Names) -> None:
+    """Raise NumericalError if a partial is not finite."""
     bad = sorted(name for name, block in blocks.items() if not np.all(np.isfinite(block)))
     steep = [
         output
@@ -341,7 +347,6 @@ def _finite_blocks(model: CompiledModel, state: OperatingState, a: Array, lam: A
     if steep:
         fault = f"the slope of the output {' and of '.join(steep)} is not a finite number in this state [E2221]"
         raise NumericalError(Problem("linearize", fault, "another state, or a scene without this output"))
-    return blocks
 
 
 def about(model: CompiledModel, state: OperatingState, independent: Sequence[str] = ()) -> Linearization:

@@ -120,34 +120,43 @@ class Covariances:
             hint = "speed = 20" if over == "time" else "no speed"
             self.report.add(f"{key}.type", f"{kind} is a process over {not_over} [E0974]", hint)
             return None
-        values = {word: getattr(entry, word) for word in _KEYS}
-        if entry.table is not None:
-            values["points"] = entry.points or ()
-        missing = [_KEYS[word] or word for word in wanted if values[word] is None]
-        if missing:
-            fault = f"{kind} over {over} needs {' and '.join(missing)} [E0975]"
-            self.report.add(key, fault, f"{missing[0].partition(' ')[0]} = ...")
-        for word, value in values.items():
-            if value is not None and word not in wanted and not missing:
-                written_as = _KEYS[word] or word
-                fault = f"{kind} over {over} takes no {written_as} [E0981]"
-                self.report.add(f"{key}.{written_as.partition(' ')[0]}", fault, " and ".join(wanted))
-        deviation = []
-        if row.deviation:
-            value = _deviation(key, entry, self.values)
-            if not value > 0.0:
-                fault = f"the standard deviation {value:.6g} is not positive [E0987]"
-                self.report.add(f"{key}.standard_deviation", fault, "standard_deviation = 1")
-            deviation = [value]
-        elif entry.standard_deviation is not None:
-            fault = f"{kind} says the variance itself, and takes no standard deviation [E0988]"
-            self.report.add(f"{key}.standard_deviation", fault, "without it")
-        if missing:
+        complete = self._check_keys(key, entry, f"{kind} over {over}", wanted)
+        deviation = self._deviations(key, entry, kind)
+        if not complete:
             return None
         before = len(self.report.noted)
         arguments = [self._argument(key, name, entry, word) for word in wanted]
         unknown = len(self.report.noted) > before or any(argument is None for argument in arguments)
         return None if unknown else row.made(*deviation, *arguments)
+
+    def _check_keys(self, key: str, entry: written.RandomProcess, title: str, wanted: Sequence[str]) -> bool:
+        """Report keys that are missing or superfluous; return whether all wanted keys are there."""
+        values = {word: getattr(entry, word) for word in _KEYS}
+        if entry.table is not None:
+            values["points"] = entry.points or ()
+        missing = [_KEYS[word] or word for word in wanted if values[word] is None]
+        if missing:
+            fault = f"{title} needs {' and '.join(missing)} [E0975]"
+            self.report.add(key, fault, f"{missing[0].partition(' ')[0]} = ...")
+        for word, value in values.items():
+            if value is not None and word not in wanted and not missing:
+                written_as = _KEYS[word] or word
+                fault = f"{title} takes no {written_as} [E0981]"
+                self.report.add(f"{key}.{written_as.partition(' ')[0]}", fault, " and ".join(wanted))
+        return not missing
+
+    def _deviations(self, key: str, entry: written.RandomProcess, kind: str) -> list[float]:
+        """Return the standard deviation of a type that takes it, as a list; faults are reported."""
+        if TYPES[kind].deviation:
+            value = _deviation(key, entry, self.values)
+            if not value > 0.0:
+                fault = f"the standard deviation {value:.6g} is not positive [E0987]"
+                self.report.add(f"{key}.standard_deviation", fault, "standard_deviation = 1")
+            return [value]
+        if entry.standard_deviation is not None:
+            fault = f"{kind} says the variance itself, and takes no standard deviation [E0988]"
+            self.report.add(f"{key}.standard_deviation", fault, "without it")
+        return []
 
     def _argument(self, key: str, name: str, entry: written.RandomProcess, word: str) -> object:
         """Return the value of a key of a covariance."""

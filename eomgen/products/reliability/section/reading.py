@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from eomgen.base.arrays import Array
 from eomgen.base.data import replace
 from eomgen.base.messages import key_of
 from eomgen.base.random_inputs import FASTEST, standard_normals
@@ -150,6 +151,13 @@ class Processes:
                 ):
                     variables += variables_as_parameters(process)
                     result[process.name] = input_of(process, entries[process.name])
+        self._add_followers(result, lags, entries)
+        return [result[name] for name in entries if name in result], variables
+
+    def _add_followers(
+        self, result: dict[str, Input], lags: Mapping[str, float], entries: Mapping[str, written.RandomProcess]
+    ) -> None:
+        """Add the processes that follow processes of the result."""
         for name, entry in entries.items():
             leader = result.get(entry.follows or "")
             if leader is not None and leader.series is not None and name in lags:
@@ -158,7 +166,6 @@ class Processes:
                 process = replace(leader.series, translation=translation, **changes)
                 self._translations.check(process)
                 result[name] = input_of(process, entry)
-        return [result[name] for name in entries if name in result], variables
 
     def _first(
         self, name: str, entry: written.RandomProcess, entries: Mapping[str, written.RandomProcess]
@@ -174,6 +181,14 @@ class Processes:
             fault = "both correlation and coherence say how it goes with others [E1008]"
             self.report.add(f"{key}.coherence", fault, "one of them")
             return None
+        return self._leader_of_group(name, entry, entries)
+
+    def _leader_of_group(
+        self, name: str, entry: written.RandomProcess, entries: Mapping[str, written.RandomProcess]
+    ) -> str | None:
+        """Return the process with a type among the processes with which a process is correlated or coherent; None for a
+        fault, which is reported."""
+        key = key_of("random", name)
         how, with_others = ("correlation", "correlated") if entry.coherence is None else ("coherence", "coherent")
         others = list(entry.correlation or entry.coherence or {})
         for named in others:
@@ -259,33 +274,9 @@ class Processes:
     ) -> list[NormalSeries]:
         """Return a group of correlated processes: each is a sum of the variables of the group, by the Cholesky factor
         of the correlation matrix."""
-        if len(names) == 1:
+        matrix = None if len(names) == 1 else self._correlations(first, names, entries)
+        if matrix is None:
             return [first]
-        matrix = np.eye(len(names))
-        for i, name in enumerate(names):
-            for partner, value in (entries[name].correlation or {}).items():
-                j = names.index(partner) if partner in names else i
-                key = f"{key_of('random', name)}.correlation"
-                if i != j and matrix[i, j] not in (0.0, value):
-                    fault = f"its correlation with {partner} is {value:.6g} here and {matrix[i, j]:.6g} there [E1015]"
-                    self.report.add(key, fault, "one of them")
-                    return [first]
-                matrix[i, j] = matrix[j, i] = value if i != j else 1.0
-        least = float(np.linalg.eigvalsh(matrix)[0])
-        if least <= _SINGULAR:
-            fault = (
-                f"no processes have the correlations of {', '.join(names)}: an eigenvalue of their matrix is [E1014]"
-            )
-            nearest = nearest_correlation(matrix)
-            away = float(np.linalg.norm(nearest - matrix))
-            key = f"{key_of('random', names[-1])}.correlation"
-            if entries[first.name].covariance_repair is None:
-                hint = "coefficients closer to 0, follows for one that is the same, or covariance_repair = "
-                fault += f" {least:.3g}, not positive; the nearest ones that some have are {away:.2g} away"
-                self.report.add(key, fault, f'{hint}"nearest" of {first.name}')
-                return [first]
-            self.values.note([f"{key}: no processes have these; the nearest ones, {away:.2g} away, take their place"])
-            matrix = nearest
         factor = np.linalg.cholesky(matrix)
         made = [first]
         for i, name in enumerate(names[1:], 1):
@@ -308,6 +299,37 @@ class Processes:
             made.append(process)
         return made
 
+    def _correlations(
+        self, first: NormalSeries, names: Sequence[str], entries: Mapping[str, written.RandomProcess]
+    ) -> Array | None:
+        """Return the correlation matrix of a group, repaired if wanted; None for a fault, which is reported."""
+        matrix = np.eye(len(names))
+        for i, name in enumerate(names):
+            for partner, value in (entries[name].correlation or {}).items():
+                j = names.index(partner) if partner in names else i
+                key = f"{key_of('random', name)}.correlation"
+                if i != j and matrix[i, j] not in (0.0, value):
+                    fault = f"its correlation with {partner} is {value:.6g} here and {matrix[i, j]:.6g} there [E1015]"
+                    self.report.add(key, fault, "one of them")
+                    return None
+                matrix[i, j] = matrix[j, i] = value if i != j else 1.0
+        least = float(np.linalg.eigvalsh(matrix)[0])
+        if least <= _SINGULAR:
+            fault = (
+                f"no processes have the correlations of {', '.join(names)}: an eigenvalue of their matrix is [E1014]"
+            )
+            nearest = nearest_correlation(matrix)
+            away = float(np.linalg.norm(nearest - matrix))
+            key = f"{key_of('random', names[-1])}.correlation"
+            if entries[first.name].covariance_repair is None:
+                hint = "coefficients closer to 0, follows for one that is the same, or covariance_repair = "
+                fault += f" {least:.3g}, not positive; the nearest ones that some have are {away:.2g} away"
+                self.report.add(key, fault, f'{hint}"nearest" of {first.name}')
+                return None
+            self.values.note([f"{key}: no processes have these; the nearest ones, {away:.2g} away, take their place"])
+            matrix = nearest
+        return matrix
+
     def _lag(
         self, name: str, entry: written.RandomProcess, entries: Mapping[str, written.RandomProcess]
     ) -> float | None:
@@ -325,15 +347,7 @@ class Processes:
             return None
         leader = entries[entry.follows]
         if leader.follows is not None:
-            leaders = [leading_name for leading_name, process in entries.items() if process.follows is None]
-            first = leaders[0] if leader.follows not in leaders and leaders else leader.follows
-            hint = f'follows = "{first}"' if first in leaders else 'type = "squared_exponential", for one of its own'
-            fault = (
-                f"{entry.follows} itself follows {leader.follows} [E1017]"
-                if entry.follows != name
-                else "it follows itself [E1018]"
-            )
-            self.report.add(f"{key}.follows", fault, hint)
+            self._report_chain(name, entry.follows, leader.follows, entries)
             return None
         if word := _first_set(entry, written.OWN):
             fault = f"{word} belongs to {entry.follows}, which it follows [E1020]"
@@ -347,6 +361,16 @@ class Processes:
             self.report.add(key, fault, f"{right} = {'0.1' if right == 'delay' else '2.5'}")
             return None
         return self.values.constant(f"{key}.{right}", value)
+
+    def _report_chain(
+        self, name: str, leader: str, leader_of_leader: str, entries: Mapping[str, written.RandomProcess]
+    ) -> None:
+        """Report a process whose leader follows a process."""
+        leaders = [leading_name for leading_name, process in entries.items() if process.follows is None]
+        first = leaders[0] if leader_of_leader not in leaders and leaders else leader_of_leader
+        hint = f'follows = "{first}"' if first in leaders else 'type = "squared_exponential", for one of its own'
+        fault = f"{leader} itself follows {leader_of_leader} [E1017]" if leader != name else "it follows itself [E1018]"
+        self.report.add(f"{key_of('random', name)}.follows", fault, hint)
 
     def _leader(
         self,
