@@ -320,19 +320,20 @@ def chosen_curves(solution: RecordedSolution, names: Sequence[str], asked_by: st
         ]
         matching = matching or kinds.get(_LETTERS.get(name, ""), [])
         if not matching:
-            known = [
-                *kinds,
-                *dict.fromkeys(curve.output or curve.name for curves in kinds.values() for curve in curves),
-            ]
-            from difflib import get_close_matches  # noqa: PLC0415  # for a mistake only
-
-            close = get_close_matches(str(name), known)
-            output = str(name).partition("[")[0]
-            close = [curve.name for curves in kinds.values() for curve in curves if curve.output == output] or close
-            fault = f"the solution has no curve {shown(name)} [E1271]"
-            raise UsageError(Problem(asked_by, fault, " or ".join(close) if close else f"one of {listed(known)}"))
+            raise _no_curve(name, kinds, asked_by)
         chosen += matching
     return list({id(curve): curve for curve in chosen}.values())
+
+
+def _no_curve(name: str, kinds: Mapping[str, Sequence[PlottedCurve]], asked_by: str) -> UsageError:
+    """Return the error for a name without a curve, with the nearest names."""
+    from difflib import get_close_matches  # noqa: PLC0415  # for a mistake only
+
+    curves, output = [curve for group in kinds.values() for curve in group], str(name).partition("[")[0]
+    known = [*kinds, *dict.fromkeys(curve.output or curve.name for curve in curves)]
+    close = [curve.name for curve in curves if curve.output == output] or get_close_matches(str(name), known)
+    fault = f"the solution has no curve {shown(name)} [E1271]"
+    return UsageError(Problem(asked_by, fault, " or ".join(close) if close else f"one of {listed(known)}"))
 
 
 def rows_from(t: Array, start: float | None, asked_by: str) -> NDArray[np.bool_]:

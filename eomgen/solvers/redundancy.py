@@ -117,12 +117,7 @@ def redundancy(
     far = [row for row in looked_at if here.has_long_lever(row)] if waiting else []
     if far:
         raise _lever_too_long(system, here, far[0], waiting)
-    of_formulas = [row for row in looked_at if system.names[row].endswith(FORMULA)]
-    flat = [row for row in of_formulas if _vanishes(row, at_configurations)]
-    if flat:
-        listed = ", ".join(system.names[row] for row in flat[:LISTED])
-        fault = f"the derivatives of these equations vanish at their zeros, so they hold no motion: {listed} [E2092]"
-        raise ModelError(Problem("constraints", fault, "equations that change their sign there: x in place of x**2"))
+    _refuse_flat(system, looked_at, at_configurations)
     hidden = [
         row
         for row in waiting
@@ -131,6 +126,15 @@ def redundancy(
     if hidden:
         raise _too_far_away(system, here, hidden)
     return Redundancy(tuple(waiting), hardly)
+
+
+def _refuse_flat(system: ConstrainedSystem, rows: Sequence[int], configurations: Sequence[RowsInMetric]) -> None:
+    """Raise ModelError for equations by formulas whose derivatives vanish at their zeros."""
+    of_formulas = [row for row in rows if system.names[row].endswith(FORMULA)]
+    if flat := [row for row in of_formulas if _vanishes(row, configurations)]:
+        listed = ", ".join(system.names[row] for row in flat[:LISTED])
+        fault = f"the derivatives of these equations vanish at their zeros, so they hold no motion: {listed} [E2092]"
+        raise ModelError(Problem("constraints", fault, "equations that change their sign there: x in place of x**2"))
 
 
 def _vanishes(row: int, at_configurations: Sequence[RowsInMetric]) -> bool:
