@@ -207,6 +207,7 @@ def _existence_facts(derivation: Derivation) -> set[str]:
 
 
 def _assemble(derivation: Derivation, terms: Sequence[str]) -> System:
+    # an attribute of the System a line; the decisions are the parts that a scene need not have
     scene, tape, tree = derivation.scene, derivation.tape, derivation.tree
     made: dict[str, Function] = {}
     for name in terms:

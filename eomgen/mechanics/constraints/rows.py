@@ -166,6 +166,7 @@ def rows_of_pair(quantities: Quantities, item: Constraint, pair: FramePair) -> C
 
 
 def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> list[ConstraintRow]:
+    # a table of the types of joints: each branch picks from the same rows of the two frames
     first, second, one = pair.first, pair.second, quantities.algebra.one
     gap = minus(first.origin, second.origin)
     local = apply(transpose(second.axes), gap)

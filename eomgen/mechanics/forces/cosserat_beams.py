@@ -93,6 +93,7 @@ def with_linear_moments(
     length : m, of the element
     initial : (6,), twist by length of the element in the initial shape of the beam, rotations (1/m) first
     """
+    # the decisions keep zeros and equal entries out of the tape, next to the products that would lose them
     free = [i for i in _SIX if not all(entry.is_zero for entry in stiffness[i])]
     section = _inverse(algebra, stiffness, free)
     along = [[algebra.scalar(entry) for entry in row] for row in _adjoint(initial)]

@@ -113,6 +113,7 @@ class MovableInertia:
 
     def _causes(self, numbers: Sequence[Numbers]) -> list[tuple[Flags, str]]:
         """Return possible causes of a singular M, each with flags of the values at which the cause applies."""
+        # one kind of motion after another: all take the same totals, which parts would hand to one another
         bodies = _place_bodies(self.parts, numbers)
         rotors = [numbers[place] for place in self.rotors] or [0.0]
         mass, about_origin = sum((body.mass for body in bodies), 0.0), _about((0.0, 0.0, 0.0), bodies)
