@@ -218,10 +218,10 @@ class _Parts:
         return known
 
     def _state(self, state: State) -> State:
-        place = f"states.{state.name}"
+        where = f"states.{state.name}"
         if state.sampling is None:
-            return replace(state, rate=self._alone(state.rate, place))
-        formula = self._alone(state.sampling.formula, state.sampling.place or place)
+            return replace(state, rate=self._alone(state.rate, where))
+        formula = self._alone(state.sampling.formula, state.sampling.place or where)
         return replace(state, sampling=replace(state.sampling, formula=formula))
 
     def _command(self, name: str) -> _Command:
@@ -231,20 +231,20 @@ class _Parts:
         item = self._by_name[name]
         return _Command(name, self._alone(item.output, f"controllers.{name}"), item.unit, item.description)
 
-    def _alone(self, formula: Formula, place: str) -> Formula:
+    def _alone(self, formula: Formula, where: str) -> Formula:
         """Return a formula with inputs in place of quantities of the plant."""
         if formula in self._outputs:
             return self._input(formula, self._outputs[formula])
         if isinstance(formula, Application):
-            return replace(formula, argument=self._alone(formula.argument, place))
+            return replace(formula, argument=self._alone(formula.argument, where))
         if isinstance(formula, Operation):
-            return replace(formula, arguments=tuple(self._alone(item, place) for item in formula.arguments))
-        return self._symbol(formula, place) if isinstance(formula, Symbol) else formula
+            return replace(formula, arguments=tuple(self._alone(item, where) for item in formula.arguments))
+        return self._symbol(formula, where) if isinstance(formula, Symbol) else formula
 
-    def _symbol(self, symbol: Symbol, place: str) -> Formula:
+    def _symbol(self, symbol: Symbol, where: str) -> Formula:
         match symbol.kind:
             case "time" | "parameter" | "number":
-                return self._checked_mode(symbol, place)
+                return self._checked_mode(symbol, where)
             case "input":
                 self._used.add(symbol.name)
                 return symbol
@@ -256,18 +256,18 @@ class _Parts:
                 text = infix(symbol, self._size)
                 fault = f"{text} is {_OF_EQUATIONS[kind]}, which follows from the equations of the plant [E0494]"
                 hint = f"an input in its place, fed by the C of the whole scene; or a controller without {text}"
-                raise ModelError(Problem(place, fault, hint))
+                raise ModelError(Problem(where, fault, hint))
         unit = unit_of_symbol(symbol, self._joints, {})
         if symbol.kind in ("state", "controller"):
             item = self._states[symbol.name] if symbol.kind == "state" else self._by_name[symbol.name]
             return self._input(symbol, Quantity(symbol.name, 0.0, 1, item.unit, item.description))
         return self._input(symbol, Quantity(infix(symbol, self._size), 0.0, 1, unit))
 
-    def _checked_mode(self, symbol: Symbol, place: str) -> Symbol:
+    def _checked_mode(self, symbol: Symbol, where: str) -> Symbol:
         modes = {mode_parameter(name): name for name in self.scene.modes}
         if symbol.kind == "parameter" and symbol.name in modes:
             fault = f"the mode {modes[symbol.name]} is switched by events, and the controller has no events [E0495]"
-            raise ModelError(Problem(place, fault, "a sampled state in place of the mode"))
+            raise ModelError(Problem(where, fault, "a sampled state in place of the mode"))
         return symbol
 
     def _continuous(self, name: str) -> bool:
@@ -294,8 +294,8 @@ class _Parts:
     @cached_property
     def inputs(self) -> tuple[Quantity, ...]:
         """Measured signals, then inputs of the scene."""
-        given = (item for item in self.scene.inputs if item.name in self._used)
-        return (*self.measured.values(), *(Quantity(i.name, 0.0, 1, i.unit, i.description) for i in given))
+        inputs = (item for item in self.scene.inputs if item.name in self._used)
+        return (*self.measured.values(), *(Quantity(i.name, 0.0, 1, i.unit, i.description) for i in inputs))
 
     @cached_property
     def parameters(self) -> tuple[Quantity, ...]:

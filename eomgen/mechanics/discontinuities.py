@@ -26,16 +26,16 @@ def discontinuities(scene: Scene) -> tuple[Discontinuity, ...]:
     of_inputs = [(item.formula, 0) for item in scene.inputs if item.formula is not None]
     for formula, derivatives in (*of_inputs, *formulas_of_forces(scene)):
         for point in breakpoints(formula, value_of, derivatives):
-            other = first.get((point.time, point.period))
-            if other is None or point.order < other.order:
+            known = first.get((point.time, point.period))
+            if known is None or point.order < known.order:
                 first[point.time, point.period] = point
     of_constraints = {
         (point.time, point.period) for law in prescribed_laws(scene) for point in breakpoints(law, value_of)
     }
     ordered = sorted(first.items(), key=lambda item: (item[0][1], item[0][0]))
     return tuple(
-        Discontinuity(point.time, point.period, max(point.order, 0), point.blur, place in of_constraints)
-        for place, point in ordered
+        Discontinuity(point.time, point.period, max(point.order, 0), point.blur, number in of_constraints)
+        for number, point in ordered
     )
 
 
@@ -66,11 +66,11 @@ def overshoots(curves: Iterable[AnyCurve]) -> Iterator[str]:
         if not isinstance(curve, Curve) or curve.interpolation != "quintic":
             continue
         low, high = float(np.min(curve.y)), float(np.max(curve.y))
-        place, value = curve.farthest()
+        point, value = curve.farthest()
         share = max(value - high, low - value) / (high - low) if high > low else 0.0
         if share > _NOTED:
             beyond = f"{100.0 * share:.2g} % of the range of its points, {low:.4g} to {high:.4g}, beyond them"
             hint = 'more points where they turn, or interpolation = "linear", keep it within'
             if {low, high} & _MISSING:
                 hint = f"a value such as {max(abs(low), abs(high)):g} often marks a missing one, to be left out"
-            yield f"{curve.name}: the spline is {value:.4g} at {place:.4g}, {beyond}; {hint} [W0273]"
+            yield f"{curve.name}: the spline is {value:.4g} at {point:.4g}, {beyond}; {hint} [W0273]"

@@ -68,17 +68,17 @@ def row_wrenches(quantities: Quantities, item: Constraint, pair: FramePair) -> l
         On the second body, about the origin of the second frame, in the axes in which the pair is given; N m (of
         equations in m: N m per N) and N per unit of the multiplier.
     """
-    own = Tape()
-    rows = rows_of_pair(DetachedSymbols(quantities, own), item, _pair_of_its_own(own))
-    unit = forward_partials(own, [row.value.ref for row in rows.holonomic], _displacements(own))
+    kernel = Tape()
+    rows = rows_of_pair(DetachedSymbols(quantities, kernel), item, _pair_of_its_own(kernel))
+    unit = forward_partials(kernel, [row.value.ref for row in rows.holonomic], _displacements(kernel))
     unit += forward_partials(
-        own, [row.value.ref for row in rows.velocity], {InputSymbol(_TWIST, k): {k: ONE} for k in range(6)}
+        kernel, [row.value.ref for row in rows.velocity], {InputSymbol(_TWIST, k): {k: ONE} for k in range(6)}
     )
     to_first = transpose(pair.first.axes)
-    place = [entry for row in multiply(to_first, pair.second.axes) for entry in row]
-    place += apply(to_first, minus(pair.second.origin, pair.first.origin))
-    bound = {InputSymbol(_PLACE, number): value.ref for number, value in enumerate(place)}
-    refs = splice(quantities.algebra.tape, own, [row.get(k, ZERO) for row in unit for k in range(6)], bound)
+    pose = [entry for row in multiply(to_first, pair.second.axes) for entry in row]
+    pose += apply(to_first, minus(pair.second.origin, pair.first.origin))
+    bound = {InputSymbol(_PLACE, number): value.ref for number, value in enumerate(pose)}
+    refs = splice(quantities.algebra.tape, kernel, [row.get(k, ZERO) for row in unit for k in range(6)], bound)
     parts = [Scalar(quantities.algebra.tape, ref) for ref in refs]
     wrenches = []
     for start in range(0, len(parts), 6):
@@ -91,9 +91,9 @@ def _pair_of_its_own(tape: Tape) -> FramePair:
     """Return a frame pair on a separate tape: the second frame has a pose of twelve inputs in the first frame, and a
     twist of six inputs."""
     algebra = Algebra(tape)
-    zero, place = algebra.zero_vector, algebra.block(_PLACE, 12)
-    axes = algebra.matrix([place[0:3], place[3:6], place[6:9]])
-    origin = algebra.vector(place[9:12])
+    zero, pose = algebra.zero_vector, algebra.block(_PLACE, 12)
+    axes = algebra.matrix([pose[0:3], pose[3:6], pose[6:9]])
+    origin = algebra.vector(pose[9:12])
     twist = algebra.block(_TWIST, 6)
     kinematics = LinkKinematics(
         Tree(algebra, (), {}, {}, (), {}),
@@ -365,8 +365,8 @@ class Reactions:
         else:
             near = load
             R, p = kinematics.pose(load.link)
-            place = kinematics.position_in_base(*quantities.at(point))
-            lever = apply(transpose(R), minus(place, plus(p, apply(R, load.at))))
+            position = kinematics.position_in_base(*quantities.at(point))
+            lever = apply(transpose(R), minus(position, plus(p, apply(R, load.at))))
         return TransmittedWrench(
             near.link, plus(near.at, lever), minus(near.moment, cross(lever, near.force)), near.force
         )

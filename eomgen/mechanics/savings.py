@@ -71,9 +71,9 @@ def _along_beams(scene: Scene) -> set[str]:
 
 def _with_all_deformations(beam: Beam) -> Beam:
     """Return the full spatial beam: for the missing kinds, the number of modes of the first kind."""
-    given = {item.kind: item for item in beam.deformations}
+    kinds = {item.kind: item for item in beam.deformations}
     modes = beam.deformations[0].modes
-    every = tuple(given.get(kind, Deformation(kind, "clamped_free", modes, Number(1.0))) for kind in KINDS)
+    every = tuple(kinds.get(kind, Deformation(kind, "clamped_free", modes, Number(1.0))) for kind in KINDS)
     polar = Number(1.0) if beam.polar_inertia == Number(0.0) else beam.polar_inertia
     return replace(beam, deformations=every, polar_inertia=polar)
 

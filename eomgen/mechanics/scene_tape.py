@@ -456,7 +456,7 @@ class Derivation:
         """Return the extent of each equation; an extent of 0, or of rounding, is replaced by the largest extent of the
         equations and of the bodies, or by the path length if all of these are 0."""
         machine = reduce(
-            lambda one, other: self.algebra.call(Op.MAX, one, other),
+            lambda first, second: self.algebra.call(Op.MAX, first, second),
             [row.extent for row in rows if not row.extent.is_zero],
             self.quantities.machine,
         )

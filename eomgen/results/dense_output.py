@@ -121,9 +121,9 @@ def _through_neighbours(t: Array, values: Array, at: Array, index: Index) -> Arr
     result = np.zeros((len(at), values.shape[1]))
     for k in range(count):
         weight = np.ones(len(at))
-        for other in range(count):
-            if other != k:
-                weight *= (at - nodes[other]) / (nodes[k] - nodes[other])
+        for column in range(count):
+            if column != k:
+                weight *= (at - nodes[column]) / (nodes[k] - nodes[column])
         result += weight[:, np.newaxis] * values[start + k]
     return result
 

@@ -161,12 +161,12 @@ class ErrorEstimate:
     @property
     def every(self) -> list[LargestError]:
         """The largest errors of coordinates and internal states, and of outputs; empty if the errors are not known."""
-        return [one for one in (self.largest, self.largest_output) if self.available and one is not None]
+        return [error for error in (self.largest, self.largest_output) if self.available and error is not None]
 
     @property
     def worst(self) -> LargestError | None:
         """The larger of both, as a part of the motion; None if the errors are not known."""
-        return max(self.every, key=lambda one: one.share, default=None)
+        return max(self.every, key=lambda error: error.share, default=None)
 
     @property
     def unordered(self) -> bool:
@@ -303,7 +303,7 @@ class SampleErrors:
     @property
     def available(self) -> bool:
         """Whether any of the runs has an estimate."""
-        return any(one.available for one in self._every)
+        return any(estimate.available for estimate in self._every)
 
     @property
     def relative(self) -> float:
@@ -315,7 +315,7 @@ class SampleErrors:
     @property
     def worst(self) -> tuple[int | None, LargestError] | None:
         """Number of the worst sample, None for the run without variations, with the largest error of that sample."""
-        result = [(number, one) for number, estimate in self._numbered_estimates for one in estimate.every]
+        result = [(number, error) for number, estimate in self._numbered_estimates for error in estimate.every]
         return max(result, key=lambda pair: pair[1].share, default=None)
 
     @property
@@ -332,7 +332,7 @@ class SampleErrors:
             return f"the discretisation error of samples is not known: {self.nominal.reason}"
         number, largest = worst
         run = "the run without variations" if number is None else f"sample {number}"
-        known = sum(one.available for one in self._every)
+        known = sum(estimate.available for estimate in self._every)
         of = f", the worst of {known} runs with estimates" if known > 1 else ""
         text = f"the estimated error of samples is {largest} ({run}{of})"
         if not largest.share > NOTICED:
@@ -358,6 +358,6 @@ class SampleErrors:
             "largest": None if worst is None else vars(worst[1]),
             "columns": {name: None if np.isnan(error) else error for name, error in self.columns.items()},
             "without_variations": self.nominal.described(),
-            "samples": {str(number): one.described() for number, one in self.of_samples.items()},
+            "samples": {str(number): estimate.described() for number, estimate in self.of_samples.items()},
             "seconds": self.seconds,
         }

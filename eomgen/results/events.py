@@ -82,7 +82,7 @@ class Events:
         if name not in self.counts:
             hint = nearest(str(name), self.counts) or "a scene with [events]"
             raise UsageError(Problem("events", f"there is no event {name!r} [E1268]", hint))
-        return self._chosen([k for k, other in enumerate(self.names) if other == name], {name: self.counts[name]})
+        return self._chosen([k for k, event in enumerate(self.names) if event == name], {name: self.counts[name]})
 
     def _chosen(self, places: list[int], counts: Mapping[str, int]) -> Events:
         names = tuple(self.names[k] for k in places)

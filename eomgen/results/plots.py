@@ -585,8 +585,8 @@ def _panel(axis: Any, t: Array, panel: Sequence[PlottedCurve], *, beside: bool =
     if high - low < least:
         axis.set_ylim(0.5 * (low + high - least), 0.5 * (low + high + least))
     axis.ticklabel_format(axis="y", style="sci", scilimits=(-4, 5), useOffset=False)
-    place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0)} if beside else {"loc": "best"}
-    axis.legend(**place, borderaxespad=0.0 if beside else 0.5, frameon=not beside, fontsize=9)
+    legend: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0)} if beside else {"loc": "best"}
+    axis.legend(**legend, borderaxespad=0.0 if beside else 0.5, frameon=not beside, fontsize=9)
 
 
 def _equal(curve: PlottedCurve, drawn: Sequence[PlottedCurve], size: float) -> str:
@@ -597,10 +597,10 @@ def _equal(curve: PlottedCurve, drawn: Sequence[PlottedCurve], size: float) -> s
     ----------
     size : height of the panel in its unit
     """
-    own = float(np.ptp(curve.values)) if len(curve.values) else 0.0
-    if own <= _EQUAL * size:
+    ptp = float(np.ptp(curve.values)) if len(curve.values) else 0.0
+    if ptp <= _EQUAL * size:
         return ""
-    return next((one.name for one in drawn if float(np.max(np.abs(one.values - curve.values))) <= _EQUAL * own), "")
+    return next((old.name for old in drawn if float(np.max(np.abs(old.values - curve.values))) <= _EQUAL * ptp), "")
 
 
 def _label(panel: Sequence[PlottedCurve], alone: bool) -> str:

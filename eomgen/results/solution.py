@@ -270,7 +270,7 @@ class Solution(SolutionMethods):
         """
         from eomgen.results.plots import plot  # noqa: PLC0415  # for pictures
 
-        each = [name for given in names for name in ([given] if isinstance(given, str) else given)]
+        each = [name for entry in names for name in ([entry] if isinstance(entry, str) else entry)]
         return plot(self, each, axes, over)
 
     def save(self, path: str | Path) -> Path:
@@ -471,12 +471,12 @@ class Solution(SolutionMethods):
         0.2
         """
         same = ("scene", "fingerprint", "method", "settings", "parameters", "t_start", "record_every")
-        other = [name for name in same if self.metadata.get(name) != later.metadata.get(name)]
-        if other or not len(later.t) or later.t[0] > self.t[-1]:
+        unequal = [name for name in same if self.metadata.get(name) != later.metadata.get(name)]
+        if unequal or not len(later.t) or later.t[0] > self.t[-1]:
             fault = (
-                f"these are not parts of one run: {', '.join(other) or 'there is a gap between them'} differ [E1297]"
+                f"these are not parts of one run: {', '.join(unequal) or 'there is a gap between them'} differ [E1297]"
             )
-            if not other:
+            if not unequal:
                 fault = f"there is a gap between the parts, from {self.t[-1]:.9g} s to {later.t[0]:.9g} s [E1298]"
             raise UsageError(Problem("followed_by", fault, "the solution of the run that wrote the checkpoint"))
         self._check_end(later)

@@ -288,7 +288,7 @@ def least_solution(matrix: Blocks, right: Array) -> Array:
         return np.asarray(np.linalg.lstsq(only, right, rcond=SOFT)[0]) if solution is None else solution
     result, left = np.zeros(matrix.size), []
     norms = [(np.abs(entries).sum(axis=1).max(), np.abs(entries).sum(axis=2).max()) for _, entries in matrix.stacks]
-    largest = float(np.sqrt(max(one for one, _ in norms) * max(other for _, other in norms)))
+    largest = float(np.sqrt(max(row for row, _ in norms) * max(column for _, column in norms)))
     eliminated = False  # the bound is at least the largest singular value
     for places, entries in matrix.stacks:
         solution = _solve_by_elimination(entries[0], right[places[0]], largest) if len(entries) == 1 else None

@@ -438,8 +438,8 @@ class _Rows:
         extent = np.where((spread[:, np.newaxis] == 0.0) | (extent > rounding), extent, 0.0)
         machine = extent.max(axis=1, initial=0.0)
         summands = self.size[:, system.lengths].max(axis=1, initial=0.0)
-        for other in (spread, summands, np.ones(len(q))):
-            machine = np.where(machine > 0.0, machine, other)
+        for sizes in (spread, summands, np.ones(len(q))):
+            machine = np.where(machine > 0.0, machine, sizes)
         machine = machine[:, np.newaxis]
         self.extent = np.where(extent > CONTRADICTION * machine, extent, machine)
         self.angular = system.angular
@@ -458,16 +458,16 @@ class _Rows:
         try:
             return np.asarray(np.linalg.cholesky(mass))
         except np.linalg.LinAlgError:
-            for k, one in enumerate(mass):
+            for k, matrix in enumerate(mass):
                 try:
-                    np.linalg.cholesky(one)
+                    np.linalg.cholesky(matrix)
                     continue
                 except np.linalg.LinAlgError:
-                    mass[k] = inertia_with_rows(one, self.B[k], 1.0 / self.reach[k])
+                    mass[k] = inertia_with_rows(matrix, self.B[k], 1.0 / self.reach[k])
                 try:
                     np.linalg.cholesky(mass[k])
                 except np.linalg.LinAlgError:
-                    self.defined[k], mass[k] = False, np.eye(len(one))
+                    self.defined[k], mass[k] = False, np.eye(len(matrix))
             return np.asarray(np.linalg.cholesky(mass))
 
     @property

@@ -182,6 +182,6 @@ def _off(statics: LoadedStatics, corrected: CorrectedPoint, along: Direction, wa
     return math.sqrt(change @ (statics.measure * change))
 
 
-def _cosine(statics: LoadedStatics, one: Direction, other: Direction) -> float:
+def _cosine(statics: LoadedStatics, first: Direction, second: Direction) -> float:
     nv, reach = len(statics.sizes), statics.reach
-    return float(one.unknowns[:nv] @ (statics.measure * other.unknowns[:nv]) + one.s / reach * other.s / reach)
+    return float(first.unknowns[:nv] @ (statics.measure * second.unknowns[:nv]) + first.s / reach * second.s / reach)

@@ -75,10 +75,10 @@ def dead_forces(blocks: Blocks, q: Array, forces: Array, *, back: bool) -> Array
     return result
 
 
-def _cross(one: Array, other: Array) -> Array:
+def _cross(first: Array, second: Array) -> Array:
     """Return cross products of rows, (n, 3); ``np.cross`` takes four times as long for few rows."""
     after, before = [1, 2, 0], [2, 0, 1]
-    return np.asarray(one[:, after] * other[:, before] - one[:, before] * other[:, after])
+    return np.asarray(first[:, after] * second[:, before] - first[:, before] * second[:, after])
 
 
 def with_turned(K: Matrix, blocks: Blocks, forces: Array, factor: float) -> Matrix:

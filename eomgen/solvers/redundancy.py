@@ -312,27 +312,27 @@ def independent_columns(A: Array) -> IndependentColumns:
     unit = A[:, present] / size[present]
     basis = np.empty((len(A), min(A.shape)))
     kept, others, parts = list[int](), list[int](), list[float]()
-    for place in range(len(present)):
-        rest = unit[:, place]
+    for index in range(len(present)):
+        rest = unit[:, index]
         for _ in range(2):
             rest = rest - basis[:, : len(kept)] @ (basis[:, : len(kept)].T @ rest)
         part = float(np.linalg.norm(rest))
         parts.append(part)
         if part > ROUNDING and len(kept) < basis.shape[1]:
             basis[:, len(kept)] = rest / part
-            kept.append(place)
+            kept.append(index)
         else:
-            others.append(place)
-    own, left = min((parts[k] for k in kept), default=1.0), max((parts[k] for k in others), default=0.0)
-    if own < GAP * left:
-        raise NoRankGap(f"a column differs from those before it by {own:.1e} of its norm, and rounding is {left:.1e}")
+            others.append(index)
+    low, left = min((parts[k] for k in kept), default=1.0), max((parts[k] for k in others), default=0.0)
+    if low < GAP * left:
+        raise NoRankGap(f"a column differs from those before it by {low:.1e} of its norm, and rounding is {left:.1e}")
     solved = np.linalg.lstsq(unit[:, kept], unit[:, others], rcond=None)[0]
     solved[np.abs(solved) < 1e2 * ROUNDING] = 0.0
     scale = size[present]
     result = solved * scale[others] / scale[kept][:, np.newaxis]
     columns = present[kept], present[others]
     return IndependentColumns(
-        tuple(map(int, columns[0])), tuple(map(int, columns[1])), np.vectorize(short, otypes=[float])(result), own, left
+        tuple(map(int, columns[0])), tuple(map(int, columns[1])), np.vectorize(short, otypes=[float])(result), low, left
     )
 
 

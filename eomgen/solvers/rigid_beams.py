@@ -41,7 +41,7 @@ class RigidBeams:
             numeric.compose(SE3, numeric.inverse(SE3, pose), _pose(q, factors))
             for pose, (_, _, factors) in zip(first, beams.followers, strict=True)
         ]
-        following = [factor for _, _, own in beams.followers for factor in own]
+        following = [factor for _, _, factors in beams.followers for factor in factors]
         self.free: NDArray[np.bool_] = np.ones(len(angular), dtype=bool)
         self._positions: NDArray[np.bool_] = np.zeros(q.shape[1], dtype=bool)  # of nodes, after their quaternions
         for factor in following:
@@ -51,9 +51,9 @@ class RigidBeams:
 
     def of(self, beams: Beams) -> RigidBeams:
         """Return rigid beams of these shapes at other parameters."""
-        other = copy(self)
-        other.beams = beams
-        return other
+        result = copy(self)
+        result.beams = beams
+        return result
 
     def _first(self, q: Array) -> list[Array]:
         """Return for each follower the pose of its beam's first node, (n, 7), in the axes of the node's coordinates."""

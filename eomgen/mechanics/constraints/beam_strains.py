@@ -76,10 +76,10 @@ def section_multipliers(quantities: Quantities, rows: ConstraintRows | None, bea
     """Return for each element the section forces, N, of the strains that a beam does not have; 0 of rows left out."""
     count = len(beam.absent_strains)
     result = [[quantities.algebra.zero] * count for _ in range(beam.elements)]
-    for place, row in enumerate([] if rows is None else rows.all):
+    for number, row in enumerate([] if rows is None else rows.all):
         if isinstance(row.group, ConstrainedStrains) and row.group.beam is beam:
             element, strain = divmod(row.in_group, count)
-            result[element][strain] = quantities.input("lam", place)
+            result[element][strain] = quantities.input("lam", number)
     return result
 
 

@@ -59,8 +59,8 @@ class _JointEnd:
     def of(cls, quantities: Quantities, frame: Frame) -> _JointEnd:
         mount = quantities.mount(frame)
         axes = multiply(mount.orientation, quantities.algebra.matrix(frame.orientation))
-        place = plus(mount.position, apply(mount.orientation, quantities.vector(frame.position)))
-        return cls(mount.link, axes, place)
+        point = plus(mount.position, apply(mount.orientation, quantities.vector(frame.position)))
+        return cls(mount.link, axes, point)
 
     @property
     def numbers(self) -> list[Scalar]:
@@ -157,22 +157,22 @@ class _JointKind:
         sizes = self._loop_values("scales of the equations", inputs, scales)
         result: dict[int, list[ConstraintRow]] = {}
         for position, (member, value, size) in enumerate(zip(self.members, values, sizes, strict=True)):
-            prefix, own = f"{self.members[0].item.name}: ", []
+            prefix, rows_of_joint = f"{self.members[0].item.name}: ", []
             for number, row in enumerate(rows):
                 name = f"{member.item.name}: {row.name.removeprefix(prefix)}"
                 scale, extent, path = size[3 * number : 3 * number + 3]
-                place = position * len(rows) + number
-                own.append(
-                    ConstraintRow(name, value[number], row.unit, scale, extent, path, group=self, in_group=place)
+                index = position * len(rows) + number
+                rows_of_joint.append(
+                    ConstraintRow(name, value[number], row.unit, scale, extent, path, group=self, in_group=index)
                 )
-            result[member.place] = own
+            result[member.place] = rows_of_joint
         return result
 
     def forces(self, multipliers: Sequence[Scalar]) -> list[Scalar]:
         """Return the joints' part of B^T lam, (nv,)."""
         each = self.count // len(self.members)
-        own = [multipliers[start : start + each] for start in range(0, self.count, each)]
-        inputs, rows, kernel = self._record_kernel(own)
+        groups = [multipliers[start : start + each] for start in range(0, self.count, each)]
+        inputs, rows, kernel = self._record_kernel(groups)
         zero = kernel.algebra.zero
         work = sum((value * row.value for value, row in zip(kernel.more, rows, strict=True)), zero)
         wrenches: list[Wrench | None] = [None] * len(self.quantities.tree.links)
@@ -276,9 +276,9 @@ def _pair(
     poses: dict[int, tuple[Matrix, Vector]] = {}
     ends: list[FramePose] = []
     for number, ((R, _), (axes, s), fixed, origin) in enumerate(zip(links, frames, still, origins, strict=True)):
-        place = origin if fixed else plus(origin, apply(R, s))
+        point = origin if fixed else plus(origin, apply(R, s))
         poses[number] = (R, minus(origin, apply(R, s)) if fixed else origin)
-        ends.append(FramePose(number, multiply(R, axes), place))
+        ends.append(FramePose(number, multiply(R, axes), point))
     kinematics = LinkKinematics(Tree(algebra, (), {}, {}, (), {}), poses, {})
     size = lengths((*starts, *steps))
     return FramePair(kinematics, ends[0], ends[1], size, lengths(steps), lengths((apart, *steps)))

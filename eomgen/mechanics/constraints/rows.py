@@ -129,24 +129,24 @@ def constraint_rows(
     for place, item in enumerate(constraints):
         with quantities.algebra.tape.block(f"constraint {item.name}"):
             if place in known:
-                own = ConstraintRows(list(known[place]))
+                item_rows = ConstraintRows(list(known[place]))
             elif item.framed:
-                own = rows_of_pair(quantities, item, frame_pair(quantities, item.first, item.second))
+                item_rows = rows_of_pair(quantities, item, frame_pair(quantities, item.first, item.second))
             else:
                 row = _formula_row(quantities, item)
-                own = ConstraintRows([], [row]) if item.at_velocity else ConstraintRows([row])
-            marked = [replace(row, owner=item, number=number) for number, row in enumerate(own.all)]
-            rows.holonomic += marked[: len(own.holonomic)]
-            rows.velocity += marked[len(own.holonomic) :]
+                item_rows = ConstraintRows([], [row]) if item.at_velocity else ConstraintRows([row])
+            marked = [replace(row, owner=item, number=number) for number, row in enumerate(item_rows.all)]
+            rows.holonomic += marked[: len(item_rows.holonomic)]
+            rows.velocity += marked[len(item_rows.holonomic) :]
     return rows
 
 
 def _formula_row(quantities: Quantities, item: Constraint) -> ConstraintRow:
     """Return the equation of a constraint of coordinates and points."""
-    own = Equation(quantities, item)
+    equation = Equation(quantities, item)
     level = "1" if item.unit.startswith("rad") else "m"
     unit: Literal["m", "1", "m/s", "1/s"] = level if not item.at_velocity else "1/s" if level == "1" else "m/s"  # type: ignore[assignment]
-    return ConstraintRow(f"{item.name}: formula", own.value, unit, *own.scales(), driving=own.driving)
+    return ConstraintRow(f"{item.name}: formula", equation.value, unit, *equation.scales(), driving=equation.driving)
 
 
 def forces_at_points(quantities: Quantities, rows: ConstraintRows) -> list[PointForce]:
@@ -167,7 +167,7 @@ def rows_of_pair(quantities: Quantities, item: Constraint, pair: FramePair) -> C
 
 def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> list[ConstraintRow]:
     # a table of the types of joints: each branch picks from the same rows of the two frames
-    first, second, one = pair.first, pair.second, quantities.algebra.one
+    first, second, unit = pair.first, pair.second, quantities.algebra.one
     gap = minus(first.origin, second.origin)
     local = apply(transpose(second.axes), gap)
     z1 = first.axis(2)
@@ -179,7 +179,7 @@ def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> lis
 
     def angle(label: str, value: Scalar, *more: Scalar) -> ConstraintRow:
         return ConstraintRow(
-            f"{item.name}: {label}", value, "1", sum(map(magnitude, more), one), pair.lever, pair.path_length
+            f"{item.name}: {label}", value, "1", sum(map(magnitude, more), unit), pair.lever, pair.path_length
         )
 
     meeting = [length(f"origins meet along {axis}", local[k]) for k, axis in enumerate("xyz")]
@@ -193,9 +193,9 @@ def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> lis
         else:
             driven = [length("driven travel", local[2] + drive, drive)]
     if item.equation is not None:
-        place = apply(transpose(first.axes), minus(second.origin, first.origin))
-        own = Equation(quantities, item, place)
-        return [length("formula", own.value, own.size) if item.unit == "m" else angle("formula", own.value, own.size)]
+        position = apply(transpose(first.axes), minus(second.origin, first.origin))
+        row = Equation(quantities, item, position)
+        return [length("formula", row.value, row.size) if item.unit == "m" else angle("formula", row.value, row.size)]
     match item.type:
         case "distance":
             apart, length_given = quantities.algebra.length(gap), quantities.formula(item.length)
@@ -271,9 +271,9 @@ def _lowest(quantities: Quantities, item: Constraint, normal: Vector, origin: Ve
     if item.shape == "sphere":
         return minus(origin, scaled(radius, normal))
     if item.shape == "ellipsoid":
-        own = apply(transpose(axes), normal)
-        x, y, z = (a * a * n for a, n in zip(quantities.vector(item.semi_axes), own, strict=True))
-        reach = call(Op.SQRT, dot((x, y, z), own))
+        direction = apply(transpose(axes), normal)
+        x, y, z = (a * a * n for a, n in zip(quantities.vector(item.semi_axes), direction, strict=True))
+        reach = call(Op.SQRT, dot((x, y, z), direction))
         return minus(origin, scaled(algebra.one / reach, apply(axes, (x, y, z))))
     down = minus(normal, scaled(dot(normal, axis), axis))
     length = quantities.algebra.length(down)
@@ -310,11 +310,11 @@ def _contact_with_surface(quantities: Quantities, item: Constraint, pair: FrameP
         if number == before:
             size = _NEAR * _curved_size(quantities, item)
             conditions.append(size * size - off)
-    one = touches = algebra.one
+    unit = touches = algebra.one
     for condition in (*conditions, *minors):
         if condition.constant is None:
-            missed = algebra.call(Op.SQRT, -one - condition * condition)
-            touches = touches * algebra.select(algebra.call(Op.LT, algebra.zero, condition), one, missed)
+            missed = algebra.call(Op.SQRT, -unit - condition * condition)
+            touches = touches * algebra.select(algebra.call(Op.LT, algebra.zero, condition), unit, missed)
     results = [abs(value.ref) for value in (*place, *inverse, touches)]
     tape.converged |= {node for node in results if node >= first_node}
     for _ in range(_DIFFERENTIATED):
@@ -436,9 +436,9 @@ class Equation:
     value : in m or rad, or m/s or rad/s
     """
 
-    def __init__(self, quantities: Quantities, item: Constraint, place: Vector | None = None) -> None:
+    def __init__(self, quantities: Quantities, item: Constraint, position: Vector | None = None) -> None:
         assert item.equation is not None  # asked for by the caller
-        self.quantities, self.item, self.formula, self.place = quantities, item, item.equation, place
+        self.quantities, self.item, self.formula, self.place = quantities, item, item.equation, position
         self.value = record(quantities.algebra, self.formula, self._resolve)
 
     def _resolve(self, symbol: Symbol) -> Scalar:

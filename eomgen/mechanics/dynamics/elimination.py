@@ -102,8 +102,8 @@ def loses_digits(
             matrices = np.zeros((_POSITIONS, end - first, end - first))
             for (i, j), value in zip(places, values.T, strict=True):
                 matrices[:, i - first, j - first] = matrices[:, j - first, i - first] = value
-            own = [slice(joint.start - first, joint.stop - first) for joint in joints]
-            if np.any(cancellation(matrices, own) > MOST_CANCELLATION):
+            slices = [slice(joint.start - first, joint.stop - first) for joint in joints]
+            if np.any(cancellation(matrices, slices) > MOST_CANCELLATION):
                 return True
     return False
 

@@ -263,8 +263,8 @@ def _column(
     algebra, link = tree.algebra, tree.links[index]
     dof, ratio = link.dofs[k], link.coordinates.ratio
     by_q, by_v, by_a = _wrenches(algebra, screw, body, flow)
-    own = zip(project(link, by_q), project(link, by_v), project(link, by_a), strict=True)
-    for row, values in zip(link.dofs, own, strict=True):
+    rows = zip(project(link, by_q), project(link, by_v), project(link, by_a), strict=True)
+    for row, values in zip(link.dofs, rows, strict=True):
         _add(blocks, row, dof, ratio * ratio, values)
     by_q = _sum(by_q, _shift(screw, load))
     work = flow.adjoint(screw.angular, screw.linear)
@@ -406,20 +406,20 @@ class WorkHessian:
         """Add the entries that couple one column of a joint with columns of the same joint and of all joints towards
         the root."""
         links, link = self.tree.links, self.tree.links[index]
-        for other, changes in zip(link.dofs, self.changes[index], strict=True):
+        for dof, changes in zip(link.dofs, self.changes[index], strict=True):
             both = link.coordinates.ratio * link.coordinates.ratio
             for block in range(3):
-                self._add((block, link.dofs[k]), (0, other), both * effects[block](changes[0]), half=block == 0)
-            self._add((1, link.dofs[k]), (1, other), both * effects[1](changes[1]), half=True)
+                self._add((block, link.dofs[k]), (0, dof), both * effects[block](changes[0]), half=block == 0)
+            self._add((1, link.dofs[k]), (1, dof), both * effects[1](changes[1]), half=True)
         below = index
         while links[below].parent != ROOT:
             effects = tuple(effect.to_parent(links[below]) for effect in effects)
             below = links[below].parent
             both = links[below].coordinates.ratio * link.coordinates.ratio
-            for other, changes in zip(links[below].dofs, self.changes[below], strict=True):
+            for dof, changes in zip(links[below].dofs, self.changes[below], strict=True):
                 for block, effect in enumerate(effects):
                     for place, change in enumerate(changes):
-                        self._add((block, link.dofs[k]), (place, other), both * effect(change))
+                        self._add((block, link.dofs[k]), (place, dof), both * effect(change))
         if self.base_changes:
             effects = tuple(effect.to_parent(links[below]) for effect in effects)
         for argument, change in self.base_changes.items():
@@ -438,8 +438,8 @@ class WorkHessian:
             value = 0.5 * value
         elif not half and i == j:  # two links that move by one coordinate
             value = 2.0 * value
-        place = max(i, j), min(i, j)
-        self.entries[place] = self.entries.get(place, self.tree.algebra.zero) + value
+        entry = max(i, j), min(i, j)
+        self.entries[entry] = self.entries.get(entry, self.tree.algebra.zero) + value
 
 
 Square = list[list[Scalar]]

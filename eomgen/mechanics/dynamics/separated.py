@@ -189,17 +189,17 @@ def mass_rows(tree: Tree, bodies: Sequence[RecordedInertia] | None = None) -> li
         with algebra.tape.block(f"mass matrix, columns of joint {link.joint.name}"):
             for k, dof in enumerate(link.dofs):
                 ratio = link.coordinates.ratio
-                load, own = unit_acceleration(link, bodies[index], k)
-                for other in range(k):
-                    _couple(M, link.dofs[other], dof, ratio * ratio * own[other])
-                M[dof][dof] = M[dof][dof] + ratio * ratio * (own[k] + link.rotor_inertias[k])
+                load, diagonal = unit_acceleration(link, bodies[index], k)
+                for column in range(k):
+                    _couple(M, link.dofs[column], dof, ratio * ratio * diagonal[column])
+                M[dof][dof] = M[dof][dof] + ratio * ratio * (diagonal[k] + link.rotor_inertias[k])
                 below = index
                 while tree.links[below].parent != ROOT:
                     load = carry(tree.links[below], load)
                     below = tree.links[below].parent
                     above = tree.links[below]
-                    for other, value in zip(above.dofs, project(above, load), strict=True):
-                        _couple(M, other, dof, above.coordinates.ratio * ratio * value)
+                    for column, value in zip(above.dofs, project(above, load), strict=True):
+                        _couple(M, column, dof, above.coordinates.ratio * ratio * value)
     return M
 
 
@@ -226,10 +226,10 @@ def _couple(M: list[dict[int, Scalar]], row: int, column: int, value: Scalar) ->
     joint."""
     if value.is_zero:
         return
-    along, other = M[max(row, column)], min(row, column)
-    along[other] = along[other] + value if other in along else value
+    along, below = M[max(row, column)], min(row, column)
+    along[below] = along[below] + value if below in along else value
     if row == column:
-        along[other] = along[other] + value
+        along[below] = along[below] + value
 
 
 def gravity_force(tree: Tree, gravity: Vector, bodies: Sequence[RecordedInertia] | None = None) -> list[Scalar]:
@@ -272,8 +272,8 @@ def structural(tree: Tree, quantities: Quantities) -> tuple[Square, Square]:
     for link in tree.links:
         if link.elastic is not None:
             with tree.algebra.tape.block(f"stiffness and damping of {link.name}"):
-                for total, own in zip((K, D), stiffness_and_damping(link.elastic, quantities), strict=True):
-                    _add(total, link.dofs, own)
+                for total, block in zip((K, D), stiffness_and_damping(link.elastic, quantities), strict=True):
+                    _add(total, link.dofs, block)
     return K, D
 
 
@@ -297,8 +297,8 @@ def geometric(tree: Tree, base: BaseMotion, loads: Sequence[Wrench | None]) -> S
     return total
 
 
-def _add(total: Square, dofs: Sequence[int], own: Sequence[Sequence[Scalar]]) -> None:
-    for row, values in zip(dofs, own, strict=True):
+def _add(total: Square, dofs: Sequence[int], block: Sequence[Sequence[Scalar]]) -> None:
+    for row, values in zip(dofs, block, strict=True):
         for column, value in zip(dofs, values, strict=True):
             total[row][column] = total[row][column] + value
 
@@ -345,9 +345,9 @@ class ReferenceEfforts:
         if not reference:
             return [-force for force in gravity_force(self.tree.without_water(), self.base.gravity)]
         algebra = self.tree.algebra
-        given = {("a", dof): algebra.zero for dof in range(self.tree.nv)}
-        given |= self._reference_coordinates(self.references[reference])
-        moved = group_inertias(build_tree(algebra, self.scene, given=given)).without_water()
+        values = {("a", dof): algebra.zero for dof in range(self.tree.nv)}
+        values |= self._reference_coordinates(self.references[reference])
+        moved = group_inertias(build_tree(algebra, self.scene, given=values)).without_water()
         with algebra.tape.block(f"inverse dynamics of reference {reference}"):
             return inverse_dynamics(moved, self.base, [None] * len(moved.links))
 

@@ -71,8 +71,8 @@ def law_of(kind: type[ForceElement]) -> Law:
 
 
 @cache
-def _load(place: str) -> Any:
-    module, _, name = place.partition(":")
+def _load(path: str) -> Any:
+    module, _, name = path.partition(":")
     return getattr(import_module(module), name)
 
 

@@ -62,8 +62,8 @@ def add_bushing(loads: Loads, bushing: Bushing, quantities: Quantities) -> None:
     response = [pre - spring - damper for pre, spring, damper in zip(preload, elastic, viscous, strict=True)]
     moment = apply(first.axes, apply(pull_back, _vector(response[:3])))
     force = apply(first.axes, _vector(response[3:]))
-    for here, other, sign in ((bushing.second, bushing.first, 1.0), (bushing.first, bushing.second, -1.0)):
-        _add_at(loads, quantities, here, second.origin, (moment, force), sign, external=other.body == WORLD_NAME)
+    for here, there, sign in ((bushing.second, bushing.first, 1.0), (bushing.first, bushing.second, -1.0)):
+        _add_at(loads, quantities, here, second.origin, (moment, force), sign, external=there.body == WORLD_NAME)
     loads.potential = loads.potential + 0.5 * dot(e, elastic) - dot(preload, e)
     loads.power = loads.power - dot(rate, viscous)
 

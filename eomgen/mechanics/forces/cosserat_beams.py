@@ -380,9 +380,9 @@ class Chain:
     @property
     def _alone(self) -> list[tuple[int, int]]:
         """Elements with a structure that no other element has."""
-        one = len(self.nodes) == 2
+        single = len(self.nodes) == 2
         carried = [is_carried(self.quantities, mount) for mount in self.mounts]
-        return [pair for pair in self.pairs if one or any(carried[end] for end in pair)]
+        return [pair for pair in self.pairs if single or any(carried[end] for end in pair)]
 
     @property
     def _repeated_pairs(self) -> list[tuple[int, int]]:

@@ -162,8 +162,8 @@ def _wrench(
     back = transpose(node.axes)
     turning = plus(node.omega, apply(back, omega))
     moving = plus(node.velocity, apply(back, plus(velocity, cross(omega, node.origin))))
-    axes, place = multiply((x, y, z), node.axes), plus(origin, apply((x, y, z), node.origin))
-    local = LoadPointFrame(algebra, axes, place, turning, moving, own_axes, elsewhere)
+    axes, point = multiply((x, y, z), node.axes), plus(origin, apply((x, y, z), node.origin))
+    local = LoadPointFrame(algebra, axes, point, turning, moving, own_axes, elsewhere)
     force, moment = (scaled(weight, local.vector((part[0], part[1], part[2]))) for part in (formulas[:3], formulas[3:]))
     return [*moment, *force, dot(moment, turning) + dot(force, moving)]
 

@@ -74,7 +74,7 @@ def frame_pair(quantities: Quantities, first: Frame, second: Frame) -> FramePair
     """Return the poses of two frames relative to the nearest link that carries both."""
     algebra, zero = quantities.algebra, quantities.algebra.zero_vector
     sides = [_Side.of(quantities, frame) for frame in (first, second)]
-    shared = sum(1 for one, other in zip(sides[0].chain, sides[1].chain, strict=False) if one == other)
+    shared = sum(1 for left, right in zip(sides[0].chain, sides[1].chain, strict=False) if left == right)
     (position, travel), (other_position, other_travel) = (side.start(quantities, shared) for side in sides)
     # Origin: the start of the first chain, or of the second chain if only the second is fixed, so that large offsets
     # cancel first.

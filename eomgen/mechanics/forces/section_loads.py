@@ -57,8 +57,8 @@ def loads_on_halves(quantities: Quantities, beam: Cosserat, fields: Fields) -> l
 
 
 def _add(halves: list[Scalar], end: int, load: Sequence[Scalar]) -> None:
-    for place, entry in enumerate(load, 6 * end):
-        halves[place] = halves[place] + entry
+    for index, entry in enumerate(load, 6 * end):
+        halves[index] = halves[index] + entry
 
 
 def _inertia_force(quantities: Quantities, section: BeamSection, mount: Mount, fields: Fields) -> Wrench:
@@ -124,9 +124,9 @@ class RecordedSectionLoads:
 
     def __call__(self, symbol: Symbol) -> Scalar:
         """Return a number of an element, given its position after the numbers of earlier elements."""
-        element, place = divmod(symbol.index, SECTION_ROW)
+        element, component = divmod(symbol.index, SECTION_ROW)
         row = self.rows(symbol.name)[element]
-        if place < len(row):
-            return row[place]
-        exerted, acting = row[place - 12], self.halves(symbol.name)[element][place - 24]
-        return exerted + acting if place < 30 else exerted - acting
+        if component < len(row):
+            return row[component]
+        exerted, acting = row[component - 12], self.halves(symbol.name)[element][component - 24]
+        return exerted + acting if component < 30 else exerted - acting

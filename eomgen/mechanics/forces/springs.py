@@ -74,10 +74,10 @@ def add_loops(loads: Loads, springs: Sequence[Spring], quantities: Quantities) -
 def _end(quantities: Quantities, name: str) -> _SpringEnd:
     """Return the end of a spring; at the centre of a ball joint, the end is moved to the link that carries the ball."""
     body, r = quantities.at(quantities.points[name])
-    link, place = quantities.kinematics.local(body, r)
-    while link >= 0 and quantities.tree.links[link].kind == "ball" and all(part.is_zero for part in place):
-        link, place = quantities.tree.links[link].parent, quantities.tree.links[link].position
-    return _SpringEnd(name, body, link, place)
+    link, point = quantities.kinematics.local(body, r)
+    while link >= 0 and quantities.tree.links[link].kind == "ball" and all(part.is_zero for part in point):
+        link, point = quantities.tree.links[link].parent, quantities.tree.links[link].position
+    return _SpringEnd(name, body, link, point)
 
 
 def _chain(quantities: Quantities, link: int, known: dict[int, Chain]) -> Chain:
@@ -85,8 +85,8 @@ def _chain(quantities: Quantities, link: int, known: dict[int, Chain]) -> Chain:
     if link < 0:
         return ()
     if link not in known:
-        own = quantities.tree.links[link]
-        known[link] = ((own.kind, len(own.dofs)), *_chain(quantities, own.parent, known))
+        frame = quantities.tree.links[link]
+        known[link] = ((frame.kind, len(frame.dofs)), *_chain(quantities, frame.parent, known))
     return known[link]
 
 
@@ -120,11 +120,11 @@ class _SpringKind:
         wrenches = [part for load in (of_first, of_second) for part in chain.from_iterable(load)]
         rows = add_map(self.quantities.algebra.tape, self._loop("forces", stacked=wrenches)).rows
         for (_, *ends), row in zip(self.members, rows, strict=True):
-            for end, other, start in zip(ends, reversed(ends), (0, 6), strict=True):
+            for end, opposite, start in zip(ends, reversed(ends), (0, 6), strict=True):
                 if end.link >= 0:
                     load = self._wrench(row[start : start + 6])
                     add_wrench(loads.wrenches, end.link, load)
-                    if other.body == WORLD_NAME:
+                    if opposite.body == WORLD_NAME:
                         add_wrench(loads.external, end.link, load)
         loads.potential = loads.potential + self._sum("energy", potential)
         loads.power = loads.power - self._sum("power of dampers", power)
@@ -166,10 +166,10 @@ def _results(
     nodes = [SectionFrame.of(numbers[:_NODE]) for numbers in ends]
     places: list[Vector] = [(numbers[_NODE], numbers[_NODE + 1], numbers[_NODE + 2]) for numbers in ends]
     positions, velocities = [], []
-    for node, place in zip(nodes, places, strict=True):
+    for node, point in zip(nodes, places, strict=True):
         # ``Node.axes`` are the rows of the orientation here, since poses are given as matrices
-        positions.append(plus(node.origin, apply(node.axes, place)))
-        velocities.append(apply(node.axes, plus(node.velocity, cross(node.omega, place))))
+        positions.append(plus(node.origin, apply(node.axes, point)))
+        velocities.append(apply(node.axes, plus(node.velocity, cross(node.omega, point))))
     stiffness, damping, slack = law
     span = minus(positions[1], positions[0])
     if slack.is_zero and damping.is_zero:  # the force of points that meet is 0, and needs no direction
@@ -182,9 +182,9 @@ def _results(
         pull = scaled(stiffness * extension + damping * rate, direction)
         potential, power = 0.5 * (stiffness * (extension * extension)), damping * rate * rate
     wrenches = []
-    for node, place, sign in zip(nodes, places, (algebra.one, -algebra.one), strict=True):
+    for node, point, sign in zip(nodes, places, (algebra.one, -algebra.one), strict=True):
         force = apply(transpose(node.axes), scaled(sign, pull))
-        wrenches.append((cross(place, force), force))
+        wrenches.append((cross(point, force), force))
     return (wrenches[0], wrenches[1]), potential, power
 
 
@@ -244,9 +244,9 @@ def add_spring(loads: Loads, spring: Spring, quantities: Quantities) -> None:
         power = (damping * rate + active) * rate
     pull = quantities.algebra.named(f"force_{spring.name}", pull)
     ends = ((spring.first, spring.second, pull), (spring.second, spring.first, negative(pull)))
-    for name, other, end_force in ends:
+    for name, partner, end_force in ends:
         push(loads.wrenches, quantities, name, end_force)
-        if quantities.points[other].body == WORLD_NAME:
+        if quantities.points[partner].body == WORLD_NAME:
             push(loads.external, quantities, name, end_force)
     loads.potential = loads.potential + 0.5 * twice_potential
     loads.power = loads.power - power

@@ -197,9 +197,9 @@ class DetachedSymbols(Quantities):
         self.algebra = Algebra(tape)
 
     def __call__(self, symbol: Symbol) -> Scalar:
-        given, tape = self.source(symbol), self.algebra.tape
-        source = given.tape.symbol(given.ref)
-        ref = tape.constant(given.constant or 0.0) if source is None else tape.input(source.block, source.index)
+        value, tape = self.source(symbol), self.algebra.tape
+        source = value.tape.symbol(value.ref)
+        ref = tape.constant(value.constant or 0.0) if source is None else tape.input(source.block, source.index)
         return Scalar(tape, ref)
 
 

@@ -132,13 +132,13 @@ def _contacts(
     for part, contact in zip((1.0 / 3.0, 2.0 / 3.0), contacts, strict=True):
         straight = plus(ends[0], scaled(part, span))
         places.append(_choice(algebra, touches, contact, straight))
-    leaves, arrives = (_point_of_frame(quantities, frame, wrap.frame.body, place) for place in places)
+    leaves, arrives = (_point_of_frame(quantities, frame, wrap.frame.body, point) for point in places)
     return leaves, arrives, algebra.select(touches, arc, third)
 
 
-def _point_of_frame(quantities: Quantities, frame: FramePose, body: str, place: Vector) -> _PathPoint:
+def _point_of_frame(quantities: Quantities, frame: FramePose, body: str, point: Vector) -> _PathPoint:
     """Return the point of an obstacle's link at a place in the axes of the obstacle."""
-    position = plus(frame.origin, apply(frame.axes, place))
+    position = plus(frame.origin, apply(frame.axes, point))
     R, origin = quantities.kinematics.pose(frame.link)
     omega, velocity = (apply(R, part) for part in quantities.kinematics.twist(frame.link))
     return _PathPoint(frame.link, body, position, plus(velocity, cross(omega, minus(position, origin))))
@@ -287,7 +287,7 @@ def _unit(algebra: Algebra, x: Vector) -> Vector:
 
 
 def _choice(algebra: Algebra, condition: Scalar, then: Vector, otherwise: Vector) -> Vector:
-    x, y, z = (algebra.select(condition, one, other) for one, other in zip(then, otherwise, strict=True))
+    x, y, z = (algebra.select(condition, first, second) for first, second in zip(then, otherwise, strict=True))
     return x, y, z
 
 
@@ -311,8 +311,8 @@ def add_tendon(loads: Loads, tendon: Tendon, quantities: Quantities) -> None:
         value.tape.name(value.ref, f"path_{quantity}_{tendon.name}")
     for start, end, direction in path.lines:
         pull = scaled(force, direction)
-        for point, other, load in ((start, end, pull), (end, start, negative(pull))):
-            _push(loads, quantities, point, load, external=other.body == WORLD_NAME)
+        for point, far, load in ((start, end, pull), (end, start, negative(pull))):
+            _push(loads, quantities, point, load, external=far.body == WORLD_NAME)
     extension = path.length - quantities.formula(tendon.length)
     loads.potential = loads.potential + 0.5 * (quantities.formula(tendon.stiffness) * (extension * extension))
     dissipative = quantities.formula(tendon.damping) * path.rate + quantities.formula(tendon.force)

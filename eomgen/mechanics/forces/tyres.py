@@ -69,24 +69,24 @@ def _road(quantities: Quantities, formula: Formula, position: Vector) -> tuple[S
     The partials are taken on a separate tape, on which x and y are independent; on the scene's tape x and y depend on
     common quantities.
     """
-    tape, own = quantities.algebra.tape, Tape()
+    tape, kernel = quantities.algebra.tape, Tape()
 
     def resolve(symbol: Symbol) -> Scalar:
         if symbol.kind == "position":
-            return Scalar(own, own.input("place", symbol.index))
-        given = quantities(symbol)
-        source = tape.symbol(given.ref)
-        ref = own.constant(given.number or 0.0) if source is None else own.input(source.block, source.index)
-        return Scalar(own, ref)
+            return Scalar(kernel, kernel.input("place", symbol.index))
+        value = quantities(symbol)
+        source = tape.symbol(value.ref)
+        ref = kernel.constant(value.number or 0.0) if source is None else kernel.input(source.block, source.index)
+        return Scalar(kernel, ref)
 
-    height = record(Algebra(own), formula, resolve)
+    height = record(Algebra(kernel), formula, resolve)
     coordinates = [InputSymbol("place", 0), InputSymbol("place", 1)]
     (tangent,) = forward_partials(
-        own, [height.ref], {symbol: {k: ONE} for k, symbol in enumerate([*coordinates, InputSymbol("t", 0)])}
+        kernel, [height.ref], {symbol: {k: ONE} for k, symbol in enumerate([*coordinates, InputSymbol("t", 0)])}
     )
     refs = [height.ref, *(tangent.get(direction, ZERO) for direction in range(3))]
     bound = dict(zip(coordinates, (position[0].ref, position[1].ref), strict=True))
-    value, along_x, along_y, in_time = (Scalar(tape, ref) for ref in splice(tape, own, refs, bound))
+    value, along_x, along_y, in_time = (Scalar(tape, ref) for ref in splice(tape, kernel, refs, bound))
     return value, along_x, along_y, in_time
 
 

@@ -28,12 +28,12 @@ def constant_quaternion(R: Matrix) -> list[float]:
 
 def _link_quaternions(tree: Tree) -> list[list[Scalar]]:
     """Return the constant quaternion of each link's joint, generic if links are alike."""
-    own = [[tree.algebra.scalar(part) for part in constant_quaternion(link.orientation)] for link in tree.links]
+    parts = [[tree.algebra.scalar(part) for part in constant_quaternion(link.orientation)] for link in tree.links]
     for members in tree.alike:
-        rows = generic_rows(tree.algebra, members, [own[index] for index in members], "quaternion of link")
+        rows = generic_rows(tree.algebra, members, [parts[index] for index in members], "quaternion of link")
         for index, row in zip(members, rows, strict=True):
-            own[index] = row
-    return own
+            parts[index] = row
+    return parts
 
 
 def _joint_quaternion(tree: Tree, link: Link, constant: list[Scalar]) -> list[Scalar]:
@@ -75,8 +75,8 @@ class Orientations:
         mount = self.tree.mount_at(name, r)
         if mount.link == self.tree.mounts[name].link:
             return self.body(name)
-        own = [self.algebra.scalar(part) for part in constant_quaternion(mount.orientation)]
-        return quaternion_product(self.links[mount.link], own)
+        parts = [self.algebra.scalar(part) for part in constant_quaternion(mount.orientation)]
+        return quaternion_product(self.links[mount.link], parts)
 
     def body(self, name: str) -> list[Scalar]:
         """Return the quaternion of a body, of the base, or of the world."""
@@ -84,19 +84,19 @@ class Orientations:
         if link == WORLD:
             return [self.algebra.one, *self.algebra.zero_vector]
         above = {ROOT: self.root, CARRIER: self.carrier}[link] if link < 0 else self.links[link]
-        own = self.mounted.get(name, [self.algebra.one, *self.algebra.zero_vector])
-        return quaternion_product(above, own)
+        parts = self.mounted.get(name, [self.algebra.one, *self.algebra.zero_vector])
+        return quaternion_product(above, parts)
 
 
 def _mounted_scalars(tree: Tree, mounted: dict[str, list[float]]) -> dict[str, list[Scalar]]:
     """Return the quaternions of bodies in links, generic if links are alike."""
-    own = {name: [tree.algebra.scalar(part) for part in parts] for name, parts in mounted.items()}
+    scalars = {name: [tree.algebra.scalar(part) for part in parts] for name, parts in mounted.items()}
     for members in tree.alike:
-        bodies = [index for index in members if tree.links[index].name in own]
-        rows = [own[tree.links[index].name] for index in bodies]
+        bodies = [index for index in members if tree.links[index].name in scalars]
+        rows = [scalars[tree.links[index].name] for index in bodies]
         for index, row in zip(bodies, generic_rows(tree.algebra, bodies, rows, "quaternion of body"), strict=True):
-            own[tree.links[index].name] = row
-    return own
+            scalars[tree.links[index].name] = row
+    return scalars
 
 
 def poses(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:
@@ -112,21 +112,21 @@ def _mount_quaternions(scene: Scene, tree: Tree) -> dict[str, list[float]]:
     """Return the constant quaternion of each body in its link, with the sign given by the orientations of joints."""
     neutral: list[list[float]] = []
     for link in tree.links:
-        own = constant_quaternion(link.orientation)
-        neutral.append(own if link.parent == ROOT else rotations.quaternion_product(neutral[link.parent], own))
+        turn = constant_quaternion(link.orientation)
+        neutral.append(turn if link.parent == ROOT else rotations.quaternion_product(neutral[link.parent], turn))
     wanted = {BASE: [1.0, 0.0, 0.0, 0.0]}
     mounted: dict[str, list[float]] = {}
     for body, joint in zip(scene.bodies, scene.joints, strict=True):
         mount = tree.mounts[body.name]
-        own = constant_quaternion(mount.orientation)
-        orientation = own if mount.link < 0 else rotations.quaternion_product(neutral[mount.link], own)
+        turn = constant_quaternion(mount.orientation)
+        orientation = turn if mount.link < 0 else rotations.quaternion_product(neutral[mount.link], turn)
         if scene.coordinates == "absolute" and joint.kind.moves:
             wanted[body.name] = orientation  # a separate coordinate
         else:
             placed = constant_quaternion(tree.algebra.matrix(joint.orientation))
             wanted[body.name] = rotations.quaternion_product(wanted[joint.parent], placed)
         along = sum(x * y for x, y in zip(orientation, wanted[body.name], strict=True))
-        mounted[body.name] = [-part for part in own] if along < 0.0 else own
+        mounted[body.name] = [-part for part in turn] if along < 0.0 else turn
     return mounted
 
 

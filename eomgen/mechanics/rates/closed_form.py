@@ -106,8 +106,8 @@ class SystemMatrices:
         columns: Columns = [[self.zero] * self.tree.nv for _ in self.tree.links]
         for row, link in zip(columns, self.tree.links, strict=True):
             for column, dof in zip(link.columns, link.dofs, strict=True):
-                own = pair_scaled(link.coordinates.ratio, (column.angular, column.linear))
-                row[dof] = pair_plus(row[dof], own)
+                twist = pair_scaled(link.coordinates.ratio, (column.angular, column.linear))
+                row[dof] = pair_plus(row[dof], twist)
         return columns
 
     def joint_twists(self, order: int) -> list[Pair]:
@@ -179,11 +179,11 @@ class SystemMatrices:
     def adjoints(self) -> Image:
         """Return A and its time derivatives, six columns per link."""
         zero, units = self.tree.algebra.zero_vector, self.tree.algebra.identity
-        own: list[Pair] = [(unit, zero) for unit in units] + [(zero, unit) for unit in units]
+        basis: list[Pair] = [(unit, zero) for unit in units] + [(zero, unit) for unit in units]
         rows: Columns = []
         for row in range(len(self.tree.links)):
             rows.append(
-                [own[k] if row == column else self.zero for column in range(len(self.tree.links)) for k in range(6)]
+                [basis[k] if row == column else self.zero for column in range(len(self.tree.links)) for k in range(6)]
             )
         return Image(self, rows)
 
@@ -299,7 +299,7 @@ def _bracket_matrix(twist: Pair) -> list[Scalar]:
     zero = Scalar(twist[0][0].tape, ZERO)
     turning, passing = skew_of(twist[0]), skew_of(twist[1])
     above = [entry for row in turning for entry in (*row, zero, zero, zero)]
-    return above + [entry for row, other in zip(passing, turning, strict=True) for entry in (*row, *other)]
+    return above + [entry for row, turned in zip(passing, turning, strict=True) for entry in (*row, *turned)]
 
 
 def mass_path(system: SystemMatrices, order: int) -> list[Rows]:

@@ -86,10 +86,10 @@ class MotionJets:
     def seeds(self, order: int, along: Sequence[Sequence[Ref]] | None = None) -> Seeds:
         """Return the jets of all inputs up to ``order``, for motions with given a and derivatives of a."""
         paths = accelerations(self.tape, self.tree.nv, order) if along is None else along
-        given = [taylor_coefficients(self.tape, path) for path in paths]
-        velocities = [self._velocity(k, given[k]) for k in range(self.tree.nv)]
+        series = [taylor_coefficients(self.tape, path) for path in paths]
+        velocities = [self._velocity(k, series[k]) for k in range(self.tree.nv)]
         seeds = self._without_states(velocities, order)
-        seeds |= {InputSymbol("a", k): jet for k, jet in enumerate(given)}
+        seeds |= {InputSymbol("a", k): jet for k, jet in enumerate(series)}
         return seeds | self._states(seeds, order)
 
     def _velocity(self, index: int, acceleration: Jet) -> list[Ref]:

@@ -51,9 +51,9 @@ class BandedMatrix:
         """Return the matrix of the given rows and columns, in order."""
         result = BandedMatrix(len(kept), self.width)
         for new, row in enumerate(kept):
-            for other in range(max(0, new - self.width), new + 1):
-                if row - kept[other] <= self.width:
-                    result.rows[new][new - other] = self.rows[row][row - kept[other]]
+            for column in range(max(0, new - self.width), new + 1):
+                if row - kept[column] <= self.width:
+                    result.rows[new][new - column] = self.rows[row][row - kept[column]]
         return result
 
     def apply(self, vector: Sequence[Any]) -> list[Any]:
@@ -250,6 +250,6 @@ def _add(matrix: BandedMatrix, values: list[Any], factor: Any) -> None:
     """Add factor values values^T, with values at one position, which are within the band."""
     present = [dof for dof, value in enumerate(values) if value]
     for dof in present:
-        for other in present:
-            if other <= dof:
-                matrix.add(dof, other, factor * values[dof] * values[other])
+        for column in present:
+            if column <= dof:
+                matrix.add(dof, column, factor * values[dof] * values[column])

@@ -274,9 +274,9 @@ class _Integrator:
         return self.matrix(lambda k, j: grid.integral(slope[k], slope[j]), self.bend_in_same_plane, sign / self.length)
 
 
-def _unless_zero(value: int, square: int, other: int) -> int:
+def _unless_zero(value: int, square: int, second: int) -> int:
     """Return a value, or 0 if the value is negligible compared with the root of the product of two squares."""
-    return 0 if (abs(value) << _VANISHES) ** 2 <= square * other else value
+    return 0 if (abs(value) << _VANISHES) ** 2 <= square * second else value
 
 
 def _over(density: Coefficients) -> Fraction:

@@ -104,8 +104,8 @@ class _ForwardDynamics:
         self.of_a = range(arguments.firsts["a"], arguments.firsts["a"] + nv)
         self.equations = [value.ref for value in derivation.inverse()]
         partials = arguments.jacobian(self.equations)
-        places = [place for place in partials if place[1] not in self.of_a]
-        refs = substituted(tape, [partials[place] for place in places], self.accelerations)
+        places = [entry for entry in partials if entry[1] not in self.of_a]
+        refs = substituted(tape, [partials[entry] for entry in places], self.accelerations)
         #: G_x by column and row.
         self.columns: dict[int, dict[int, Ref]] = {}
         for (row, column), ref in zip(places, refs, strict=True):
@@ -153,10 +153,10 @@ class _ForwardDynamics:
                     for k, ref in solution.items():
                         if k in partials:
                             total = tape.add(total, tape.mul(ref, partials[k]))
-                    place = max(x, y), min(x, y)
+                    entry = max(x, y), min(x, y)
                     twice = tape.mul(tape.constant(2.0), total) if x == y else total
-                    result[place] = tape.add(result.get(place, ZERO), twice)
-        return {place: ref for place, ref in result.items() if abs(ref) != ZERO}
+                    result[entry] = tape.add(result.get(entry, ZERO), twice)
+        return {entry: ref for entry, ref in result.items() if abs(ref) != ZERO}
 
 
 class Arguments:
@@ -179,9 +179,9 @@ class Arguments:
         self.seeds: Seeds = dict(configuration_directions(tree))
         self.firsts, self.size, law = {"q": 0}, tree.nv, dict[Ref | InputSymbol, Tangent]()
         for block in ARGUMENTS[1:]:
-            own: Seeds = {InputSymbol(block, k): {self.size + k: ONE} for k in range(sizes[block])}
-            self.seeds |= own
-            law |= own if block in ("p", "t") else {}
+            seeds: Seeds = {InputSymbol(block, k): {self.size + k: ONE} for k in range(sizes[block])}
+            self.seeds |= seeds
+            law |= seeds if block in ("p", "t") else {}
             self.firsts[block], self.size = self.size, self.size + sizes[block]
         if scene.base is not None:
             with tape.block("partials of the motion of the base"):
@@ -195,9 +195,9 @@ class Arguments:
         with tape.block("Jacobian in all arguments"):
             tangents = forward_partials(tape, values, self.seeds)
         entries = {(row, column): ref for row, tangent in enumerate(tangents) for column, ref in tangent.items()}
-        entries = {place: ref for place, ref in entries.items() if abs(ref) != ZERO}
+        entries = {entry: ref for entry, ref in entries.items() if abs(ref) != ZERO}
         known = self._partials(values)
-        ways = [entries, {place: known.get(place, ref) for place, ref in entries.items()}]
+        ways = [entries, {entry: known.get(entry, ref) for entry, ref in entries.items()}]
         return min(ways, key=lambda way: tape.counts(way.values()).weight)
 
     def _partials(self, values: Sequence[Ref]) -> Entries:
@@ -208,8 +208,8 @@ class Arguments:
             return {}
         nv, entries = derivation.tree.nv, dict[tuple[int, int], Ref]()
         for block, name in zip(derivation.partials(), ("q", "v", "a"), strict=True):
-            for place, ref in enumerate(block.refs):
-                row, column = divmod(place, nv)
+            for index, ref in enumerate(block.refs):
+                row, column = divmod(index, nv)
                 entries[row, self.firsts[name] + column] = ref
         return entries
 
@@ -217,8 +217,8 @@ class Arguments:
         """Return the nonzeros of the lower triangle of the Hessian of weights . values by (row, column)."""
         tape, entries = self.derivation.tape, self.by_operations(values)
         known = self.by_composites(values)
-        mixed = {place: known.get(place, ref) for place, ref in entries.items()}
-        ways = [entries, {place: ref for place, ref in mixed.items() if abs(ref) != ZERO}]
+        mixed = {entry: known.get(entry, ref) for entry, ref in entries.items()}
+        ways = [entries, {entry: ref for entry, ref in mixed.items() if abs(ref) != ZERO}]
         return min(ways, key=lambda way: tape.counts(way.values()).weight)
 
     def by_composites(self, values: Sequence[Ref]) -> Entries:
@@ -240,11 +240,11 @@ class Arguments:
         moving = self._base_changes()
         work = WorkHessian(derivation.grouped, derivation.motion, weights, moving)
         entries = dict(work.entries)
-        for place, ref in self.by_operations([value.ref for value in others]).items():
-            entries[place] = entries.get(place, derivation.algebra.zero) + Scalar(tape, ref)
+        for entry, ref in self.by_operations([value.ref for value in others]).items():
+            entries[entry] = entries.get(entry, derivation.algebra.zero) + Scalar(tape, ref)
         rows = [*range(3 * nv), *moving]
         triangle = ((row, column) for row in rows for column in range(min(row + 1, 3 * nv)))
-        return {place: entries[place].ref if place in entries else ZERO for place in triangle}
+        return {entry: entries[entry].ref if entry in entries else ZERO for entry in triangle}
 
     def _base_changes(self) -> dict[int, Change]:
         """Return the changes of the base's motion by t and parameters, unless these are in the tree's own numbers."""
@@ -256,11 +256,11 @@ class Arguments:
         any_base = BaseMotion(*((x[k], x[k + 1], x[k + 2]) for k in (0, 3, 6, 9)))
         tau = inverse_dynamics(derivation.grouped, any_base, [None] * len(derivation.grouped.links))
         numbers = set(tape.live([value.ref for value in tau]))
-        own = {
+        known = {
             self.firsts["p"] + k for k in range(self.firsts["t"] - self.firsts["p"]) if tape.input("p", k) in numbers
         }
         changes: dict[int, Change] = {}
-        for argument in sorted({argument for tangent in tangents for argument in tangent} - own):
+        for argument in sorted({argument for tangent in tangents for argument in tangent} - known):
             parts = [Scalar(tape, tangent.get(argument, ZERO)) for tangent in tangents]
             omega, alpha, acceleration = ((parts[k], parts[k + 1], parts[k + 2]) for k in (0, 3, 6))
             changes[argument] = base_change(motion, omega, alpha, acceleration)
@@ -278,8 +278,8 @@ class Arguments:
                 entries |= {(row, column): ref for column, ref in tangent.items() if column <= row}
             half = tape.constant(0.5)
             for factor in self.derivation.tree.factors:
-                own = range(factor.v_start, factor.v_start + factor.v_size)
-                for row, column in ((i, j) for i in own for j in own if j < i and factor.group != "R"):
+                columns = range(factor.v_start, factor.v_start + factor.v_size)
+                for row, column in ((i, j) for i in columns for j in columns if j < i and factor.group != "R"):
                     there, back = (changes[i].get(j, ZERO) for i, j in ((row, column), (column, row)))
                     entries[row, column] = tape.mul(half, tape.add(there, back))
-        return {place: ref for place, ref in entries.items() if abs(ref) != ZERO}
+        return {entry: ref for entry, ref in entries.items() if abs(ref) != ZERO}

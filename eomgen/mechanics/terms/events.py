@@ -38,7 +38,7 @@ def event_rows(derivation: Derivation) -> tuple[EventRow, ...]:
     starts = accumulate((len(event.actions()) for event in scene.events), initial=0)
     impacts = [event for event in scene.events if event.action == "impact"]
     rows = []
-    for event, value, place in zip(scene.events, _values(derivation), starts, strict=False):
+    for event, value, start in zip(scene.events, _values(derivation), starts, strict=False):
         blocks = {symbol.block for symbol in derivation.tape.depends_on([value.ref])}
         if event.action == "impact" and (other_blocks := blocks - _POSITIONS):
             fault = (
@@ -62,12 +62,12 @@ def event_rows(derivation: Derivation) -> tuple[EventRow, ...]:
                 _SIGNS[event.direction],
                 has_rate=not blocks & _WITHOUT_RATE,
                 assignments=tuple(
-                    Assignment(*_number(derivation, symbol), place + k) for k, (symbol, _) in enumerate(event.resets)
+                    Assignment(*_number(derivation, symbol), start + k) for k, (symbol, _) in enumerate(event.resets)
                 ),
-                restitution=place if event.action == "impact" else -1,
+                restitution=start if event.action == "impact" else -1,
                 gradient=impacts.index(event) if event.action == "impact" else -1,
                 mode=scene.modes.index(event.mode) if event.action == "switch" else -1,
-                value=place if event.action == "switch" else -1,
+                value=start if event.action == "switch" else -1,
                 least_interval=event.least_interval,
                 description=event.description,
             )
@@ -215,7 +215,7 @@ def sample_rows(derivation: Sampled) -> tuple[SampleRow, ...]:
     if not sampled:
         return ()
     (block,) = samples(derivation)
-    controllers = {item.name: place for place, item in enumerate(derivation.scene.sampled)}
+    controllers = {item.name: number for number, item in enumerate(derivation.scene.sampled)}
     asked = _asked_states(derivation, sampled, controllers, block.refs)
     levels: dict[int, int] = {}
     while len(levels) < len(sampled):

@@ -162,15 +162,15 @@ class InputDirections:
         scene = derivation.scene
         self.derivation = derivation
         inputs = list(enumerate(scene.inputs))
-        driven, given = ([number for number, item in inputs if item.given == is_given] for is_given in (False, True))
+        driven, fixed = ([number for number, item in inputs if item.given == is_given] for is_given in (False, True))
         of_base = base_disturbances(scene)
         self.driven: Seeds = {InputSymbol("u", number): {k: ONE} for k, number in enumerate(driven)}
-        self.disturbances: Seeds = {InputSymbol("u", number): {k: ONE} for k, number in enumerate(given)}
+        self.disturbances: Seeds = {InputSymbol("u", number): {k: ONE} for k, number in enumerate(fixed)}
         accelerations = _accelerations_of_base()[-len(of_base) :] if of_base else []
         for k, component in enumerate(accelerations):
-            self.disturbances[InputSymbol("base", component)] = {len(given) + k: ONE}
+            self.disturbances[InputSymbol("base", component)] = {len(fixed) + k: ONE}
         self.driven_names = ", ".join(scene.inputs[number].name for number in driven)
-        self.disturbance_names = ", ".join((*(scene.inputs[number].name for number in given), *of_base))
+        self.disturbance_names = ", ".join((*(scene.inputs[number].name for number in fixed), *of_base))
 
     def of(self, values: Sequence[Scalar], of_inputs: str, of_disturbances: str, numerator: str) -> list[Block]:
         """Return the partials of values in inputs and in disturbances, as two named blocks."""
@@ -239,8 +239,8 @@ class ParameterDirections:
         self.seeds: Seeds = {InputSymbol("p", number): {number: ONE} for number in range(len(self.names))}
         scene, quantities = derivation.scene, derivation.quantities
         with derivation.tape.block("partials of prescribed motion in the parameters"):
-            given = [(number, item) for number, item in enumerate(scene.inputs) if item.given]
-            self._follow("u", [number for number, _ in given], [input_signal(quantities, item) for _, item in given])
+            fixed = [(number, item) for number, item in enumerate(scene.inputs) if item.given]
+            self._follow("u", [number for number, _ in fixed], [input_signal(quantities, item) for _, item in fixed])
             if scene.base is not None:
                 law = base_law(derivation.algebra, scene.base, derivation.tree.parameters)
                 self._follow("base", range(len(law)), law)
@@ -313,17 +313,17 @@ def _directions(derivation: Derivation, blocks: SecondBlocks) -> Seeds:
     places = blocks.places("direction")
     seeds: Seeds = dict(configuration_directions(derivation.tree))
     for block in ("v", "a", "z", "lam"):
-        seeds |= {InputSymbol(block, k): {place: ONE} for k, place in enumerate(_numbers(places[block]))}
+        seeds |= {InputSymbol(block, k): {index: ONE} for k, index in enumerate(_numbers(places[block]))}
     of_parameters = places["p"].start
     for key, tangent in ParameterDirections(derivation).seeds.items():
         seeds[key] = {of_parameters + direction: ref for direction, ref in tangent.items()}
-    for k, place in enumerate(_numbers(places["u"])):
-        seeds[InputSymbol("u", k)] = {**seeds.get(InputSymbol("u", k), {}), place: ONE}
+    for k, index in enumerate(_numbers(places["u"])):
+        seeds[InputSymbol("u", k)] = {**seeds.get(InputSymbol("u", k), {}), index: ONE}
     return seeds
 
 
-def _numbers(place: slice) -> range:
-    return range(place.start, place.stop)
+def _numbers(part: slice) -> range:
+    return range(part.start, part.stop)
 
 
 def _along(tape: Tape, tangent: Mapping[int, Ref]) -> Ref:

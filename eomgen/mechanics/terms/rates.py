@@ -92,8 +92,8 @@ def forward_rates(derivation: Derivation, order: int) -> Paths:
     (tau,) = derivation.inverse_dynamics()
     along: Paths = [[] for _ in range(tree.nv)]
     for k in range(order + 1):
-        given = [[*path, ZERO] for path in along]
-        rest = inverse_dynamics_rates(derivation, k, given) if tree.rigid else _by_jets(derivation, tau, k, given)
+        paths = [[*path, ZERO] for path in along]
+        rest = inverse_dynamics_rates(derivation, k, paths) if tree.rigid else _by_jets(derivation, tau, k, paths)
         right = [-Scalar(derivation.tape, path[k]) for path in rest]
         with derivation.tape.block("substitution in the factors of the mass matrix"):
             for path, value in zip(along, solve_tree(M, right, tree.dof_parents()), strict=True):
@@ -126,8 +126,8 @@ def velocity_paths(
 ) -> list[list[Scalar]]:
     """Return v and the time derivatives up to order + 1 for each velocity component."""
     tape = derivation.tape
-    given = accelerations(tape, derivation.tree.nv, order) if along is None else along
-    return [[Scalar(tape, ref) for ref in (tape.input("v", k), *path)] for k, path in enumerate(given)]
+    paths = accelerations(tape, derivation.tree.nv, order) if along is None else along
+    return [[Scalar(tape, ref) for ref in (tape.input("v", k), *path)] for k, path in enumerate(paths)]
 
 
 def base_paths(derivation: Derivation, order: int) -> tuple[Path, Path]:

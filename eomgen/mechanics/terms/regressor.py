@@ -98,7 +98,7 @@ def _joint_column(item: JointParameter, quantities: Quantities) -> Scalar:
     rate = quantities.tree.coordinates[name].v[index]
     if item.kind == "damping":
         return rate
-    (friction,) = (one for one in item.joint.friction if one.index == index)
+    (friction,) = (law for law in item.joint.friction if law.index == index)
     slip = algebra.call(Op.TANH, rate / quantities.formula(friction.velocity))
     if friction.stribeck is None:
         return slip

@@ -81,10 +81,10 @@ def _long(scene: Scene) -> bool:
     """Return whether a tree is one of those whose equations are written by recursions."""
     depths, carried = list[int](), dict[str, int]()
     for joint in scene.joints:
-        own = joint.kind.v_size if joint.kind.moves and joint.mimic is None else 0
+        size = joint.kind.v_size if joint.kind.moves and joint.mimic is None else 0
         above = carried.get(joint.parent, 0)
-        carried[joint.child] = above + own
-        depths += range(above + 1, above + own + 1)
+        carried[joint.child] = above + size
+        depths += range(above + 1, above + size + 1)
     return len(depths) > MANY or sum(depth * depth for depth in depths) >= LONG_TREE
 
 
@@ -123,13 +123,13 @@ def generic_rows(
     Numbers that depend on parameters are not changed.
     """
     columns = []
-    for place, column in enumerate(zip(*rows, strict=True)):
+    for index, column in enumerate(zip(*rows, strict=True)):
         if len({entry.ref for entry in column}) == 1 or any(entry.number is None for entry in column):
             columns.append(list(column))
             continue
         columns.append(
             [
-                Scalar(algebra.tape, algebra.tape.generic(entry.number or 0.0, label, member, place))
+                Scalar(algebra.tape, algebra.tape.generic(entry.number or 0.0, label, member, index))
                 for member, entry in zip(members, column, strict=True)
             ]
         )
@@ -167,7 +167,7 @@ def _members_with_pattern(numbers: dict[int, list[Scalar]]) -> list[int]:
     for _ in range(len(members)):
         rows = [numbers[index] for index in members]
         rare = [
-            {place for place, count in enumerate(counts) if 0 < count < RARE * len(rows)}
+            {index for index, count in enumerate(counts) if 0 < count < RARE * len(rows)}
             for counts in (
                 [sum(not entry.is_zero for entry in column) for column in zip(*rows, strict=True)],
                 [sum(entry.number is None for entry in column) for column in zip(*rows, strict=True)],
@@ -176,7 +176,7 @@ def _members_with_pattern(numbers: dict[int, list[Scalar]]) -> list[int]:
         kept = [
             index
             for index, row in zip(members, rows, strict=True)
-            if not any(not row[place].is_zero for place in rare[0]) and not any(row[p].number is None for p in rare[1])
+            if not any(not row[index].is_zero for index in rare[0]) and not any(row[p].number is None for p in rare[1])
         ]
         if len(kept) == len(members) or not kept:
             break
@@ -201,9 +201,9 @@ def _equal_moments(row: Sequence[Scalar]) -> Iterable[int]:
     for inertia in (_INERTIA, _GROUPED):
         second = dict(zip(_UPPER, row[inertia][4:], strict=True))
         for i, j in ((0, 1), (0, 2), (1, 2)):
-            first, other = second[i, i].number, second[j, j].number
-            alike = first is not None and other is not None and abs(first) == abs(other)
-            yield (1 if first == other else -1) if alike else 0
+            first, crossing = second[i, i].number, second[j, j].number
+            alike = first is not None and crossing is not None and abs(first) == abs(crossing)
+            yield (1 if first == crossing else -1) if alike else 0
 
 
 def _with_numbers(algebra: Algebra, link: Link, row: Sequence[Scalar]) -> tuple[Link, RecordedInertia]:

@@ -73,17 +73,17 @@ class ElasticBody:
         accelerations : whether the accelerations of the coordinates are there
         """
         still = (self.algebra.zero,) * self.size
-        own = self.deflections
+        fields = self.deflections
         moving = Deflections(
             self.algebra,
-            own.integrals,
-            own.shortens,
-            own.q,
-            own.v if own_rates else still,
-            own.a if accelerations else still,
+            fields.integrals,
+            fields.shortens,
+            fields.q,
+            fields.v if own_rates else still,
+            fields.a if accelerations else still,
         )
-        velocity = own.velocity() if rates else own.resting().velocity()
-        return RelativeMotion(velocity, moving.acceleration(), own.v if rates else still, moving.a)
+        velocity = fields.velocity() if rates else fields.resting().velocity()
+        return RelativeMotion(velocity, moving.acceleration(), fields.v if rates else still, moving.a)
 
     def unit_acceleration(self, k: int) -> RelativeMotion:
         """Return the relative motion with unit acceleration of coordinate k and all else 0."""
@@ -152,8 +152,8 @@ class ElasticBody:
 
     def kinetic_energy(self, omega: Vector, velocity: Vector) -> Scalar:
         """Return the kinetic energy, J, less the kinetic energy of the deformed body in rigid motion with the twist."""
-        own = self.deflections
-        s, rates = own.position(), own.velocity()
+        fields = self.deflections
+        s, rates = fields.position(), fields.velocity()
         values = {}
         for i in range(3):
             values[f"w{i}"], values[f"u{i}"], values[f"v{i}"] = (
@@ -165,8 +165,8 @@ class ElasticBody:
                 values[f"v{i}s{j}"] = self.density * self.mass.product(rates[i], s[j])
             values[f"v{i}v{i}"] = self.density * self.mass.product(rates[i], rates[i])
         (energy,) = LAWS["kinetic_energy_of_relative_motion"].instantiate(self.algebra, values)
-        for k, rate in enumerate(own.v):
-            energy = energy + rate * (self.twist[k] * omega[0] + 0.5 * self._weighted_sum(self.twists[k], own.v))
+        for k, rate in enumerate(fields.v):
+            energy = energy + rate * (self.twist[k] * omega[0] + 0.5 * self._weighted_sum(self.twists[k], fields.v))
         return energy
 
     def _weighted_sum(self, weights: Amplitudes, amplitudes: Amplitudes) -> Scalar:

@@ -82,16 +82,16 @@ class DistributedMass:
 
     def inertia_of(self, k: int) -> Scalar:
         """Return int f_k^2 dm."""
-        own = self.algebra.one * (self.unit * float(self.integrals.m[k, k]))
-        return own if self.beyond is None else own + self.beyond[k][k]
+        entry = self.algebra.one * (self.unit * float(self.integrals.m[k, k]))
+        return entry if self.beyond is None else entry + self.beyond[k][k]
 
     def product(self, left: Component, right: Component) -> Scalar:
         """Return int left right dm; of two positions without the term x^2."""
         total = self.algebra.zero
-        for one, other in ((left, right), (right, left)):
-            if one.along:
-                total = total + self._weighted_sum(self.integrals.e, other.shapes)
-                for weight, a, b in other.pairs:
+        for first, second in ((left, right), (right, left)):
+            if first.along:
+                total = total + self._weighted_sum(self.integrals.e, second.shapes)
+                for weight, a, b in second.pairs:
                     total = total + weight * self._quadratic(self.integrals.g1, a, b)
         total = total + self._quadratic(self.integrals.m, left.shapes, right.shapes)
         if self.beyond is not None:
@@ -100,9 +100,9 @@ class DistributedMass:
 
     def _higher_order_product(self, left: Component, right: Component) -> Scalar:
         total = self.algebra.zero
-        for one, other in ((left, right), (right, left)):
-            for weight, a, b in other.pairs:
-                total = total + weight * self._quadratic(self._contract(self.integrals.h1, one.shapes), a, b)
+        for first, second in ((left, right), (right, left)):
+            for weight, a, b in second.pairs:
+                total = total + weight * self._quadratic(self._contract(self.integrals.h1, first.shapes), a, b)
         for weight, a, b in left.pairs:
             for other_weight, c, d in right.pairs:
                 inner = [self._contract(row, d) for row in self._rows]

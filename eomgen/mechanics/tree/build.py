@@ -243,7 +243,7 @@ def _add_body(
     for number_of_motion, motion in enumerate(motions):
         last = number_of_motion == len(motions) - 1
         name = body.name if last else f"{body.name}, part {number_of_motion + 1} of its joint"
-        own = inertia.transform(transpose(axes), algebra.zero_vector) if last else no_inertia(algebra)
+        inner = inertia.transform(transpose(axes), algebra.zero_vector) if last else no_inertia(algebra)
         links.append(
             _link(
                 algebra,
@@ -256,7 +256,7 @@ def _add_body(
                 number(joint.pitch),
                 tree.coordinates[joint.name],
                 rotors,
-                own,
+                inner,
             )
         )
         parent, orientation, position = len(links) - 1, algebra.identity, algebra.zero_vector
@@ -378,10 +378,10 @@ def _rotor_moment(algebra: Algebra, inertia: RecordedInertia, k: int) -> Scalar:
     """
     i, j = (k + 1) % 3, (k + 2) % 3
     S = inertia.second
-    across, other = S[i][i].constant, S[j][j].constant
-    if across is None or other is None or not (S[i][j].is_zero and S[i][k].is_zero and S[j][k].is_zero):
+    across, beside = S[i][i].constant, S[j][j].constant
+    if across is None or beside is None or not (S[i][j].is_zero and S[i][k].is_zero and S[j][k].is_zero):
         return algebra.zero
-    return S[i][i] if across == other else algebra.zero
+    return S[i][i] if across == beside else algebra.zero
 
 
 def _unit(algebra: Algebra, k: int, value: Scalar) -> Vector:

@@ -99,12 +99,12 @@ def _link_axes(joint: Joint) -> tuple[tuple[Direction, ...], Direction, Directio
         near.place: near.sense * np.array(direction) for near, direction in zip(beside, turned_about, strict=True)
     }
     first = beside[0].place
-    other = beside[1].place if len(beside) > 1 else (first + 1) % 3
+    third = beside[1].place if len(beside) > 1 else (first + 1) % 3
     if len(beside) == 1:
-        across = np.eye(3)[other] - columns[first][other] * columns[first]
-        columns[other] = across / np.linalg.norm(across)
-    sense = 1.0 if other == (first + 1) % 3 else -1.0
-    columns[3 - first - other] = sense * np.cross(columns[first], columns[other])
+        across = np.eye(3)[third] - columns[first][third] * columns[first]
+        columns[third] = across / np.linalg.norm(across)
+    sense = 1.0 if third == (first + 1) % 3 else -1.0
+    columns[3 - first - third] = sense * np.cross(columns[first], columns[third])
     axes = np.column_stack([columns[k] for k in range(3)])
     if len(beside) > 1:
         return rows(axes), beside[0].unit, beside[1].unit
