@@ -166,7 +166,7 @@ class FieldEntries(Generic[Kind]):
             if self.formula(f"definitions.{name}", self.defined[name].text, names, scope) is None:
                 self.refused.add(name)
 
-    def unused(self) -> tuple[str, ...]:
+    def note_on_unused(self) -> tuple[str, ...]:
         """Return a note on the definitions that no formula mentions; none if formulas mention all."""
         note = unmentioned("definition", "definitions", [name for name, item in self.defined.items() if not item.used])
         return (note,) if note else ()

@@ -155,7 +155,7 @@ class _FieldReader(FieldEntries[FieldFile]):
             {key: report.where(key) for key in self.places(operators, numbers)},
             self.content_without("sampling", "description"),
             {name: item.text for name, item in self.defined.items()},
-            tuple(map(Message, self.unused())),
+            tuple(map(Message, self.note_on_unused())),
         )
 
     def places(self, operators: Iterable[Operator], data: Iterable[Data]) -> list[str]:

@@ -120,7 +120,7 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
             file.description,
             self.content_without("simulation"),
             definitions={name: item.text for name, item in self.defined.items()},
-            notes=tuple(map(Message, (*self.unused(), *_without_motion(used, pairs)))),
+            notes=tuple(map(Message, (*self.note_on_unused(), *_without_motion(used, pairs)))),
         )
 
     def hint(self, error: FormulaError) -> str:

@@ -110,7 +110,7 @@ class Plant:
         return Scales(self._factor, rate if rate > 0.0 else 1.0)
 
     @cached_property
-    def scaled(self) -> tuple[Array, Array, Array]:
+    def scaled_matrices(self) -> tuple[Array, Array, Array]:
         """Stiffness k, damping c (n, n), actuation b (n, m) of q^'' + c q^' + k q^ = b u in the units of ``scales``."""
         rate = self.scales.rate
         b = solve_triangular(self._factor, self.B, lower=True) / rate
@@ -131,7 +131,7 @@ class Plant:
 
     def eigenvalues(self, G_p: ArrayLike | None = None, G_v: ArrayLike | None = None) -> Complex:
         """Return the 2n eigenvalues, 1/s, slow ones first; of the closed loop with gains."""
-        k, c, b = self.scaled
+        k, c, b = self.scaled_matrices
         back = self.scales.state_back
         n, m = self.n, self.m
         if G_p is not None:
@@ -201,7 +201,7 @@ def check_detectable(plant: Plant, A: Array, root: Array) -> None:
 
 def _modes_with_reach(plant: Plant) -> Iterator[tuple[complex, Complex, float]]:
     """Yield each eigenvalue in 1/s, the shape of the mode, and the reach of actuators: 0 for an uncontrollable mode."""
-    k, c, b = plant.scaled
+    k, c, b = plant.scaled_matrices
     norm = float(np.linalg.norm(b, 2)) if b.size else 0.0
     unit = b / norm if norm > 0.0 else np.zeros((plant.n, 1))
     back = plant.scales.state_back[: plant.n, : plant.n]

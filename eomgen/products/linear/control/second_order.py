@@ -85,7 +85,7 @@ def lqr(plant: Plant, weights: Weights) -> Regulator:
     half = whitening(weights.effort)
     check_stabilisable(plant)
     back, rate, n = plant.scales.state_back, plant.scales.rate, plant.n
-    k, c, b = plant.scaled
+    k, c, b = plant.scaled_matrices
     B = np.vstack([np.zeros_like(b), b]) @ half
     cross = back.T @ weights.cross @ half
     A = first_order(k, c) - B @ cross.T
@@ -135,7 +135,7 @@ def place(plant: Plant, poles: Sequence[complex]) -> Placement:
         fault = f"the pole {pole} is there {count} times, and {plant.m} actuators place {plant.m} at most [E0414]"
         raise UsageError(fault, "distinct poles")
     check_controllable(plant)
-    k, c, b = plant.scaled
+    k, c, b = plant.scaled_matrices
     A, B = first_order(k, c), np.vstack([np.zeros_like(b), b])
     G = pole_gains(A, B, wanted / rate) @ plant.scales.state
     reached = plant.eigenvalues(G[:, :n], G[:, n:])
