@@ -231,7 +231,7 @@ class SearchTrail:
         self._largest = LargestForces(statics.weight, np.abs(self.point.rates))
 
     def has_arrived(self) -> bool:
-        """Return whether forces balance here, judged by the largest on the way."""
+        """Return whether forces balance at this point, relative to the largest forces of the search."""
         self._largest.include(self.point)
         return self._largest.balances(self.point)
 

@@ -161,8 +161,8 @@ def _flat(A: Matrix) -> list[Scalar]:
 
 
 def _members_with_pattern(numbers: dict[int, list[Scalar]]) -> list[int]:
-    """Return the members left after those with a number where nearly all members have zero, or with a parameter where
-    nearly all have none, are dropped."""
+    """Return the members with the common pattern: no number where nearly all members have zero, and no parameter where
+    nearly all have none."""
     members = list(numbers)
     for _ in range(len(members)):
         rows = [numbers[index] for index in members]

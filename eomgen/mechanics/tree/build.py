@@ -371,8 +371,8 @@ def _movable(algebra: Algebra, link: Link, inertia: RecordedInertia) -> Recorded
 
 
 def _rotor_moment(algebra: Algebra, inertia: RecordedInertia, k: int) -> Scalar:
-    """Return the second moment along axis k, in addition to S_kk, whose subtraction leaves a body of revolution only
-    the moment of inertia about its axis; zero for other bodies.
+    """Return the further second moment along axis k that can be removed from a body of revolution, so that only the
+    moment of inertia about its axis is left; zero for other bodies.
 
     Such a link needs no angular acceleration across the axis.
     """

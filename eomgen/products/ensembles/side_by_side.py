@@ -147,7 +147,7 @@ class SideBySide:
 
     @property
     def needs_input_tables(self) -> bool:
-        """Whether inputs change with time in a way that the stepper gets row by row."""
+        """Whether the stepper takes inputs that change with time from a table, row by row."""
         return self.run.driven is not None and not isinstance(self.run.driven, HeldRows)
 
     @cached_property

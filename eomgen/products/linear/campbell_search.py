@@ -357,7 +357,7 @@ def _costs(before: _Oscillations, now: _Oscillations) -> Array:
 
 
 def _tracks_modes(before: _Oscillations, now: _Oscillations) -> bool:
-    """Return whether each mode is like its own continuation, or cannot be taken for the continuation of another."""
+    """Return whether each mode has one clear continuation at the next value."""
     costs = _costs(before, now)
     pairs = linear_sum_assignment(costs)
     pair_costs = costs[pairs]

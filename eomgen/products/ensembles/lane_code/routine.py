@@ -268,7 +268,7 @@ class RoutineText(Expressions):
         return here is region
 
     def store(self, place: Place, value: Any, node: Any) -> str:
-        """Return the statement that writes a value for the lanes that are here."""
+        """Return the statement that writes a value for the active lanes."""
         text = self.to(value, place.type, node)
         is_here = place.region is self.region
         if not is_here and self.region is self.top:
