@@ -99,11 +99,11 @@ def documentation_of(text: str, table: type[Table], signature: inspect.Signature
     )
     if any(item.kind is inspect.Parameter.VAR_KEYWORD for item in signature.parameters.values()):
         meanings += _FURTHER
-    own = indent(inspect.cleandoc(text), " " * 8).strip()
+    inner = indent(inspect.cleandoc(text), " " * 8).strip()
     returned = "Returns\n-------\nSceneBuilder\n    The same builder, for further calls."
     lines = "\n".join(f">>> {line}" for line in EXAMPLES.get(method, ()))
     example = f"\n\nExamples\n--------\nOf the arm in the example of the class:\n\n{lines}" if lines else ""
-    return own + indent(f"\n\nParameters\n----------\n{meanings}\n{returned}{example}", " " * 8).rstrip()
+    return inner + indent(f"\n\nParameters\n----------\n{meanings}\n{returned}{example}", " " * 8).rstrip()
 
 
 def describe(method: Callable[..., Any], signature: inspect.Signature, documentation: str) -> None:

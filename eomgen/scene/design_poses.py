@@ -134,7 +134,7 @@ class DesignPoses:
         for name, frame in zip(path[-2::-1], path[:0:-1], strict=True):
             given, carrier = self.placements[name], self._poses[frame]
             origin = _sums(carrier.axes, given.position)
-            x, y, z = (_plus(one, other) for one, other in zip(carrier.origin, origin, strict=True))
+            x, y, z = (_plus(a, b) for a, b in zip(carrier.origin, origin, strict=True))
             self._poses[name] = Pose(carrier.axes @ np.array(given.axes), (x, y, z))
         return self._poses[path[0]]
 
@@ -166,8 +166,8 @@ class DesignPoses:
             raise UnknownPoseError(fault, f'in = "{WORLD}", or body = "{BASE}"')
         frame, carrier = self.pose(given.frame), self.pose(body)
         apart = tuple(
-            _plus(_plus(one, other), base, -1.0)
-            for one, other, base in zip(frame.origin, _sums(frame.axes, given.position), carrier.origin, strict=True)
+            _plus(_plus(a, b), base, -1.0)
+            for a, b, base in zip(frame.origin, _sums(frame.axes, given.position), carrier.origin, strict=True)
         )
         x, y, z = (_formula(_combine(zip(carrier.axes[:, place].tolist(), apart, strict=True))) for place in range(3))
         axes = snapped_rotation(carrier.axes.T @ frame.axes @ np.array(given.axes))
@@ -231,11 +231,11 @@ def _combine(parts: Iterable[tuple[float, Sum]]) -> Sum:
     return result
 
 
-def _plus(one: Sum, other: Sum, factor: float = 1.0) -> Sum:
-    """Return ``one + factor * other`` without terms that are rounding."""
-    result = dict(one)
-    for formula, weight in other.items():
-        first, second = one.get(formula, 0.0), factor * weight
+def _plus(a: Sum, b: Sum, factor: float = 1.0) -> Sum:
+    """Return ``a + factor * b`` without terms that are rounding."""
+    result = dict(a)
+    for formula, weight in b.items():
+        first, second = a.get(formula, 0.0), factor * weight
         total = first + second
         if abs(total) <= _ROUNDING * (abs(first) + abs(second)):
             result.pop(formula, None)

@@ -152,14 +152,14 @@ def overridden(key: str, entry: Include, data: dict[str, Any], known: frozenset[
             formulas[name] = value
             del parameters[name]
             continue
-        own = parameters[name] if isinstance(parameters[name], Mapping) else {}
-        label = own.get("unit", "")
+        table = parameters[name] if isinstance(parameters[name], Mapping) else {}
+        label = table.get("unit", "")
         try:
             if isinstance(value, str):
                 number, unit = number_in_label(value, label if isinstance(label, str) else "", known)
-                parameters[name] = {**own, "value": number, "unit": unit}
+                parameters[name] = {**table, "value": number, "unit": unit}
             else:
-                parameters[name] = {**own, "value": value}
+                parameters[name] = {**table, "value": value}
         except UnitError as error:
             report.add(place, error.what, error.hint)
     data["parameters"] = parameters
@@ -247,8 +247,8 @@ class _Includer:
         path, place = folder / entry.file, f"{key}.file"
         self.files += 1
         try:
-            own = self.resolve(path)
-            again = next((step for step in chain if self.resolve(step) == own), None)
+            resolved = self.resolve(path)
+            again = next((step for step in chain if self.resolve(step) == resolved), None)
         except (OSError, ValueError, RuntimeError) as error:
             fault = f"{shown(entry.file)} is not a path: {error} [E1588]"
             report.add(place, fault, "a path from the folder of this file")

@@ -90,8 +90,8 @@ def _expand_user(path: str | Path) -> Path:
     """Return a path with ``~`` in words. Raises UsageError for a text that is not a path."""
     if "\n" in str(path):
         fault = f"the path of a file is needed, and {shown(str(path))} is a text of several lines [E1679]"
-        other = "" if str(path).lstrip().startswith("<") else ", or load(tomllib.loads(text))"
-        raise UsageError(Problem("path", fault, f"the path of a file that holds the text{other}"))
+        more = "" if str(path).lstrip().startswith("<") else ", or load(tomllib.loads(text))"
+        raise UsageError(Problem("path", fault, f"the path of a file that holds the text{more}"))
     try:
         return Path(path).expanduser()
     except RuntimeError:  # no home folder: the path is used unchanged

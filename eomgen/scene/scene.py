@@ -110,9 +110,9 @@ def _add_field(value: Any, parts: _Parts, known: Known) -> None:
         _add(value, parts, known)
         return
     if id(value) not in known:
-        own: list[bytes] = []
-        _add(value, own, known)
-        known[id(value)] = (value, b"\0".join(own))
+        pieces: list[bytes] = []
+        _add(value, pieces, known)
+        known[id(value)] = (value, b"\0".join(pieces))
     parts.append(known[id(value)][1])
 
 
@@ -120,9 +120,9 @@ def _add_sorted(values: Iterable[Any], parts: _Parts, known: Known) -> None:
     """Add the items of a set, sorted by bytes."""
     items: list[bytes] = []
     for item in values:
-        own: list[bytes] = []
-        _add(item, own, known)
-        items.append(b"\0".join(own))
+        pieces: list[bytes] = []
+        _add(item, pieces, known)
+        items.append(b"\0".join(pieces))
     _add(sorted(items), parts, known)
 
 
@@ -147,9 +147,9 @@ def _bodies(item: Constraint) -> tuple[str, str]:
 
 
 def _part_counts(scene: Scene) -> Iterator[str]:
-    for part, one, several in _PARTS:
+    for part, noun, several in _PARTS:
         if count := len(getattr(scene, part)):
-            yield f"{count} {one if count == 1 else several}"
+            yield f"{count} {noun if count == 1 else several}"
 
 
 def html(scene: Scene) -> str:
@@ -330,8 +330,8 @@ class Scene:
                 vectors = position, poses.in_base(body, position)
             except UnknownPoseError:
                 continue
-            own, world = (tuple(evaluate(item, lambda symbol: values[symbol.name]) for item in v) for v in vectors)
-            result.append(DesignPlace(name, body, own, world))
+            local, world = (tuple(evaluate(item, lambda symbol: values[symbol.name]) for item in v) for v in vectors)
+            result.append(DesignPlace(name, body, local, world))
         return result
 
     def _places(self) -> Iterator[tuple[str, str, Vector]]:

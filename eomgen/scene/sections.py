@@ -77,8 +77,8 @@ def sections_for(keys: Iterable[str]) -> tuple[Section, ...]:
     Entry points are looked for only if a key is none of eomgen's own sections.
     """
     wanted = frozenset(keys)
-    own, further = _own(wanted.intersection(KEYS)), wanted.difference(KEYS)
-    return (*own, *(row for key, row in others().items() if key in further)) if further else own
+    core, further = _own(wanted.intersection(KEYS)), wanted.difference(KEYS)
+    return (*core, *(row for key, row in others().items() if key in further)) if further else core
 
 
 def own_sections() -> tuple[Section, ...]:

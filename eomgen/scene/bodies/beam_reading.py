@@ -140,9 +140,9 @@ class _Section:
                 return product(shear, constant)
         if section is not None and self.values.report.concerns(section.key):
             return ZERO
-        other = "a section" if section is None else f"{needed[kind]} in the section"
+        hint = "a section" if section is None else f"{needed[kind]} in the section"
         fault = "the key stiffness is missing [E1317]"
-        self.values.report.add(f"{self.key}.{kind}", fault, f"stiffness = ..., or {other}")
+        self.values.report.add(f"{self.key}.{kind}", fault, f"stiffness = ..., or {hint}")
         return ZERO
 
     def once(self, field: str) -> None:

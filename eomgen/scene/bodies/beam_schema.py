@@ -359,7 +359,7 @@ class BeamKeys:
     def __getitem__(self, field: str) -> Any:
         if self._own(field):
             return getattr(self.part, field)
-        hidden = any(self._own(other) for other in _IN_PLACE_OF.get(field, ()))
+        hidden = any(self._own(field) for field in _IN_PLACE_OF.get(field, ()))
         return None if hidden else getattr(self.entry, field)
 
     def of(self, field: str) -> str:

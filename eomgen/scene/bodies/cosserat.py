@@ -156,8 +156,8 @@ def _node(name: str, beside: list[tuple[Fraction, BeamSection]], beam: str) -> B
         masses = [times(length, section.mass_per_length) for length, section in beside]
         others = beside[-1][1].center_of_mass
         reduced = folded(masses[0] * masses[1] / mass)
-        off_y, off_z = (folded(one - other) for one, other in zip((y, z), others, strict=True))
-        y, z = (folded((masses[0] * one + masses[1] * other) / mass) for one, other in zip((y, z), others, strict=True))
+        off_y, off_z = (folded(a - b) for a, b in zip((y, z), others, strict=True))
+        y, z = (folded((masses[0] * a + masses[1] * b) / mass) for a, b in zip((y, z), others, strict=True))
         xx = folded(xx + reduced * (off_y * off_y + off_z * off_z))
         yy, zz = folded(yy + reduced * off_z * off_z), folded(zz + reduced * off_y * off_y)
         yz = folded(yz - reduced * off_y * off_z)

@@ -91,8 +91,8 @@ def _check_strains(name: str, entry: written.Beam, values: Values) -> None:
     for parts in given:
         last = str(parts[-1])
         fault = f"a beam of the model {model} does not {'stretch' if last == 'stretch' else 'shear'} [E1334]"
-        models = [other for other, strains in CONSTRAINED.items() if last not in strains and other != model]
-        hint = " or ".join(f'model = "{other}"' for other in (models if last in STRAINS else ["cosserat"]))
+        models = [name for name, strains in CONSTRAINED.items() if last not in strains and name != model]
+        hint = " or ".join(f'model = "{name}"' for name in (models if last in STRAINS else ["cosserat"]))
         values.report.add(key_of("beams", name, *parts), fault, f"without it, or {hint}")
 
 

@@ -216,8 +216,8 @@ class SectionReader:
     def _missing(self, field: str) -> Formula:
         if not self.values.report.concerns(self.key):
             fault = f"the section has no {field}, which a geometrically exact beam needs [E1345]"
-            other = "poisson_ratio = ..." if field == "shear_modulus" else "stiffness = { ... } without a section"
-            self.values.report.add(self.key, fault, f"{field} = ..., or {other}")
+            hint = "poisson_ratio = ..." if field == "shear_modulus" else "stiffness = { ... } without a section"
+            self.values.report.add(self.key, fault, f"{field} = ..., or {hint}")
         return ZERO
 
     def _check_shape(self) -> None:

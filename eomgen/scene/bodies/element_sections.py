@@ -51,7 +51,7 @@ def varying_element(
     if (rule := _quadrature(places, section_at, value_of)) is None:
         return element
     sections, weights = rule.sections, rule.weights
-    prestrain = tuple(mean(weights, [one.prestrain[place] for one in sections]) for place in range(6))
+    prestrain = tuple(mean(weights, [part.prestrain[place] for part in sections]) for place in range(6))
     distances = [whole * (place - middle) for place in rule.places]
     halves = [[k for k, distance in enumerate(distances) if (distance > 0.0) == bool(end)] for end in range(2)]
     return replace(
@@ -67,12 +67,12 @@ def varying_element(
 
 def _with_inertia(section: BeamSection, weights: Sequence[float], sections: Sequence[BeamSection]) -> BeamSection:
     """Return a section with the mean inertia of several, about their common centre of mass."""
-    mass = mean(weights, [one.mass_per_length for one in sections])
+    mass = mean(weights, [part.mass_per_length for part in sections])
     center, spread = _center(weights, sections, mass)
-    entries = [mean(weights, [(*one.rotary_inertia, *one.products)[place] for one in sections]) for place in range(6)]
-    xx, yy, zz, xy, xz, yz = (
-        one if more == ZERO else total(one, more) for one, more in zip(entries, spread, strict=True)
-    )
+    entries = [
+        mean(weights, [(*part.rotary_inertia, *part.products)[place] for part in sections]) for place in range(6)
+    ]
+    xx, yy, zz, xy, xz, yz = (x if more == ZERO else total(x, more) for x, more in zip(entries, spread, strict=True))
     return replace(
         section, mass_per_length=mass, rotary_inertia=(xx, yy, zz), products=(xy, xz, yz), center_of_mass=center
     )
@@ -116,7 +116,7 @@ def _quadrature(places: Sequence[float], section_at: SectionAt, value_of: ValueO
             if part is None:
                 return None
             parts[count] = part
-            scale = _scale(np.sum([one.size for one in parts.values()], axis=0))
+            scale = _scale(np.sum([part.size for part in parts.values()], axis=0))
             heapq.heappush(waiting, (-float(np.max(part.error / scale)), count))
             count += 1
         pieces = []
@@ -203,13 +203,13 @@ def _center(
     masses = [section.mass_per_length for section in sections]
     y, z = (
         collected(
-            mean(weights, [product(one, center[axis]) for one, center in zip(masses, centers, strict=True)]) / mass
+            mean(weights, [product(mass, center[axis]) for mass, center in zip(masses, centers, strict=True)]) / mass
         )
         for axis in range(2)
     )
     off = [(folded(center[0] - y), folded(center[1] - z)) for center in centers]
     along_y, along_z, across = (
-        mean(weights, [product(one, *(pair[axis] for axis in axes)) for one, pair in zip(masses, off, strict=True)])
+        mean(weights, [product(mass, *(pair[axis] for axis in axes)) for mass, pair in zip(masses, off, strict=True)])
         for axes in ((0, 0), (1, 1), (0, 1))
     )
     return (y, z), (total(along_y, along_z), along_z, along_y, ZERO, ZERO, folded(-across))
@@ -217,7 +217,7 @@ def _center(
 
 def _vary(sections: Sequence[BeamSection]) -> bool:
     first = sections[0]
-    return any(one.stiffness != first.stiffness or one.damping != first.damping for one in sections)
+    return any(part.stiffness != first.stiffness or part.damping != first.damping for part in sections)
 
 
 def _moments(
@@ -259,7 +259,7 @@ def _block_moments(
     if all(pair == blocks[0] for pair in blocks):
         blocks, weights = blocks[:1], [[1.0], [0.0], [length**2 / 12.0]]
     compliances = [_inverse(pair[0]) for pair in blocks]
-    rates = [_times(_times(one, pair[1]), one) for one, pair in zip(compliances, blocks, strict=True)]
+    rates = [_times(_times(S, pair[1]), S) for S, pair in zip(compliances, blocks, strict=True)]
     for matrices in (compliances, rates):
         yield from (_sums(each, matrices) for each in weights)
 
@@ -288,7 +288,7 @@ def _times(first: _Matrix, second: _Matrix) -> _Matrix:
 
 
 def _dot(row: Sequence[Formula], column: Sequence[Formula]) -> Formula:
-    pairs = [(one, other) for one, other in zip(row, column, strict=True) if ZERO not in (one, other)]
+    pairs = [(a, b) for a, b in zip(row, column, strict=True) if ZERO not in (a, b)]
     return reduce(total, [collected(product(*pair)) for pair in pairs]) if pairs else ZERO
 
 
@@ -306,11 +306,11 @@ def _inverse_of_formulas(matrix: _Matrix) -> _Matrix:
     rows = [[*row, *(ONE if i == j else ZERO for j in range(size))] for i, row in enumerate(matrix)]
     for pivot in range(size):
         rows[pivot] = [collected(entry / rows[pivot][pivot]) if entry != ZERO else ZERO for entry in rows[pivot]]
-        for other in range(size):
-            if other != pivot and (factor := rows[other][pivot]) != ZERO:
-                rows[other] = [
-                    one if two == ZERO else total(one, product(Number(-1.0), factor, two))
-                    for one, two in zip(rows[other], rows[pivot], strict=True)
+        for k in range(size):
+            if k != pivot and (factor := rows[k][pivot]) != ZERO:
+                rows[k] = [
+                    x if two == ZERO else total(x, product(Number(-1.0), factor, two))
+                    for x, two in zip(rows[k], rows[pivot], strict=True)
                 ]
     inverse_rows = [row[size:] for row in rows]
     return [[inverse_rows[min(i, j)][max(i, j)] for j in range(size)] for i in range(size)]

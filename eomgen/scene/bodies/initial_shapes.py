@@ -305,10 +305,10 @@ def _turn_about_one_axis(before: Sequence[tuple[Array, float]], after: Sequence[
     if not given or len(before) > 1 or len(after) > 1:
         return 0.0
     axis = given[-1][0] / np.linalg.norm(given[-1][0])
-    if any(np.linalg.norm(np.cross(axis, other)) > _AT_ORIGIN * np.linalg.norm(other) for other, _ in given):
+    if any(np.linalg.norm(np.cross(axis, along)) > _AT_ORIGIN * np.linalg.norm(along) for along, _ in given):
         return 0.0
     first, second = (
-        sum(math.copysign(angle, angle * float(axis @ other)) for other, angle in rotation)
+        sum(math.copysign(angle, angle * float(axis @ along)) for along, angle in rotation)
         for rotation in (before, after)
     )
     return abs(second - first)

@@ -207,8 +207,8 @@ def _rotate(inertia: _Inertia, axes: Axes) -> _Inertia:
     def entry(row: int, column: int) -> Formula:
         terms = [
             part if weight == 1.0 else Number(weight) * part
-            for k, other in itertools.product(range(3), range(3))
-            if (weight := axes[row][k] * axes[column][other]) != 0.0 and (part := table[k][other]) != ZERO
+            for k, j in itertools.product(range(3), range(3))
+            if (weight := axes[row][k] * axes[column][j]) != 0.0 and (part := table[k][j]) != ZERO
         ]
         return sum(terms[1:], terms[0]) if terms else ZERO
 

@@ -164,9 +164,9 @@ def c_source(
         fault = f"{shown(file)} does not end in .c [E1424]"
     if not fault and "\0" in text:
         fault = f"{shown(str(path))} holds a zero byte: this is not a text [E1425]"
-    if not fault and (own := _OWN_HEADER.search(text)):
-        line = text.count("\n", 0, own.start()) + 1
-        fault = f'{path.name}:{line} includes "{own[1]}", a file of its own, which would not come along [E1426]'
+    if not fault and (header := _OWN_HEADER.search(text)):
+        line = text.count("\n", 0, header.start()) + 1
+        fault = f'{path.name}:{line} includes "{header[1]}", a file of its own, which would not come along [E1426]'
         hint = "its text in the C file; headers in angle brackets are there"
     for function, prototype in functions.values():
         if not fault and not re.search(rf"\b{function}\s*\(", text):

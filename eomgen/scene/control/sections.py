@@ -54,7 +54,7 @@ class _Controllers(Section):
         entries: Mapping[str, Controller] = document.section("controllers")
         if name not in entries:
             return "", ""
-        others = {made: other for other in entries if other != name for _, made in _added_names(other, entries[other])}
+        others = {made: entry for entry in entries if entry != name for _, made in _added_names(entry, entries[entry])}
         nouns = {row.key: row.bare for row in rows if row.bare}
         for section, made in _added_names(name, entries[name]):
             maker = f"the controller makes {nouns[section]}"
@@ -65,8 +65,8 @@ class _Controllers(Section):
             if made in others:
                 fault = f"the controllers {name} and {others[made]} both make {nouns[section]} {made} [E1456]"
                 return fault, "another name for one of them"
-            for other, noun in nouns.items():
-                if made in document.section(other):
+            for word, noun in nouns.items():
+                if made in document.section(word):
                     return f"{maker} {made}, and there is {noun} of that name [E1457]", "another name for one of them"
         return "", ""
 

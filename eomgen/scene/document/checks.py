@@ -50,10 +50,10 @@ def _fault(row: Section, name: str, document: Document, rows: Sequence[Section])
         return f"the name {shown(name)} is not legal [E0715]", NAME_RULE
     if row.bare and name in RESERVED:
         return f"the name {name} is a word of formulas [E0729]", f"{name}_value"
-    bare = [other for other in rows if other.bare] if row.bare else []  # formulas use the names of all these entries
-    for other in takewhile(lambda other: other is not row, bare):
-        if name in document.section(other.key):
-            return f"the name {name} is both {other.bare} and {row.bare} [E1461]", "another name for one of them"
+    bare = [entry for entry in rows if entry.bare] if row.bare else []  # formulas use the names of all these entries
+    for prior in takewhile(lambda other: other is not row, bare):
+        if name in document.section(prior.key):
+            return f"the name {name} is both {prior.bare} and {row.bare} [E1461]", "another name for one of them"
     return row.fault_of_name(name, document, rows)
 
 

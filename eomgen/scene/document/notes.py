@@ -147,8 +147,8 @@ def every_note() -> tuple[Note, ...]:
 def notes_of(facts: SceneFacts) -> tuple[Message, ...]:
     """Return the notes that a scene does not silence, in the order of the register, with notes that the call silences:
     compiled models keep these. Raises DescriptionError if any others are errors."""
-    own, settings = (doubt_settings(facts.scene["parts"], stored=stored) for stored in (True, False))
-    reported = [note for note in every_note() if note.name not in own.quiet]
+    kept, settings = (doubt_settings(facts.scene["parts"], stored=stored) for stored in (True, False))
+    reported = [note for note in every_note() if note.name not in kept.quiet]
     notes = tuple(Message(text, note.name) for note in reported for text in note.evaluate(facts))
     if settings.strict and (doubts := [note for note in notes if note.doubt not in settings.quiet]):
         raise DescriptionError(settings.problems(doubts, facts.reading.report))

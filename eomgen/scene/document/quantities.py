@@ -65,12 +65,12 @@ def quantities(data: Data, without: frozenset[str] = frozenset()) -> Iterator[Qu
             elif inner.shape == "table":
                 ahead += [(inner.model, value, place, kind)] * isinstance(value, Mapping)
             elif isinstance(value, Mapping | list | tuple):
-                for name, one in value.items() if isinstance(value, Mapping) else enumerate(value):
-                    if isinstance(one, Mapping):
-                        ahead.append((inner.model, one, (*place, name), kind))
+                for name, item in value.items() if isinstance(value, Mapping) else enumerate(value):
+                    if isinstance(item, Mapping):
+                        ahead.append((inner.model, item, (*place, name), kind))
                     elif short := inner.model.short:  # the entry is the value of one key
                         whole, key = (*place, name), fields_of(inner.model)[short][0]
-                        yield from _components(inner.model, {short: one}, short, key, kind, whole, whole)
+                        yield from _components(inner.model, {short: item}, short, key, kind, whole, whole)
 
 
 def _components(
@@ -94,8 +94,8 @@ def _leaves(path: Path, unit: Units, value: object) -> Iterator[tuple[Path, Unit
     """Yield path, unit and value of each component of a value."""
     if isinstance(value, list | tuple):
         each = (unit,) * len(value) if isinstance(unit, str) else unit
-        for place, (one, part) in enumerate(zip(each, value, strict=True)):
-            yield from _leaves((*path, place), one, part)
+        for place, (table, part) in enumerate(zip(each, value, strict=True)):
+            yield from _leaves((*path, place), table, part)
     elif isinstance(value, Mapping):
         for name, part in value.items():
             yield from _leaves((*path, name), unit, part)

@@ -73,8 +73,8 @@ def read_included(text: str, names: SceneNames, scope: Scope, inner: SceneNames 
     """
     formula = read_as_written(text, names, scope)
     if names.definitions and (used := definition_symbols(formula)):
-        own = inner or names
-        parts = {one: expand(one, names, scope, lambda text: read_included(text, own, scope)) for one in used}
+        space = inner or names
+        parts = {word: expand(word, names, scope, lambda text: read_included(text, space, scope)) for word in used}
         check_extent(formula, parts)
         formula = mapped(formula, lambda symbol: parts[symbol].formula if symbol in parts else symbol)
     if not names.modes and not names.motions and not any(laws.formulas for laws in names.laws.values()):
@@ -126,16 +126,16 @@ def mentions_any(text: str, names: Collection[str]) -> bool:
 def in_order_of_mention(definitions: Mapping[str, NamedExpression]) -> list[str]:
     """Return the names of definitions, each after the definitions in its formula, unless in a circle."""
     order: dict[str, None] = {}
-    own = {name: name for name in definitions}
+    known = {name: name for name in definitions}
     for first in definitions:
         path = [first]
         seen = {first}
         while path:
             name = path[-1]
             text = definitions[name].text
-            inner = names_of_file(text, "definitions", definitions) if spaces_of(text) else own
+            inner = names_of_file(text, "definitions", definitions) if spaces_of(text) else known
             others = (inner.get(word, name) for word in re.findall(r"[A-Za-z_]\w*", text))
-            ahead = next((other for other in others if other not in order and other not in seen), None)
+            ahead = next((name for name in others if name not in order and name not in seen), None)
             if ahead is None:
                 order[path.pop()] = None
             else:
@@ -189,8 +189,8 @@ def _visible(names: SceneNames, spaces: tuple[Namespace, ...]) -> SceneNames:
             names.parameters.get(symbol.name, False) for symbol in symbols(_bound(value, spaces[1:], names))
         )
     parameters = {**visible["parameters"], **bound}
-    own = {"parameters": parameters, "offered": offered, "entries": entries, "laws": laws}
-    return replace(outer, **{**visible, **own})
+    kinds = {"parameters": parameters, "offered": offered, "entries": entries, "laws": laws}
+    return replace(outer, **{**visible, **kinds})
 
 
 def _locally(space: Namespace, section: str, known: Collection[str]) -> dict[str, str]:

@@ -264,8 +264,8 @@ class _FormulaReader:
                 return False
             if _is_condition(node):
                 return True
-            own = type(text) is str  # texts of included files have names of their own
-            name = node.id.removeprefix(PREFIX) if own and isinstance(node, ast.Name) else ""
+            plain = type(text) is str  # texts of included files have names of their own
+            name = node.id.removeprefix(PREFIX) if plain and isinstance(node, ast.Name) else ""
         return False
 
     def call(self, node: ast.Call, depth: int) -> Formula:
@@ -403,14 +403,14 @@ class _FormulaReader:
         assert isinstance(node.func, ast.Attribute | ast.Subscript)  # checked by ``call``
         joint = self.quantity(node.func, called=True)
         label = f"tau.{joint.name}"
-        one = node.args[0] if len(node.args) == 1 and not node.keywords else None
-        if not isinstance(one, ast.Name):
+        argument = node.args[0] if len(node.args) == 1 and not node.keywords else None
+        if not isinstance(argument, ast.Name):
             fault = f"{label}() takes the name of one reference [E1548]"
             raise self.error(node, fault, f"{label}(servo), and [references.servo]")
-        name = one.id.removeprefix(PREFIX)
+        name = argument.id.removeprefix(PREFIX)
         if name not in self.names.references:
             hint = nearest(name, self.names.references) or "a [references] section"
-            raise self.error(one, f"there is no reference {shown(name)} [E0253]", hint)
+            raise self.error(argument, f"there is no reference {shown(name)} [E0253]", hint)
         return replace(joint, reference=name)
 
     def bare(self, node: ast.Name) -> Formula:

@@ -132,8 +132,8 @@ def check_two_bodies(
         rigid = not joint.kind.moves and joint.parent not in beams and joint.child not in beams
         host[joint.child] = host.get(joint.parent, joint.parent) if rigid else joint.child
     for key, frames in pairs:
-        one, other = (frame.body for frame in frames)
-        if one not in beams and one in host and other in host and host[one] == host[other]:
-            which = one if one == other else listed([one, other]) + ", which fixed joints make one body"
+        first, second = (frame.body for frame in frames)
+        if first not in beams and first in host and second in host and host[first] == host[second]:
+            which = first if first == second else listed([first, second]) + ", which fixed joints make one body"
             hint = "frames in two bodies that move against each other"
             report.add(f"{key}.second", f"both frames are in the same rigid body: {which} [E1639]", hint)

@@ -79,9 +79,9 @@ def _about(point: Sequence[Numbers], bodies: Sequence[PlacedBody]) -> list[Numbe
     """Return the inertia of bodies about a point (Steiner)."""
     total: list[Numbers] = [0.0] * 6
     for body in bodies:
-        arm = [own - other for own, other in zip(body.center, point, strict=True)]
+        arm = [x - y for x, y in zip(body.center, point, strict=True)]
         parts = zip(total, body.inertia, steiner(body.mass, arm), strict=True)
-        total = [whole + own + moved for whole, own, moved in parts]
+        total = [whole + part + moved for whole, part, moved in parts]
     return total
 
 
@@ -421,10 +421,10 @@ def _beyond(
     """Return the places of masses, inertias and rotor inertias of a joint and of all bodies and joints beyond the
     joint; None if a place is unknown."""
     reached, formulas = {joint.child: joint}, [*joint.each(joint.rotor_inertia)]
-    for other in joints:
-        if other.parent in reached:
-            reached[other.child] = other
-            formulas += other.each(other.rotor_inertia)
+    for next_joint in joints:
+        if next_joint.parent in reached:
+            reached[next_joint.child] = next_joint
+            formulas += next_joint.each(next_joint.rotor_inertia)
     for name in reached:
         formulas += [bodies[name].mass, *bodies[name].inertia]
     if any(_has_fault(bodies[name], values) for name in reached):

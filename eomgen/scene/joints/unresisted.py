@@ -59,13 +59,13 @@ def unresisted_motions(
     held = coupled_by_mimic(joints, values)
     places = [np.array([values.value(entry) for entry in joint.position]) for joint in joints]
     size = _size([*places, *(inertia.center for inertia in inertias.values())])
-    own = _own(inertias, sections, size)
-    articulated = {body: inertia.copy() for body, inertia in own.items()}
-    together = {body: inertia.copy() for body, inertia in own.items()}  # with all joints beyond held
+    spans = _own(inertias, sections, size)
+    articulated = {body: inertia.copy() for body, inertia in spans.items()}
+    together = {body: inertia.copy() for body, inertia in spans.items()}  # with all joints beyond held
     answers: dict[str, list[tuple[Joint, Array, Array]]] = {}  # by body: joints on the body
     notes: list[str] = []
     bare = list(light)
-    solid = _solid(joints, own)
+    solid = _solid(joints, spans)
     for joint, place in zip(reversed(joints), reversed(places), strict=True):
         if joint.child in solid:
             continue
@@ -87,7 +87,7 @@ def unresisted_motions(
                 if _is_still(moved, together[body]):
                     bare.append(joint.name)
                     break
-                if _is_still(moved, own[body]):
+                if _is_still(moved, spans[body]):
                     notes.append(_note(joint, moved, _beyond(body, answers), inertias))
                     break
             kept = directions[:, resisted > _NOTHING] / scale[:, np.newaxis]
@@ -142,7 +142,7 @@ def _beyond(body: str, answers: Mapping[str, Sequence[tuple[Joint, Array, Array]
 
 def _note(joint: Joint, moved: Array, beyond: Sequence[tuple[Joint, Array]], inertias: Mapping[str, Inertia]) -> str:
     """Say which joints move together without moving mass, and which body would stop that."""
-    rates = {other.name: float(np.linalg.norm(rate @ moved)) for other, rate in beyond}
+    rates = {outer.name: float(np.linalg.norm(rate @ moved)) for outer, rate in beyond}
     with_it = [name for name, rate in rates.items() if rate > _SHARE * max(rates.values())]
     together = f" together with {listed(with_it[::-1])}" if with_it else ""
     light = inertias.get(joint.child)
@@ -154,12 +154,12 @@ def _note(joint: Joint, moved: Array, beyond: Sequence[tuple[Joint, Array]], ine
     )
 
 
-def _solid(joints: Sequence[Joint], own: Mapping[str, Array]) -> set[str]:
+def _solid(joints: Sequence[Joint], spans: Mapping[str, Array]) -> set[str]:
     """Return the bodies on the base that carry none and whose own inertia resists every motion."""
     carriers = {joint.parent for joint in joints}
-    outermost = [joint.child for joint in joints if joint.parent not in own and joint.child not in carriers]
-    outermost = [body for body in outermost if np.isfinite(own[body]).all()]
-    resisted = np.linalg.eigvalsh(np.array([own[body] for body in outermost]).reshape(-1, 6, 6))
+    outermost = [joint.child for joint in joints if joint.parent not in spans and joint.child not in carriers]
+    outermost = [body for body in outermost if np.isfinite(spans[body]).all()]
+    resisted = np.linalg.eigvalsh(np.array([spans[body] for body in outermost]).reshape(-1, 6, 6))
     least, largest = resisted[:, 0], resisted[:, -1]
     return set(itertools.compress(outermost, (least > _SOLID * largest).tolist()))
 

@@ -300,10 +300,10 @@ class _Units:
 
     def compare(self, formula: Operation, terms: Sequence[Formula], units: Sequence[Dimension | None]) -> None:
         """Keep two terms with different dimensions."""
-        one, other = units
-        if one is not None and other is not None and one.powers != other.powers:
-            words = [self.term(term, unit) for term, unit in zip(terms, (one, other), strict=True)]
-            self.note(_ALIKE[formula.name].format(*words), (str(one), str(other)))
+        first, second = units
+        if first is not None and second is not None and first.powers != second.powers:
+            words = [self.term(term, unit) for term, unit in zip(terms, (first, second), strict=True)]
+            self.note(_ALIKE[formula.name].format(*words), (str(first), str(second)))
 
     def note(self, text: str, units: tuple[str, str]) -> None:
         if self.first is None and not self.inner:

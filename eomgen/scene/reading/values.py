@@ -228,11 +228,11 @@ class Values:
         without."""
         given = [unit_of(argument, self.names) for argument in item.arguments]
         for name, here in zip(units, given, strict=False):
-            for other, there in zip(units, given, strict=False):
-                if here and here == units[other] and not units[name] and there in ("", "1"):
+            for unit, there in zip(units, given, strict=False):
+                if here and here == units[unit] and not units[name] and there in ("", "1"):
                     label = f"{item.word.name}.{item.item.name}"
                     fault = (
-                        f"{label} is given a value in {here} as {name}, and {other} is the argument in {here} [E1798]"
+                        f"{label} is given a value in {here} as {name}, and {unit} is the argument in {here} [E1798]"
                     )
                     self.report.add(key, fault, f"{label}({', '.join(units)}), with both arguments exchanged")
 
@@ -373,13 +373,13 @@ class Values:
         kind : in place of the value of ``choice``
         """
         kind = kind or getattr(entry, choice)
-        keys = {other: dict(word.partition("=")[::2] for word in words.split()) for other, words in taken.items()}
-        for name in dict.fromkeys(name for own in keys.values() for name in own):
+        keys = {kind: dict(word.partition("=")[::2] for word in words.split()) for kind, words in taken.items()}
+        for name in dict.fromkeys(name for keys_of_kind in keys.values() for name in keys_of_kind):
             given = getattr(entry, name) != type(entry).model_fields[name].default
             example = keys.get(kind, {}).get(name)
             if given and example is None:
-                hint = f"{choice} = {' or '.join(other for other, own in keys.items() if name in own)}"
-                near = [own for own in keys.get(kind, ()) if own.startswith(f"{name}_")]
+                hint = f"{choice} = {' or '.join(word for word, of in keys.items() if name in of)}"
+                near = [key for key in keys.get(kind, ()) if key.startswith(f"{name}_")]
                 fault = f"{name} has no meaning for {kind} [E1417]"
                 self.report.add(f"{key}.{name}", fault, f"{near[0]}, or {hint}" if len(near) == 1 else hint)
             elif example and not given:

@@ -215,9 +215,9 @@ class Curves:
             as_it_is = not getattr(table, f"{column}_unit").strip() and getattr(table, f"{column}_scale") == 1.0
             in_title = unit_of_title(title) if as_it_is else ""
             if not in_title:
-                other = "value" if column == "argument" else "argument"
-                if as_it_is and not unit and not is_time(title) and getattr(table, f"{other}_unit").strip():
-                    self.values.note([f"{key}.{column}: {without_unit(column, [other])}"])
+                wrong = "value" if column == "argument" else "argument"
+                if as_it_is and not unit and not is_time(title) and getattr(table, f"{wrong}_unit").strip():
+                    self.values.note([f"{key}.{column}: {without_unit(column, [wrong])}"])
                 continue
             if misfit := _misfit(in_title, unit):
                 self.values.note([f"{key}.{column}: the title of the column {shown(title)} says {in_title}, {misfit}"])

@@ -203,13 +203,13 @@ def read_output(name: str, output: schema.Output, reading: Reading) -> Output:
     unit = _UNITS.get(given[0], "") if len(given) == 1 else ""
     if output.energy is not None:
         unit = "W" if output.energy.endswith("power") else "J"
-    own = unit or unit_of_formulas(formulas, values.names)
-    if output.unit and (note := doubtful_label(output.unit, own)):
+    label = unit or unit_of_formulas(formulas, values.names)
+    if output.unit and (note := doubtful_label(output.unit, label)):
         values.note([f"{key}: {note}"])
-    if not own:
+    if not label:
         for formula in formulas:
             values.note_hidden_unit(key, formula, dimension_of(output.unit))
-    return Output(name, formulas, output.unit or own, output.description)
+    return Output(name, formulas, output.unit or label, output.description)
 
 
 class _Parameters(Section):

@@ -39,7 +39,7 @@ def sources() -> tuple[Source, ...]:
     result = list(own_sources())
     for entry in extensions(GROUP):
         source = loaded(entry, Source)
-        taken = [ending for ending in source.endings if any(ending in other.endings for other in result)]
+        taken = [ending for ending in source.endings if any(ending in known.endings for known in result)]
         if taken:
             raise broken(entry, f"reads {taken[0]} files, which another source does")
         result.append(source)
@@ -50,11 +50,11 @@ def source_of(path: Path) -> Source | None:
     """Return the source for a file, by the ending of its name, and by the outermost element if several sources share
     the ending; None without a source."""
     ending = path.suffix.lower()
-    own = [source for source in own_sources() if ending in source.endings]
-    if len(own) > 1:
+    core = [source for source in own_sources() if ending in source.endings]
+    if len(core) > 1:
         root = _root_of(path)
-        return next((source for source in own if source.root and root.startswith(source.root)), own[0])
-    return (own[0] if own else None) or next((source for source in sources() if ending in source.endings), None)
+        return next((source for source in core if source.root and root.startswith(source.root)), core[0])
+    return (core[0] if core else None) or next((source for source in sources() if ending in source.endings), None)
 
 
 def own_endings() -> tuple[str, ...]:
@@ -109,7 +109,7 @@ def takes(path: Path, option: str) -> bool:
 
 def formats_with(source: Source, option: Option) -> str:
     """Return the names of the formats that have an option of a source, for texts about the option."""
-    shared = [other.name for other in own_sources() if source in own_sources() and option in other.options]
+    shared = [origin.name for origin in own_sources() if source in own_sources() and option in origin.options]
     return ", ".join(shared or [source.name])
 
 
@@ -128,19 +128,19 @@ def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str
     """
     known = all_options()
     if not given.keys() <= known.keys():
-        known = {option.name: (other, option) for other in sources() for option in other.options}
+        known = {option.name: (origin, option) for origin in sources() for option in origin.options}
     if unknown := [name for name in given if name not in known]:
         names = ["path", "strict", "coordinates", "task_frames", *known]
-        meant = {word: hint for one in own_sources() for word, hint in one.words.items()}
+        meant = {word: hint for source in own_sources() for word, hint in source.words.items()}
         hint = nearest(unknown[0], names, meant)
         raise UsageError(Problem("load", f"there is no argument {shown(unknown[0])} [E0105]", hint))
-    own = {option.name: option for option in source.options} if source is not None else {}
-    specified = [name for name, value in given.items() if name not in own and _differs(value, known[name][1].default)]
+    of = {option.name: option for option in source.options} if source is not None else {}
+    specified = [name for name, value in given.items() if name not in of and _differs(value, known[name][1].default)]
     if specified:
         raise _other_source_error(source, specified, *known[specified[0]])
-    for name in own.keys() & given.keys():
-        _check_value(own[name], given[name])
-    return {name: value for name, value in given.items() if name in own}
+    for name in of.keys() & given.keys():
+        _check_value(of[name], given[name])
+    return {name: value for name, value in given.items() if name in of}
 
 
 def _other_source_error(source: Source | None, specified: Sequence[str], other: Source, option: Option) -> UsageError:

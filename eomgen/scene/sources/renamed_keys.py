@@ -90,9 +90,9 @@ def renamed_text(text: str, file: str) -> tuple[str, list[Renaming]]:
         scanner = _KeyPlaces(text)
         scanner.scan()
         for key, places in scanner.keys:
-            own = len(parts) - 1 - (len(key) - len(places))
-            if 0 <= own < len(places) and _fits(key, parts):
-                start, stop = places[own]
+            depth = len(parts) - 1 - (len(key) - len(places))
+            if 0 <= depth < len(places) and _fits(key, parts):
+                start, stop = places[depth]
                 pieces += [text[end:start], change.name]
                 end = stop
                 made.append(Renaming(text.count("\n", 0, start) + 1, ".".join(key[: len(parts)]), change))

@@ -128,9 +128,9 @@ def section_formulas(
     if beam is None and report.concerns(key_of("beams", name)):
         return ()
     if beam is None:
-        other = name in values.names.beams
+        is_beam = name in values.names.beams
         fault, hint = f"there is no beam {shown(name)} [E1291]", nearest(name, beams)
-        if other:
+        if is_beam:
             fault, hint = f"the beam {name} is not geometrically exact [E1987]", 'model = "cosserat"'
         report.add(f"{key}.{kind}", fault, hint)
         return ()
@@ -155,4 +155,4 @@ def section_formulas(
         return tuple(first)
     if share == 1.0:
         return tuple(second)
-    return tuple(Number(1.0 - share) * one + Number(share) * other for one, other in zip(first, second, strict=True))
+    return tuple(Number(1.0 - share) * a + Number(share) * b for a, b in zip(first, second, strict=True))
