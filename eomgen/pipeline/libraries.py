@@ -212,14 +212,17 @@ def _whole(
         if cached is not None:
             return cached
         made, _ = program()
-        layout = {**first.layout, "digest": first.digest}
+        layout = {**first.layout, "later": (), "digest": first.digest}
         if ready.known is not None:
             return builder.with_tables(content, ready.known.entry, ready.known.tables, layout)
         if files is None:
             files = _written(made, builder, {})
             deque(files.of_runs, maxlen=0)
+        from eomgen.pipeline.structures import keep_structure  # noqa: PLC0415
+
         tables = partial(_tables, files.whole, first.fingerprint)
-        return _built(made, builder, content, files.whole, layout, running, files.straight, tables)
+        library = _built(made, builder, content, files.whole, layout, running, files.straight, tables)
+        return keep_structure(builder, ready.structure(), library)
 
 
 def _written(program: Program, builder: Builder, ready: Mapping[str, str]) -> LibraryInTwo:
@@ -296,9 +299,7 @@ def whole_library(
         files = written_library(program, builder.cache.folder / TEMPLATES, apart=apart, ready=texts)
         layout, tables = _layout(program, refusal, marks), partial(_tables, files) if files.apart else None
         library = _built(program, builder, content, files, layout, running, straight_sources(program), tables)
-        if structure is not None:
-            keep_structure(builder, structure, library)
-        return library
+        return keep_structure(builder, structure, library)
 
 
 def _library_on_tape(

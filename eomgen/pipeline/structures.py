@@ -43,10 +43,12 @@ class KnownLibrary:
 
 @dataclass(frozen=True)
 class Structure:
-    """The structure of a model, as a digest, and the constants of its functions, in the order of the tape."""
+    """The structure of a model, as a digest, the constants of its functions, in the order of the tape, and the initial
+    state."""
 
     digest: bytes
     constants: Sequence[float]
+    initial: Mapping[str, Sequence[float]]
 
 
 def structure_of(system: System, functions: Sequence[str], program: Program, family: str) -> Structure | None:
@@ -75,57 +77,59 @@ def structure_of(system: System, functions: Sequence[str], program: Program, fam
 
     leaves = (op == Op.CONST) | (op == Op.INPUT)
     operands = [np.where(leaves, 0, placed(np.array(column)[live])) for column in (tape.a, tape.b, tape.c)]
+    initial = {name: getattr(program, name) for name in ("initial_q", "initial_v", "initial_z")}
     recorded = {
         "constants": [value if stays_in_text(value) else None for value in constants],
         "inputs": [tape.inputs[tape.a[node]] for node in live[op == Op.INPUT].tolist()],
         "functions": [functions, *(placed(refs).tolist() for refs in results)],
         "blocks": [[int(np.searchsorted(live, node)), label] for node, label in tape.blocks],
         "names": [[int(places[node]), name] for node, name in tape.names.items() if places[node]],
-        "program": vars(replace(program, constants=(), notes=())),  # of which C has none
+        "program": vars(replace(program, constants=(), notes=(), initial_q=(), initial_v=(), initial_z=())),
         "code": [__version__, checkout_stamp(), tape.reciprocals, family],
     }
     digest = hashlib.sha256(b"structure\0" + json.dumps(recorded, default=_plain).encode())
     for column in (op, *operands):
         digest.update(column.tobytes())
-    signs = [] if 1.0 in constants else [1.0]  # in tables of shared stretches
-    return Structure(digest.digest(), constants + signs)
+    return Structure(digest.digest(), [*constants, 1.0], initial)  # signs in tables of shared stretches
+
+
+def _write(folder: Path, record: str) -> None:
+    (folder / _RECORD).write_text(record, encoding="utf-8")
 
 
 def _plain(value: Any) -> Any:
     return vars(value) if hasattr(value, "__dict__") else dict(value)
 
 
-def keep_structure(builder: Builder, structure: Structure, library: Library) -> None:
-    """Keep which library has a structure, unless a number of a function is none of its constants."""
+def keep_structure(builder: Builder, structure: Structure | None, library: Library) -> Library:
+    """Keep that a library has a structure, unless a number of a function is none of its constants; return the
+    library."""
+    if structure is None:
+        return library
     places = {value: place for place, value in enumerate(structure.constants, 1)}
-    taken: dict[str, list[float]] = {}
     _, _, numbers = fingerprints_and_numbers(tables_in(library.folder))
-    numbers.pop(f"{library.layout['prefix']}_start_numbers", None)  # the initial state belongs to the structure
-    for name, values in numbers.items():
-        if not all(abs(value) in places for value in values):
-            return
-        taken[name] = [copysign(places[abs(value)], value) for value in values]
-    record = json.dumps({"library": library.folder.name, "places": taken})
-
-    def write(folder: Path) -> None:
-        (folder / _RECORD).write_text(record, encoding="utf-8")
-
-    builder.cache.put(builder.key(structure.digest), write)
+    numbers.pop(f"{library.layout['prefix']}_start_numbers", None)  # defaults, and the initial state
+    if all(abs(value) in places for row in numbers.values() for value in row):
+        taken = {name: [copysign(places[abs(value)], value) for value in row] for name, row in numbers.items()}
+        record = json.dumps({"library": library.folder.name, "places": taken})
+        builder.cache.put(builder.key(structure.digest), lambda folder: _write(folder, record))
+    return library
 
 
 def known_library(builder: Builder, structure: Structure | None) -> KnownLibrary | None:
     """Return the library of a structure and the tables of its constants, None if the cache has none, or without a
     structure."""
-    if structure is None:
-        return None
-    key = builder.key(structure.digest)
-    if (entry := builder.cache.get(key)) is None:
+    if structure is None or (entry := builder.cache.get(key := builder.key(structure.digest))) is None:
         return None
     record = json.loads(entry.text(_RECORD))
     if (library := builder.cache.get(record["library"])) is None:
         builder.cache.quarantine(key)
         return None
+    layout = json.loads(library.text("layout.json")) | structure.initial
+    layout.pop("digest", None)  # of a library in two with other numbers
     _, texts, numbers = fingerprints_and_numbers(tables_in(library.folder))
+    if start := [value for part in structure.initial.values() for value in part]:
+        numbers[f"{layout['prefix']}_start_numbers"][-len(start) :] = start
     for name, places in record["places"].items():
         numbers[name] = [copysign(structure.constants[abs(int(place)) - 1], place) for place in places]
-    return KnownLibrary(library, json.loads(library.text("layout.json")), packed_tables(texts, numbers))
+    return KnownLibrary(library, layout, packed_tables(texts, numbers))

@@ -570,10 +570,8 @@ class Builder:
 
     def _of_tables(self, entry: Entry, tables: bytes) -> Entry:
         """Return an entry with these tables, a copy if the entry has others: each file has memory of its own."""
-        if tables_in(entry.folder) == tables:
-            return entry
         key = hashlib.sha256(f"tables of {entry.folder.name}\0".encode() + tables).hexdigest()
-        return self._copy(key, entry, {TABLES: tables})
+        return entry if tables_in(entry.folder) == tables else self._copy(key, entry, {TABLES: tables})
 
     def build_routine(self, source: str, cdef: str) -> tuple[Any, Any]:
         """Return ``ffi`` and ``lib`` of one C file that is the same for all models, from the cache if possible.
@@ -721,13 +719,12 @@ class Builder:
         files, tables = companion_files(folder, layout, function), tables_in(folder)
         content = b"companion\0" + "\0".join(f"{name}\0{text}" for name, text in sorted(files.items())).encode()
         builder = self.varied(real="lanes")
-        key = builder.key(content)
         if running is not None:
             cdef = (folder / _CDEF).read_text(encoding="utf-8")
             own = {**layout, "stack": _MOST_LANES * int(layout.get("stack", 0))}
             with builder.claim(content):
                 builder.build(content, files, cdef, own, running=running, tables=lambda: tables)
-        entry = self.cache.get(key)
+        entry = self.cache.get(builder.key(content))
         return None if entry is None else builder._load(self._of_tables(entry, tables), self.mode)
 
 

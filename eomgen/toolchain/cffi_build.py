@@ -133,5 +133,5 @@ def companion_files(folder: Path, layout: Mapping[str, Any], function: str) -> d
         *with_fetches(texts, interface, layout["functions"][number], prefix),
         interface,
     ]
-    apart = re.compile(rf"{re.escape(prefix)}_(user_.*|numbers)\.c")
-    return {**headers, SOURCE: "\n".join(text), **{name: files[name] for name in files if apart.fullmatch(name)}}
+    further = re.compile(rf"{re.escape(prefix)}_(user_.*|numbers)\.c")
+    return {**headers, SOURCE: "\n".join(text), **{name: files[name] for name in files if further.fullmatch(name)}}

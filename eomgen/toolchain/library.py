@@ -112,8 +112,8 @@ class Library:
         self.real = ffi.string(lib.eomgen_number_type()).decode()
         self.fingerprint: str = ffi.string(lib.eomgen_fingerprint()).decode()
         self.dtype = np.dtype(np.complex128 if self.real == "complex" else np.float64)
+        self.lacking = frozenset(layout.get("later", ()))
         # a library with all functions has the bits of the library of runs that was made before
-        self.lacking = frozenset(() if "digest" in layout else layout.get("later", ()))
         self.digest = layout.get("digest") or hashlib.sha256(file.read_bytes() + tables).hexdigest()
         self._width = self.dtype.itemsize // 8
         self.types = tuple(ffi.typeof(text) for text in ("double[]", "double *[]", "long[]"))
