@@ -97,7 +97,7 @@ def _texts(model: Model) -> dict[str, str]:
 @pytest.mark.slow
 @pytest.mark.slow_cases("_other_start")
 @pytest.mark.parametrize("change", [_other_mass, _other_start])
-def test_a_changed_number_compiles_the_source_of_the_numbers_alone(
+def test_a_changed_number_compiles_and_schedules_nothing(
     change: Change, compiled: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     first = built_in(tmp_path, eomgen.load(PENDULUM), method="generalized_alpha", profile="quick")
