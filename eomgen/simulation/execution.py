@@ -36,7 +36,7 @@ def own_steps(counts: Mapping[str, int | float]) -> float:
     return float(counts.get("own_steps") or counts.get("expansions") or 1)
 
 
-@dataclass(frozen=True)
+@dataclass
 class Execution:
     """Execution of runs with one library.
 
@@ -69,7 +69,8 @@ class Execution:
 
     def resume(self, run: Run, stepper: Stepper) -> Outcome:
         """Return the outcome of a run from the present state of its stepper on."""
-        return self._outcome(run, stepper, partial(_continue, run, stepper), None)
+        every = min(run.every, run.grid.steps + 1)
+        return self._outcome(run, stepper, partial(run_chunks, stepper, run.grid, every, run.driven), None)
 
     def _outcome(
         self, run: Run, stepper: Stepper, follow: _Follow, beginning: RunStart | None, most_steps: float = math.inf
@@ -88,7 +89,7 @@ class Execution:
                 report(done, total)
 
         began = time.perf_counter()
-        trajectory = follow(report if math.isinf(most_steps) else watch, writer)
+        trajectory = follow(report if most_steps == math.inf else watch, writer)
         stepper.close()
         wall, estimated = time.perf_counter() - began, self.estimated
         return Outcome(run, stepper, trajectory, wall, writer, beginning, estimated=estimated, progress=self.progress)
@@ -98,8 +99,8 @@ def _start(
     run: Run, stepper: Stepper, state: InitialState, progress: Progress | None, writer: CheckpointWriter | None
 ) -> Trajectory:
     """Return the trajectory of a run from a state. Raises UsageError if the stepper refuses its settings."""
-    grid, model = run.grid, run.model
-    status = stepper.initialize(grid.start, state.q, state.v, stepper.first_inputs(run.driven, grid), state.z)
+    grid, model, inputs = run.grid, run.model, run.driven
+    status = stepper.initialize(grid.start, state.q, state.v, stepper.first_inputs(inputs, grid), state.z)
     if status == BAD_ARGUMENT.number:
         settings = ", ".join(f"{name} = {value:.6g}" for name, value in run.settings.items())
         fault = f"{run.name} refuses {settings}: {stepper.status_text(status)} [E2028]"
@@ -110,9 +111,4 @@ def _start(
         return Trajectory(rows, status, False, 0)
     if writer is not None:
         writer.write(stepper, 0)  # a path without write access is reported before the run
-    return _continue(run, stepper, progress, writer)
-
-
-def _continue(run: Run, stepper: Stepper, progress: Progress | None, writer: CheckpointWriter | None) -> Trajectory:
-    """Return the trajectory of a run from the present state of its stepper on."""
-    return run_chunks(stepper, run.grid, min(run.every, run.grid.steps + 1), run.driven, progress, writer)
+    return run_chunks(stepper, grid, min(run.every, grid.steps + 1), inputs, progress, writer)

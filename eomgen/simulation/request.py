@@ -5,10 +5,9 @@ inputs and the initial state of the run follow.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import InitialState, check_initial
 from eomgen.compiled.model import CompiledModel
@@ -25,8 +24,7 @@ from eomgen.simulation.stepping.states import start_of, starts_at_equilibrium
 from eomgen.simulation.stepping.time_grid import TimeGrid
 
 
-@dataclass(frozen=True)
-class RunRequest:
+class RunRequest(NamedTuple):
     """Start, parameters and step of a run.
 
     Attributes
@@ -137,7 +135,7 @@ def read_request(
     ----------
     instead_of_batches : remedy for several sets of parameters
     """
-    defaults = model.library.layout["defaults"]
+    defaults = model.functions.library.layout["defaults"]
     size = positive("step", defaults["step"] if step is None else step)
     t = number_of("t_start", t_start)
     p = model.evaluator.one_set(parameters, instead_of_batches)

@@ -9,7 +9,6 @@ from typing import Any
 
 from eomgen.base.arrays import count_of
 from eomgen.base.calls import checked_call
-from eomgen.base.data import replace
 from eomgen.base.messages import Log
 from eomgen.base.progress import Progress, shown
 from eomgen.compiled.arguments import number_of
@@ -178,7 +177,7 @@ def simulate(
     (True, (101, 2))
     """
     request = read_request(model, step, t_start, parameters, initial, start)
-    defaults = model.library.layout["defaults"]
+    defaults = model.functions.library.layout["defaults"]
     end = number_of("t_end", request.t + defaults["duration"] if t_end is None else t_end)
     every = count_of("record_every", defaults["record_every"] if record_every is None else record_every)
     options = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": order, "tolerance": tolerance}
@@ -187,7 +186,8 @@ def simulate(
     check_memory(grid.steps // every + 2, plan_of(chosen.library).sizes["row"])
     run = request.run(chosen, grid, every, inputs, read_controllers(controllers, chosen.library.layout))
     chosen.check_span(run, changed=request.changed)
-    run, beginning = _begin(request, chosen, run, choice)
+    told = _LOG.enabled
+    beginning = _begin(request, chosen, run, choice)
     with nullcontext() if progress is None else shown(progress, model.name) as reported:
         execution = Execution(chosen.library, checkpoint, checkpoint_every, reported, estimated=error_estimate)
         outcome = execution.outcome(run, beginning)
@@ -195,22 +195,21 @@ def simulate(
             outcome = bound_steps(outcome, execution, beginning)
         # attributes that call functions of the caller, or are shown, are evaluated before the solution is returned
         called = run.controllers is not None or any(map(callable, run.signals.given.values()))
-        shows = _LOG.enabled or reported is not None or outcome.writer is not None
+        shows = told or reported is not None or outcome.writer is not None
         cut_short = bool(outcome.trajectory.status) or outcome.trajectory.interrupted
         solution = outcome.solution(at_once=called or shows or cut_short)
-    if _LOG.enabled:
+    if told:
         wall = solution.stats["wall_time"]
         _LOG.info("ran %s with %s in %.3g s: %s", model.name, chosen.name, wall, solution.message)
     return solution
 
 
-def _begin(request: RunRequest, chosen: ChosenStepper, run: Run, choice: str) -> tuple[Run, RunStart]:
-    """Return a run with the corrections of its start, and this start."""
+def _begin(request: RunRequest, chosen: ChosenStepper, run: Run, choice: str) -> RunStart:
+    """Return the start of a run, and add the corrections of its initial state to the run."""
     if request.changed or request.initial or run.signals.given:
         state, corrections, doubts = request.initial_state(run)
     else:
         start = request.t, request.at_rest
         state, corrections, doubts = chosen.start(start, lambda: request.initial_state(run))
-    notes = angles_of_several_turns(request.model, request.initial)
-    begun = replace(run, corrections=list(corrections), begun=request.start_description)
-    return begun, RunStart(state, request.at_rest, doubts, choice, notes)
+    run.corrections.extend(corrections)
+    return RunStart(state, request.at_rest, doubts, choice, angles_of_several_turns(request.model, request.initial))

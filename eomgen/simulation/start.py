@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.calls import checked_call
-from eomgen.base.data import replace
 from eomgen.compiled.functions import by_one_library
 from eomgen.compiled.initial_state import angles_of_several_turns
 from eomgen.compiled.model import CompiledModel
@@ -21,7 +20,7 @@ from eomgen.simulation.request import read_request
 from eomgen.simulation.simulator import Simulator
 from eomgen.simulation.stepping.controllers import Controller, read_controllers
 from eomgen.simulation.stepping.inputs import Signal
-from eomgen.simulation.stepping.time_grid import TimeGrid, check_resolution, spacing
+from eomgen.simulation.stepping.time_grid import TimeGrid, check_resolution
 
 
 @checked_call(
@@ -101,12 +100,12 @@ def start(
     remedy = "one simulator for each"
     request = read_request(model, step, t_start, parameters, initial, start, instead_of_batches=remedy)
     moved = moves.started(request.p, request.t, moves.check(motions))
-    request = replace(request, p=moved, changed=request.changed or bool(motions))
+    request = request._replace(p=moved, changed=request.changed or bool(motions))
     t, size = request.t, request.step
     options = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": order, "tolerance": tolerance}
     chosen, choice = request.choose_stepper(method, options, settings)
     library = chosen.library
-    check_resolution(size, t, spacing(t, library.real))
+    check_resolution(size, t, library.real)
     functions = read_controllers(controllers, library.layout)
     run = request.run(chosen, TimeGrid(t, t, size, 0, 0.0), 1, inputs, functions)
     for key, signal in run.signals.given.items():

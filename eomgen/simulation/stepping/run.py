@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass
+from eomgen.base.data import dataclass, field
 from eomgen.errors import Message
 from eomgen.integrators.families.register import Method
 from eomgen.integrators.stepper_layout import default_settings
@@ -33,7 +33,7 @@ class Run:
     signals : signals of the inputs
     grid : the times of the whole run
     every : steps between recorded rows
-    corrections : how the initial state was brought onto the constraints
+    corrections : how the initial state was brought onto the constraints; added as soon as the start is known
     begun : description of the initial state, in words
     controllers : the caller's functions that samples call; None if there are none
     bounded_for : law that the examination of the first run found, and for which ``largest_step`` is set; else empty
@@ -47,7 +47,7 @@ class Run:
     signals: InputSignals
     grid: TimeGrid
     every: int
-    corrections: Sequence[Message] = ()
+    corrections: list[Message] = field(default_factory=list)
     begun: str = SCENE_START
     controllers: CallerControllers | None = None
     bounded_for: str = ""

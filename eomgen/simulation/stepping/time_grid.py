@@ -55,20 +55,18 @@ class TimeGrid:
         return self.end if self.rest else self.start + self.step * self.whole
 
 
-def spacing(t: float, real: str) -> float:
-    """Return the distance of a time to the next number of a type, s."""
-    return float(np.spacing(np.float32(abs(t)))) if real == "float" else math.ulp(t)
-
-
-def check_resolution(step: float, t: float, distance: float) -> None:
-    """Raise UsageError if a step is too short at a time whose neighbouring numbers are ``distance``, all in s."""
-    if step < FINEST * distance:
+def check_resolution(step: float, t: float, real: str) -> float:
+    """Return the distance of a time to the next number of a type. Raises UsageError for a step, > 0, too short for
+    that distance, all in s."""
+    distance = float(np.spacing(np.float32(abs(t)))) if real == "float" else math.ulp(t)
+    if 0.0 < step < FINEST * distance:
         fault = (
             f"at t = {t:.9g} s neighbouring numbers differ by {distance:.3g} s, too much for a step of {step:.3g}"
             f" s [E2052]"
         )
         shifted = "times nearer to 0, with formulas of time shifted by as much"
         raise UsageError(Problem("step", fault, f"a step of {FINEST * distance:.2g} s or more, or {shifted}"))
+    return distance
 
 
 def time_grid(start: float, end: float, step: float, real: str = "double") -> TimeGrid:
@@ -93,9 +91,7 @@ def time_grid(start: float, end: float, step: float, real: str = "double") -> Ti
         fault = f"{end - start:.3g} s in steps of {step:.3g} s are {count:.3g} steps [E2078]"
         raise UsageError(Problem("step", fault, "a larger step"))
     latest = start if abs(start) > abs(end) else end
-    apart = spacing(latest, real)
-    if end > start:
-        check_resolution(min(step, end - start), latest, apart)
+    apart = check_resolution(min(step, end - start), latest, real)
     whole = round(count)
     rest = end - (start + step * whole)
     if whole and abs(rest) <= max(WHOLE * max(1.0, count) * step, 2.0 * apart):
