@@ -53,13 +53,18 @@ def write_table(path: Path, names: Sequence[str], columns: Array, *, numbered: s
     write_file(path, 24 * columns.size, fill, FEWER_ROWS)
 
 
-def write_rows(path: Path, rows: Iterable[Sequence[object]]) -> None:
-    """Write texts and numbers as ``.csv``, the names of columns first. Raises FileError."""
+def csv_text(rows: Iterable[Sequence[object]]) -> str:
+    """Return texts and numbers as CSV, the names of columns first."""
     text = io.StringIO()
     import csv  # noqa: PLC0415  # a run reads and writes no table
 
     csv.writer(text, lineterminator="\n").writerows(rows)
-    write_text(path, text.getvalue())
+    return text.getvalue()
+
+
+def write_rows(path: Path, rows: Iterable[Sequence[object]]) -> None:
+    """Write texts and numbers as ``.csv``, the names of columns first. Raises FileError."""
+    write_text(path, csv_text(rows))
 
 
 _DELIMITERS = (",", ";", "\t")

@@ -23,6 +23,8 @@ from eomgen.system.terms import NONZEROS
 
 #: States of a batch that are looked at, and sets of parameters that are remembered.
 _STATES, _REMEMBERED = 4, 1000
+#: Singular values of B below this part of the largest belong to redundant rows.
+_RANK = 1e-10
 
 
 def check_digits(model: EvaluatedModel, q: ArrayLike, p: Array, accelerations: Array) -> None:
@@ -571,6 +573,22 @@ class Nonzeros(NamedTuple):
         within = (row >= 0) & (row < size) & (column >= 0) & (column < size)
         flat = _sums(size * row[within] + column[within], self.values[:, within], size * size)
         return flat.reshape(-1, size, size)
+
+
+def free_directions(model: EvaluatedModel, q: ArrayLike, t: float, p: Array) -> Array:
+    """Return an orthonormal basis of the velocities that the constraints leave at a configuration, (nv, m).
+
+    Parameters
+    ----------
+    q, p : (nq,), (np,)
+    t : s
+    """
+    functions = model.evaluator.functions
+    if not functions.sizes["lam"] or "constraint_jacobian" not in functions:
+        return np.eye(functions.sizes["v"])
+    blocks = evaluate(model, "constraint_jacobian", q, t=t, parameters=p)
+    _, sizes, directions = np.linalg.svd(np.atleast_2d(next(iter(blocks.values()))))
+    return np.asarray(directions[int(np.sum(sizes > _RANK * sizes.max(initial=0.0))) :].T)
 
 
 def _sums(places: NDArray[np.int64], values: Array, size: int) -> Array:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.compiled.equations import accelerations, has_residual_partials, residual_partials
+from eomgen.compiled.equations import accelerations, free_directions, has_residual_partials, residual_partials
 from eomgen.compiled.initial_state import InitialState, initial_state
 from eomgen.errors import EomgenError
 from eomgen.integrators.families.register import BUILT_IN, STANDARD, check_needs, method_named
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 RESOLVED = 0.5
 #: Parameters that no method takes among which ``auto`` chooses, and a method that takes each.
 OF_OTHERS = {"alpha": "hht", "beta": "newmark", "gamma": "newmark", "order": "taylor"}
-#: Singular values of B below this part of the largest belong to redundant rows.
-_RANK = 1e-10
 
 
 def choose_method(
@@ -88,13 +86,10 @@ def largest_eigenvalue(model: CompiledModel, state: InitialState, t: float, p: A
         if model.multipliers:
             a, multipliers = model.constrained_dynamics(q, v, t, z=z, parameters=p)
             K, C, M = residual_partials(model, q, v, a, t, z=z, parameters=p, multipliers=multipliers)
-            rows = np.atleast_2d(next(iter(model.evaluate("constraint_jacobian", q, t=t, parameters=p).values())))
-            _, sizes, directions = np.linalg.svd(rows)
-            free = directions[int(np.sum(sizes > _RANK * sizes[0])) :].T
         else:
             a = accelerations(model, q, v, t, z=z, parameters=p)
             K, C, M = residual_partials(model, q, v, a, t, z=z, parameters=p)
-            free = np.eye(model.nv)
+        free = free_directions(model, q, t, p)
         K, C, M = (free.T @ matrix @ free for matrix in (K, C, M))
         count = len(M)
         solved = np.linalg.solve(M, np.concatenate([K, C], axis=1))

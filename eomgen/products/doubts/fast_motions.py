@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.limits import Limit
-from eomgen.compiled.equations import accelerations, has_residual_partials, residual_partials
+from eomgen.compiled.equations import accelerations, free_directions, has_residual_partials, residual_partials
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import EomgenError, UsageError
 from eomgen.lie import product
@@ -51,8 +51,6 @@ _LARGEST = float(np.finfo(np.float64).max)
 _SPAN = 0.1
 #: Events and jumps that are looked at, at most, and modes of each.
 _PLACES, _MODES = 16, 8
-#: Singular values of B below this part of the largest belong to redundant rows.
-_RANK = 1e-10
 
 
 class _ExaminedState(NamedTuple):
@@ -175,11 +173,7 @@ class _UnresolvedModes:
         held = {"multipliers": multipliers} if model.multipliers else {}
         K, C, M = residual_partials(model, q, v, a, t, u, z=z, parameters=p, **held)
         mass = 0.5 * (M + M.T)
-        free = np.eye(model.nv)
-        if model.multipliers:
-            rows = np.atleast_2d(next(iter(model.evaluate("constraint_jacobian", q, t=t, parameters=p).values())))
-            _, sizes, directions = np.linalg.svd(rows)
-            free = directions[int(np.sum(sizes > _RANK * sizes[0])) :].T
+        free = free_directions(model, q, t, p)
         root = np.linalg.cholesky(free.T @ mass @ free)
         basis = np.linalg.solve(root, free.T).T  # basis^T M basis = 1
         stiffness = basis.T @ K @ basis

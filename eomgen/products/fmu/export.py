@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -13,6 +11,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call
+from eomgen.base.csv_tables import csv_text
 from eomgen.base.data import dataclass, replace
 from eomgen.base.files import check_writable, make_folder, nearby, read_bytes, write_bytes
 from eomgen.base.messages import nearest, shown
@@ -412,10 +411,7 @@ def _reference(
         columns |= {item.name: table[:, item.index] for item in interface.of("output")}
     labels = {name: label for whole in listed(interface) for name, label in whole.labels.items()}
     columns = {labels.get(name, name): column for name, column in columns.items()}
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
     doubts = tuple(map(str, run.model.alike() if run.model else ()))
     place = "documentation" if interface.version == 2 else "extra/org.fmi-standard.fmi-ls-ref"
-    return {f"{place}/{interface.identifier}_reference.csv": stream.getvalue()}, doubts
+    return {f"{place}/{interface.identifier}_reference.csv": csv_text([tuple(columns), *rows])}, doubts

@@ -3,7 +3,6 @@ in turns, on one processor."""
 
 from __future__ import annotations
 
-import csv
 import itertools
 import json
 import os
@@ -16,6 +15,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from eomgen.base.csv_tables import write_rows
 from eomgen.base.data import asdict, dataclass, field, fields, is_dataclass, replace
 from eomgen.base.files import make_folder, write_text
 from eomgen.errors import EomgenError, Problem, UsageError
@@ -314,16 +314,15 @@ class Savings:
         """
         target = make_folder(Path(folder))
         table, data = target / "savings.csv", target / "savings.json"
-        with table.open("w", newline="", encoding="utf-8") as stream:
-            rows = csv.writer(stream)
-            quartiles = [f"{key}_{part}_quartile" for key in QUARTILES for part in ("first", "third")]
-            ratio_names = [f"{key}_ratio" for key in COMPARED]
-            rows.writerow(["variant", *COMPARED, *quartiles, *ratio_names, "iterations", "problem"])
-            for cost in self.costs:
-                values = [getattr(cost, key) for key in COMPARED]
-                ratios = [self.ratio(cost, key) for key in COMPARED]
-                ends = [end for name in QUARTILES.values() for end in getattr(cost, name) or (None, None)]
-                rows.writerow([cost.name, *values, *ends, *ratios, cost.iterations, cost.problem])
+        quartiles = [f"{key}_{part}_quartile" for key in QUARTILES for part in ("first", "third")]
+        ratio_names = [f"{key}_ratio" for key in COMPARED]
+        rows: list[list[object]] = [["variant", *COMPARED, *quartiles, *ratio_names, "iterations", "problem"]]
+        for cost in self.costs:
+            values = [getattr(cost, key) for key in COMPARED]
+            ratios = [self.ratio(cost, key) for key in COMPARED]
+            ends = [end for name in QUARTILES.values() for end in getattr(cost, name) or (None, None)]
+            rows.append([cost.name, *values, *ends, *ratios, cost.iterations, cost.problem])
+        write_rows(table, rows)
         write_text(data, json.dumps(self.to_dict(), indent=2) + "\n")
         return [table, data]
 

@@ -32,7 +32,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.limits import Limit
 from eomgen.compiled.constraints import NEEDED
-from eomgen.compiled.equations import accelerations, has_residual_partials, residual_partials
+from eomgen.compiled.equations import accelerations, free_directions, has_residual_partials, residual_partials
 from eomgen.errors import EomgenError
 from eomgen.simulation.accuracy.motion_size import reach_of
 from eomgen.simulation.stepping.run import Run
@@ -202,7 +202,7 @@ class _Rates:
 
     def _way(self, row: int, column: int) -> Array | None:
         """Return the change of velocities, (nv,), along with one of them, on the tangent; None if it is held."""
-        basis = self._tangent(row)
+        basis = self._free_directions(row)
         way: Array = basis @ basis[column]
         return way / way[column] if way[column] > _HALF_OF_DIGITS else None
 
@@ -224,7 +224,7 @@ class _Rates:
         model = self._model
         if self._left < 2 * model.nv and row:
             return None
-        basis = self._tangent(row)
+        basis = self._free_directions(row)
         slopes = self._partials(row, basis) if has_residual_partials(model) else self._differences(row, basis)
         if slopes is None or not slopes.size or not np.all(np.isfinite(slopes)):
             return None
@@ -233,17 +233,9 @@ class _Rates:
         name = model.v_names[int(np.argmax(np.abs(basis @ vectors[:, place])))]
         return Rate(max(0.0, float(-values[place].real)), float(self._states.t[row]), name)
 
-    def _tangent(self, row: int) -> Array:
-        """Return a basis of the velocities that the constraints leave, (nv, m)."""
-        model, states = self._model, self._states
-        if not model.multipliers or "constraint_jacobian" not in model.functions:
-            return np.eye(model.nv)
-        given: dict[str, Any] = {"t": float(states.t[row]), "parameters": self._parameters(row)}
-        blocks = model.evaluate("constraint_jacobian", states.q[row], **given)
-        jacobian = np.atleast_2d(next(iter(blocks.values())))
-        _, sizes, directions = np.linalg.svd(jacobian)
-        free: Array = directions[int(np.sum(sizes > _HALF_OF_DIGITS * sizes.max(initial=0.0))) :].T
-        return free
+    def _free_directions(self, row: int) -> Array:
+        states = self._states
+        return free_directions(self._model, states.q[row], float(states.t[row]), self._parameters(row))
 
     def _partials(self, row: int, basis: Array) -> Array | None:
         model, states = self._model, self._states

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 from collections import Counter
@@ -11,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from eomgen.base.csv_tables import csv_text
 from eomgen.base.data import asdict, dataclass, field
 from eomgen.base.figures import new_figure
 from eomgen.base.files import make_folder, write_text
@@ -171,15 +170,13 @@ class Extremes:
         str
             Comma-separated values with a head.
         """
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
         head = ["ladder", "value", "method", "verdict", "error", "velocity_error", "bound"]
-        writer.writerow([*head, "seconds", "reference", "said", "command"])
+        rows = [[*head, "seconds", "reference", "said", "command"]]
         for cell in self.cells:
             errors = ["" if x is None else f"{x:.3g}" for x in (cell.error, cell.velocity_error)]
             row = [cell.ladder, f"{cell.value:.9g}", cell.method, cell.verdict, *errors, f"{cell.bound:g}"]
-            writer.writerow([*row, f"{cell.seconds:.3g}", cell.reference, cell.said, self.command(cell)])
-        return text.getvalue()
+            rows.append([*row, f"{cell.seconds:.3g}", cell.reference, cell.said, self.command(cell)])
+        return csv_text(rows)
 
     def save(self, folder: str | Path) -> list[Path]:
         """Write extremes.csv, extremes.json and extremes.png. Raises FileError.
