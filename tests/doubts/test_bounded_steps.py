@@ -17,7 +17,7 @@ import eomgen
 from eomgen.base.message_codes import code_of_finding
 from eomgen.cli import main
 from eomgen.products.doubts import unseen_laws
-from eomgen.simulation import simulate
+from eomgen.simulation import bounded_steps
 from eomgen.simulation.stepping.stepper import Stepper
 from tests.doubts.test_laws_between_steps import LAWS, off, sliders
 
@@ -104,7 +104,7 @@ def test_a_bound_with_which_the_run_fails_is_named_and_not_taken(tmp_path: Path)
 
 
 def test_a_bounded_run_that_takes_many_more_steps_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(simulate, "_GIVEN_UP", 0.01)
+    monkeypatch.setattr(bounded_steps, "_GIVEN_UP", 0.01)
     given, _, _ = LAWS["linear table over place"]
     kept = tmp_path / "run.ckpt"
     run = sliders().simulate(2.0, 0.1, method="rk45", parameters=given, checkpoint=kept)

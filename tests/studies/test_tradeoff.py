@@ -311,7 +311,7 @@ def test_formulations_of_a_loop_begin_in_one_state(example: str) -> None:
         ({"inputs": {"zz": 1.0}}, "there is no input 'zz': the scene has no inputs; try: [inputs] in the scene"),
         (
             {"parameters": {"length": 1.0}},
-            "the parameter length exists, but its value is fixed in the code; try: length",
+            "there is no parameter 'length': the scene has no tunable parameters; try: a tunable",
         ),
     ],
 )
