@@ -175,7 +175,7 @@ def elastic_full_car() -> None:
     )
     figure, (density, twist, table) = plt.subplots(1, 3, figsize=(11.5, 3.8), layout="constrained")
     frequency = np.geomspace(0.3, 60.0, 1500)
-    omega, rough = 2 * np.pi * frequency, 2.0 * script["road_intensity"]("C", script["SPEED"])
+    omega, rough = 2 * np.pi * frequency, 2.0 * script["Road"]("C").velocity_intensity(script["SPEED"])
     late = np.exp(-1j * omega * car.wheelbase / script["SPEED"])
     for label, parameters, colour, style in lines:
         linear = model.linearize(t=script["LATER"], at="initial", parameters=parameters)

@@ -11,7 +11,8 @@ import numpy as np
 
 import eomgen
 from eomgen.control.plant import Plant
-from eomgen.control.stationary import road_intensity, stationary
+from eomgen.control.stationary import stationary
+from eomgen.spectra import Road
 
 SCENE = Path(__file__).with_name("scene.toml")
 OUTPUTS = ("body_acceleration", "suspension_travel", "tyre_load")
@@ -44,7 +45,7 @@ def expected(model: eomgen.Model, parameters: dict[str, float], road: str = "C")
     """Return the same of the stationary motion on white road velocity, from the model's own linear matrices."""
     linear = model.linearize(t=LATER, parameters=parameters)
     plant = Plant(linear.M0, linear.C0, linear.K0, np.zeros((2, 1)), linear.coordinates)
-    found = stationary(plant, linear.E0, road_intensity(road, SPEED))
+    found = stationary(plant, linear.E0, Road(road).velocity_intensity(SPEED))
     body, wheel = linear.coordinates.index("body"), linear.coordinates.index("wheel")
     travel, load = np.zeros(4), np.zeros(4)
     travel[body], travel[wheel], load[wheel] = 1.0, -1.0, TYRE

@@ -23,10 +23,10 @@ from eomgen.control import (
     shaping_filter,
 )
 from eomgen.control.plant import Plant
-from eomgen.control.stationary import road_intensity
 from eomgen.control.weights import Weights
 from eomgen.linear.linearization import Linearization
 from eomgen.linear.state_space import StateSpace
+from eomgen.spectra import Road
 
 SCENE = Path(__file__).with_name("lag.toml")
 SPEED = 20.0
@@ -73,7 +73,7 @@ def suspensions(linear: Linearization) -> dict[str, StateSpace]:
 
 def noise() -> dict[str, float]:
     """Return the intensity of the white noise that makes the road."""
-    return {"roughness": road_intensity("C", SPEED)}
+    return {"roughness": Road("C").velocity_intensity(SPEED)}
 
 
 def sampled(linear: Linearization) -> OutputFeedback:

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import expm, solve_continuous_lyapunov
 
 import eomgen
-from eomgen.control.stationary import road_intensity
+from eomgen.spectra import Road
 
 FOLDER = Path(__file__).parent
 SPEED = 20.0
@@ -135,7 +135,7 @@ def expected(model: eomgen.Model, car: Car, parameters: dict[str, float]) -> np.
         held = C @ first + F[:, front]
         variances += held**2 * delay - 2 * held * (C @ np.linalg.solve(linear.A, later - first))
         variances += np.einsum("ij,jk,ik->i", C, P, C)
-    return car.factors * np.sqrt(road_intensity("C", SPEED) * variances)
+    return car.factors * np.sqrt(Road("C").velocity_intensity(SPEED) * variances)
 
 
 def main() -> int:
