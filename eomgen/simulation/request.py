@@ -99,7 +99,8 @@ class RunRequest(NamedTuple):
         formulas = scene_inputs(model, self.p)
         signals = InputSignals(model.inputs, given, formulas, self.step, self.t, chosen.left_to_stepper)
         settings = chosen.settings_at(self.step)
-        return Run(model, chosen.name, chosen.method, settings, self.p, signals, grid, every, controllers=controllers)
+        start = list[Message](), self.start_description
+        return Run(model, chosen.name, chosen.method, settings, self.p, signals, grid, every, *start, controllers)
 
     def initial_state(self, run: Run) -> tuple[InitialState, list[Message], list[str]]:
         """Return the initial state of the run, a sentence for each change of the requested state, and notes on its
@@ -112,7 +113,7 @@ class RunRequest(NamedTuple):
         """Description of the start in words."""
         if self.at_rest:
             return "equilibrium near the initial values given" if self.initial else "the scene's equilibrium"
-        of_scene = str(self.model.library.layout["defaults"]["start"])
+        of_scene = str(self.model.functions.library.layout["defaults"]["start"])
         if not self.initial:
             return SCENE_START if of_scene == "initial" else f"{SCENE_START}, not its equilibrium"
         instead = self.start is None and of_scene == "equilibrium"

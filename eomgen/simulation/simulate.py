@@ -209,7 +209,6 @@ def _begin(request: RunRequest, chosen: ChosenStepper, run: Run, choice: str) ->
     if request.changed or request.initial or run.signals.given:
         state, corrections, doubts = request.initial_state(run)
     else:
-        start = request.t, request.at_rest
-        state, corrections, doubts = chosen.start(start, lambda: request.initial_state(run))
+        state, corrections, doubts = chosen.start((request.t, request.at_rest), lambda: request.initial_state(run))
     run.corrections.extend(corrections)
     return RunStart(state, request.at_rest, doubts, choice, angles_of_several_turns(request.model, request.initial))

@@ -123,6 +123,19 @@ def test_initial_states_by_array_and_by_joint() -> None:
     np.testing.assert_array_equal(turned.q[0, 7:11], [0, 1, 0, 0])
 
 
+@pytest.mark.parametrize(
+    ("options", "begun"),
+    [
+        ({}, "the scene's initial state"),
+        ({"initial": {"q": [0.1]}}, "initial values given"),
+        ({"start": "equilibrium"}, "the scene's equilibrium"),
+        ({"start": "equilibrium", "initial": {"q": [0.1]}}, "equilibrium near the initial values given"),
+    ],
+)
+def test_a_run_describes_its_start(options: dict[str, Any], begun: str) -> None:
+    assert pendulum().simulate(0.02, 0.01, **options).metadata["start"] == begun
+
+
 def test_parameters_change_a_run() -> None:
     model = pendulum()
     short, long = (model.simulate(0.5, 1e-3, parameters={"length": length}) for length in (0.25, 1.0))
