@@ -166,12 +166,12 @@ class Road:
         Parameters
         ----------
         speed : float
-            m/s.
+            Of the vehicle, m/s.
 
         Returns
         -------
         float
-            m^2/s, half of the one-sided spectral density over Hz.
+            Half of the one-sided spectral density over Hz, m^2/s.
 
         Examples
         --------
