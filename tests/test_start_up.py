@@ -127,7 +127,6 @@ def test_a_cached_model_needs_no_scene(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(sys.platform != "linux", reason="libraries are changed there alone")
 def test_a_changed_number_needs_neither_printer_nor_compiler(tmp_path: Path) -> None:
     """Nor schedules, NumPy's random numbers and solvers of constraints."""
     work = 'model = eomgen.build("arm.urdf", profile="quick"); model.simulate(1e-3, 1e-3)'

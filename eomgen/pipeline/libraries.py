@@ -63,8 +63,8 @@ def begin_library(
     names: Names,
 ) -> Program | None:
     """Look for a library that differs in numbers alone, and return a Program without statements if there is one. Else
-    compile the stepper of a long model, or of one on the tape engine, while functions are scheduled, if
-    its text depends on no statement; of a short model on the tape engine the whole library.
+    compile the stepper of a long model, or of one on the tape engine, while functions are scheduled, if its text
+    depends on no statement; of a short model on the tape engine the whole library.
 
     Parameters
     ----------

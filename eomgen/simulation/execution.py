@@ -20,6 +20,7 @@ from eomgen.simulation.judgement.finished_run import RunStart
 from eomgen.simulation.outcome import Outcome
 from eomgen.simulation.stepping.chunks import Trajectory, run_chunks
 from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.settings import check_memory
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.toolchain.library import Library
 
@@ -60,7 +61,8 @@ class Execution:
         Raises
         ------
         UsageError
-            The stepper refuses its settings; a checkpoint cannot be written at the start.
+            The rows take more memory than this machine has; the stepper refuses its settings; a checkpoint cannot be
+            written at the start.
         CostlyRunError
             The run takes more steps than ``most_steps``.
         """
@@ -75,6 +77,7 @@ class Execution:
     def _outcome(
         self, run: Run, stepper: Stepper, follow: _Follow, beginning: RunStart | None, most_steps: float = math.inf
     ) -> Outcome:
+        check_memory((run.grid.steps - stepper.count) // run.every + 2, stepper.sizes["row"])
         writer = checkpoint_writer(run, self.library, self.checkpoint, self.checkpoint_every)
         report = self.progress
         if self.estimated and report is not None:

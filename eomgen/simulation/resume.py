@@ -23,7 +23,7 @@ from eomgen.simulation.execution import Execution
 from eomgen.simulation.stepping.controllers import CallerControllers, Controller, read_controllers
 from eomgen.simulation.stepping.inputs import Signal
 from eomgen.simulation.stepping.run import stored_run
-from eomgen.simulation.stepping.settings import check_memory, check_span, stepper_library
+from eomgen.simulation.stepping.settings import check_span, stepper_library
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.system.terms import Selection
 from eomgen.toolchain.library import Library
@@ -118,7 +118,6 @@ def resume(
     if grid.whole < stepper.count:
         fault = f"the end {end:.9g} s lies before the checkpoint's time {stepper.t:.9g} s [E2003]"
         raise UsageError(Problem("t_end", fault, "a later t_end"))
-    check_memory((grid.steps - stepper.count) // run.every + 2, stepper.sizes["row"])
     check_span(run, library)
     written = file if checkpoint is None else checkpoint
     with shown(progress, model.name) as reported:

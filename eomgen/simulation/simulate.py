@@ -25,8 +25,7 @@ from eomgen.simulation.request import RunRequest, read_request
 from eomgen.simulation.stepping.controllers import Controller, read_controllers
 from eomgen.simulation.stepping.inputs import Signal
 from eomgen.simulation.stepping.run import Run
-from eomgen.simulation.stepping.settings import ChosenStepper, check_memory
-from eomgen.simulation.stepping.stepper import plan_of
+from eomgen.simulation.stepping.settings import ChosenStepper
 from eomgen.simulation.stepping.time_grid import time_grid
 
 _LOG = Log(__name__)
@@ -183,7 +182,6 @@ def simulate(
     options = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": order, "tolerance": tolerance}
     chosen, choice = request.choose_stepper(method, options, settings)
     grid = time_grid(request.t, end, request.step, chosen.library.real)
-    check_memory(grid.steps // every + 2, plan_of(chosen.library).sizes["row"])
     run = request.run(chosen, grid, every, inputs, read_controllers(controllers, chosen.library.layout))
     chosen.check_span(run, changed=request.changed)
     told = _LOG.enabled
