@@ -143,7 +143,6 @@ INTERNAL = {
     "Model.stepper",
     "Model.stepper_in_lanes",
     "Simulator.begin",
-    "Simulator.moved_from",
     "SimulatorState.check",
     "Solution.later",
 }

@@ -308,7 +308,7 @@ class CompiledModel(NamedAttributes):
         return self._parameters
 
     @property
-    def notes(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[Message, ...]:
         """Notes of importers on omissions, on redundant constraint rows, and on corrections of the initial state."""
         return tuple(map(Message, self.library.layout["notes"]))
 

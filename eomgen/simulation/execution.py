@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -23,9 +22,6 @@ from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.settings import check_memory
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.toolchain.library import Library
-
-#: Steps a run, with progress and the writer of checkpoints.
-_Follow = Callable[[Progress | None, CheckpointWriter | None], Trajectory]
 
 
 class CostlyRunError(Exception):
@@ -55,8 +51,15 @@ class Execution:
     progress: Progress | None
     estimated: bool
 
-    def outcome(self, run: Run, beginning: RunStart, most_steps: float = math.inf) -> Outcome:
-        """Return the outcome of a run from its start.
+    def outcome(
+        self, run: Run, beginning: RunStart | None, most_steps: float = math.inf, resumed: Stepper | None = None
+    ) -> Outcome:
+        """Return the outcome of a run from its start, or from the present state of the stepper of an earlier run.
+
+        Parameters
+        ----------
+        beginning : None for a resumed run
+        resumed : stepper of the earlier run
 
         Raises
         ------
@@ -66,24 +69,15 @@ class Execution:
         CostlyRunError
             The run takes more steps than ``most_steps``.
         """
-        stepper = Stepper(self.library, run.settings, run.parameters, run.controllers)
-        return self._outcome(run, stepper, partial(_start, run, stepper, beginning.state), beginning, most_steps)
-
-    def resume(self, run: Run, stepper: Stepper) -> Outcome:
-        """Return the outcome of a run from the present state of its stepper on."""
-        every = min(run.every, run.grid.steps + 1)
-        return self._outcome(run, stepper, partial(run_chunks, stepper, run.grid, every, run.driven), None)
-
-    def _outcome(
-        self, run: Run, stepper: Stepper, follow: _Follow, beginning: RunStart | None, most_steps: float = math.inf
-    ) -> Outcome:
-        check_memory((run.grid.steps - stepper.count) // run.every + 2, stepper.sizes["row"])
+        stepper = resumed or Stepper(self.library, run.settings, run.parameters, run.controllers)
+        steps = run.grid.steps if resumed is None else run.grid.steps - resumed.count
+        check_memory(steps // run.every + 2, stepper.sizes["row"])
         writer = checkpoint_writer(run, self.library, self.checkpoint, self.checkpoint_every)
         report = self.progress
         if self.estimated and report is not None:
             from eomgen.simulation.accuracy.error_estimation import ErrorEstimation  # noqa: PLC0415  # on request
 
-            report = ErrorEstimation(report).shown(run, run.grid.steps - stepper.count)
+            report = ErrorEstimation(report).shown(run, steps)
 
         def watch(done: int, total: int) -> None:
             if own_steps(stepper.statistics) > most_steps:
@@ -92,26 +86,29 @@ class Execution:
                 report(done, total)
 
         began = time.perf_counter()
-        trajectory = follow(report if most_steps == math.inf else watch, writer)
+        state = None if beginning is None else beginning.state
+        trajectory = _trajectory(run, stepper, state, report if most_steps == math.inf else watch, writer)
         stepper.close()
         wall, estimated = time.perf_counter() - began, self.estimated
         return Outcome(run, stepper, trajectory, wall, writer, beginning, estimated=estimated, progress=self.progress)
 
 
-def _start(
-    run: Run, stepper: Stepper, state: InitialState, progress: Progress | None, writer: CheckpointWriter | None
+def _trajectory(
+    run: Run, stepper: Stepper, state: InitialState | None, progress: Progress | None, writer: CheckpointWriter | None
 ) -> Trajectory:
-    """Return the trajectory of a run from a state. Raises UsageError if the stepper refuses its settings."""
+    """Return the trajectory of a run from a state; None: the present state of the stepper. Raises UsageError if the
+    stepper refuses its settings."""
     grid, model, inputs = run.grid, run.model, run.driven
-    status = stepper.initialize(grid.start, state.q, state.v, stepper.first_inputs(inputs, grid), state.z)
-    if status == BAD_ARGUMENT.number:
-        settings = ", ".join(f"{name} = {value:.6g}" for name, value in run.settings.items())
-        fault = f"{run.name} refuses {settings}: {stepper.status_text(status)} [E2028]"
-        raise UsageError(Problem("settings", fault, "the defaults"))
-    if status:
-        unknown = np.full(model.nv + len(model.multipliers), np.nan)
-        rows = np.concatenate([[grid.start], state.q, state.v, unknown, state.z])[np.newaxis]
-        return Trajectory(rows, status, False, 0)
-    if writer is not None:
-        writer.write(stepper, 0)  # a path without write access is reported before the run
+    if state is not None:
+        status = stepper.initialize(grid.start, state.q, state.v, stepper.first_inputs(inputs, grid), state.z)
+        if status == BAD_ARGUMENT.number:
+            settings = ", ".join(f"{name} = {value:.6g}" for name, value in run.settings.items())
+            fault = f"{run.name} refuses {settings}: {stepper.status_text(status)} [E2028]"
+            raise UsageError(Problem("settings", fault, "the defaults"))
+        if status:
+            unknown = np.full(model.nv + len(model.multipliers), np.nan)
+            rows = np.concatenate([[grid.start], state.q, state.v, unknown, state.z])[np.newaxis]
+            return Trajectory(rows, status, False, 0)
+        if writer is not None:
+            writer.write(stepper, 0)  # a path without write access is reported before the run
     return run_chunks(stepper, grid, min(run.every, grid.steps + 1), inputs, progress, writer)

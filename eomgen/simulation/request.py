@@ -92,15 +92,16 @@ class RunRequest(NamedTuple):
         every : steps between recorded rows
         """
         model = self.model
-        refuse_as_inputs(inputs, [motion.name for motion in model.description.motions])
+        if inputs is not None:
+            refuse_as_inputs(inputs, [motion.name for motion in model.description.motions])
         given = read_signals(inputs, model.inputs, grid.steps, model.input_units)
         if chosen.method.inputs == "series":
             check_held(chosen.name, given)
         formulas = scene_inputs(model, self.p)
         signals = InputSignals(model.inputs, given, formulas, self.step, self.t, chosen.left_to_stepper)
         settings = chosen.settings_at(self.step)
-        start = list[Message](), self.start_description
-        return Run(model, chosen.name, chosen.method, settings, self.p, signals, grid, every, *start, controllers)
+        begun = self.start_description
+        return Run(model, chosen.name, chosen.method, settings, self.p, signals, grid, every, [], begun, controllers)
 
     def initial_state(self, run: Run) -> tuple[InitialState, list[Message], list[str]]:
         """Return the initial state of the run, a sentence for each change of the requested state, and notes on its

@@ -122,7 +122,7 @@ def resume(
     written = file if checkpoint is None else checkpoint
     with shown(progress, model.name) as reported:
         execution = Execution(library, written, checkpoint_every, reported, estimated=error_estimate)
-        return execution.resume(run, stepper).solution(at_once=True)
+        return execution.outcome(run, None, resumed=stepper).solution(at_once=True)
 
 
 def _controllers(library: Library, given: Mapping[str, Controller] | None) -> CallerControllers | None:

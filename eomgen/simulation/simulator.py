@@ -86,7 +86,7 @@ class Simulator(NamedAttributes):
     A failed step raises and leaves the last good state.
     """
 
-    def __init__(self, run: Run, library: Library) -> None:
+    def __init__(self, run: Run, library: Library, motions: Motions) -> None:
         method = library.layout["method"]
         self._run, self._library = run, library
         self._stepper = Stepper(library, run.settings, run.parameters, run.controllers)
@@ -108,8 +108,7 @@ class Simulator(NamedAttributes):
         self._advanced: float | None = None  # to when the last advance went
         self._recorded: list[RecordedRow] = []
         self.notes: tuple[str, ...] = ()
-        self._motions = Motions(run.model)
-        self._moved = bool(self._motions)
+        self._motions, self._moved = motions, bool(motions)
 
     def __repr__(self) -> str:
         return f"<Simulator of {self.model.name} by {self.method}: t = {self.t:.9g} s, steps of {self.step_size:.9g} s>"
@@ -380,16 +379,6 @@ class Simulator(NamedAttributes):
         self._advanced = None
         self._begun = state
 
-    def moved_from(self, reached: Mapping[str, Array]) -> None:
-        """Set the state of motions at the start.
-
-        Parameters
-        ----------
-        reached : mapping
-            Motion -> position, rate and acceleration, (3,).
-        """
-        self._motions.reached |= reached
-
     def _initialize(self, t: float, state: InitialState, first: Array, last: Array) -> None:
         """Start with inputs that go from first to last over a step, if given."""
         stepper, table = self._stepper, None
@@ -652,7 +641,7 @@ class Simulator(NamedAttributes):
         >>> run.t, other.t
         (0.0, 0.01)
         """
-        other = Simulator(self._run, self._library)
+        other = Simulator(self._run, self._library, Motions(self.model))
         other.restore(self.state)
         other._signals, other._stopped, other.notes = self._signals, self._stopped, self.notes
         other._recorded = list(self._recorded)

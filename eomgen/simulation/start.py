@@ -99,9 +99,9 @@ def start(
     moves = Motions(model)
     remedy = "one simulator for each"
     request = read_request(model, step, t_start, parameters, initial, start, instead_of_batches=remedy)
-    moved = moves.started(request.p, request.t, moves.check(motions))
-    request = request._replace(p=moved, changed=request.changed or bool(motions))
     t, size = request.t, request.step
+    if targets := moves.check(motions):
+        request = request._replace(p=moves.started(request.p, t, targets), changed=True)
     options = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": order, "tolerance": tolerance}
     chosen, choice = request.choose_stepper(method, options, settings)
     library = chosen.library
@@ -113,8 +113,7 @@ def start(
             fault = "a table is for a run whose end is known [E2053]"
             raise UsageError(Problem(f"input {key}", fault, "a number or a function of t here, and values in step(u)"))
     state, corrections, doubts = request.initial_state(run)
-    simulator = Simulator(run, library)
-    simulator.moved_from(moves.reached)
+    simulator = Simulator(run, library, moves)
     notes = [*corrections, *doubts, *([choice] if choice else []), *angles_of_several_turns(model, initial)]
     if not request.at_rest:
         notes += doubts_of_start(model, t, state.q, run.parameters, run.signals if run.takes_rows else None)

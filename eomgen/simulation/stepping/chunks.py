@@ -201,9 +201,9 @@ class _Recorder:
         held = inputs if isinstance(inputs, HeldRows) and not self.begin else None
         first = stepper.row if held is None else stepper.row_with(held.over(len(stepper.input_times)))
         expected, width = 3 + (grid.whole - self.begin) // every, stepper.sizes["row"]
-        self.logs = list[Log]()
+        self.logs: list[Log] = []
         self._block = None if expected * width < _FEW_NUMBERS else _Rows(width, expected)
-        self._few = list[Array]()
+        self._few: list[Array] = []
         self.pieces: list[Array] | _Rows = self._block or self._few
         self.pieces.append(first[np.newaxis])
         self.windows = _windows(self.begin, grid.whole) if windows else []

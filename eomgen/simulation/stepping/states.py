@@ -136,7 +136,7 @@ def start_of(
     own = not initial and p.tolist() == list(model.parameters.values())
     state, sentences = initial_state(model, initial, p, asked=not (own or equilibrium_start)), list[str]()
     if own:
-        sentences = [note for note in map(Message, model.notes) if note.code in (CORRECTED, LOST, STRAINED)]
+        sentences = [note for note in model.notes if note.code in (CORRECTED, LOST, STRAINED)]
     notes: list[str] = []
     if equilibrium_start:
         inputs = run.driven(np.array([t]))[0] if run.driven else None
