@@ -30,7 +30,11 @@ def routine(files: Sequence[str], cdef: str) -> tuple[Any, Any]:
 _LANES = 8
 #: Integers for a plan at first.
 _PLAN = 2**13
-_FILES = ("sparse_factors.c", "generalized_alpha.c")
+#: Files of ``templates/derivatives`` in an order in which each reads the earlier ones alone.
+_FILES = (
+    *("sparse_factors.c", "generalized_alpha.c", "step_plan.c", "step_matrices.c", "step_factors.c"),
+    *("step_reactions.c", "step_rotations.c", "step_tangents.c", "step_adjoints.c"),
+)
 _CDEF = """\
 typedef struct eg_block {
     const double *x;
