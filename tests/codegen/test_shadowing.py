@@ -2,29 +2,18 @@
 
 from __future__ import annotations
 
-import re
 import subprocess
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 import eomgen
 from eomgen.codegen.targets.c.naming import INNER, output_name
-from eomgen.errors import EomgenError
 from eomgen.system.system import INPUT_BLOCKS
 from eomgen.system.terms import TERMS
 
 RATES = ("rates", "force_rates", "joint_brackets_rates", "link_brackets_rates", "coriolis_rates")
 FLAGS = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wshadow", "-Werror", "-fsyntax-only")
-
-
-def check(scene: Any, terms: Any, folder: Path) -> None:
-    """Fail with the compiler's words unless the generated C of some terms passes without a warning."""
-    eomgen.generate(scene, folder, terms=terms)
-    for source in sorted(folder.glob("*.c")):
-        done = subprocess.run(["gcc", *FLAGS, f"-I{folder}", str(source)], capture_output=True, text=True, check=False)
-        assert not done.returncode, f"{source.name}: {done.stderr[:2000]}"
 
 
 def test_no_counter_is_an_argument() -> None:
@@ -53,17 +42,8 @@ def test_rates_of_equal_parts(tmp_path: Path) -> None:
             for k in range(size)
         },
     }
-    check(scene, RATES, tmp_path / "c")
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("path", sorted(Path("examples").glob("*/scene.toml")), ids=lambda path: path.parent.name)
-def test_every_term_of_every_example(path: Path, tmp_path: Path) -> None:
-    left = list(TERMS)
-    while left:
-        try:
-            return check(path, left, tmp_path / "c")
-        except EomgenError as error:
-            named = [term for term in left if re.search(rf"(?<!\w){term}(?!\w)", str(error).split("try:")[0])]
-            assert named, error
-            left = [term for term in left if term not in named]
+    eomgen.generate(scene, tmp_path / "c", terms=RATES)
+    for source in sorted((tmp_path / "c").glob("*.c")):
+        words = ["gcc", *FLAGS, f"-I{source.parent}", str(source)]
+        done = subprocess.run(words, capture_output=True, text=True, check=False)
+        assert not done.returncode, f"{source.name}: {done.stderr[:2000]}"

@@ -1,25 +1,30 @@
-"""FMUs of every example, in both versions, built from the sources by FMPy: no findings of validators, the bits of
-``simulate`` in co-simulation, and model exchange against refined runs."""
+"""FMUs of every example, built from the sources: no warnings of the compiler, no findings of validators, the bits of
+``simulate`` in co-simulation, and model exchange against refined runs.
+
+The C of both versions is the same but for the interface, so an example is exported in one version, in turn, and four
+examples in both."""
 
 from __future__ import annotations
 
 import subprocess
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-import fmpy.build
+import fmpy
 import numpy as np
 import pytest
+from fmpy import sharedLibraryExtension
 from fmpy.validation import validate_fmu
 from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.base.files import template_folder
+from eomgen.products.fmu.binary import platform_folder
 from tests.fmu.importers import Rows, columns, recorded, run, toolbox_findings, written
-from tests.fmu.test_linking import rebuilt_by_bd2cmake
+from tests.fmu.test_linking import rebuilt_by_bd2cmake, rebuilt_by_fmpy
 
 Array = np.ndarray
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -39,10 +44,16 @@ ROUGH, CLOSE_OF_ROUGH = "gear_with_backlash/scene.toml", 5e-8
 PRECISE: Any = {"rtol": 3e-14, "atol": 1e-15, "max_step": 1e-3}
 #: Too stiff for explicit steps: the scene's implicit method, of order 2, in sixteenths of an interval.
 STIFF = ("misaligned_four_bar/scene.toml",)
-#: Examples of the second tier in both versions, whose C is the same but for the interface: a loop, events, a car and a
-#: sampled controller.
+#: Examples in both versions: a loop, events, a car and a sampled controller. Other builders build their sources, too.
 BOTH = ("four_bar/scene.toml", "bouncing_ball/scene.toml", "active_vehicle/scene.toml", "pi_servo/sampled.toml")
-LONG_IN_VERSION_2 = [f"2-{name}" for name in SCENES if name not in BOTH]
+#: Examples and their versions.
+UNITS = [
+    pytest.param(name, version, id=f"{version}-{name}")
+    for place, name in enumerate(SCENES)
+    for version in ((2, 3) if name in BOTH else (2 + place % 2,))
+]
+NET = next(str(unit.id) for unit in UNITS if unit.values[0] == "cable_net/scene.toml")
+in_turn = pytest.mark.parametrize(("name", "version"), UNITS)
 
 
 @cache
@@ -57,32 +68,44 @@ def model_of(name: str) -> eomgen.Model:
 
 @cache
 def file_of(name: str, version: int) -> Path:
-    """Return the folder of an FMU whose library FMPy has built from the sources."""
+    """Return the folder of an FMU whose library is built from the sources, without a warning."""
+    folder = sources_of(name, version)
+    flags = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O1", "-fPIC", "-shared"]
+    flags += [f"-I{template_folder() / 'fmu' / f'fmi{version}'}", f"-DFMI{version}_OVERRIDE_FUNCTION_PREFIX"]
+    flags += ["-Wno-restrict", "-Wno-unused-parameter"] if name in SHARING else []
+    identifier = fmpy.read_model_description(str(folder)).coSimulation.modelIdentifier
+    library = folder / "binaries" / platform_folder(version) / f"{identifier}{sharedLibraryExtension}"
+    library.parent.mkdir(parents=True)
+    sources = sorted((folder / "sources").glob("*.c"))
+    done = subprocess.run(["gcc", *flags, *sources, "-o", library, "-lm"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    return folder
+
+
+def sources_of(name: str, version: int) -> Path:
+    """Return a new folder of an FMU without a library."""
     file = written(scene_of(name), version, binary=False)
     folder = file.with_suffix("")
     with zipfile.ZipFile(file) as archive:
         archive.extractall(folder)
     assert not (folder / "binaries").exists()
-    fmpy.build.build_platform_binary(folder, configuration="Debug")
     return folder
 
 
 @pytest.mark.long_except_every(6)
 @pytest.mark.slow
-@pytest.mark.long_cases(*LONG_IN_VERSION_2, "3-cable_net/scene.toml")
-@pytest.mark.parametrize("name", SCENES)
-@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.long_cases(NET)
+@in_turn
 def test_validators_have_no_findings(name: str, version: int) -> None:
-    file = written(scene_of(name), version, binary=False)
+    file = file_of(name, version).with_suffix(".fmu")
     assert validate_fmu(str(file)) == []
     assert toolbox_findings(file) == []
 
 
 @pytest.mark.long_except_every(6)
 @pytest.mark.slow
-@pytest.mark.long_cases(*LONG_IN_VERSION_2, "3-cable_net/scene.toml")
-@pytest.mark.parametrize("name", SCENES)
-@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.long_cases(NET)
+@in_turn
 def test_co_simulation_has_the_bits_of_simulate(name: str, version: int) -> None:
     simulation = scene_of(name).simulation
     end = min(simulation.duration, STEPS * simulation.step)
@@ -95,40 +118,27 @@ def test_co_simulation_has_the_bits_of_simulate(name: str, version: int) -> None
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("version", [2, 3])
-@pytest.mark.parametrize("name", SCENES)
-def test_sources_compile_without_warnings(name: str, version: int, tmp_path: Path) -> None:
-    folder = file_of(name, version)
-    flags = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O1", "-fPIC", "-shared"]
-    flags += [f"-I{template_folder() / 'fmu' / f'fmi{version}'}"]
-    flags += ["-Wno-restrict", "-Wno-unused-parameter"] if name in SHARING else []
-    sources = sorted((folder / "sources").glob("*.c"))
-    done = subprocess.run(
-        ["gcc", *flags, *sources, "-o", tmp_path / "library.so", "-lm"], capture_output=True, text=True, check=False
-    )
-    assert (done.returncode, done.stderr) == (0, "")
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", SCENES)
-def test_a_second_builder_makes_libraries_with_the_same_bits(name: str, tmp_path: Path) -> None:
-    with zipfile.ZipFile(written(scene_of(name), 3, binary=False)) as archive:
-        archive.extractall(tmp_path)
-    rebuilt_by_bd2cmake(tmp_path)
+@pytest.mark.parametrize("name", BOTH)
+@pytest.mark.parametrize(("version", "build"), [(2, rebuilt_by_fmpy), (3, rebuilt_by_fmpy), (3, rebuilt_by_bd2cmake)])
+def test_other_builders_make_libraries_with_the_same_bits(
+    name: str, version: int, build: Callable[[Path], None]
+) -> None:
+    folder = sources_of(name, version)
+    build(folder)
     step = scene_of(name).simulation.step
-    rows, others = (run(file, "CoSimulation", 5 * step, step) for file in (tmp_path, file_of(name, 3)))
-    assert len(rows) == 6 and all(np.array_equal(rows[column], others[column]) for column in recorded(tmp_path))
+    rows, known = (run(file, "CoSimulation", 5 * step, step) for file in (folder, file_of(name, version)))
+    assert len(rows) == 6 and all(np.array_equal(rows[column], known[column]) for column in recorded(folder))
 
 
 @cache
-def sizes_of(name: str) -> Mapping[str, float]:
+def sizes_of(name: str, version: int) -> Mapping[str, float]:
     """Return the size of the motion, by columns."""
     solution = model_of(name).simulate(error_estimate=False)
-    found = columns(solution, recorded(file_of(name, 3)))
+    found = columns(solution, recorded(file_of(name, version)))
     return {column: max(1.0, float(np.max(np.abs(values)))) for column, values in found.items()}
 
 
-def refined(name: str, end: float, interval: float) -> eomgen.Solution:
+def refined(name: str, version: int, end: float, interval: float) -> eomgen.Solution:
     """Return a run with rows at an interval, s: of order 4 in parts of the interval, known to a tenth of the error."""
     model = model_of(name)
     if name in STIFF:
@@ -138,7 +148,7 @@ def refined(name: str, end: float, interval: float) -> eomgen.Solution:
         model.simulate(end, interval / parts, method=method, record_every=parts, error_estimate=False)
         for parts in (16, 32)
     )
-    names, sizes = recorded(file_of(name, 3)), sizes_of(name)
+    names, sizes = recorded(file_of(name, version)), sizes_of(name, version)
     coarse = columns(one, names)
     for column, values in columns(other, names).items():
         assert np.max(np.abs(coarse[column] - values)) <= 0.1 * CLOSE * sizes[column], column
@@ -185,9 +195,8 @@ def gear_rows(times: Array) -> Rows:
 
 @pytest.mark.long_except_every(6)
 @pytest.mark.slow
-@pytest.mark.long_cases("3-cable_net/scene.toml")
-@pytest.mark.parametrize("name", SCENES)
-@pytest.mark.parametrize("version", [pytest.param(2, marks=pytest.mark.long), 3])  # both have the same equations
+@pytest.mark.long_cases(NET)
+@in_turn
 def test_model_exchange_meets_a_refined_run(name: str, version: int) -> None:
     simulation = scene_of(name).simulation
     interval = simulation.step
@@ -199,7 +208,7 @@ def test_model_exchange_meets_a_refined_run(name: str, version: int) -> None:
         known, close = gear_rows(interval * np.arange(STEPS + 1)), CLOSE_OF_ROUGH
         at = interval * np.arange(STEPS + 1)
     else:
-        solution = refined(name, end, interval)
+        solution = refined(name, version, end, interval)
         known, close, at = columns(solution, recorded(file)), CLOSE, solution.t
     # rows of simulate are before samples of their time and after events, and importers have no row before the first
     last = np.searchsorted(times, at + 1e-3 * interval)[1:] - 1
@@ -207,4 +216,4 @@ def test_model_exchange_meets_a_refined_run(name: str, version: int) -> None:
     assert {column[:2] for column in known} >= {"q.", "v."}
     for column, values in known.items():
         off = [np.abs(rows[column][row] - values[1:]) for row in (first, last)]
-        assert np.max(np.minimum(*off)) <= close * sizes_of(name)[column], (column, np.max(np.minimum(*off)))
+        assert np.max(np.minimum(*off)) <= close * sizes_of(name, version)[column], (column, np.max(np.minimum(*off)))
