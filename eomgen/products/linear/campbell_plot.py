@@ -131,6 +131,17 @@ _ALL = CampbellView()
 def draw_campbell(diagram: DrawnCampbell, title: str, path: Path, view: CampbellView = _ALL) -> Path:
     """Draw the diagram into a file.
 
+    Parameters
+    ----------
+    diagram : DrawnCampbell
+        Parameter values and followed eigenvalues.
+    title : str
+        Name above the figure.
+    path : Path
+        File to write; its ending chooses the format.
+    view : CampbellView, optional
+        Parts and limits to draw; everything by default.
+
     Raises
     ------
     UsageError
@@ -197,6 +208,7 @@ class _Drawing:
         self.size = np.array([box.width, box.height]) * 72.0 / axis.figure.dpi
 
     def draw(self) -> None:
+        """Draw the curves, rays, labels, crossings and the legend."""
         axis = self.axis
         axis.set_xlim(*(self.ends * self.scale))
         axis.set_ylim(self.bottom, self.top)

@@ -125,8 +125,8 @@ def campbell(
 
 
 def _numbers(curves: _FollowedModes, search: _Search, value: float, model: Linearization) -> tuple[int, ...]:
-    """Return the numbers of the modes of a diagram, (modes,), from 1 on: of the same modes of a model, followed from
-    the nearest node; other modes come after all of the model. Empty for a model with other coordinates."""
+    """Number the modes of a diagram, (modes,), from 1 on, as the same modes of a model, followed from the nearest node.
+    Modes that the model lacks come last. Empty for a model with other coordinates."""
     row = int(np.argmin(np.abs(curves.values - value)))
     near = search.nodes[row]
     if near.model.coordinates != model.coordinates:
@@ -274,6 +274,8 @@ class _FollowedModes:
 
 
 def _oscillations(lin: Linearization, pairs: Sequence[tuple[str, str]], value: float) -> _Oscillations:
+    """Return the oscillating modes of a linear model, with shapes of length 1 and the sense of whirl by deflection
+    pairs."""
     modes = lin.modes()
     of_blades = () if pairs or lin.multiblade is None else lin.multiblade.pairs
     pairs = pairs or of_blades

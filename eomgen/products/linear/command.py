@@ -68,7 +68,8 @@ class CampbellRequest:
         modes: str | None,
         speed_unit: str | None,
     ) -> CampbellRequest | None:
-        """Return the request; None if there is none. Raises UsageError for words that cannot be read."""
+        """Read the options of a Campbell diagram; None without ``--campbell``. Raises UsageError for unreadable
+        options."""
         if sweep is not None:
             _check_increasing(*sweep)
         else:
@@ -154,7 +155,7 @@ class RideRequest:
     def read(
         cls, rides: tuple[str, ...], classes: str | None, speeds: str | None, band: tuple[float, float] | None
     ) -> RideRequest | None:
-        """Return the request; None if there is none. Raises UsageError for words that cannot be read."""
+        """Read the options of a ride; None without ``--ride``. Raises UsageError for unreadable options."""
         if not rides:
             for option, value in (("--classes", classes), ("--speeds", speeds)):
                 if value is not None:
@@ -479,6 +480,7 @@ def _print_tables(table: RideTable | None, diagram: Campbell | None) -> None:
 
 
 def _print(lin: Linearization, name: str) -> None:
+    """Print a table of the modes of a linear model."""
     from eomgen.products.linear.modes import ROUNDING, degrees, oscillating_first, significant  # noqa: PLC0415
 
     modes = lin.modes()
@@ -507,7 +509,7 @@ def _print(lin: Linearization, name: str) -> None:
 
 
 def _blades(texts: Sequence[str]) -> dict[str, list[tuple[str, ...]]] | None:
-    """Return groups of equal names by rotor; None without a text."""
+    """Return the groups of equal coordinates of each rotor; None if no group is asked for."""
     groups: dict[str, list[tuple[str, ...]]] = {}
     for text in texts:
         rotor, colon, names = text.partition(":")
@@ -520,6 +522,7 @@ def _blades(texts: Sequence[str]) -> dict[str, list[tuple[str, ...]]] | None:
 
 
 def _stability_text(lin: Linearization) -> str:
+    """Return a sentence on the stability of a linear model."""
     import numpy as np  # noqa: PLC0415
 
     modes = lin.modes()

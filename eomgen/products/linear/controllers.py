@@ -365,7 +365,8 @@ class _Writer:
     # -- parts ---------------------------------------------------------------------------------------------------------
 
     def _prediction(self, law: OutputFeedback) -> tuple[Array, Array, Array]:
-        """Return the matrices of the estimates: of themselves, of measured signals and of commands.
+        """Return the matrices by which the next estimates follow from the estimates, the measured signals and the
+        commands.
 
         Commands that are limited or rounded differ from the feedback of the estimates, so that the observer reads
         them; the other ones are written by the estimates.

@@ -361,8 +361,19 @@ def _continue_roots(last: Complex, roots: Complex) -> Complex:
 
 
 def draw_root_locus(locus: RootLocus, unit: str, title: str, path: Path) -> Path:
-    """Draw the upper half plane of roots, coloured by the parameter; crosses at the first value, rings at the last
-    value."""
+    """Draw the roots in the upper half plane, coloured by the parameter: crosses at its first value, rings at its last.
+
+    Parameters
+    ----------
+    locus : RootLocus
+        Parameter values and eigenvalues.
+    unit : str
+        Unit of the parameter.
+    title : str
+        Name above the figure.
+    path : Path
+        File to write; its ending chooses the format.
+    """
     figure = new_figure((8.4, 6.0))
     _draw_roots(figure.subplots(), locus, unit)
     figure.suptitle(f"{title}: roots over {locus.parameter}", fontsize=11)
@@ -370,6 +381,7 @@ def draw_root_locus(locus: RootLocus, unit: str, title: str, path: Path) -> Path
 
 
 def _draw_roots(axis: Any, locus: RootLocus, unit: str) -> None:
+    """Draw the roots, coloured by the parameter, with lines between near neighbours and marks at both ends."""
     from matplotlib.colors import LogNorm, Normalize  # noqa: PLC0415  # slow to import, and only drawing needs it
 
     low, high = float(np.min(locus.values)), float(np.max(locus.values))

@@ -84,7 +84,8 @@ def _uncoupled_parts(A: Array) -> list[NDArray[np.intp]]:
 
 
 def uncertainties(norm: float, cosines: Array) -> Array:
-    """Return the rounding errors of the eigenvalues of a matrix of a norm, by |y^H x| of the eigenvectors, (n,)."""
+    """Return the rounding errors (n,) of the eigenvalues of a matrix with a known norm; ``cosines`` (n,) are |y^H x|
+    for left and right eigenvectors of length 1."""
     with np.errstate(divide="ignore", over="ignore"):
         condition = np.minimum(1.0 / cosines, 1.0 / np.sqrt(EPSILON))
     return np.asarray(_MARGIN * EPSILON * norm * condition)

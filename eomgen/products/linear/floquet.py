@@ -198,8 +198,8 @@ def _place_labels(labels: Sequence[tuple[complex, str]], multipliers: Complex) -
 
 @cache
 def _weights() -> tuple[Array, Array]:
-    """Return the integrals from 0 to each place but the first, of the polynomials of the first place (6,) and of the
-    other places (6, 6), in units of the interval."""
+    """Return the integrals of interpolating polynomials from place 0 to each other place, in units of the interval:
+    those for the value at place 0, (6,), and at the other places, (6, 6)."""
     places = np.arange(PLACES + 1) / PLACES
     powers = np.vander(places, increasing=True)
     orders = np.arange(1, PLACES + 2)

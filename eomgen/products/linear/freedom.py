@@ -76,7 +76,17 @@ class Partials:
     def of(
         blocks: Mapping[str, Array], inputs: int, disturbances: int, outputs: int = 0, holonomic: int = 0
     ) -> Partials:
-        """Return partials from named matrices; M, C and K are required."""
+        """Return partials from named matrices; missing matrices are zero.
+
+        Parameters
+        ----------
+        blocks : mapping
+            Matrices by name; M, C and K (nv, nv) are required.
+        inputs, disturbances, outputs : int
+            Numbers of their components.
+        holonomic : int, optional
+            Number of rows of J that are constraints on positions; these come first.
+        """
         nv = len(blocks["M"])
         rows = len(blocks["J"]) if "J" in blocks else 0
         nz = blocks["Rz"].shape[1] if "Rz" in blocks else 0
@@ -217,8 +227,9 @@ def freedom(measures: Measures, partials: Partials, preferred: Sequence[int] = (
 
 
 def times(left: Array, right: Numbers) -> Numbers:
-    """Return the product of two matrices, to the same numbers; by moves alone if each row of one has a single one, as
-    of bases of trees, and zeros if one is zero. Products were most of the linear model of a net of cables."""
+    """Multiply two matrices, bit for bit as ``left @ right``. Rows are moved if each row of a factor has a single 1, as
+    bases of trees have, and the result is zero if a factor is zero. Products were most of the linear model of a net of
+    cables."""
     if (rows := _ones(left)) is not None:
         return right[rows]
     result: Any = np.zeros((len(left), right.shape[1]), np.result_type(left, right))

@@ -161,7 +161,8 @@ class Linearization(NamedAttributes):
 
     @cached_property
     def E0(self) -> Array:
-        """(n, number of disturbances) forces of the inputs that the scene gives, and of accelerations of the base."""
+        """(n, number of disturbances) generalized forces per disturbance: inputs that the scene gives, and base
+        accelerations."""
         return self._project(self.partials.E)
 
     @cached_property

@@ -222,7 +222,21 @@ def modes_of(
     coordinates: tuple[str, ...],
     weights: Array,
 ) -> Modes:
-    """Return modes with the frequencies and damping ratios of their eigenvalues."""
+    """Return modes with the frequencies and damping ratios of their eigenvalues.
+
+    Parameters
+    ----------
+    values : (n,) complex ndarray
+        Eigenvalues, 1/s, imaginary parts not negative.
+    uncertainty : (n,) ndarray
+        Rounding errors of the eigenvalues, 1/s; smaller eigenvalues are zero.
+    shapes, state_shapes : (nv, n) and (ns, n) complex ndarray
+        Changes of the coordinates, left-trivialised, and of all states, in the same scale.
+    coordinates : tuple of str
+        Names of the rows of ``shapes``.
+    weights : (nv,) ndarray
+        Roots of inertias, which make coordinates of different units comparable.
+    """
     size = np.abs(values)
     zero = size <= uncertainty
     ratio = np.where(zero, 0.0, -values.real / np.where(zero, 1.0, size))

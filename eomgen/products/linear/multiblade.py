@@ -1,5 +1,5 @@
-"""Multiblade (Coleman) coordinates of linear models of rotors with three or more equal blades, in which models of
-isotropic rotors on any support have constant coefficients, and frequencies of an observer on the support.
+"""Multiblade (Coleman) coordinates for rotors with three or more equal blades, and frequencies seen from the support.
+In these coordinates an isotropic rotor on any support has a linear model with constant coefficients.
 
 Blade k of N has the azimuth psi_k = psi + 2 pi k / N, psi = speed t, and a coordinate x_k of the blade is
 

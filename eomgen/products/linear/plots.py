@@ -38,7 +38,19 @@ def draw_responses(
 
 
 def plot_response(frequencies: Array, values: Complex, pair: tuple[str, str], axes: object = None) -> list[Any]:
-    """Draw magnitude and phase of the response of an output to an input; see ``Linearization.plot_response``."""
+    """Draw magnitude and phase of the response of an output to an input; see ``Linearization.plot_response``.
+
+    Parameters
+    ----------
+    frequencies : (nf,) ndarray
+        Hz.
+    values : (nf,) complex ndarray
+        Response at each frequency.
+    pair : (str, str)
+        Names of the input and the output.
+    axes : two matplotlib Axes, optional
+        Axes of magnitude and phase; a new figure of pyplot by default.
+    """
     panels = _columns_of_two(pyplot_figure((6.6, 6.4)), 1) if axes is None else axes
     drawn = axes_of_caller("plot_response", panels, ["magnitude", "phase"])
     _response(drawn[0], drawn[1], frequencies, values, f"{pair[1]} for {pair[0]}", "")
@@ -53,6 +65,7 @@ def _columns_of_two(figure: Any, count: int) -> NDArray[np.object_]:
 
 
 def _response(magnitude: Any, phase: Any, frequencies: Array, values: Complex, title: str, over: str) -> None:
+    """Draw magnitude and phase of a response over frequency on two axes."""
     from matplotlib.ticker import MultipleLocator  # noqa: PLC0415  # slow to import, and only drawing needs it
 
     size = np.abs(values)

@@ -30,8 +30,20 @@ _AROUND = (-30.0, -6.0, -1.5, 0.0, 1.5, 6.0, 30.0)
 
 
 def responses(space: StateSpace, frequencies: Array, excitation: Excitation, outputs: Sequence[str]) -> Complex:
-    """Return H (nf, outputs, inputs) from the excitation's inputs at frequencies (nf,) in Hz, including inputs for
-    rates."""
+    """Return the frequency responses H (nf, outputs, inputs) to the inputs of an excitation; inputs for the rate of a
+    wheel's road count as i omega times that wheel.
+
+    Parameters
+    ----------
+    space : StateSpace
+        The linear model.
+    frequencies : (nf,) ndarray
+        Hz.
+    excitation : Excitation
+        Random inputs with the names of their rates.
+    outputs : sequence of str
+        Names of outputs or states.
+    """
     omega = 2.0 * np.pi * frequencies
     H = space.frequency_responses(omega, excitation.inputs, outputs)
     for wheel, rate in excitation.rates.items():
@@ -43,7 +55,18 @@ def responses(space: StateSpace, frequencies: Array, excitation: Excitation, out
 def densities(
     space: StateSpace, modes: Modes, excitation: Excitation, outputs: Sequence[str], frequencies: Array
 ) -> Array:
-    """Return the one-sided power spectral densities (outputs, nf).
+    """Return the one-sided power spectral densities (outputs, nf) of a stationary motion, in squared units per Hz.
+
+    Parameters
+    ----------
+    space, modes : StateSpace, Modes
+        The linear model and its modes.
+    excitation : Excitation
+        Random inputs.
+    outputs : sequence of str
+        Names of outputs or states.
+    frequencies : (nf,) ndarray
+        Hz.
 
     Raises
     ------
@@ -157,7 +180,16 @@ _NO_STATIC_RESPONSE = 1e-9
 
 
 def white_noise_road(space: StateSpace, modes: Modes, excitation: RoadExcitation, output: str) -> float:
-    """Return the rms of an output.
+    """Return the rms of an output over all frequencies on a road whose slope is white noise, by a Lyapunov equation.
+
+    Parameters
+    ----------
+    space, modes : StateSpace, Modes
+        The linear model and its modes.
+    excitation : RoadExcitation
+        A road of exponent 2 under the wheels.
+    output : str
+        Name of an output or a state.
 
     Raises
     ------

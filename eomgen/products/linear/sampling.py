@@ -98,9 +98,23 @@ def discretized(space: StateSpace, sample: float | str, delay: float | str = 0.0
 
 
 def sampled_with_cost(space: StateSpace, sample: float | str, delay: float | str, cost: Array) -> Sampled:
-    """Return the model from sample to sample, and a quadratic cost [s, u]^T cost [s, u] integrated over a sample.
+    """Return the model from sample to sample, and the quadratic cost [s, u]^T cost [s, u] integrated over a sample.
 
     Raises UsageError as ``discretized``.
+
+    Parameters
+    ----------
+    space : StateSpace
+        A model in continuous time.
+    sample, delay : float or str
+        Time between two samples, and delay of the inputs, in s or texts with units.
+    cost : (ns + nu, ns + nu) ndarray
+        Weights of states and inputs, per second.
+
+    Raises
+    ------
+    UsageError
+        As for ``discretized``.
     """
     period, late = seconds("sample", sample), seconds("delay", delay)
     if space.sample is not None:

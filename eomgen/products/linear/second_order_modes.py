@@ -87,7 +87,7 @@ def second_order_modes(M: Array, C: Array, K: Array, coordinates: Sequence[str])
 
 
 def _parts(M: Array, C: Array, K: Array) -> Iterator[tuple[Numbers, _Part]]:
-    """Yield the modes of each kind of part, and the coordinates (parts, size) of all parts of this kind."""
+    """Yield the coordinates of equal uncoupled parts, (parts, size), with the modes of one such part."""
     for places in _uncoupled_parts(M, C, K):
         blocks = [matrix[places[:, :, np.newaxis], places[:, np.newaxis, :]] for matrix in (M, C, K)]
         equal: dict[bytes, list[int]] = {}

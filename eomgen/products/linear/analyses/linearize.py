@@ -111,6 +111,15 @@ def reference_values(
     """Return the values of all signals at the reference, by kind; not a number if one is not known.
 
     Components on groups have no value, and the joints between absolute bodies are not evaluated.
+
+    Parameters
+    ----------
+    model : CompiledModel
+        The model that was made linear.
+    reference, point : Reference, OperatingPoint
+        State, and time, parameters, inputs and base.
+    measures : Measures
+        Names and values of the model's coordinates and velocities.
     """
     description = model.description
     coordinates = np.full(len(measures.v), np.nan)
@@ -306,7 +315,19 @@ def _able_at(model: CompiledModel, state: OperatingState, a: Array) -> CompiledM
 
 
 def about_motion(model: CompiledModel, state: StateArrays, u: Array | None, p: Array) -> Linearization:
-    """Return the linear model about a state of a motion, brought onto the constraints."""
+    """Return the linear model about a state of a motion, brought onto the constraints.
+
+    Parameters
+    ----------
+    model : CompiledModel
+        The model that moves.
+    state : StateArrays
+        Time t (s), q, v and z.
+    u : (nu,) ndarray or None
+        Inputs at the time; None for the inputs that the scene gives.
+    p : (np,) ndarray
+        Parameters.
+    """
     able, t = able_to_linearize(model, moving=True), float(state.t)
     q, v = state.q, state.v
     if able.multipliers:

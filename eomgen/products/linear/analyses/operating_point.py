@@ -59,6 +59,17 @@ def turns_evenly(model: CompiledModel, p: Array, t: float) -> bool:
 def rest_on_base(model: CompiledModel, q: Array, z: Array, p: Array, t: float, u: Inputs) -> SteadyMotion:
     """Return the rest relative to an evenly turning base, by load steps from q and z.
 
+    Parameters
+    ----------
+    model : CompiledModel
+        A model on a base that turns at a constant rate.
+    q, z : (nq,) and (nz,) ndarray
+        Configuration and internal states from which load steps begin.
+    p : (np,) ndarray
+        Parameters.
+    t, u : float and (nu,) array_like or None
+        Time, s, and inputs.
+
     Raises
     ------
     NumericalError
@@ -197,6 +208,21 @@ def found_state(
     """Return the state that ``at`` specifies; by default an equilibrium, else the initial state.
 
     ``asked``: a model of the same scene with which the equilibrium may have been solved before.
+
+    Parameters
+    ----------
+    model : CompiledModel
+        The model to make linear.
+    at : {"equilibrium", "steady", "initial"} or None
+        Kind of state.
+    initial : mapping or None
+        Initial state in the form of ``simulate``.
+    point : OperatingPoint
+        Time, parameters, inputs and base.
+    any_kind : bool
+        Whether an unstable equilibrium is accepted.
+    asked : CompiledModel, optional
+        A model of the same scene with which the equilibrium may have been solved before.
     """
     if at is not None and (not isinstance(at, str) or at not in ("equilibrium", "steady", "initial")):
         hint = '"equilibrium", "steady", "initial", or the result of model.equilibrium or model.steady_motion'
@@ -243,7 +269,7 @@ def _steady_state(
     *,
     driven: bool,
 ) -> OperatingState | None:
-    """Return the steady motion that ``at`` asks for, by default of a model with driven joints or a moving base.
+    """Return the steady motion that ``at`` asks for, or by default the steady motion of driven joints or a moving base.
 
     None if another state is meant; also, with a warning, if a base turns evenly and there is no steady motion.
     """
@@ -277,9 +303,21 @@ def _steady_state(
 
 
 def as_found(kind: str, rest: EquilibriumState, point: OperatingPoint, *, stacklevel: int = 4) -> OperatingState:
-    """Return the state of a search, at its time and base; warn if velocities change direction with the motion.
+    """Return the result of a search as an operating state, at its time and base; warn if velocities change direction
+    with the motion. An equilibrium with drives that move is a steady motion.
 
     An equilibrium with drives that move is a steady motion. ``stacklevel`` is of the warning.
+
+    Parameters
+    ----------
+    kind : str
+        Kind of state, in words.
+    rest : EquilibriumState
+        Result of the search.
+    point : OperatingPoint
+        Conditions of the search.
+    stacklevel : int, optional
+        Stack level of the warning.
     """
     kind = "steady motion" if np.any(np.abs(rest.v) > _AT_REST) else kind
     if np.any(rest.a):

@@ -199,6 +199,7 @@ def campbell(
     found_once = KnownSymmetries()
 
     def linearize_at(value: float, before: Linearization | None) -> Linearization:
+        """Return the linear model at a value of the speed, from the state of the neighbouring model."""
         near = None if before is None or at == "initial" else state_of(before)
         if is_parameter:
             changed = {**(parameters or {}), speed: value}

@@ -93,6 +93,8 @@ def _measured_profile_inputs(model: CompiledModel) -> dict[str, _MeasuredProfile
 
 
 def _measured_profile_input(formula: Formula, values: Mapping[str, float]) -> _MeasuredProfileInput | None:
+    """Return the curve, speed and start of an input that is a measured profile driven over at constant speed, or its
+    rate; None for another formula."""
     at = applications(formula)
     if len(at) != 1 or not isinstance(at[0].curve, Curve):
         return None

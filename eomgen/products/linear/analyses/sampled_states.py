@@ -19,10 +19,18 @@ _CHANGE, _WEIGHTS = 1e-3, (2.0 / 3.0, -1.0 / 12.0)
 
 
 def sampled_part(model: CompiledModel, q: Array, v: Array, z: Array, keywords: Mapping[str, Any]) -> SampledPart | None:
-    """Return the sampled states with the partials of the new values at a state; None without sampled states. None if
-    none is sampled.
+    """Return the sampled states, and the partials of their new values at a state; None without sampled states.
 
     Partials are differences of fourth order, dq left-trivialised.
+
+    Parameters
+    ----------
+    model : CompiledModel
+        The model with sampled states.
+    q, v, z : (nq,), (nv,) and (nz,) ndarray
+        The state.
+    keywords : mapping
+        Time, parameters, inputs and base, as keywords of the model's functions.
 
     Raises
     ------

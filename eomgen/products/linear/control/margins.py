@@ -49,7 +49,19 @@ class Margins:
 
 
 def margins_of(A: Array, B: Array, G: Array, inputs: Sequence[str], sample: float | None) -> dict[str, Margins]:
-    """Return the margins of u = -G s at each input, by name, for sdot = A s + B u, or from sample to sample."""
+    """Return the margins of the feedback u = -G s at each input, by name, with the loops of the other inputs closed.
+
+    Parameters
+    ----------
+    A, B : (n, n) and (n, m) ndarray
+        sdot = A s + B u, or s[k+1] = A s[k] + B u[k] if ``sample`` is given.
+    G : (m, n) ndarray
+        Gains.
+    inputs : sequence of str
+        Names of the m inputs.
+    sample : float or None
+        Time between two samples, s.
+    """
     result = {}
     for k, name in enumerate(inputs):
         others = [j for j in range(len(inputs)) if j != k]

@@ -22,7 +22,22 @@ from eomgen.errors import ModelError, UsageError
 
 
 def real_matrix(name: str, value: ArrayLike, rows: int, columns: int) -> Array:
-    """Return a matrix as floats. Raises UsageError for another shape or an entry that is not finite."""
+    """Return a matrix as finite floats.
+
+    Parameters
+    ----------
+    name : str
+        Name in messages.
+    value : array_like
+        The matrix.
+    rows, columns : int
+        Shape that is needed.
+
+    Raises
+    ------
+    UsageError
+        Another shape, or an entry that is not a finite number.
+    """
     try:
         matrix = np.array(value, dtype=float)
     except (TypeError, ValueError):

@@ -303,7 +303,19 @@ def place(
 
 
 def placed_gains(B: Array, wanted: Complex, dynamics: Dynamics, check: Check) -> Array:
-    """Return G (m, n) with the wanted eigenvalues of A - B G; ``check`` refuses motions that B does not reach."""
+    """Return gains G (m, n) that give A - B G the wanted eigenvalues.
+
+    Parameters
+    ----------
+    B : (n, m) ndarray
+        Input matrix.
+    wanted : (n,) complex ndarray
+        Eigenvalues in 1/s, or z = e^(s T) for a sampled model.
+    dynamics : Dynamics
+        A, and the time between two samples.
+    check : callable
+        Refuses motions that B does not reach.
+    """
     unstable = wanted.real > 0.0 if dynamics.sample is None else np.abs(wanted) > 1.0
     if np.any(unstable):
         poles = wanted if np.any(wanted.imag) else wanted.real
@@ -328,10 +340,21 @@ def placed_gains(B: Array, wanted: Complex, dynamics: Dynamics, check: Check) ->
 
 @solvable()
 def optimal_gains(weights: Weights, B: Array, dynamics: Dynamics, check: Check) -> tuple[Array, Array]:
-    """Return the gain (m, n) and the matrix (n, n) of the cost that is left, in continuous time.
+    """Return the optimal gains (m, n) and the matrix P (n, n) of the remaining cost s^T P s, in continuous time.
 
     ``check`` refuses motions without cost, given the dynamics without cross terms; ``check_stabilisable``
     is the caller's affair.
+
+    Parameters
+    ----------
+    weights : Weights
+        Matrices of the quadratic cost.
+    B : (n, m) ndarray
+        Input matrix.
+    dynamics : Dynamics
+        A of the model in continuous time.
+    check : callable
+        Refuses motions without cost, by dynamics without cross terms; ``check_stabilisable`` is left to the caller.
     """
     A = dynamics.A
     half = whitening(weights.effort)

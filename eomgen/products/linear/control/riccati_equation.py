@@ -122,6 +122,13 @@ def sampled_solution(A: Array, B: Array, Q: Array, R: Array, S: Array) -> tuple[
 
     P = A^T P A - (A^T P B + S) G + Q,  G = (R + B^T P B)^-1 (B^T P A + S^T)
 
+    Parameters
+    ----------
+    A, B : (n, n) and (n, m) ndarray
+        s[k+1] = A s[k] + B u[k].
+    Q, R, S : (n, n), (m, m) and (n, m) ndarray
+        Cost s^T Q s + u^T R u + 2 s^T S u of a sample.
+
     Raises
     ------
     NumericalError

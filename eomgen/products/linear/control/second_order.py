@@ -225,7 +225,19 @@ def optimal_modal_gains(frequency: ArrayLike, damping: ArrayLike, effort: ArrayL
 def placed_modal_gains(
     frequency: ArrayLike, damping: ArrayLike, wanted: ArrayLike, ratio: ArrayLike
 ) -> tuple[Array, Array]:
-    """Return g and h that give modes other frequencies (``wanted``, rad/s) and damping ratios (``ratio``)."""
+    """Return modal gains g (1/s^2) and h (1/s) that give modes new frequencies and damping ratios.
+
+    Parameters
+    ----------
+    frequency : array_like
+        Undamped angular frequencies without control, rad/s.
+    damping : array_like
+        Modal damping c of xi'' + c xi' + w^2 xi = 0, 1/s.
+    wanted : array_like
+        New angular frequencies, rad/s.
+    ratio : array_like
+        New damping ratios.
+    """
     w, c, w_d, zeta_d = (np.asarray(value, dtype=float) for value in (frequency, damping, wanted, ratio))
     if not np.all(w_d > 0.0):
         raise UsageError(f"a frequency of {float(np.min(w_d)):.6g} rad/s is asked for [E0418]", "a number above zero")
@@ -235,10 +247,21 @@ def placed_modal_gains(
 
 
 def modal_feedback(plant: Plant, modes: Modes, controlled: Sequence[int], g: ArrayLike, h: ArrayLike) -> ModalFeedback:
-    """Return gains that give the ``controlled`` modes the modal forces -g xi - h xi', as far as the actuators can.
+    """Return gains that give the controlled modes the modal forces -g xi - h xi', as far as the actuators can.
 
     With fewer independent actuators than controlled modes the forces follow from the pseudo-inverse, and modes talk to
     each other (``crosstalk``); forces also act on modes that are not controlled (``spillover``).
+
+    Parameters
+    ----------
+    plant : Plant
+        The second-order model with its actuators.
+    modes : Modes
+        Undamped modes of the plant.
+    controlled : sequence of int
+        Indices of the modes to control, from 0.
+    g, h : array_like
+        Modal gains (1/s^2 and 1/s), one for each controlled mode or one for all.
 
     Raises
     ------

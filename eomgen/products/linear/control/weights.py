@@ -1,4 +1,4 @@
-"""Quadratic costs from weights of named quantities or from matrices, of linear models of first and of second order."""
+"""Quadratic costs of linear models of first and second order, from weights of named quantities or from matrices."""
 
 from __future__ import annotations
 
@@ -99,6 +99,19 @@ def quadratic_cost(
     space: StateSpace, Q: Weighted, R: Weighted, N: ArrayLike | None, inputs: Sequence[str]
 ) -> NamedCost:
     """Return the cost s^T Q s + 2 s^T N u + u^T R u; see ``lqr``.
+
+    Parameters
+    ----------
+    space : StateSpace
+        Model with named states and inputs.
+    Q : mapping or (n, n) array_like
+        Weights of states or outputs by name, or the matrix of states.
+    R : mapping or (m, m) array_like
+        Weights of inputs by name, or their matrix.
+    N : (n, m) array_like or None
+        Cross weights.
+    inputs : sequence of str
+        Names of the controlled inputs.
 
     Raises
     ------

@@ -216,6 +216,7 @@ class RoadExcitation:
     rates: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        """Check speed, wheels, tracks, rates and coherence. Raises UsageError."""
         if not (isinstance(self.speed, int | float) and 0.0 < self.speed < math.inf):
             fault = f"the speed {ascii(self.speed)[:32]} is not a positive number [E0465]"
             raise UsageError(Problem("RoadExcitation", fault, "speed=20.0, m/s"))
