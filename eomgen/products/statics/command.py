@@ -41,6 +41,7 @@ class LoadPaths(RestPart):
     )
 
     def __init__(self, options: Mapping[str, Any]) -> None:
+        """Read and check the options of load paths and buckling loads. Raises UsageError."""
         along, buckling, figure = options["along"], options["buckling"], options.get("figure")
         self.over, self.out, self.answers = options["over"], options["path"], along is not None or buckling is not None
         self.figure: str | None = figure
@@ -105,6 +106,7 @@ class LoadPaths(RestPart):
         print_table(f"{name}: path", ("equilibrium", path.parameter, *shown), ends, numeric=range(1, 2 + len(shown)))
 
     def _buckling(self, loads: BucklingLoads, model: Model, as_json: bool) -> int:
+        """Print and write buckling loads; returns the exit status."""
         data = {
             "scene": model.name,
             "parameter": loads.parameter,

@@ -263,6 +263,7 @@ class EquilibriumPath:
         return drawn
 
     def _draw(self, ax: Any, name: str, column: Array) -> None:
+        """Draw the load over a column, with stable and unstable parts and the critical points."""
         told: set[str] = set()
         between: dict[int, list[Critical]] = {}
         for item in self.critical:

@@ -140,7 +140,22 @@ def start_of_path(
     t: float,
     u: Inputs,
 ) -> tuple[LoadParameter, LoadedStatics, PathPoint]:
-    """Return the varied quantity, the equations of rest, and the path's point at a value, going on by ``change``.
+    """Return the varied load, the equations of rest, and the first point of a path, which goes on by ``change``.
+
+    Parameters
+    ----------
+    model : CompiledModel
+        The model at rest.
+    call : str
+        Name of the caller's function, for messages.
+    parameter : str
+        Name of the parameter or input that varies.
+    value, change : float
+        Value at the start, and first change along the path, in the unit of the parameter.
+    initial : mapping or None
+        Initial state in the form of ``simulate``, from which the search begins.
+    parameters, t, u : mapping or (np,) array_like, float, and (nu,) array_like or None
+        Parameters, time (s) and inputs that stay fixed.
 
     Raises
     ------

@@ -118,12 +118,14 @@ class Conditions:
         return regular_inertia(M, self.jacobian(q), self.extents) if self.model.multipliers else M
 
     def accelerations(self, q: Array, v: Array, a: Array, z: Array, lam: Array) -> Array:
-        """Return M^-1 r, (nv,): minus the unbalanced accelerations."""
+        """Return M^-1 r, (nv,): the accelerations by which a state misses balance, with the sign of the residual.
+        Arguments as for ``at``."""
         (r,) = self._term("residual", q, v, a, z=z, lam=lam)
         return np.asarray(np.linalg.solve(self._mass(q), r), dtype=float)
 
     def values(self, q: Array, v: Array, a: Array, z: Array, lam: Array) -> Array:
-        """Return the values of ``ConditionValues.values``, without partials."""
+        """Return the values of all conditions, concatenated as in ``ConditionValues.values``, without partials.
+        Arguments as for ``at``."""
         model = self.model
         parts = self._term("residual", q, v, a, z=z, lam=lam)
         if model.multipliers:
@@ -136,7 +138,15 @@ class Conditions:
         return np.concatenate(parts)
 
     def at(self, q: Array, v: Array, a: Array, z: Array, lam: Array) -> ConditionValues:
-        """Return values and partials."""
+        """Return the values and partials of all conditions at a state.
+
+        Parameters
+        ----------
+        q, v, a : (nq,), (nv,) and (nv,) ndarray
+            Configuration, velocities, and a = vdot, left-trivialised.
+        z, lam : (nz,) and (nl,) ndarray
+            Internal states and multipliers.
+        """
         model = self.model
         nv, nz, rows = model.nv, model.nz, len(model.multipliers)
         holonomic = model.functions.sizes["holonomic"] if rows else 0
@@ -154,7 +164,8 @@ class Conditions:
         return ConditionValues(residual, position, velocity, acceleration, rates, K, C, M, Rz, B, Z, Aq, Av, Fq, Fv, Fz)
 
     def multipliers(self, q: Array, v: Array, a: Array, z: Array) -> Array:
-        """Return the multipliers that leave least of the forces unbalanced, these in the measure of kinetic energy."""
+        """Return the multipliers (nl,) with the least unbalanced forces, measured by kinetic energy. Arguments as for
+        ``at``."""
         rest = np.zeros(len(self.model.multipliers))
         if not len(rest):
             return rest
@@ -171,8 +182,8 @@ class Conditions:
         return self._term("constraint_jacobian", q, rest, rest)[0]
 
     def sample(self, q: Array, rng: np.random.Generator) -> tuple[Array, Array, Array, Array] | None:
-        """Return an arbitrary state near q on the constraints, with arbitrary a, and multipliers of matching size; None
-        if not possible. None without."""
+        """Draw q near the given one, v, a and multipliers at random, with q and v on the constraints; None if no draw
+        satisfies the constraints."""
         model = self.model
         v, a, pushed = (rng.normal(0.0, self.pace**power, model.nv) * self.extents for power in (1, 2, 2))
         eta = rng.normal(0.0, 0.5, model.nv)

@@ -55,7 +55,17 @@ _SAME = 1e-7
 def named_values(
     model: CompiledModel, q: Array, velocities: Mapping[str, float] | None, coordinates: Mapping[str, ArrayLike] | None
 ) -> tuple[Array, Mask, Array, Mask]:
-    """Return q with the given coordinates, a mask of the coordinates held, v, and a mask of the given components of v.
+    """Read prescribed coordinates and velocities by name. Returns q with these coordinates, the mask (nv,) of the held
+    coordinates, v (nv,), and the mask (nv,) of its prescribed components.
+
+    Parameters
+    ----------
+    model : CompiledModel
+        Gives the names.
+    q : (nq,) ndarray
+        Configuration for all other coordinates.
+    velocities, coordinates : mapping or None
+        Values by name, SI units.
 
     Raises
     ------
@@ -237,8 +247,20 @@ def motion_along(
     t: float,
     u: Inputs,
 ) -> SteadyMotion:
-    """Return a steady motion like ``steady_motion``, with symmetries known from earlier motions at the same parameters,
-    time and inputs."""
+    """Return a steady motion, as ``steady_motion`` does, from symmetries that earlier searches at the same parameters,
+    time and inputs have found.
+
+    Parameters
+    ----------
+    model, known : CompiledModel, KnownSymmetries
+        The model, and the memory of its symmetries.
+    velocities, coordinates : mapping or None
+        Prescribed values by name, SI units.
+    initial : mapping or None
+        Initial state in the form of ``simulate``, from which the search begins.
+    parameters, t, u : mapping or (np,) array_like, float, and (nu,) array_like or None
+        Parameters, time (s) and inputs.
+    """
     p = model.evaluator.one_set(parameters)
     able = model.having(PURPOSES["linearization"])
     check_continuous(able, "steady_motion")

@@ -64,8 +64,17 @@ class SteadySearch(NamedTuple):
 def search(
     conditions: Conditions, fields: Fields, given: PrescribedComponents, q: Array, v: Array, z: Array
 ) -> SteadySearch:
-    """Search along symmetries, then with constant velocities; the reported failure is from the first applicable
-    search."""
+    """Search along symmetries, then with constant velocities; the reported failure is from the first applicable search.
+
+    Parameters
+    ----------
+    conditions, fields : Conditions, Fields
+        Conditions of a steady motion, and symmetries of the model.
+    given : PrescribedComponents
+        Held coordinates and prescribed velocities.
+    q, v, z : (nq,), (nv,) and (nz,) ndarray
+        State from which the search begins.
+    """
     along = _search_around(conditions, fields, given, q, v, z) if len(fields) else None
     if along is not None and along.balanced:
         return along
@@ -129,7 +138,19 @@ def _null_space(matrix: Array) -> Array:
 def motion_at(
     conditions: Conditions, fields: Fields, q: Array, g: Array, z: Array, lam: Array | None = None
 ) -> MovingState:
-    """Return the motion along the fields at q, with the accelerations of a steady one."""
+    """Return the motion v = X(q) g along fields, with the accelerations of a steady motion.
+
+    Parameters
+    ----------
+    conditions, fields : Conditions, Fields
+        Conditions of a steady motion, and n fields.
+    q, z : (nq,) and (nz,) ndarray
+        Configuration and internal states.
+    g : (n,) ndarray
+        Coefficients of the fields.
+    lam : (nl,) ndarray, optional
+        Multipliers; by default those with the least unbalanced forces.
+    """
     q = conditions.followed(q)
     v = fields.directions(q) @ g
     a = fields.along(g).W @ v
@@ -154,7 +175,18 @@ class Linear(NamedTuple):
 def linear_conditions(
     conditions: Conditions, fields: Fields, given: PrescribedComponents, state: MovingState
 ) -> Linear:
-    """Return the conditions at a state. Raises numpy.linalg.LinAlgError if M is not positive definite."""
+    """Return the conditions of a steady motion made linear about a state. Raises numpy.linalg.LinAlgError if M is not
+    positive definite.
+
+    Parameters
+    ----------
+    conditions, fields : Conditions, Fields
+        Conditions of a steady motion, and the fields of the motion.
+    given : PrescribedComponents
+        Held coordinates and prescribed velocities.
+    state : MovingState
+        The state.
+    """
     conditions.root_of_mass(state.q)
     at = conditions.at(*state.motion)
     X, W = fields.directions(state.q), fields.along(state.g).W
