@@ -147,6 +147,7 @@ class StartedRun(LinearRun[PartType]):
     """
 
     def __init__(self, motion: ReplayedRun, start: Start, by: DerivativeVariables, rows: Sequence[int]) -> None:
+        """Make the start of a run linear, with the tangents of the first row along the asked directions."""
         super().__init__(motion, start, by, rows)
         model, begun, method = self.run.model, motion.start, self.run.method.linear_step
         assert isinstance(method, LinearStep)  # for mypy

@@ -49,7 +49,7 @@ class EquationPartials:
 
 @dataclass(frozen=True)
 class EquationBlocks:
-    """The same partials at n rows by kinds of equations, without zeros between them.
+    """Partials of the equations at n rows, one dense block per kind of equation.
 
     Attributes
     ----------
@@ -127,6 +127,8 @@ class Equations:
         holonomic: int,
         driven: int = 0,
     ) -> None:
+        """Collect the terms of a model at parameters p, with partials in the ``chosen`` parameters and in the
+        drives."""
         self.model, self.p = model.having(_TERMS), p
         self.chosen, self.outputs, self.holonomic = list(chosen), list(outputs), holonomic
         self.nv, self.nz, self.nl, self.driven = model.nv, model.nz, len(model.multipliers), driven

@@ -34,7 +34,17 @@ class RowWeights:
     table: Array | None = None
 
     def row_weights(self, first: int, count: int, steps: int, step: float) -> Array:
-        """Return the weights of rows, (count, outputs), of a run of ``steps`` steps of equal size, s."""
+        """Return the weights (count, outputs) of ``count`` rows from row ``first`` on.
+
+        Parameters
+        ----------
+        first, count : int
+            First row, and number of rows.
+        steps : int
+            Number of steps of the run.
+        step : float
+            Equal size of the steps, s.
+        """
         if self.table is not None:
             return self.table[first : first + count]
         number = np.arange(first, first + count)

@@ -83,6 +83,7 @@ class JumpMotion(ReplayedRun):
         return {}
 
     def _step(self, row: Array) -> RunSegment:
+        """Step through a part of the run after ``row``, cut at events and samples, and return the segment."""
         run, done = self.run, self.done
         size = min(self.length, self.steps - done)
         times: Array = run.grid.start + run.grid.step * np.arange(done, done + size + 1, dtype=float)

@@ -1,5 +1,5 @@
-"""Partials of the jumps of a run by complex steps: new values of sampled states, guards and actions of events, impulses
-of impacts; and partials of the equations in time (Squire and Trapp, SIAM Review 40 (1998) 110).
+"""Partials of the jumps of a run by complex steps, for samples, events and impacts; and partials of the equations in
+time (Squire and Trapp, SIAM Review 40 (1998) 110).
 
 Saltation: Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems (2004), chapter 7.
 """

@@ -157,6 +157,8 @@ class JumpRun(StartedRun[JumpPart]):
     # -- sweeps ----------------------------------------------------------------------------------------------------
 
     def tangents(self, part: JumpPart, dp: Array, state: Array) -> Array:
+        """Take tangents through the sweeps and cuts of a part, and return the tangents of its rows; see
+        ``LinearRun``."""
         record = np.empty((len(part.times), self.linear.record_size, state.shape[1]))
         of_steps, inertia, last = (block.copy() for block in np.split(state, self._split))
         time = np.zeros((1, state.shape[1]))
@@ -177,6 +179,7 @@ class JumpRun(StartedRun[JumpPart]):
         return record
 
     def take_back(self, part: JumpPart, direct: Array, state: Array, gradient: Array) -> None:
+        """Take adjoints back through the sweeps and cuts of a part; see ``LinearRun``."""
         of_steps, inertia, last = (np.ascontiguousarray(block) for block in np.split(state, self._split))
         size, count = self.linear.record_size, len(gradient)
         for move in reversed(part.moves):

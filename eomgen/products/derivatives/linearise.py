@@ -1,6 +1,5 @@
-"""sensitivities: a run and its derivatives, with the options of ``simulate``; refusals of scenes, of methods, of names,
-and of parameters that move the time of a jump.
-"""
+"""Sensitivities: a run and its derivatives, with the options of ``simulate``. Scenes and methods without derivatives,
+unknown names, and parameters that move the time of a jump are refused."""
 
 from __future__ import annotations
 

@@ -56,6 +56,7 @@ class ReplayedRun:
     """
 
     def __init__(self, run: Run, stepper: Stepper, state: InitialState, of_step: int, kept: int = KEPT_BYTES) -> None:
+        """Initialize the stepper and keep the memory of the start. Raises NumericalError for a damped first step."""
         self.run, self.stepper = run, stepper
         self.steps = run.grid.whole
         self.length = max(min(PART_BYTES // of_step, LONGEST), SHORTEST, math.isqrt(self.steps))

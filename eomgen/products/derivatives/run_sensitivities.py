@@ -338,8 +338,8 @@ class Sensitivities:
         return StationaryRun.of(self._run, weights)
 
     def hessian_products(self, of: Functional, directions: ArrayLike) -> Array:
-        """Return the Hessian of a functional times vectors, by tangents along the vectors and adjoints of second order:
-        one of each per vector, for any number of variables.
+        """Multiply the Hessian of a functional by vectors: one tangent and one second-order adjoint per vector, for any
+        number of variables.
 
         Parameters
         ----------

@@ -1,5 +1,4 @@
-"""Second derivatives of functionals of a run, exact for its discrete steps; of its start, and of increments of
-rotations.
+"""Second derivatives of functionals of a run, exact for its discrete steps, its start, and increments of rotations.
 
 Steps have e(x) = 0, x a row with parameters; a functional is a sum of w . y(x) over rows. Along directions i and j with
 tangents dx_i, dx_j and the multipliers mu of its adjoint, its second derivative is
@@ -447,7 +446,17 @@ def _parts(run: AlphaRun, along: StateDirections, state: Array, record: Array) -
 
 
 def take_back(run: AlphaRun, part: AlphaPart, weights: Sequence[RowWeights], adjoint: RunAdjoint) -> SweepRemainders:
-    """Take adjoints through a part."""
+    """Take the adjoints of functionals back through a part of a run, and return their remainders.
+
+    Parameters
+    ----------
+    run, part : AlphaRun, AlphaPart
+        The run made linear, and the part to reverse.
+    weights : sequence of RowWeights
+        One for each functional.
+    adjoint : RunAdjoint
+        Adjoint at the end of the part; becomes the adjoint at its start.
+    """
     of_outputs, direct = adjoint.sources(run, part, weights)
     multipliers, ends = run.take_back(part, direct, adjoint.state, adjoint.parameters)
     return SweepRemainders(multipliers, ends, of_outputs)

@@ -87,6 +87,7 @@ class StageRun(TransitionRun):
         return step
 
     def transitions(self, part: RunSegment, ends: StepEnds) -> Array:
+        """Return the derivatives of q, v and z at the ends of the steps, stage by stage."""
         equations, h, count, before = self.equations, self.run.grid.step, len(ends.before.t), ends.before
         nv, size = equations.nv, self.size_of_state
         unit = np.eye(size, size + equations.parameters)

@@ -289,7 +289,17 @@ class StartDerivatives:
 
     @classmethod
     def of(cls, state: Array, record: Array, nv: int, nz: int) -> StartDerivatives:
-        """Return the changes of the start of steps, ``state``, and of the row that is recorded."""
+        """Return the derivatives by the state with which steps begin, plus the derivatives by the recorded row.
+
+        Parameters
+        ----------
+        state : (4 nv + 3 nz, n) ndarray
+            Derivatives by q, v, vdot, the algorithmic acceleration, z, zdot and its carried rates.
+        record : (3 nv + nz + nl, n) ndarray
+            Derivatives by q, v, vdot, z and the multipliers of the recorded row.
+        nv, nz : int
+            Numbers of velocities and of internal states.
+        """
         q, v, vdot, a, z, zdot, r = np.split(state, np.cumsum([nv, nv, nv, nv, nz, nz]))
         of_q, of_v, of_vdot, of_z, of_lam = np.split(record, np.cumsum([nv, nv, nv, nz]))
         return cls(q + of_q, v + of_v, vdot + a + of_vdot, a, z + of_z, zdot + r, of_lam)
@@ -467,8 +477,8 @@ def on_constraints(start: LinearizedStart, along: StateDirections, inverse_inert
 
 
 def position_weights(M: Array, angular: NDArray[np.bool_]) -> Array:
-    """Return W = 1/M_ii (n, nv) of M (n, nv, nv) as runs limit it: inertias count at least as half of the digits of the
-    largest one, rotations by the radius of gyration of all parts."""
+    """Return W = 1/M_ii (n, nv) for matrices M (n, nv, nv), bounded as runs bound W: inertias count at least sqrt(eps)
+    times the largest one, rotations by the radius of gyration of all parts."""
     diagonal = np.diagonal(M, axis1=-2, axis2=-1)
     moments, masses = (diagonal[:, of].sum(axis=1, keepdims=True) for of in (angular, ~angular))
     both = (masses > 0.0) & (moments > 0.0)

@@ -173,7 +173,8 @@ class StationaryRun:
 
     @property
     def _bent_parameters(self) -> list[int]:
-        """The same of parameters, numbered after the components of the rows."""
+        """Parameters by which equations or outputs have second derivatives, numbered after the components of the
+        rows."""
         return [column for column in self._bending if column >= self.run.linear.record_size]
 
     @cached_property

@@ -139,6 +139,7 @@ class TransitionRun(LinearRun[TransitionPart]):
         return np.concatenate([parts[0][0], parts[1][0], parts[0][1], parts[1][1]], axis=1)
 
     def take_back(self, part: TransitionPart, direct: Array, state: Array, gradient: Array) -> None:
+        """Take adjoints back through the transitions of a part; see ``LinearRun``."""
         size, equations = self.size_of_state, self.equations
         nv, nz = equations.nv, equations.nz
         of_q_v, of_a, of_z, of_lam = np.split(direct, np.cumsum([2 * nv, nv, nz]), axis=1)

@@ -46,6 +46,7 @@ class VariationalRun(TransitionRun):
     """A run of RATTLie with linearised steps."""
 
     def transitions(self, part: RunSegment, ends: StepEnds) -> Array:
+        """Return the derivatives of q, v and z at the ends of the steps, by the equations of momenta."""
         equations, h = self.equations, self.run.grid.step
         factors, nv, nz, nl = equations.model.factors, equations.nv, equations.nz, equations.nl
         before, after = ends.before, ends.after
