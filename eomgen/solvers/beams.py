@@ -89,7 +89,23 @@ def beams_of(
     *,
     absolute: bool,
 ) -> Beams:
-    """Return the beams of a system at values of the parameters; ``bodies``: names in the order of the poses."""
+    """Return the geometrically exact beams of a system at parameter values.
+
+    Parameters
+    ----------
+    beams : sequence of BeamElements
+        Nodes and section matrices of each beam.
+    values : mapping
+        Parameters by name, SI units.
+    bodies : sequence of str
+        Names in the order of the poses.
+    factors : sequence of Factor
+        Factors of the configuration.
+    poses : callable
+        Poses (n, bodies, 7) of configurations q (n, nq).
+    absolute : bool
+        Whether the coordinates of nodes are poses in the world, not relative to the base.
+    """
     number = {name: index for index, name in enumerate(bodies)}
     known = {factor.name: factor for factor in factors}
 

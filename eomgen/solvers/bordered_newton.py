@@ -74,7 +74,18 @@ class StiffStrains(Protocol):
         """Return why strains are meaningless, such as an element that turns by half a turn; empty if none is."""
 
     def geometric(self, q: Array, d: Array, derivative: Matrix, forces: Array) -> Matrix:
-        """Return the stiffness (nv, nv) by section forces (elements, m)."""
+        """Return the part of section forces in the tangent, (nv, nv): the derivative of generalized forces by q,
+        left-trivialised, with constant section forces.
+
+        Parameters
+        ----------
+        q, d : (nq,) and (elements, m) ndarray
+            Configuration, and the strains there.
+        derivative : (m elements, nv) matrix
+            Jacobian of the strains.
+        forces : (elements, m) ndarray
+            Section forces.
+        """
 
 
 @dataclass(frozen=True)
@@ -166,7 +177,8 @@ class CorrectedPoint:
 
 
 def weights(statics: LoadedStatics, rest: LoadedState) -> Array:
-    """Return the weights of squares of unknowns in lengths of paths: zero of multipliers."""
+    """Return the weights by which squared unknowns add to lengths of paths, (nv + rows + nz,): zero for multipliers and
+    internal states."""
     nv = len(statics.sizes)
     result = np.zeros(nv + len(rest.multipliers) + len(rest.z))
     result[:nv] = statics.measure
@@ -194,7 +206,19 @@ def correct(
     statics: LoadedStatics, start: LoadedState, along: Direction, way: float, plane: Direction | None = None
 ) -> CorrectedPoint:
     """Return rest near a step of length ``way`` along a direction, corrected orthogonally to the direction, or to
-    another ``plane``."""
+    ``plane``.
+
+    Parameters
+    ----------
+    statics : LoadedStatics
+        The scene at rest under a load factor.
+    start : LoadedState
+        Rest at the start of the step.
+    along, plane : Direction
+        Direction of the step, and normal of the plane in which the corrections lie.
+    way : float
+        Length of the step in the measure of ``weights``.
+    """
     nv = len(statics.sizes)
     plane = along if plane is None else plane
     change = way * along.unknowns

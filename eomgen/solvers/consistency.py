@@ -125,6 +125,17 @@ def assemble(
 ) -> Assembly:
     """Return the consistent state nearest to a guess; beams are strained only if a loop cannot close otherwise.
 
+    Parameters
+    ----------
+    system : ConstrainedSystem
+        Constraints and inertia.
+    q, v : (nq,) and (nv,) ndarray
+        Guess; v left-trivialised.
+    t : float, optional
+        Time, s.
+    kept : KeptComponents, optional
+        Components that stay as given.
+
     Raises
     ------
     ModelError
@@ -318,6 +329,7 @@ def _values_beyond(names: Sequence[str], values: Array, limits: Array) -> dict[s
 def _contradiction(
     rows: RowsInMetric, names: Sequence[str], left: Array, limits: Array, level: str, iterations: int
 ) -> ModelError:
+    """Return the error for constraints that cannot be met together, with the rows that are most off and a remedy."""
     order = np.argsort(-np.abs(left) / np.maximum(limits, np.finfo(float).tiny))
     off = [k for k in order[:5] if not abs(left[k]) <= limits[k]]
     text = (
@@ -430,6 +442,7 @@ class _Rows:
     """``constraint_rows.Rows`` of samples; ``defined`` says which have finite rows and a metric."""
 
     def __init__(self, system: ConstrainedSamples, q: Array, chosen: Chosen) -> None:
+        """Evaluate Jacobians, inertia and scales of the rows at the chosen samples."""
         self.holonomic, self.lengths = system.holonomic, system.lengths
         self.B, mass = system.jacobian(q, chosen), system.mass(q, chosen)
         self.size, extent = system.sizes(q, chosen)
@@ -523,7 +536,17 @@ class _Rows:
 def consistent_states(
     system: ConstrainedSamples, q: Array, v: Array, kept: KeptComponents | None = None
 ) -> ConsistentStates:
-    """Return the consistent states nearest to guesses q (n, nq), v (n, nv)."""
+    """Return the consistent states nearest to n guesses.
+
+    Parameters
+    ----------
+    system : ConstrainedSamples
+        Constraints and inertia of n samples.
+    q, v : (n, nq) and (n, nv) ndarray
+        Guesses; v left-trivialised.
+    kept : KeptComponents, optional
+        Components that stay as given.
+    """
     if kept is None:
         return _nearest(system, system, q, v)
     return _nearest(system.holding(kept.positions), system.holding(kept.velocities), q, v)

@@ -182,6 +182,7 @@ class RowsInMetric:
     kinetic size, by M = L L^T."""
 
     def __init__(self, system: ConstrainedSystem, q: Array, t: float) -> None:
+        """Evaluate Jacobian, inertia and scales of the rows at a configuration and a time."""
         self.holonomic = system.holonomic
         B, mass = _jacobian(system, q, t), system.mass(q)
         self._sparse: SparseRows | None = None
@@ -275,8 +276,8 @@ class RowsInMetric:
 
     @cached_property
     def reach(self) -> Array:
-        """Displacements per unit of the components of v, (nv,): 1 of translations, of rotations the largest extent of
-        the rows in m that they change."""
+        """Displacements per unit of v, (nv,): 1 for translations; for a rotation the largest extent, m, among the rows
+        that the rotation changes."""
         if self._sparse is None:
             row, column = np.nonzero(self.B)
         else:
@@ -331,7 +332,7 @@ class RowsInMetric:
 
     @cached_property
     def _summand_sizes(self) -> Array:
-        """Largest sums of magnitudes of the summands of entries of B, (rows, nv)."""
+        """Largest sum of magnitudes among the summands of each entry in B, (rows, nv)."""
         return np.maximum(self._entries(self._summands), np.abs(self.B))
 
     @cached_property

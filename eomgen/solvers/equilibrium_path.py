@@ -54,7 +54,8 @@ class PathPoint:
 
 @dataclass(frozen=True)
 class StepLimits:
-    """Largest steps: of the components of a displacement, rad or lengths of the scene, and of the load factor."""
+    """Largest steps along a path: change of a displacement component, rad or lengths of the scene, and change of the
+    load factor."""
 
     displacement: float = 0.5
     factor: float = np.inf
@@ -142,7 +143,19 @@ def _longest(statics: LoadedStatics, point: PathPoint, limits: StepLimits) -> fl
 
 
 def step_to(statics: LoadedStatics, point: PathPoint, way: float, target: float = np.inf) -> PathPoint | str:
-    """Return the next point after a way, at the target if that comes first; or the reason for which there is none."""
+    """Return the next point of a path, or the reason why there is none.
+
+    Parameters
+    ----------
+    statics : LoadedStatics
+        The scene at rest under a load factor.
+    point : PathPoint
+        Present point.
+    way : float
+        Length of the step in the measure of ``weights``.
+    target : float, optional
+        Load factor at which the step ends if the factor is reached within the step.
+    """
     along, start = point.direction, point.rest
     left = (target - start.s) / along.s if along.s != 0.0 and np.isfinite(target) else np.inf
     ends = 0.0 < left <= 1.001 * way
@@ -164,7 +177,17 @@ def step_to(statics: LoadedStatics, point: PathPoint, way: float, target: float 
 
 
 def point_within(statics: LoadedStatics, first: PathPoint, second: PathPoint, way: float) -> PathPoint | str:
-    """Return the point at an arc length between two neighbouring points of a path, or a reason for its absence."""
+    """Return the point at an arc length between two neighbouring points of a path, or the reason why there is none.
+
+    Parameters
+    ----------
+    statics : LoadedStatics
+        The scene at rest under a load factor.
+    first, second : PathPoint
+        Neighbouring points.
+    way : float
+        Arc length from the first point.
+    """
     start, along = first.rest, first.direction
     at_factor = start.s + second.stride * along.s
     ends = along.s != 0.0 and abs(second.rest.s - at_factor) <= _THERE * statics.reach

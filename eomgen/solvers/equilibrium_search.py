@@ -352,11 +352,20 @@ _LONG, _NEARER = 0.5, 0.05
 
 
 def nearest_rest(statics: Statics, q: Array, z: Array, *, any_kind: bool) -> tuple[Search, Search | None]:
-    """Return the end of a damped motion from q, z, and the nearest rest that was found; None if none was.
+    """Return the end of a damped motion from q and z, and the nearest rest, or None without a rest.
 
     A motion that does not settle within its steps is continued by decreasing energy. Newton's paths are followed if
     neither settles, or rest of ``any_kind`` will do: unstable too.
     Distances are measured by the kinetic energy that gets there in unit time.
+
+    Parameters
+    ----------
+    statics : Statics
+        The scene at rest.
+    q, z : (nq,) and (nz,) ndarray
+        Start of the motion.
+    any_kind : bool
+        Whether an unstable rest is accepted.
     """
     descends = not len(z) and not any_kind
     damped = _by_damped_motion(statics, q, z, patient=not descends)

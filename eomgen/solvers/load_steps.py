@@ -64,7 +64,17 @@ def turning_blocks(factors: Sequence[Factor]) -> Blocks:
 
 
 def dead_forces(blocks: Blocks, q: Array, forces: Array, *, back: bool) -> Array:
-    """Return generalized forces, (nv,), with triples rotated from body axes to base axes, or ``back``."""
+    """Return generalized forces (nv,) whose triples on free rotations are turned from body axes to base axes, or back.
+
+    Parameters
+    ----------
+    blocks : Blocks
+        Indices of quaternions in q and of triples in forces.
+    q, forces : (nq,) and (nv,) ndarray
+        Configuration and generalized forces.
+    back : bool
+        From base axes to body axes.
+    """
     result = forces.copy()
     if blocks.quaternions.size:
         places = blocks.triples

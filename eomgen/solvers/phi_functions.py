@@ -44,7 +44,17 @@ def phi(x: Array, order: int) -> Array:
 
 
 def phi_of_matrix(J: Array, f: Array, time: float, order: int) -> Array:
-    """Return time phi_k(time J) f of any matrix by one exponential."""
+    """Return time phi_k(time J) f for any matrix J, by one exponential of a larger matrix.
+
+    Parameters
+    ----------
+    J, f : (n, n) and (n,) ndarray
+        Matrix and vector.
+    time : float
+        Factor of the matrix.
+    order : int
+        k, from 1.
+    """
     n = len(f)
     matrix = np.zeros((n + order, n + order))
     matrix[:n, :n], matrix[:n, n] = time * J, time * f

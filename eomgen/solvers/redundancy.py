@@ -57,13 +57,24 @@ class Redundancy:
 def redundancy(
     system: ConstrainedSystem, q: Array, t: float = 0.0, samples: int = 3, rows: Sequence[int] | None = None
 ) -> Redundancy:
-    """Return the rows that follow from other rows, at the given and at nearby consistent configurations.
+    """Return the rows that follow from other rows, at a consistent configuration and at nearby consistent
+    configurations.
 
     Rows are taken in order: the first to add a condition is kept. Rows with a small new part wait until the other rows
     are examined, and are then taken by decreasing new part. A row that is dependent at one configuration only (a
     singular position) is not a redundant row. The new part of a row is compared with the norm of a row of its kind, and
-    with rounding, never with the row: a row that vanishes up to rounding adds no condition. ``rows``: examined rows,
-    all by default.
+    with rounding, never with the row: a row that vanishes up to rounding adds no condition.
+
+    Parameters
+    ----------
+    system : ConstrainedSystem
+        Constraints and inertia.
+    q, t : (nq,) ndarray and float
+        Consistent configuration, and time, s.
+    samples : int, optional
+        Number of configurations, the given one included.
+    rows : sequence of int, optional
+        Rows to examine; all by default.
 
     Raises
     ------
@@ -209,7 +220,17 @@ def _remainder(row: Array, basis: Sequence[Array]) -> Array:
 
 
 def left_over(system: ConstrainedSystem, q: Array, rows: Sequence[int], t: float = 0.0) -> dict[int, float]:
-    """Return the violations of given rows at a configuration that are above rounding."""
+    """Return the violation of each row at a configuration that exceeds rounding, by row.
+
+    Parameters
+    ----------
+    system : ConstrainedSystem
+        Constraints and inertia.
+    q, t : (nq,) ndarray and float
+        Configuration, and time, s.
+    rows : sequence of int
+        Rows to examine; rows at velocity level are ignored.
+    """
     violation, limits = system.constraint(q, t), REPORTED * RowsInMetric(system, q, t).scale
     return {row: float(violation[row]) for row in rows if row < system.holonomic and abs(violation[row]) > limits[row]}
 

@@ -303,8 +303,8 @@ def _factors(matrix: csc_array, *, exchanges: bool = True) -> SuperLU[np.float64
 
 
 def _negative_pivots(matrix: Array) -> int:
-    """Return the number of negative eigenvalues of a symmetric matrix: the number of negative 1 x 1 pivots plus the
-    number of 2 x 2 pivots, which are indefinite."""
+    """Count the negative eigenvalues of a symmetric matrix: one for each negative 1 x 1 pivot, and one for each 2 x 2
+    pivot, which is indefinite."""
     if not matrix.size:
         return 0
     factors, pivots, _ = scipy.linalg.lapack.dsytrf(matrix, lower=1)
