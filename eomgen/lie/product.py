@@ -244,7 +244,17 @@ def group_curve(factors: Sequence[Factor], first: Curve, last: Curve, duration: 
 
 
 def cubic(first: tuple[Array, Array], last: tuple[Array, Array], duration: Array, s: Array) -> tuple[Array, Array]:
-    """Return values and derivatives (n, size) of the cubics through two values with derivatives, in a vector space."""
+    """Return the values and derivatives (n, size) of cubics through two values with derivatives, in a vector space.
+
+    Parameters
+    ----------
+    first, last : pair of (n, size) ndarray
+        Value and derivative per s at both ends.
+    duration : (n,) ndarray
+        Time from the first to the last value, s.
+    s : (n,) ndarray
+        Part of the duration, 0 to 1.
+    """
     h, x = duration[:, np.newaxis], s[:, np.newaxis]
     parts = (first[0], last[0], h * first[1], h * last[1])
     return _sum(_CUBIC, parts, x, 0), _sum(_CUBIC, parts, x, 1) / h

@@ -72,7 +72,13 @@ ZERO: Matrix3 = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
 def blocks(upper_left: Matrix3, upper_right: Matrix3, lower_left: Matrix3, lower_right: Matrix3) -> Rows:
-    """Return a 6 x 6 matrix by its blocks."""
+    """Return the 6 x 6 matrix with four 3 x 3 blocks, as rows.
+
+    Parameters
+    ----------
+    upper_left, upper_right, lower_left, lower_right : 3 x 3 nested sequences
+        Values of any algebra.
+    """
     top = [[*left, *right] for left, right in zip(upper_left, upper_right, strict=True)]
     return top + [[*left, *right] for left, right in zip(lower_left, lower_right, strict=True)]
 
