@@ -27,7 +27,8 @@ def system_page(
     formulas: Iterable[str],
     functions: Iterable[Sequence[object]],
 ) -> str:
-    """Return sizes, formulas (LaTeX) and a table of functions: name, inputs, operations, meaning."""
+    """Return the HTML page of a system: sizes, formulas (LaTeX), and a table of functions with inputs, operations and
+    meaning."""
     return page(
         f"System {name}",
         paragraph(description),

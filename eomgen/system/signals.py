@@ -76,13 +76,13 @@ class NormalSeries:
 
     @property
     def standard_deviation(self) -> float:
-        """Of g, with all modes, including modes left out."""
+        """Standard deviation of g, including the part of the modes that are left out."""
         start, end = self.window
         return math.sqrt(self.total / (end - start))
 
     @property
     def captured(self) -> tuple[float, ...]:
-        """Part of the variance of g in the first mode, in the first two, ..."""
+        """Shares of the variance of g in the first mode, in the first two modes, and so on."""
         sums, value = [], 0.0
         for eigenvalue in self.eigenvalues:
             value += eigenvalue
@@ -109,7 +109,7 @@ class Parameter:
 
 @dataclass(frozen=True)
 class RoadUnderWheel:
-    """A random road of an input: class of ISO 8608, speed (m/s), distance (m) behind the first wheel of the track, and
+    """A random road as an input: ISO 8608 class, speed (m/s), distance (m) behind the first wheel of its track, and
     seed of the track."""
 
     road_class: str

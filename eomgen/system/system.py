@@ -82,7 +82,7 @@ def base_component(position: int) -> str:
 
 
 class SecondBlocks(NamedTuple):
-    """Numbers of components by name, in order.
+    """Numbers of components by name, for the blocks of ``second_partials``.
 
     Attributes
     ----------
@@ -196,8 +196,8 @@ class Validity:
 
 @dataclass(frozen=True)
 class BeamSlopes:
-    """Squares of the slopes of a beam: int f_k' f_l' dx over its ``length``, m, between bending coordinates of one
-    plane, 0 elsewhere; in the order of its elastic coordinates, the factor ``name``."""
+    """Integrals of squared slopes of a beam, int f_k' f_l' dx over its ``length``, m, between bending coordinates in
+    one plane, else 0; in the order of its elastic coordinates, the factor ``name``."""
 
     name: str
     length: float
@@ -228,7 +228,7 @@ class BeamAxis:
 
 
 class Sample(NamedTuple):
-    """Numbers of equal parts of a scene that is derived in place of a longer one.
+    """A scene derived in place of a longer scene with more equal parts.
 
     Choices that depend on lengths, of loops and of eliminations, are made for the longer scene.
 
@@ -250,7 +250,7 @@ class Sample(NamedTuple):
         return (self.parts + self.missing) / self.parts if self.parts else 1.0
 
     def orders_of(self, kind: object) -> dict[Any, Any]:
-        """Return the orders of pivots of equal stages of one kind of matrix, which are completed by eliminations."""
+        """Return the stored pivot orders of equal stages for one kind of matrix; eliminations add further orders."""
         return {} if self.orders is None else self.orders.setdefault(kind, {})
 
     def iterations(self, count: int) -> int:
@@ -404,7 +404,7 @@ class System(NamedAttributes):
 
     @property
     def _sizes(self) -> dict[str, int]:
-        """Numbers of components by name."""
+        """Numbers of coordinates, inputs, states and constraints, by name."""
         sizes = {name: getattr(self, name) for name in ("nq", "nv", "nu", "nz")}
         return {**sizes, "constraints": len(self.multipliers)}
 
@@ -458,7 +458,7 @@ class System(NamedAttributes):
 
     @property
     def argument_sizes(self) -> dict[str, int]:
-        """Numbers of directions in the arguments of derivatives, in the order of rows and columns."""
+        """Number of directions in each argument of derivatives, in the order of rows and columns."""
         sizes = {**self.second_blocks.direction, "t": 1}
         return {name: sizes[name] for name in ARGUMENTS}
 

@@ -1,5 +1,5 @@
-"""The register of terms: names, inputs, conditions of existence, and how each is requested; and which of the functions
-of a scene a library has, fewer of which compile faster.
+"""The register of terms: names, inputs, conditions of existence, and requests; and the choice of the functions in a
+library, since fewer functions compile faster.
 
 A front end records terms; whoever needs a fact about one asks its row here.
 """
