@@ -53,7 +53,18 @@ def factors_of(metadata: Mapping[str, Any]) -> list[Factor]:
 
 
 def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Between | None = None) -> StateArrays:
-    """Return the state at times within the recorded rows, by ``between`` if there is such a way.
+    """Return the state at times within the recorded rows, by the function ``between`` if there is one.
+
+    Parameters
+    ----------
+    rows : Rows
+        Recorded t, q, v, a and z.
+    metadata : mapping
+        Metadata of the solution, with the factors of the configuration.
+    t : array_like
+        Times, s.
+    between : callable, optional
+        States between rows by a method of its own; interpolation by default.
 
     Raises
     ------
@@ -98,6 +109,8 @@ def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Bet
 def _between(
     rows: Rows, factors: Sequence[Factor], t: Array, index: Index, by_velocity: bool
 ) -> tuple[Array, Array, Array, Array]:
+    """Interpolate q, v, a and z between the rows ``index`` and ``index + 1``; velocities by accelerations if
+    ``by_velocity``."""
     after = index + 1
     duration = rows.t[after] - rows.t[index]
     s = np.clip((t - rows.t[index]) / duration, 0.0, 1.0)

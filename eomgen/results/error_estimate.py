@@ -1,6 +1,5 @@
-"""ErrorEstimate: the discretisation error of a run, as estimated by runs at other steps or tolerances; SampleErrors:
-errors of the samples of a study, estimated on a few of its runs.
-"""
+"""``ErrorEstimate``: the discretisation error of a run, estimated by runs at other steps or tolerances.
+``SampleErrors``: errors of a study's samples, estimated on a few of its runs."""
 
 from __future__ import annotations
 
@@ -109,7 +108,7 @@ class ErrorEstimate:
 
     @classmethod
     def missing(cls, reason: str, nq: int = 0, nv: int = 0, nz: int = 0, multipliers: int = 0) -> Self:
-        """Return the placeholder of a missing estimate, for a system of given sizes."""
+        """Return an estimate without numbers, with the reason, for a system of given sizes."""
         q, v, z, lam = (np.zeros((0, size)) for size in (nq, nv, nz, multipliers))
         return cls(reason=reason, q_at=q, increment_at=v, v_at=v, z_at=z, multipliers_at=lam)
 

@@ -216,8 +216,8 @@ def _prefix(name: str, outputs: Sequence[str]) -> str:
 
 
 def _nodes_as_displacements(curves: Sequence[PlottedCurve]) -> list[PlottedCurve]:
-    """Return curves with displacements in place of poses of nodes: of the middle and the last node of each beam,
-    m, with rotation vectors, rad, in world axes, since the start."""
+    """Replace the poses of beam nodes by displacements (m) and rotation vectors (rad) since the start, in world axes,
+    for the middle and the last node of each beam."""
     kept, *nodes = _by_nodes(curves)
     for node in nodes:
         poses = np.stack([curve.values for curve in node], axis=1)
@@ -266,7 +266,8 @@ def _without_copies(curves: Sequence[PlottedCurve]) -> list[PlottedCurve]:
 
 
 def _by_nodes(curves: Sequence[PlottedCurve]) -> list[list[PlottedCurve]]:
-    """Return the curves of no node of a beam first, then the curves of the middle and the last node of each beam."""
+    """Return first the curves of all quantities other than beam nodes, then the curves of each beam's middle and last
+    node."""
     nodes: dict[str, dict[int, list[PlottedCurve]]] = {}
     parts: list[list[PlottedCurve]] = [[]]
     for curve in curves:
@@ -413,6 +414,7 @@ def _energies(solution: RecordedSolution) -> list[PlottedCurve]:
 
 
 def _outputs(solution: RecordedSolution, units: dict[str, str]) -> list[PlottedCurve]:
+    """Return a curve for each component of the outputs of a solution."""
     meaning = solution.metadata.get("outputs", {})
     curves = []
     for name, array in solution.outputs.items():
@@ -433,8 +435,8 @@ def _outputs(solution: RecordedSolution, units: dict[str, str]) -> list[PlottedC
 
 
 def _panels(curves: Sequence[PlottedCurve]) -> list[list[PlottedCurve]]:
-    """Group curves of one unit and quantity, then by the first words of their names, in as few panels as a panel's
-    limit allows; groups that fit, as of one corner of a vehicle or one output, are not cut."""
+    """Group curves by unit and quantity, then by the first words of their names, in as few panels as the limit of
+    curves per panel allows; groups that fit into a panel, as all curves of one output, are not cut."""
     alike: dict[tuple[str, str], list[PlottedCurve]] = {}
     for curve in _with_small_changes(curves):
         alike.setdefault((curve.unit, curve.quantity or _QUANTITIES.get(curve.unit, "")), []).append(curve)
@@ -564,6 +566,7 @@ def _turns(values: Array) -> int:
 
 
 def _panel(axis: Any, t: Array, panel: Sequence[PlottedCurve], *, beside: bool = True) -> None:
+    """Draw the curves of a panel with labels, legend and limits."""
     outputs = {curve.output: curve.description for curve in panel}
     alone = len(outputs) == 1
     size = max((float(np.ptp(curve.values)) for curve in panel if len(curve.values)), default=0.0)

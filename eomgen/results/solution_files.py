@@ -1,6 +1,5 @@
-"""Columns of a solution, its files (``.npz``, which can be read again, and ``.csv``), and formats of others: tables of
-pandas, data sets of xarray, files of MATLAB.
-"""
+"""Columns and files of a solution: ``.npz``, which can be read again, ``.csv``, and tables of pandas, data sets of
+xarray, and files of MATLAB."""
 
 from __future__ import annotations
 
@@ -123,7 +122,7 @@ class SavedSolution(RecordedSolution, Protocol):
 def write_all(
     solution: SavedSolution, seen: PosesAndScenery | None, loads: Mapping[str, SectionLoads], path: Path
 ) -> None:
-    """Write all of a solution, with poses and loads of sections if known. Raises FileError."""
+    """Write a solution as ``.npz``, with poses and section loads if known. Raises FileError."""
     events = solution.events.arrays() if solution.events.counts else {}
     poses = seen.poses if seen else {}
     of_sections = {f"{beam}.{name}": array for beam, item in loads.items() for name, array in item.named().items()}
