@@ -114,6 +114,7 @@ def _numbers(text: str | None) -> list[float]:
 
 
 def _print_tradeoff(study: Tradeoff) -> None:
+    """Print the cheapest configuration for each demanded accuracy."""
     from eomgen.products.studies import DEMANDS  # noqa: PLC0415
     from eomgen.products.studies.work_precision.result import short_duration  # noqa: PLC0415
 
@@ -239,6 +240,7 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
 
 
 def _print_tuned(tuned: Tuned) -> None:
+    """Print the cheapest configuration, its rivals, and the runs that verify its error."""
     rows = [
         ("cheapest", tuned.label),
         ("error", f"{tuned.error:.2g} of {tuned.quantity}, {tuned.measure}; demanded {tuned.demand:g}"),

@@ -264,7 +264,7 @@ class Savings:
         return any(cost.problem == _INTERRUPTED for cost in self.costs)
 
     def ratio(self, cost: VariantCost, key: str) -> float | None:
-        """Return the ratio of a cost of a variant, one of ``COMPARED``, to the cost of the unchanged scene.
+        """Return the cost of a variant relative to the unchanged scene.
 
         Parameters
         ----------
@@ -440,6 +440,7 @@ def _absolute(described: Described, scene: Scene, options: Mapping[str, Any]) ->
 
 
 def _build_variant(variant: Variant, method: str, folder: Path, profile: str) -> tuple[VariantCost, Model | None]:
+    """Build a variant and return its costs with the model, or with the problem and None."""
     cost = VariantCost(variant.name, variant.description)
     if variant.scene is None:
         return replace(cost, problem=variant.problem), None

@@ -100,6 +100,7 @@ class Experiment:
         start: float | None,
         options: Mapping[str, Any],
     ) -> None:
+        """Check the measured data against the model and choose the unknown states. Raises UsageError."""
         self.model, self.data, self.states = model, data, tuple(states)
         self._start = float(data.t[0]) if start is None else start
         if data.t[0] < self._start - _ROUNDED * step:
@@ -126,7 +127,8 @@ class Experiment:
 
     @property
     def starts(self) -> Array:
-        """Start of the unknown components, (states,): numbers of the state, 0 of rotations of a joint."""
+        """Start values of the unknown states, (states,): the numbers of the initial state, and 0 for the rotations of a
+        joint."""
         model, state = self.model, self._initial
         q = np.zeros(model.nv)
         for factor in model.factors:
@@ -322,6 +324,7 @@ _EFFECT = 1e-9
 
 
 def bounds_of(unknowns: ExperimentUnknowns, bounds: Mapping[str, tuple[float, float]] | None) -> tuple[Array, Array]:
+    """Return the lower and the upper bounds of the unknowns, infinite by default. Raises UsageError."""
     names, x = unknowns.names, unknowns.start
     low, high = np.full(len(names), -np.inf), np.full(len(names), np.inf)
     if bounds is not None and not isinstance(bounds, Mapping):
@@ -370,6 +373,8 @@ def _within(unknowns: ExperimentUnknowns, name: str, position: int, first: float
 
 
 def deviations_of(labels: Sequence[str], deviations: Mapping[str, float] | float | None) -> Array | None:
+    """Return the standard deviation of each measured column; None if deviations are to be estimated. Raises
+    UsageError."""
     if deviations is None:
         return None
     if not isinstance(deviations, Mapping):

@@ -60,6 +60,7 @@ class Judgement:
     confidence: float
 
     def result(self) -> Identification:
+        """Return estimates with intervals and states, determined combinations, columns and notes."""
         unknowns, fit = self.unknowns, self.fit
         names, count = unknowns.names, len(unknowns.names)
         sigma = fit.deviations[unknowns.columns]
@@ -127,6 +128,8 @@ class Judgement:
     def _combinations(
         self, parts: DependentColumns, weighted: Array, spread: Array, times: float
     ) -> tuple[Combination, ...]:
+        """Return the combinations of unknowns that the data determine although the single unknowns are not
+        determined."""
         if not parts.mixed_columns:
             return ()
         x, names = self.fit.x, self.unknowns.names
@@ -186,6 +189,7 @@ class Judgement:
         squares: float,
         freedom: int,
     ) -> list[str]:
+        """Return sentences on the search, estimates, steps, deviations and correlation of residuals."""
         spread = [float(np.std(self.unknowns.data[self.unknowns.columns == k])) for k in range(len(columns))]
         # data without noise would ask for any step
         noisy = [column for column, size in zip(columns, spread, strict=True) if column.rms > _NOISELESS * size]

@@ -227,6 +227,7 @@ def draw(result: Identification, folder: Path) -> list[Path]:
 
 
 def _run(result: Identification, record: Record) -> Any:
+    """Return a figure of a record: data with the model, and residuals in standard deviations."""
     names = list(record.data)[:_SHOWN]
     figure = new_figure((10.0, 1.0 + 1.9 * len(names)))
     rows = figure.subplots(len(names), 2, squeeze=False, sharex=True, width_ratios=(3, 2))

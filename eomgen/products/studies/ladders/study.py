@@ -193,8 +193,8 @@ def _velocity_error(
 
 
 def _state_error(model: Model, of: Array, held: Array, rounding: float) -> float:
-    """Return the largest error of internal states (n, nz), each relative to the range of the state, or to a thousandth
-    of the largest range of the same unit."""
+    """Return the largest error of internal states (n, nz), relative to the range of each state, but at least to a
+    thousandth of the largest range with the same unit."""
     errors, motions = np.abs(of - held).max(axis=0, initial=0.0), np.ptp(held, axis=0)
     largest = dict.fromkeys(model.z_units, 0.0)
     for unit, motion in zip(model.z_units, motions, strict=True):
@@ -227,6 +227,8 @@ def _angle(first: Array, two: Array) -> float:
 
 
 def _pairs(subject: Subject, conditions: RunConditions) -> Iterator[tuple[str, Request, Request]]:
+    """Yield pairs of accurate runs by unlike methods or at two step sizes, each with a text, whose agreement gives a
+    reference."""
     free = conditions.vary(given={})
     span = conditions.step * conditions.steps
     # Steps that resolve the fastest motion of the scene without factors.
@@ -385,6 +387,8 @@ class _LadderStudy:
         budget: float,
         progress: Progress | None,
     ) -> tuple[list[Cell], dict[str, str]]:
+        """Run the cells of all ladders within the budget; return the cells, and the reasons for cells that were left
+        out."""
         result: list[Cell] = []
         left_out: dict[str, str] = {}
         known: dict[str, list[str]] = {}

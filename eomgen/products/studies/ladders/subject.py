@@ -94,6 +94,8 @@ class Subject:
         return pipeline.build(scene, real="double")
 
     def _with_factors(self) -> tuple[Scene, tuple[str, ...]]:
+        """Return the scene with the largest set of factors in its numbers that can be read, and the names of the
+        factors."""
         if self.data is None:
             raise EomgenError(
                 "the scene is given as a Scene, whose numbers have no text [E1100]", "the path of its file"
@@ -332,6 +334,7 @@ class StructuralZeros:
 
 
 def _evaluate_terms(system: System, subject: Subject) -> dict[str, Array]:
+    """Return the terms of a system with finite values at a random state with a fixed seed."""
     model, rng = subject.model(OWN), np.random.default_rng(5)
     q = update(model.factors, np.array(model.initial_q), 0.3 * rng.normal(size=model.nv) * _reach(model.v_units))
     blocks: dict[str, Any] = {

@@ -243,6 +243,8 @@ class Judge:
         return {"q": motion.q[0], "v": motion.v[0]}
 
     def _reference(self, condition: Condition) -> RunReference:
+        """Return the most certain motion of a condition as the reference. Raises NumericalError if none is certain
+        enough."""
         best: _UncertainMotion | None = None
         apart = 0
         for candidate in self._order():

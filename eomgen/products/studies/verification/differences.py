@@ -225,8 +225,8 @@ _BRANCH = 1e-7
 
 @dataclass(frozen=True)
 class EntrySizes:
-    """Sizes of entries by row and column (1 or S, R, C), of states (S, 1, 1), of the differentiated function (S, 1, 1),
-    and the effect of rounding of arguments (S, R, C).
+    """Sizes by which errors of S states are judged: entries by row and column (1 or S, R, C), whole states (S, 1, 1),
+    the differentiated function (S, 1, 1), and effects of rounded arguments (S, R, C).
 
     ``of_laws``: relative step of differences in laws, to which their derivatives are known; 0 without such laws.
     """

@@ -132,6 +132,7 @@ def _panels(forms: Sequence[FormReport]) -> list[tuple[str, list[FormReport]]]:
 
 
 def _panel(axis: Any, family: str, forms: Sequence[FormReport]) -> None:
+    """Draw the errors of difference quotients over the step for a family of closed forms."""
     for form, colour, mark in zip(forms, _COLOURS, _MARKS, strict=False):
         errors = np.clip(np.array(form.errors, dtype=float), _LEAST, None)
         failed = form.verdict != "agrees"

@@ -1,6 +1,5 @@
-"""Formulations of one scene: joint coordinates and absolute ones with bodies on SE(3) or on R^3 x SO(3), with one
-initial state for all of them; and scenes of less fidelity: fewer modes of beams, order 1, no stiffening, beams as rigid
-bodies.
+"""Formulations of a scene with one initial state: joint coordinates, and absolute coordinates on SE(3) or on R^3 x
+SO(3); and scenes of less fidelity, with fewer beam modes, order 1, no stiffening, or beams as rigid bodies.
 
 Errors of runs of less fidelity are against the scene described, so omissions count as errors.
 """

@@ -439,6 +439,7 @@ def _rank(study: Tradeoff, members: list[Point]) -> float:
 
 
 def _curves(axis: Any, study: Tradeoff) -> None:
+    """Draw the error over time for all configurations; configurations beyond the first few are grey."""
     slopes = {slope.configuration.key: slope for slope in study.slopes}
     groups = _groups(study)
     for number, members in reversed(list(enumerate(groups))):
@@ -508,6 +509,7 @@ def _failures(axis: Any, study: Tradeoff) -> None:
 
 
 def _describe(axis: Any, study: Tradeoff) -> None:
+    """Draw the uncertainty of the reference, the limits, labels and the title."""
     start, end, rows = study.span
     uncertainty = study.uncertainty
     if uncertainty > 0.0:

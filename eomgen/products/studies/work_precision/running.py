@@ -143,6 +143,7 @@ class Runner:
         inputs: Mapping[str, Any] | None = None,
         limit: float = 10.0,
     ) -> None:
+        """Check the names of parameters and inputs, and keep the settings of all runs. Raises UsageError."""
         described = formulations.description
         tunable = [item.name for item in described.parameters if item.tunable]
         signals, fixed = [item.name for item in described.inputs], tuple(described.fixed)

@@ -370,6 +370,7 @@ class _WorkPrecisionStudy:
         )
 
     def _candidates(self) -> tuple[Candidate, ...]:
+        """Build the formulations and return the configurations to run; reasons for others go to ``left_out``."""
         every: list[Candidate] = []
         methods = self.methods if "method" in self.axes else (self.methods or (self.runner.own_method(),))
         scene_formulation = self.formulations.own
@@ -471,6 +472,8 @@ class _WorkPrecisionStudy:
         return True
 
     def _take(self, ladder: _Ladder) -> None:
+        """Run the next value of a ladder, or end the ladder if the value would cost too much or the error is small
+        enough."""
         value = ladder.values[ladder.next]
         finer = 2.0 if ladder.kind == "step" else 1.5
         expected = finer * ladder.last_seconds
@@ -500,6 +503,7 @@ class _WorkPrecisionStudy:
         return len(last) == 3 and last[-1] < 1e-6 and last[1] > 0.7 * last[0] and last[2] > 0.7 * last[1]
 
     def _point(self, ladder: _Ladder, value: float) -> Point:
+        """Return the point of a configuration at a value, from memory or the journal, or by a run."""
         shown_value = value if ladder.kind == TOLERANCE else self.coarsest / value
         key = f"{ladder.configuration.key} {ladder.kind} {shown_value!r}"
         if key in self.points:
@@ -523,6 +527,7 @@ class _WorkPrecisionStudy:
         return self.runner.run(configuration, Fraction(in_coarsest, self.runner.grid.coarsest))
 
     def _measure(self, ladder: _Ladder, value: float, outcome: ComparedRun) -> Point:
+        """Return a point with the errors and the measured time of a finished run."""
         point = Point(ladder.configuration, ladder.kind, value, outcome.ended, outcome.said, order=ladder.order)
         if outcome.ended != REACHED or outcome.observation is None or outcome.repeated is None:
             return replace(point, stats=outcome.stats)

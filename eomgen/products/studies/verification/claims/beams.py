@@ -232,6 +232,9 @@ def _balance(beams: _BeamElements) -> Claim:
 
 
 def _mean(beams: _BeamElements) -> Claim:
+    """Return the claim that the section load of an element is the mean of transformed end wrenches along the
+    element."""
+
     def second(engine: Engine, state: Blocks) -> Array:
         twists, first = beams.twists(engine, state), _FIRST(engine, state)
         along = [

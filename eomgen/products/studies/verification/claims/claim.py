@@ -65,6 +65,7 @@ def on_tape(system: System) -> Engine:
     lengths = {name: len(tape.live(function.refs)) for name, function in system.functions.items()}
 
     def call(function: str, blocks: Blocks) -> dict[str, Array]:
+        """Evaluate the outputs of a function for a batch of inputs, in parts of bounded memory."""
         outputs = system.functions[function].outputs
         batch = np.broadcast_shapes(*(array.shape[:-1] for array in blocks.values()))
         flat = {name: np.broadcast_to(a, (*batch, a.shape[-1])).reshape(-1, a.shape[-1]) for name, a in blocks.items()}

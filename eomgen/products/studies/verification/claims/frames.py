@@ -1,5 +1,5 @@
-"""Claims of bodies, of frames and of the momentum of all that moves: Jacobians against poses, rates against
-Jacobians, sums over bodies."""
+"""Claims on bodies, frames and the total momentum: Jacobians against poses, rates against Jacobians, sums over
+bodies."""
 
 from __future__ import annotations
 
@@ -288,6 +288,8 @@ def _twists(space: Space) -> Claim:
 
 
 def _accelerations(space: Space) -> Claim:
+    """Return the claim that accelerations are the time derivatives of twists."""
+
     def combine(engine: Engine, state: Blocks, G: Array) -> Array:
         """Return rates of components as accelerations: the origin's gains omega x velocity, in body axes."""
         twist = engine("twists", state)["twist"]

@@ -1,5 +1,5 @@
-"""Claims of partials in inputs, disturbances, states and tunable parameters: of the equations, of outputs, of
-constraints; and of the regressor."""
+"""Claims on the regressor, and on partials in inputs, disturbances, states and tunable parameters, for equations,
+outputs and constraints."""
 
 from __future__ import annotations
 
@@ -184,6 +184,8 @@ def parameter_claims(space: Space) -> list[Claim]:
 
 
 def _regressor_claim(rows: tuple[str, ...]) -> Claim:
+    """Return the claim that Y pi + tau0 equals the generalized forces of inverse dynamics."""
+
     def tau(engine: Engine, state: Blocks) -> Array:
         result, pi = engine("regressor", state), engine("regressor_parameters", state)["pi"]
         return np.asarray(result["Y"] @ pi[..., np.newaxis] + column(result["tau0"]))
@@ -206,8 +208,8 @@ def _regressor_claim(rows: tuple[str, ...]) -> Claim:
 
 
 def _power(space: Space) -> Claim:
-    """Return the claim of each column alone: the power of a column is the rate of its share of kinetic energy, base at
-    rest."""
+    """Return the claim that the power of each regressor column is the rate of its share of kinetic energy, with the
+    base at rest."""
     result = [
         (k, item.name)
         for k, item in enumerate(space.description.linear_parameters)

@@ -84,6 +84,7 @@ def times(matrix: Array, vector: Array) -> Array:
 
 
 def _mass(space: Space) -> Claim:
+    """Return the claim that M is the second derivative of kinetic energy by v."""
     few, also = space.few.matrix, space.has("partials")
 
     def projection(of: Output) -> Value:
@@ -104,6 +105,8 @@ def _mass(space: Space) -> Claim:
 
 
 def _definite(*, constrained: bool) -> Claim:
+    """Return the claim that M is symmetric and positive definite."""
+
     def value(engine: Engine, state: Blocks) -> Array:
         M = engine("mass", state)["M"]
         if constrained:
@@ -166,6 +169,7 @@ def _by_recursion(engine: Engine, state: Blocks) -> Array:
 
 
 def _inertia(space: Space, name: str, meaning: str, of: Value) -> Claim:
+    """Return the claim that forces of inertia are the rate of momentum minus the derivative of kinetic energy by q."""
     few = space.few.matrix
 
     def source(engine: Engine, state: Blocks) -> Array:
@@ -336,6 +340,8 @@ def _momentum_rate(space: Space) -> Claim:
 
 
 def _base() -> Claim:
+    """Return the claim that the velocities and accelerations of the base are the derivatives of its pose and twist."""
+
     def value(engine: Engine, state: Blocks) -> Array:
         base = engine("base", state)["base"]
         return column(

@@ -409,7 +409,7 @@ def argument_claims(space: Space) -> list[Claim]:
 def _argument_claims(
     system: System, term: str, names: tuple[str, str], whole: Array, rates: dict[str, Array]
 ) -> list[Claim]:
-    """Return the claims of the Jacobian and of the Hessian of a term, along the columns of ``whole``."""
+    """Return the claims on a term's Jacobian and Hessian along the columns of ``whole``."""
     height, width = len(system.functions[term].refs), len(whole)
 
     def of(name: str, shape: tuple[int, int]) -> Value:

@@ -1,5 +1,5 @@
-"""Claims of time derivatives along a motion: of tau, of the separated blocks, of the base, of the inputs and of
-events, with gradients of impacts."""
+"""Claims on time derivatives along a motion: tau, the separated blocks, base, inputs and events, with gradients of
+impacts."""
 
 from __future__ import annotations
 
