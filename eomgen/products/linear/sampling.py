@@ -100,8 +100,6 @@ def discretized(space: StateSpace, sample: float | str, delay: float | str = 0.0
 def sampled_with_cost(space: StateSpace, sample: float | str, delay: float | str, cost: Array) -> Sampled:
     """Return the model from sample to sample, and the quadratic cost [s, u]^T cost [s, u] integrated over a sample.
 
-    Raises UsageError as ``discretized``.
-
     Parameters
     ----------
     space : StateSpace

@@ -207,8 +207,6 @@ def found_state(
 ) -> OperatingState:
     """Return the state that ``at`` specifies; by default an equilibrium, else the initial state.
 
-    ``asked``: a model of the same scene with which the equilibrium may have been solved before.
-
     Parameters
     ----------
     model : CompiledModel
@@ -305,8 +303,6 @@ def _steady_state(
 def as_found(kind: str, rest: EquilibriumState, point: OperatingPoint, *, stacklevel: int = 4) -> OperatingState:
     """Return the result of a search as an operating state, at its time and base; warn if velocities change direction
     with the motion. An equilibrium with drives that move is a steady motion.
-
-    An equilibrium with drives that move is a steady motion. ``stacklevel`` is of the warning.
 
     Parameters
     ----------

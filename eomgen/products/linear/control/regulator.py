@@ -342,9 +342,6 @@ def placed_gains(B: Array, wanted: Complex, dynamics: Dynamics, check: Check) ->
 def optimal_gains(weights: Weights, B: Array, dynamics: Dynamics, check: Check) -> tuple[Array, Array]:
     """Return the optimal gains (m, n) and the matrix P (n, n) of the remaining cost s^T P s, in continuous time.
 
-    ``check`` refuses motions without cost, given the dynamics without cross terms; ``check_stabilisable``
-    is the caller's affair.
-
     Parameters
     ----------
     weights : Weights
