@@ -27,6 +27,7 @@ def beam_axes(tree: Tree) -> tuple[BeamAxis, ...]:
 
 
 def _axis(name: str, body: ElasticBody, attached: set[float]) -> BeamAxis:
+    """Return places along a beam's axis with deflections, rotations and shortening by the elastic coordinates."""
     beam, integrals = body.beam, body.mass.integrals
     places = sorted(attached.union(np.linspace(beam.start, beam.start + beam.length, _PIECES + 1).tolist()))
     stations = integrals.along(places)

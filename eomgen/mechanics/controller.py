@@ -92,6 +92,7 @@ class _Parts:
     """
 
     def __init__(self, scene: Scene) -> None:
+        """Separate the controllers of a scene from the plant. Raises ModelError without a controller."""
         self.scene = scene
         self.digital = any(state.sampling is not None for state in scene.states)
         self._by_name: dict[str, Controller] = {item.name: item for item in scene.controllers}
@@ -242,6 +243,7 @@ class _Parts:
         return self._symbol(formula, where) if isinstance(formula, Symbol) else formula
 
     def _symbol(self, symbol: Symbol, where: str) -> Formula:
+        """Return a symbol of the scene as seen by the controller alone, with measured quantities as inputs."""
         match symbol.kind:
             case "time" | "parameter" | "number":
                 return self._checked_mode(symbol, where)

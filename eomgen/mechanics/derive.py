@@ -161,6 +161,7 @@ def derive(
 
 
 def _chosen(derivation: Derivation, terms: Sequence[str] | None) -> list[str]:
+    """Return the names of the terms to derive: the requested terms that exist for the scene, or the default terms."""
     requested = list(terms) if terms is not None else list(derivation.scene.terms)
     unknown = [name for name in requested if name not in TERMS]
     if unknown:
@@ -207,6 +208,7 @@ def _existence_facts(derivation: Derivation) -> set[str]:
 
 
 def _assemble(derivation: Derivation, terms: Sequence[str]) -> System:
+    """Record the functions of the terms, and return the System with facts and patterns."""
     # an attribute of the System a line; the decisions are the parts that a scene need not have
     scene, tape, tree = derivation.scene, derivation.tape, derivation.tree
     made: dict[str, Function] = {}
@@ -339,6 +341,7 @@ def _drivers(derivation: Derivation, order: int, taken: set[str]) -> dict[str, F
 
 
 def _facts(derivation: Derivation, made: Mapping[str, Function]) -> Facts:
+    """Return the facts of the equations by which methods and checks are chosen."""
     tape = derivation.tape
     loads = [value.ref for value in derivation.applied_forces()]
     return Facts(

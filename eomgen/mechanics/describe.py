@@ -51,7 +51,7 @@ from eomgen.system.description import (
 
 
 def extent(scene: Scene, algebra: Algebra, constant: Callable[[Formula], Scalar]) -> tuple[Scalar, Scalar]:
-    """Return the root of the sum of the squares of all lengths that a scene gives, m, and the size of gravity, m/s^2.
+    """Return the root of the summed squares of all lengths in a scene, m, and the magnitude of gravity, m/s^2.
 
     Parameters
     ----------
@@ -143,8 +143,8 @@ def base_disturbances(scene: Scene) -> tuple[str, ...]:
 
 
 def laws_of(scene: Scene) -> Iterator[Law]:
-    """Yield the prescribed laws of motion of a scene: drives of joints and constraints, lengths over time, position and
-    rotation of the base."""
+    """Yield the prescribed motions in a scene: drives of joints and constraints, lengths over time, and the position
+    and rotation of the base."""
     where = Report(scene.name, scene.source).where
     for joint in scene.joints:
         for number, (formula, (meaning, unit)) in enumerate(
@@ -257,6 +257,7 @@ def _lengths(scene: Scene) -> Iterator[tuple[Formula, ...]]:
 
 
 def _drawing(scene: Scene) -> Drawing:
+    """Return the visible parts of a scene: solids, hinges, points, lines, links and beams."""
     carried = {joint.child: joint for joint in scene.joints}
     free = _free_nodes(scene)
     hinged = [joint for joint in scene.joints if joint.child not in free]

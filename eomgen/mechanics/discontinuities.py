@@ -1,5 +1,5 @@
-"""Known times of jumps and kinks of forces, time ranges of curves, and splines that leave the range of their points,
-from the formulas of a scene."""
+"""Known discontinuities in the formulas of a scene: times of jumps and kinks, ranges of curves, and splines that leave
+the range of their points."""
 
 from __future__ import annotations
 

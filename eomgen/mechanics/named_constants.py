@@ -78,6 +78,7 @@ def _describe(name: str, beam: Beam) -> str:
 def _numbers(
     body: ElasticBody, stations: list[float], number: Callable[[Formula], Scalar]
 ) -> Iterator[tuple[str, float, str, str]]:
+    """Yield name, value, unit and meaning of each shape integral of an elastic body."""
     integrals, unit = body.mass.integrals, body.mass.unit
     folded = number(body.beam.mass_per_length).constant is not None
     for field, (meaning, of_mass, of_length) in _MASS.items():

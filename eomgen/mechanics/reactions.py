@@ -372,7 +372,7 @@ class Reactions:
         )
 
     def _to_axes(self, link: int, axes: str) -> Callable[[Vector], Vector]:
-        """Return the rotation of vectors from a link's axes to the axes of a body, of the base or of the world."""
+        """Return the function that rotates vectors from a link's axes to the axes of a body, the base or the world."""
         tree, kinematics = self.wrenches.tree, self.wrenches.quantities.kinematics
         mount = None if axes == WORLD else tree.mounts[axes]
         target = ROOT if mount is None else mount.link

@@ -45,6 +45,7 @@ def savings(scene: Scene) -> list[Saving]:
 
 
 def _variants(scene: Scene) -> list[tuple[str, Scene]]:
+    """Return the scene without one simplification each, with a text on the simplification."""
     variants = [("inertial parameters folded and grouped", _with_tunable_inertia(scene))]
     if scene.base is None:
         moving = Base(rotations=(Rotation((0.6, 0.0, 0.8), Symbol("time")),))

@@ -70,6 +70,8 @@ class Derivation:
     """
 
     def __init__(self, scene: Scene, without_rows: Sequence[int] = (), *, disturbed: bool = False) -> None:
+        """Record the tree, the base and the kinematics of a scene on a tape. Raises ModelError without a moving
+        joint."""
         self.scene = scene
         self.without_rows = without_rows
         self.tape = Tape()
@@ -131,7 +133,7 @@ class Derivation:
         return section_multipliers(self.quantities, rows, beam)
 
     def _fields(self) -> Fields:
-        """Return the fields of accelerations minus gravity of the links and of the carrier of the tree."""
+        """Return the acceleration field, minus gravity, of each link and of the tree's carrier."""
         of_links = total_fields(self.tree, self.motion, accelerations=True, gravity=True)
         base = self.kinematics.carrier.motion()
         start = plus(base.acceleration, scaled(-1.0, base.gravity))
@@ -434,7 +436,8 @@ class Derivation:
         return [self._matrix("B", self.calculus().jacobian(), "constraint Jacobian, left-trivialised")]
 
     def constraint_size(self) -> list[Block]:
-        """Return the scales of violations of each row: the sum of the magnitudes of the summands, and the extent, m."""
+        """Return the scales by which violations of each row are judged: the summed magnitudes of the summands, and the
+        extent, m."""
         rows = self.calculus().rows.all
         extents = self._extents(rows)
         sizes = [
@@ -453,8 +456,8 @@ class Derivation:
         ]
 
     def _extents(self, rows: Sequence[ConstraintRow]) -> list[Scalar]:
-        """Return the extent of each equation; an extent of 0, or of rounding, is replaced by the largest extent of the
-        equations and of the bodies, or by the path length if all of these are 0."""
+        """Return the extent of each equation, m. An extent of 0 or of rounding size is replaced by the largest extent
+        among equations and bodies, or by the path length if all are 0."""
         machine = reduce(
             lambda first, second: self.algebra.call(Op.MAX, first, second),
             [row.extent for row in rows if not row.extent.is_zero],

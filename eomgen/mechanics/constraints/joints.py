@@ -144,6 +144,7 @@ class AbsoluteQuantities(Quantities):
     """Symbols of formulas in absolute coordinates: joint coordinates are measured between the bodies' frames."""
 
     def __init__(self, scene: Scene, tree: Tree, kinematics: Kinematics, offered: Offers) -> None:
+        """Express the joints as constraints between free bodies. Raises ModelError for a rotor inertia."""
         super().__init__(scene, tree, kinematics, offered)
         self.constraints = {joint.name: joint_constraint(joint) for joint in scene.joints}
         tape = self.algebra.tape

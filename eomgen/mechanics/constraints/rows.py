@@ -166,6 +166,7 @@ def rows_of_pair(quantities: Quantities, item: Constraint, pair: FramePair) -> C
 
 
 def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> list[ConstraintRow]:
+    """Return the rows at position level of a constraint between two frames, by type, with the row of the drive."""
     # a table of the types of joints: each branch picks from the same rows of the two frames
     first, second, unit = pair.first, pair.second, quantities.algebra.one
     gap = minus(first.origin, second.origin)
@@ -241,8 +242,8 @@ def _screw_residual(quantities: Quantities, item: Constraint, pair: FramePair, l
 
 @dataclass(frozen=True)
 class Contact:
-    """The contact of a rolling or sliding body, in the axes of the pair: its ``point`` on the body, the ``tangents``
-    and the normal of the surface, and the ``height`` of the point over the surface along the normal, m."""
+    """Contact of a rolling or sliding body, in the axes of the pair: ``point`` on the body, ``tangents`` and normal of
+    the surface, and ``height`` (m) of the point over the surface along the normal."""
 
     point: Vector
     tangents: tuple[Vector, Vector]

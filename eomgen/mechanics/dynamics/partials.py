@@ -161,6 +161,7 @@ class CompositeMomentum:
 
 
 def _flows(tree: Tree, twists: Sequence[tuple[Vector, Vector]]) -> list[CompositeMomentum]:
+    """Return the momentum and the first moments of momentum of each link together with all outward links."""
     total: list[CompositeMomentum] = []
     for link, (omega, velocity) in zip(tree.links, twists, strict=True):
         body = link.inertia
@@ -306,7 +307,7 @@ class Change:
 
 @dataclass(frozen=True)
 class Effect:
-    """Change of the partial of the work in q, v or a of a column, as a linear function of a ``Change``."""
+    """Linear function from a ``Change`` to the change of a column's partial of the work in q, v or a."""
 
     of_virtual: Wrench
     of_turn: Vector
@@ -365,6 +366,7 @@ class WorkHessian:
     def __init__(
         self, tree: Tree, base: BaseMotion, weights: Sequence[Scalar], base_changes: Mapping[int, Change]
     ) -> None:
+        """Prepare the changes by q, v and a of each joint column, and the sums over outward links."""
         self.base_changes = base_changes
         self.tree, self.entries = tree, dict[tuple[int, int], Scalar]()
         algebra, zero = tree.algebra, tree.algebra.zero_vector

@@ -1,5 +1,5 @@
-"""Geometrically exact beams: elements of constant strain between frames on SE(3), or with linear section loads, as one
-loop over all of them; stiffness and damping of an element from the matrices of its section.
+"""Geometrically exact beams: elements between frames on SE(3), with constant strain or linear section loads, as a loop
+over all elements; stiffness and damping follow from the section matrices.
 
 With linear section loads An element has one strain, and would have one wrench. By equilibrium the wrench is W + s ad^T
 W at the distance s from its middle, ad being the adjoint of the initial shape's twist by length. It adds to the
@@ -261,6 +261,7 @@ class ElementStrain:
     """Strain and strain rate of an element between two frames."""
 
     def __init__(self, algebra: Algebra, section: SectionNumbers, first: SectionFrame, second: SectionFrame) -> None:
+        """Record the strain of an element, and the rate if the section has damping, from the frames at both ends."""
         self.algebra, self.section = algebra, section
         back = transpose(first.axes)
         turn = rotation_vector(algebra, multiply(back, second.axes))

@@ -18,8 +18,8 @@ Matrix = tuple[tuple[int, int], tuple[Ref, ...], str]
 
 
 def state_formulas(scene: Scene) -> Iterator[Formula]:
-    """Yield the formulas of rates of internal states, of outputs of controllers, and of force elements; equations of
-    constraints, events and outputs of the scene are not among these."""
+    """Yield the formulas in rates of internal states, controller outputs and force elements, without constraints,
+    events and outputs."""
     yield from (state.rate for state in scene.states)
     yield from (controller.output for controller in scene.controllers)
     yield from (formula for element in scene.elements for formula, _ in element.formulas())

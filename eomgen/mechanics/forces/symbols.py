@@ -62,6 +62,7 @@ class Quantities:
         return Scalar(self.algebra.tape, self.algebra.tape.input(block, index))
 
     def __call__(self, symbol: Symbol) -> Scalar:
+        """Return the value on the tape of a symbol in a formula."""
         match symbol.kind:
             case "time":
                 return self.input("t")

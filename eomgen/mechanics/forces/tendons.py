@@ -67,6 +67,7 @@ class _Path:
 
 
 def _path(quantities: Quantities, tendon: Tendon) -> _Path:
+    """Record the path of a tendon through points and around obstacles, with length and rate."""
     algebra = quantities.algebra
     points = [_point(quantities, name) for name in tendon.points]
     wraps = {wrap.after: wrap for wrap in tendon.wraps}

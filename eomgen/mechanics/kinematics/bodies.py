@@ -37,6 +37,7 @@ def _link_quaternions(tree: Tree) -> list[list[Scalar]]:
 
 
 def _joint_quaternion(tree: Tree, link: Link, constant: list[Scalar]) -> list[Scalar]:
+    """Return a link's quaternion relative to the parent, after the constant rotation of the joint."""
     algebra = tree.algebra
     q = link.coordinates.q
     if link.turn is not None:

@@ -368,8 +368,8 @@ def inverse_dynamics_closed(
 
 
 def _link_twist_derivatives(system: SystemMatrices, path: Sequence[Pair], joints: Sequence[Columns]) -> list[Columns]:
-    """Return the derivatives of A (x + E w), E' = -a E: twists of all links, given twists of the joints, x, and of the
-    base, w."""
+    """Return the time derivatives of the link twists A (x + E w), for joint twists x and base twist w, with E' = -a
+    E."""
     tree, sources = system.tree, dict[tuple[int, int], Columns]()
     for k, twist in enumerate(path):
         sources[k, 0] = [[to_link(link, twist) if link.parent == ROOT else system.zero] for link in tree.links]

@@ -217,7 +217,7 @@ def position_path(link: Link, turn: Path, slide: Path, order: int) -> Path:
 
 
 def _fields(tree: Tree, drive: Drive, order: int) -> tuple[list[Path], list[list[AccelerationField]]]:
-    """Return the paths of the turns of joints and of the acceleration fields of links."""
+    """Return the time derivatives of joint turns, and of the acceleration field of each link."""
     algebra = tree.algebra
     turns: list[Path] = []
     omegas: list[Path] = []

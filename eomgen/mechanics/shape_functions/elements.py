@@ -1,5 +1,5 @@
-"""Finite elements of a beam, with modes of the mesh or nodal displacements as coordinates; symmetric banded matrices
-of numbers of mpmath.
+"""Finite elements of a beam in mpmath numbers with symmetric banded matrices; coordinates are modes of the mesh or
+nodal displacements.
 
 Bending has two nodes an element, deflection and slope at each, and cubic Hermite polynomials between; stretch and
 torsion have three nodes and quadratic ones. Both are conforming, so squared frequencies come down to the exact ones

@@ -123,6 +123,7 @@ class _Integrator:
         return f, slope, curvature
 
     def integrals(self, weight: Coefficients | None = None) -> ShapeIntegrals:
+        """Return the integrals over the shape functions of a beam, weighted by mass per length or by ``weight``."""
         grid, length = self.grid, self.length
         mass = self.profile("mass") if weight is None else weight
         polar, arm = self.profile("polar"), (self.start, length)

@@ -76,7 +76,7 @@ def input_derivatives(derivation: Derivation) -> list[Block]:
 
 
 def _implicit(derivation: Derivation) -> bool:
-    """Return whether derivatives of forward dynamics are made of derivatives of inverse dynamics, with solves of M."""
+    """Return whether derivatives of forward dynamics follow from derivatives of inverse dynamics, by solving with M."""
     return not (derivation.ill_scaled or derivation.deep or _loops(derivation))
 
 
@@ -170,6 +170,7 @@ class Arguments:
     """
 
     def __init__(self, derivation: Derivation) -> None:
+        """Number the directions of all arguments, and seed them through the motion of the base."""
         tape, scene, tree = derivation.tape, derivation.scene, derivation.tree
         self.derivation = derivation
         rows = 0 if derivation.constraints is None else len(derivation.constraints.rows.all)

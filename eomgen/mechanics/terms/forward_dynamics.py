@@ -207,6 +207,7 @@ def _less(A: Matrix, B: Matrix) -> Matrix:
 def _outward(
     tree: Tree, base: BaseMotion, biases: Sequence[tuple[Vector, Vector]], kept: Sequence[Sequence[_Elimination]]
 ) -> list[Scalar]:
+    """Return vdot by the outward recursion of the articulated-body algorithm."""
     algebra = tree.algebra
     start = (base.alpha, minus(base.acceleration, base.gravity))
     accelerations: list[tuple[Vector, Vector]] = []

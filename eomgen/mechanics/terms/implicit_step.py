@@ -1,5 +1,5 @@
-"""Functions of an implicit step: all equations at once, and the nonzeros of all their partials at once; of large trees
-with the quantities of the recursion as unknowns.
+"""Functions for an implicit step: all equations at once, and the nonzeros of their partials at once; for large trees
+the quantities of the recursion are unknowns, too.
 
 Partials of inverse dynamics of long trees, linear in the number of links: the recursion's steps stay unknowns.
 
@@ -115,7 +115,7 @@ def equations(derivation: Derivation) -> list[Block]:
 
 
 def iteration(derivation: Derivation) -> list[Block]:
-    """Return the nonzeros of all partials: of the whole tree, or for large trees of each step of the recursion."""
+    """Return the nonzeros of all partials of the tree; for large trees the partials of each step in the recursion."""
     if (
         derivation.large
         and derivation.sparse

@@ -141,6 +141,7 @@ def _separate_links(
 def _link(
     algebra: Algebra, kind: MotionKind, name: str, parent: int, factor: Factor, inertia: RecordedInertia
 ) -> FreeLink:
+    """Return the link of a body with coordinates of its own, whose parent does not carry the body."""
     units, zero = algebra.identity, algebra.zero
     coordinates = own_coordinates(algebra, factor, {})
     motion = JointMotion(kind, IDENTITY if kind == "travel" else (), tuple(range(factor.v_size)))

@@ -353,6 +353,7 @@ def group_inertias(tree: Tree) -> Tree:
 
 
 def _movable(algebra: Algebra, link: Link, inertia: RecordedInertia) -> RecordedInertia:
+    """Return the part of a link's inertia that may be assigned to the parent without a change of the equations."""
     zero, nothing = algebra.zero, algebra.matrix([[0, 0, 0]] * 3)
     if link.turn is not None:
         k = link.turn.place
