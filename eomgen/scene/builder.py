@@ -116,6 +116,7 @@ class SceneBuilder(SectionMethods):
         coordinates: str = "joint",
         task_frames: Sequence[str] = (),
     ) -> None:
+        """Begin a scene without bodies."""
         settings = {
             "name": name,
             "description": description,

@@ -138,6 +138,7 @@ def _types(table: type[Table]) -> dict[str, str]:
 
 
 def _type(annotation: Any) -> str:
+    """Return an annotation of the schema as the type in a builder's documentation."""
     for known, words in _TYPES:
         if annotation == known:
             return words

@@ -292,6 +292,7 @@ class _Includer:
         return None
 
     def scene(self, source: Source, path: Path, chain: Sequence[Path]) -> FileData:
+        """Return the data of an included scene in SI units, with the files that the scene includes."""
         file, same = self.shown_file(path), self.resolve(path)
         if same not in self.scenes:
             self.scenes[same] = source.read(read_text(path), file=file, included=True)

@@ -409,8 +409,8 @@ def by_component(angular: str, linear: str) -> dict[str, str | tuple[str, ...]]:
 
 
 def by_coordinate(angular: str, linear: str, free: str = "") -> dict[str, str | tuple[str, ...]]:
-    """Return the units of values by coordinate, by type of joint, of types whose coordinates are plain numbers; of free
-    motions ``free``, if that is given."""
+    """Return the units of values per coordinate, by joint type, for types whose coordinates are plain numbers, and
+    ``free`` for free motions if given."""
     of_components = by_component(angular, linear)
 
     def units_of(row: Connection) -> str | tuple[str, ...] | None:

@@ -65,7 +65,8 @@ def load(
 
 
 def data_of(path: str | Path, *, strict: bool = False, **options: Any) -> dict[str, Any]:
-    """Return nested data of a scene, in the form of ``from_data``, from a file of any kind in the register of sources.
+    """Return the nested data of a scene, in the form of ``from_data``, from any kind of file in the register of
+    sources.
 
     Raises FileError, DescriptionError or UsageError, as ``load``.
     """
@@ -135,6 +136,7 @@ def _from_read(
     folder: Path | None,
     task_frames: Sequence[str] = (),
 ) -> Scene:
+    """Return the checked scene of data that a source has read."""
     names = [task_frames] if isinstance(task_frames, str) else list(task_frames)
     return from_data(
         {**read.data, "task_frames": names} if names else read.data,
@@ -149,8 +151,8 @@ def _from_read(
 
 @contextlib.contextmanager
 def _without_plugins() -> Iterator[None]:
-    """Make validators of tables without a search for plugins of pydantic, for which a process imports a reader of
-    distributions and of emails: half as long as pydantic.
+    """Make validators of tables without pydantic's search for plugins, whose imports take half as long as pydantic's
+    own.
 
     The search stays while other threads run, which may make models of their own.
     """

@@ -197,6 +197,7 @@ class _Copies:
         values: Mapping[str, int],
         entries: MutableMapping[str, Any],
     ) -> None:
+        """Add a copy of an entry with the values of the indices, or report the name."""
         copy = self._text(name, values, key)
         if self.report.concerns(key):
             return

@@ -128,7 +128,7 @@ def _add_sorted(values: Iterable[Any], parts: _Parts, known: Known) -> None:
 
 @cache
 def _field_names(kind: Hashable) -> tuple[str, ...]:
-    """Return the names of the fields of a class of data, none of any other class."""
+    """Return the names of the fields in a data class; none for another class."""
     return field_names(kind) if is_dataclass(kind) else ()
 
 

@@ -360,6 +360,7 @@ class Reading:
     offered: Mapping[str, Mapping[str, str]]
 
     def __post_init__(self) -> None:
+        """Collect parameters, names and labels of all sections, which formulas may use."""
         document, rows = self.document, self.rows
         self.items: dict[str, Mapping[str, Any]] = {}
         self.attach: AttachByKey = _as_written

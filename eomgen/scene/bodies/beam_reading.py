@@ -120,6 +120,7 @@ class _Section:
         return product(self.section.density, total(*self.section.second_moments))
 
     def stiffness(self, kind: DeformationKind, given: written.Bending | written.Stretch | written.Torsion) -> Formula:
+        """Return the stiffness of a deformation from the key or from the section; a missing stiffness is reported."""
         place = f"{self.key}.{kind}.stiffness"
         if given.stiffness is not None:
             return self.values.formula(place, given.stiffness, PARAMETERS)
@@ -174,6 +175,7 @@ def _profile(key: str, given: Sequence[float | str], quantity: str, values: Valu
 def _deformation(
     key: str, kind: DeformationKind, given: written.Deformation, stiffness: Formula, beam: Beam, values: Values
 ) -> Deformation:
+    """Read modes, initial state, damping and masses of a deformation of a beam."""
     modes = _modes(key, kind, given, values)
     start, end = beam.start, beam.start + beam.length
     unit_mass = values.value(beam.polar_inertia if kind == "torsion" else beam.mass_per_length) or math.nan

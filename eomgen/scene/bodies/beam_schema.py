@@ -1,6 +1,5 @@
-"""Schema of elastic beams: section, material, and the description of their deformation; keys of geometrically exact
-beams and of their parts.
-"""
+"""Schema of elastic beams: section, material, deformations, and the keys of geometrically exact beams and their
+parts."""
 
 from __future__ import annotations
 

@@ -282,6 +282,7 @@ def _section(keys: BeamKeys, values: Values) -> BeamSection:
 
 
 def _stiffness(keys: BeamKeys, section: SectionReader | None, values: Values) -> Rows:
+    """Return the 6 x 6 stiffness of a section from a matrix, strains or a shape."""
     if keys["stiffness"] is not None and keys["stiffness_matrix"] is not None:
         fault = "stiffness and stiffness_matrix are both given [E1341]"
         values.report.add(keys.of("stiffness_matrix"), fault, "one of them")

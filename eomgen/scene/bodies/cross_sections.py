@@ -111,7 +111,7 @@ def _ellipse(sizes: Sequence[Formula], ratio: Formula, _: Callable[[Formula], fl
 
 @dataclass(frozen=True)
 class SectionShape:
-    """A shape of sections: the keys of its dimensions, in the order of the arguments of its law."""
+    """A shape of cross-sections: keys of its dimensions, in the order of its law's arguments."""
 
     sizes: tuple[str, ...]
     law: Law
@@ -185,6 +185,8 @@ class SectionReader:
 
     @cached_property
     def _shape(self) -> ShapeValues | None:
+        """Return area, second moments, torsion constant and shear factors of a shape; None for none, or for reported
+        sizes."""
         if self.section.shape is None:
             return None
         shape = SHAPES[self.section.shape]
@@ -278,7 +280,7 @@ class _MatrixRule:
 
 @dataclass(frozen=True)
 class SectionStiffnessRule(_MatrixRule):
-    """Rule for the 36 entries of the stiffness of a section, row by row, of a beam of a model."""
+    """Rule for the 36 entries, row by row, of a section's stiffness matrix, by the beam ``model``."""
 
     model: str
 

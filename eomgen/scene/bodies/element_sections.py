@@ -136,6 +136,7 @@ def _quadrature(places: Sequence[float], section_at: SectionAt, value_of: ValueO
 
 
 def _part(start: float, end: float, whole: float, section_at: SectionAt, value_of: ValueOf) -> _Part | None:
+    """Return a part of an element with sections at Gauss points and an estimate of the quadrature error."""
     means = []
     for points in (2, 4):
         nodes, weights = np.polynomial.legendre.leggauss(points)
@@ -196,7 +197,7 @@ def _scale(size: Array) -> Array:
 def _center(
     weights: Sequence[float], sections: Sequence[BeamSection], mass: Formula
 ) -> tuple[tuple[Formula, Formula], tuple[Formula, ...]]:
-    """Return the centre of mass of sections, and the six entries of the inertia of their masses about the centre."""
+    """Return the common centre of mass of sections, and the six entries of the sections' inertia about this centre."""
     centers = [section.center_of_mass for section in sections]
     if all(center == centers[0] for center in centers):
         return centers[0], (ZERO,) * 6
@@ -255,7 +256,8 @@ def _place(matrix: _Matrix, group: Sequence[int], block: _Matrix) -> None:
 def _block_moments(
     weights: Sequence[Sequence[float]], length: float, blocks: Sequence[Sequence[_Matrix]]
 ) -> Iterator[_Matrix]:
-    """Yield the three moments of the inverse of blocks of stiffness, and of damping between two of these inverses."""
+    """Yield three moments along the element of the compliance S = K^-1, then of S D S, for blocks of stiffness K and
+    damping D."""
     if all(pair == blocks[0] for pair in blocks):
         blocks, weights = blocks[:1], [[1.0], [0.0], [length**2 / 12.0]]
     compliances = [_inverse(pair[0]) for pair in blocks]

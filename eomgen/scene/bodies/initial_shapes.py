@@ -67,6 +67,8 @@ class CurvatureShape:
     knots: Sequence[float] = ()
 
     def between(self, start: Fraction, end: Fraction) -> tuple[Array, float]:
+        """Return the logarithm of the relative pose between two places, and the length of the rotation along the way,
+        rad."""
         width, begin = float(end - start), float(start)
         if self.constant(begin, float(end)):
             strain = self._strain(begin + 0.5 * width)
@@ -240,6 +242,7 @@ def read_shape(whole: BeamKeys, values: Values) -> InitialShape | None:
 
 
 def _through_points(key: str, given: Sequence[Sequence[float | str]], values: Values) -> InitialShape | None:
+    """Return the shape through points, None if a fault is reported."""
     points = np.array([values.constants(f"{key}[{place}]", point) for place, point in enumerate(given)])
     if not _several(key, "points", points, values):
         return None
@@ -259,6 +262,7 @@ def _through_points(key: str, given: Sequence[Sequence[float | str]], values: Va
 
 
 def _through_frames(key: str, given: Sequence[written.ShapeFrame], values: Values) -> InitialShape | None:
+    """Return the shape through frames, None if a fault is reported."""
     positions = np.array(
         [values.constants(f"{key}[{place}].position", item.position) for place, item in enumerate(given)]
     )

@@ -243,6 +243,7 @@ def _colors(color: object, count: int) -> NDArray[np.int16]:
 
 
 def _stl(data: bytes, name: str) -> Triangles:
+    """Return the triangles of a binary or text STL file. Raises MeshError."""
     count = int.from_bytes(data[_HEADER - 4 : _HEADER], "little") if len(data) >= _HEADER else -1
     promised = _HEADER + _TRIANGLE.itemsize * count
     if count >= 0 and promised == len(data):
@@ -279,6 +280,7 @@ def _text_corners(data: bytes, name: str) -> Array:
 
 
 def _obj(data: bytes, name: str) -> Triangles:
+    """Return the vertices and triangles of an OBJ file. Raises MeshError."""
     vertices: list[list[float]] = []
     faces: list[list[int]] = []
     for number, line in enumerate(data.splitlines(), 1):
@@ -406,8 +408,8 @@ def _thin(mesh: Mesh, most: int) -> Mesh:
 
 
 def _least_squares(mesh: Mesh, cells: NDArray[np.intp], size: float) -> tuple[Array, Array]:
-    """Return the vertex of each cell, no farther than ``size`` from the mean of its vertices, and the vectors of areas
-    of all faces (m, 3)."""
+    """Return the vertex of each cell that fits the face planes best, at most ``size`` from the mean vertex per axis,
+    and the area vectors of all faces (m, 3)."""
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
     areas = np.cross(b - a, c - a) / 2.0
     weights = np.linalg.norm(areas, axis=1)

@@ -1,5 +1,5 @@
-"""Reading of rigid bodies, of points and frames on bodies, and of the motion of the base: formulas of its position and
-rotation, or of its acceleration."""
+"""Reading of rigid bodies, points and frames on bodies, and the base's motion by position and rotation or by
+acceleration."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ class Controller:
 
 @dataclass(frozen=True)
 class Reference:
-    """A reference motion: pairs of a joint of one coordinate and a formula of the state and of time."""
+    """A reference motion: pairs of a joint with one coordinate and a formula of state and time."""
 
     name: str
     position: tuple[tuple[str, Formula], ...] = ()

@@ -178,6 +178,6 @@ def c_source(
 
 
 def sources_digest(controllers: Sequence[SampledController]) -> bytes:
-    """Return the names and texts of the C files of controllers, which are part of the content of a scene."""
+    """Return the names and texts of all controllers' C files, for the digest of a scene's content."""
     sources = [item.source for item in controllers if item.source is not None]
     return b"".join(f"\0{source.name}\0{source.text}".encode() for source in sources)

@@ -1,4 +1,4 @@
-"""Schema of internal states, controllers and state feedback, of the calibration of gains, and of reference motions."""
+"""Schema of internal states, controllers, state feedback with calibrated gains, and reference motions."""
 
 from __future__ import annotations
 

@@ -249,6 +249,7 @@ def _check_weights(
 
 
 def _check_lists(key: str, written: WrittenCalibration, count: int, values: Values) -> None:
+    """Report lists of weights, frequencies and damping ratios of a wrong length or sign."""
     report, method = values.report, written.method
     chosen = len(written.modes) if written.modes else count
     efforts = (1, count) if method == "lqr" else (1, chosen)

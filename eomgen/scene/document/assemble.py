@@ -83,7 +83,7 @@ def content(document: Document) -> bytes:
 
 
 def _content_of_files(fields: Mapping[str, Any]) -> bytes:
-    """Return digests of further files: tables of curves and of modes, C of controllers."""
+    """Return digests of the files that a scene reads: tables of curves and modes, and C of controllers."""
     modes = (mode for item in fields["inputs"] if item.series is not None for mode in item.series.modes)
     curves = [*fields["curves"], *modes]
     return (digest(curves).encode() if curves else b"") + sources_digest(fields["sampled"])

@@ -129,6 +129,7 @@ def _type(annotation: Any, field: FieldInfo) -> str:
 
 
 def _kind(annotation: Any, field: FieldInfo) -> str:
+    """Return the words for the values of a key in the table of keys."""
     limits = {name: getattr(entry, name) for entry in field.metadata for name in ("ge", "le") if hasattr(entry, name)}
     if len(limits) == 2:
         return f"{limits['ge']} to {limits['le']}"
@@ -191,8 +192,8 @@ def schema() -> dict[str, Any]:
 
 
 def schema_of(document: type[Table], short: Mapping[str, Sequence[dict[str, Any]]]) -> dict[str, Any]:
-    """Return the JSON Schema of files; ``x-unit`` and ``x-names`` are the unit of a key and the scope of the formulas
-    of a key.
+    """Return the JSON Schema of files, with the unit of each key in ``x-unit`` and the scope of its formulas in
+    ``x-names``.
 
     The schema has only keywords with equal meaning in draft 4 and later drafts, since editors of TOML know draft 4.
 

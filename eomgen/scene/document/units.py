@@ -117,8 +117,8 @@ _WITH_TIME = re.compile(r"([^*]*[^* \t])[ \t]*\*[ \t]*t[ \t]*")
 
 
 def in_si(data: Mapping[str, Any], report: Report) -> tuple[dict[str, Any], list[str], dict[str, str]]:
-    """Return the data of a scene with numbers in place of unit strings, notes on labels that do not convert, and the
-    units of the values of formulas by key.
+    """Return a scene's data with numbers in place of unit strings, notes on unit labels that do not convert, and the
+    unit of each formula's value by key.
 
     Parameters
     ----------
@@ -132,8 +132,7 @@ def in_si(data: Mapping[str, Any], report: Report) -> tuple[dict[str, Any], list
 
 
 def start_in_si(data: Mapping[str, Any], joint: str, place: str, start: Mapping[str, Any], report: Report) -> Any:
-    """Return the initial state of a joint of a scene's data with numbers in place of unit strings; the state is written
-    at a place of the report."""
+    """Return the initial state of a joint with numbers in place of unit strings; faults are reported at ``place``."""
     return _Converter(data, report).entry(Initial, place, start, data["joints"][joint].get("type"), None)
 
 
@@ -374,6 +373,7 @@ class _Converter:
                 )
 
     def text(self, unit: Units, key: str, text: str, *, over_time: bool) -> float | FaultyText:
+        """Return the number in SI units of a text with a unit, or the fault of the text."""
         from eomgen.formula.units.conversion import measure, to_si, to_unit  # noqa: PLC0415  # imports pint
 
         try:

@@ -330,7 +330,7 @@ def _number_meant(location: Location, given: object, table: type[BaseModel], dep
 
 
 def _one_number(key: str, given: Sequence[object]) -> str:
-    """Return the hint of a list of numbers in place of a number; empty for a list of other values."""
+    """Return the hint for a list of numbers given in place of a number; empty for a list of other values."""
     if not given or not all(map(is_plain_number, given)):
         return ""
     if key == "radius" and len(set(given)) > 1:

@@ -141,6 +141,7 @@ def read_tendon(name: str, entry: TendonEntry, site: Site) -> Tendon:
 
 
 def _wrap(key: str, entry: WrapEntry, points: Sequence[str], site: Site) -> Wrap | None:
+    """Read an obstacle of a tendon; None if the place on the path is reported."""
     values, report = site.values, site.values.report
     need: Need = "any" if entry.shape == "sphere" else "z"
     frame = read_frame(f"{key}.center", entry.shape, entry.center, need, site)

@@ -140,8 +140,7 @@ def read_tyre(name: str, entry: TyreEntry, site: Site) -> Tyre:
 
 
 def _height(key: str, value: float | str, center: str, values: Values) -> Formula:
-    """Return the height of a road or the rate of the height; of all positions the formula may use x and y of the wheel
-    only."""
+    """Read the height of a road, or the rate; the formula may use no position other than x and y of its wheel."""
     formula = values.formula(key, value, ROAD)
     for symbol in sorted((s for s in symbols(formula) if s.kind == "position"), key=lambda s: (s.name, s.index)):
         if symbol.name != center or symbol.index == 2:

@@ -269,6 +269,7 @@ class _FormulaReader:
         return False
 
     def call(self, node: ast.Call, depth: int) -> Formula:
+        """Read a call in a formula: a quantity, a curve or a function."""
         if _is_tau(node.func):
             return self.tau(node)
         if word := self.word_of(node):
@@ -631,7 +632,7 @@ class _FormulaReader:
         return [*QUANTITIES, *self.names.offered, *(["mode"] if self.names.modes else [])]
 
     def family(self, kind: str, name: str) -> tuple[list[str] | None, int | None]:
-        """Return the possible names of a kind of quantity, and the number of components of this quantity if known."""
+        """Return the names that a kind of quantity may have, and the number of components, each if known."""
         if kind in ("q", "v", "a"):
             row = JOINTS.get(self.names.joints.get(name, ""))
             size = (row.q_size if kind == "q" else row.v_size) if row else None

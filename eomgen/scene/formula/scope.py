@@ -194,8 +194,8 @@ ANYWHERE_ALONG_A_BEAM = Scope(EVERYTHING.description, ANYWHERE.kinds | {"place"}
 
 @dataclass(frozen=True)
 class ElementQuantity:
-    """A kind of quantity of the force elements of a section: the kind of scope that allows the quantity, and the names
-    of the elements."""
+    """A kind of quantity that force elements of a section offer to formulas: the scope that allows the use, and the
+    names of the elements."""
 
     section: str
     scope: str
@@ -204,8 +204,8 @@ class ElementQuantity:
 
 @dataclass(frozen=True)
 class Laws:
-    """Formulas of time that the names of a section's entries stand for, in scopes with inputs the inputs of these
-    names; ``noun`` of an entry, for messages."""
+    """Formulas of time named by a section's entries; in scopes with inputs the names stand for inputs. ``noun`` is the
+    word for an entry in messages."""
 
     noun: str
     formulas: Mapping[str, Formula]

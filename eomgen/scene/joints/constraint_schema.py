@@ -1,4 +1,4 @@
-"""Schema of frames, of constraints that close loops, and of the points and axes of reactions."""
+"""Schema of frames, loop-closing constraints, and the points and axes of reactions."""
 
 from __future__ import annotations
 

@@ -235,6 +235,7 @@ def _numbers(
 
 
 def _initial_position(key: str, joint: written.Joint, values: Values) -> tuple[float, ...]:
+    """Return the initial q of a joint."""
     initial, place, kind = joint.initial, f"{key}.initial", JOINTS[joint.type]
     for field in ("orientation", "rotation", "position"):
         if getattr(initial, field) is not None and field not in kind.starts:

@@ -122,6 +122,7 @@ def order_joints(
 def _parents_first(
     links: Sequence[JointEdge], carrier: Mapping[str, JointEdge], known: Collection[str]
 ) -> list[JointEdge]:
+    """Return the joints of the tree, each after the joint that carries the parent."""
     children: dict[str, list[int]] = {}
     for number, link in enumerate(links):
         if carrier.get(link.child) is link and link.child in known and link.child not in (BASE, link.parent):

@@ -255,6 +255,8 @@ class _Units:
         return argument and value.times(argument.power(formula.derivative), -1.0)
 
     def operation(self, formula: Operation, arguments: Sequence[Dimension | None]) -> Dimension | None:
+        """Return the dimension of an operation from the dimensions of its arguments, None if unknown; disagreements are
+        noted."""
         first, last = arguments[0], arguments[-1]
         if formula.name in _ALIKE:
             terms = formula.arguments[-2:]

@@ -83,7 +83,8 @@ def _as_list(value: object) -> object:
 
 
 class _Once:
-    """Annotation of a kind of values, whose schema is made once for all keys: a scene has dozens of keys of one kind.
+    """Annotation of a kind of values, whose schema is made once for all keys, since a scene has dozens of keys per
+    kind.
 
     Annotations for the JSON Schema stand behind this one.
     """

@@ -229,6 +229,7 @@ def _late_declaration(text: str) -> slice | None:
 
 
 def _parse(text: str, file: str, deepest: int, *, lines_before: int = 0) -> Element:
+    """Parse XML into elements with their lines. Raises DescriptionError."""
     parser = expat.ParserCreate()
     roots: list[Element] = []
     stack: list[Element] = []

@@ -271,6 +271,7 @@ class _Definitions(Section):
         return {name: read[name] for name in entries}
 
     def read_entry(self, name: str, entry: schema.Definition, reading: Reading) -> Definition | None:
+        """Read a definition with the unit; None if the formula is refused."""
         values, where, text = reading.values, key_of("definitions", name), reading.names.definitions[name].text
         if values.mentions_refused(text):  # a fault that is reported already
             values.refused = {*values.refused, name}

@@ -169,6 +169,7 @@ class _Words:
 
 
 def _text(path: Path, name: str) -> str:
+    """Return the text of a table's file. Raises TableError."""
     try:
         data = read_bytes(path, LARGEST_TABLE)
     except (OSError, ValueError) as error:
@@ -234,6 +235,7 @@ def _is_number(text: str, decimal: str) -> bool:
 
 
 def _place(column: str | int, titles: Sequence[str], head: tuple[int, list[str]], name: str, words: _Words) -> int:
+    """Return the number of a column by number or title. Raises TableError."""
     line, cells = head
     if isinstance(column, int):
         if column >= len(cells):
@@ -262,6 +264,7 @@ def _place(column: str | int, titles: Sequence[str], head: tuple[int, list[str]]
 
 
 def _number(row: tuple[int, list[str]], place: int, words: _Words, name: str, decimal: str) -> float:
+    """Return the number in a cell of a table. Raises TableError."""
     line, cells = row
     column = words.column(place)
     if place >= len(cells) or not cells[place].strip():

@@ -1,5 +1,5 @@
-"""Source: one row of the register of sources; the register of other kinds of files; user text files: bounded in size,
-UTF-8, and their names in messages."""
+"""Rows of the register of sources and of other kinds of files; user text files in UTF-8, bounded in size, and their
+names in messages."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class ConvertedScene:
 
 @dataclass(frozen=True)
 class Option:
-    """An option of a source: an argument of ``load``, an option of the command line, a key of an included file.
+    """An option of a source: an argument of ``load``, a command-line option, or a key of an included file.
 
     Attributes
     ----------

@@ -50,6 +50,7 @@ def check_places(items: Mapping[str, Mapping[str, Any]], elements: Iterable[Forc
 
 
 def _check_place(key: str, name: str, position: Sequence[Formula], bodies: Mapping[str, Body], values: Values) -> None:
+    """Report a place beyond a beam, or with a tunable x along a beam."""
     body = bodies.get(name)
     if (
         body is None

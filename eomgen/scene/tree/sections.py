@@ -136,6 +136,7 @@ class _Beams(Section):
         return {"beams": dict.fromkeys(reading.names_in("beams"), 0), "exact_beams": tuple(exact)}
 
     def read(self, reading: Reading) -> Mapping[str, Any]:
+        """Read elastic and geometrically exact beams, with the bodies and frames that they add."""
         values = reading.values
         entries: Mapping[str, Beam] = reading.document.section("beams")
         exact: dict[str, Cosserat] = {}
