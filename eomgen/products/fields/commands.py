@@ -146,6 +146,7 @@ def _numbers(option: str, texts: Sequence[str], items: Iterable[Parameter]) -> d
 
 
 def _print(solution: HamiltonianSolution, document: Hamiltonian) -> None:
+    """Print a table of a run of a Hamiltonian system."""
     stats, metadata, total = solution.stats, solution.metadata, solution.energy["total"]
     rows = [
         ("method", f"{metadata['method']}, order {metadata['order']}, step {metadata['step']:.6g}"),
@@ -295,6 +296,7 @@ _FIGURES = {
 
 
 def _print_samples(samples: FieldSamples) -> None:
+    """Print tables of the settings, diagnostics and scales of samples."""
     told, mesh = samples.summary(), samples.problem.mesh
     unit = samples.problem.system.unit
     box = " x ".join(f"{length:.6g}" for length in mesh.lengths)

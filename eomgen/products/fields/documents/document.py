@@ -177,8 +177,8 @@ class Hamiltonian:
 def _values_in_run(
     kind: str, items: Iterable[Parameter], initial: Mapping[str, float], parameters: Mapping[str, float]
 ) -> dict[str, float]:
-    """Return the values of items in a run, by name: given, by a formula of parameters and of items before, or of the
-    file. Raises UsageError."""
+    """Return the values of items in a run, by name: the value given, else by the item's formula, else from the file.
+    Raises UsageError."""
     known, values = dict(parameters), dict[str, float]()
     for item in items:
         value = initial.get(item.name, item.value)

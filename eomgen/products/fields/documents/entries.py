@@ -211,7 +211,7 @@ def cell_formula(
 
 
 def json_schema(*, mesh: bool = False) -> str:
-    """Return the JSON Schema, as text, of files of coordinates or, with ``mesh``, of files of fields on a mesh."""
+    """Return the JSON Schema, as text, for files of coordinates, or with ``mesh`` for files of fields on a mesh."""
     short = ("ParameterTable", "DataTable" if mesh else "OutputTable")
     return (
         json.dumps(schema_of(FieldFile if mesh else HamiltonianFile, dict.fromkeys(short, (_FORMULA,))), indent=2)

@@ -210,6 +210,7 @@ class _FieldReader(FieldEntries[FieldFile]):
     def operator(
         self, key: str, name: str, entry: OperatorTable, data: Sequence[str], above: Sequence[str]
     ) -> Operator | None:
+        """Read an operator of a field; None for a fault, which is reported."""
         kind = self.kind_of(key, entry, OPERATOR_KINDS)
         of = entry.of
         if of and of not in above:

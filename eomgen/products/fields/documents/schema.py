@@ -1,4 +1,4 @@
-"""Schemas of files with ``kind = "hamiltonian"``: of systems of coordinates, and of fields on a mesh."""
+"""Schemas of files with ``kind = "hamiltonian"``, for coordinates and for fields on a mesh."""
 
 from __future__ import annotations
 

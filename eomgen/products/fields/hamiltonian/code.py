@@ -110,6 +110,7 @@ def _divisors(tape: Tape, energy: Ref) -> set[int]:
 
 
 def _system(document: Hamiltonian, tape: Tape, functions: Sequence[Function]) -> System:
+    """Return a System whose velocities are momenta, with a unit factor for each coordinate."""
     n = len(document.coordinates)
     return System(
         document.name,

@@ -204,7 +204,7 @@ class HamiltonianSolution(NamedAttributes):
 
     @property
     def energy_error(self) -> float:
-        """The largest change of H, as a share of |H| at the start; of the largest part of H if H is 0 there."""
+        """The largest change of H, relative to |H| at the start, or to the largest part of H if H is 0 at the start."""
         total = self.energy["total"]
         scale = abs(total[0]) or max(float(np.abs(part).max()) for part in self.energy.values()) or 1.0
         return float(np.abs(total - total[0]).max() / scale)

@@ -341,6 +341,7 @@ class _SciPy:
 
 class _FFTW:
     def __init__(self, mesh: Mesh, single: bool, fields: int) -> None:
+        """Plan the transforms with FFTW, in slabs for large meshes of three dimensions."""
         fftw: Any = importlib.import_module("pyfftw")
         large = len(mesh.cells) == 3 and mesh.size >= _LARGE
         axes = (1, 2) if large else tuple(range(len(mesh.cells)))

@@ -92,6 +92,7 @@ class FieldPosterior:
         transforms: str = "scipy",
         precision: str = "double",
     ) -> None:
+        """Check energy, operators and data on the mesh, and compile the energy of a cell. Raises UsageError."""
         check_transforms(transforms, precision)
         self.mesh = mesh
         self.energy_of_cell = energy if isinstance(energy, CellEnergy) else CellEnergy(energy)

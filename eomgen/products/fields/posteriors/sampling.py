@@ -101,6 +101,7 @@ def _follow(
     inverse_mass: Array | None,
     stop: Stop | None,
 ) -> bool:
+    """Advance field and momenta by the drifts and kicks of a step; return False if ``stop`` asks for an end."""
     for part, fraction in parts:
         if stop is not None and stop():
             return False
@@ -113,8 +114,8 @@ def _follow(
 
 @dataclass
 class _Chain:
-    """State of a chain: white field, U of this field, number of trajectories, and step size; during the warm-up also
-    the trajectories, halvings and logarithms of step sizes of the warm-up.
+    """State of a chain: white field, potential U there, number of trajectories, and step size; during the warm-up also
+    the trajectories, halvings and logarithms of step sizes.
 
     ``known``: whether a trajectory has evaluated the gradient at this field; the gradient is ``slope``, unless the
     state is from a file.
@@ -188,6 +189,7 @@ class Sampler:
         watched: ArrayLike | None = None,
         bins: int = 8,
     ) -> None:
+        """Check the settings and start the chains. Raises UsageError."""
         for name, value, fine, bound in (
             ("step", step, 0.0 <= step < math.inf, "0 for a step that is found, or above"),
             ("duration", duration, 0.0 < duration < math.inf, "above 0"),
@@ -468,6 +470,7 @@ class Sampler:
         return potential
 
     def _starts(self, start: str | Sequence[Complex], chains: int) -> list[Complex]:
+        """Return the spectrum with which each chain starts. Raises UsageError."""
         mesh = self.posterior.mesh
         if isinstance(start, str):
             if start == "mode":

@@ -88,7 +88,7 @@ class FieldProblem:
 
     @property
     def notes(self) -> list[str]:
-        """Notes of the file, and deviations of the fields of the energy from the requests of the file, by name."""
+        """Notes on the file, and deviations of each field in the energy from the request in the file."""
         deviations = [f"{name}: {note}" for name in self.system.fields if (note := self.operators[name].note)]
         return [*self.system.notes, *deviations]
 
@@ -471,8 +471,8 @@ def _numbers_of(path: Path) -> NDArray[Any]:
 
 
 def start_fields(path: Path, problem: FieldProblem, chains: int) -> list[Complex]:
-    """Return spectra of the white fields of a file, of the shape of the mesh or one for each chain. Raises FileError,
-    ModelError."""
+    """Read a file of white fields, with the shape of the mesh or one field for each chain, and return their spectra.
+    Raises FileError, ModelError."""
     stored, cells = _numbers_of(path), problem.mesh.cells
     if stored.shape not in (cells, (chains, *cells)) or not np.all(np.isfinite(stored)):
         fault = f"it has the shape {stored.shape}, or numbers that are not finite [E0848]"

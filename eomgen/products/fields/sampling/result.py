@@ -1,5 +1,4 @@
-"""Results of a run of sampling: samples, their diagnostics, files of both, and pictures of fields, power spectra and
-chains."""
+"""Results of sampling: samples with their diagnostics and files, and pictures of fields, power spectra and chains."""
 
 from __future__ import annotations
 
@@ -417,6 +416,7 @@ def _slices(result: FieldSamples) -> Any:
 
 
 def _lines(result: FieldSamples, panels: list[tuple[str, Array, str]]) -> Any:
+    """Return a figure of a field on a mesh of one dimension, with the truth and the data."""
     problem, samples = result.problem, result.samples
     mesh, unit = problem.mesh, problem.system.unit
     data = [(title, values) for title, values, kind in panels if kind == "data"]
