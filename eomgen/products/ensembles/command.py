@@ -167,6 +167,7 @@ _NOT_INDEPENDENT = ("grid", "table", "saltelli")
 
 
 def _print(result: Ensemble) -> None:
+    """Print a table of the statistics of each column at the end."""
     good = result.done - len(result.failed)
     if not good:
         return

@@ -119,6 +119,15 @@ def random_design(name: str, distributions: Sequence[Distribution], samples: int
 
     The base number ``samples`` gives samples (d + 2) points in the design ``saltelli`` of d axes.
 
+    Parameters
+    ----------
+    name : str
+        Name in ``DESIGNS``.
+    distributions : sequence of Distribution
+        One for each of the d axes.
+    samples, seed : int
+        Base number of samples, and seed from 0 on.
+
     Raises
     ------
     UsageError

@@ -200,6 +200,7 @@ def from_normal(distribution: Distribution, z: Array) -> Array:
 
 
 def _levels(where: str, name: str, words: Sequence[str], unit: str) -> tuple[float, ...]:
+    """Return the levels of ``values``, ``linspace`` or ``logspace``. Raises UsageError."""
     if name == "values":
         return tuple(read_number(where, word, unit, "values(1, 2, 4)") for word in words)
     signature = f"{name}(low, high, count)"
@@ -224,6 +225,15 @@ def _level_quantiles(levels: Array) -> Quantiles:
 
 def read_number(where: str, word: str, unit: str, signature: str) -> float:
     """Return the finite number of a word, converted to the unit if the word has a unit.
+
+    Parameters
+    ----------
+    where, word : str
+        Place in messages, and the word to read.
+    unit : str
+        Unit of the result.
+    signature : str
+        Remedy in messages.
 
     Raises
     ------

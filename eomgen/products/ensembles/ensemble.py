@@ -463,6 +463,7 @@ def _draw(ensemble: Ensemble, folder: Path) -> list[Path]:
 
 
 def _fans(ensemble: Ensemble) -> Any:
+    """Return a figure of each column over time: mean, median, quantiles and envelope."""
     columns = ensemble.columns[:_PANELS]
     figure = new_figure((8.0, 0.6 + 2.6 * len(columns)))
     panels = figure.subplots(len(columns), 1, sharex=True, squeeze=False)[:, 0]
@@ -488,6 +489,7 @@ def _fans(ensemble: Ensemble) -> Any:
 
 
 def _scatter(ensemble: Ensemble) -> Any:
+    """Return a figure of results against varied quantities."""
     results = _drawn_results(ensemble)
     varied = ensemble.varied[:_PANELS]
     figure = new_figure((0.8 + 2.9 * max(len(varied), 2), 0.6 + 2.5 * len(results)))

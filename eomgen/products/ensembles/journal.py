@@ -38,6 +38,8 @@ class BlockJournal:
     """
 
     def __init__(self, folder: Path | None, described: Mapping[str, Any], *, resume: bool) -> None:
+        """Open the journal in a folder, with earlier blocks on ``resume``; without a folder blocks stay in
+        memory."""
         self._folder = folder
         self._kept: list[SampleBlock] = []
         self.done = 0

@@ -1,4 +1,4 @@
-"""Runs of blocks of samples, side by side if possible: kept results of each, and the reasons of failures."""
+"""Runs of blocks of samples, side by side if possible, with the kept results and the reasons for failures."""
 
 from __future__ import annotations
 
@@ -142,7 +142,19 @@ class LaneRunner:
 def lanes_of(
     model: CompiledModel, options: VariedOptions, alike: CommonRunData, columns: Sequence[str]
 ) -> LaneRunner | str:
-    """Return the runner of samples side by side, or the reason for runs one after the other."""
+    """Return the runner of samples side by side, or the reason for runs one after the other.
+
+    Parameters
+    ----------
+    model : CompiledModel
+        The model to run.
+    options : VariedOptions
+        Varied quantities, and the options of ``simulate`` common to all samples.
+    alike : CommonRunData
+        Data of a run that all samples share.
+    columns : sequence of str
+        Columns to record.
+    """
     common = with_scenes_laws(model, options.items, options.common)
     inputs = [item.name for item in options.items if item.block == "inputs"]
     initial = any(item.block in ("q", "v", "z") for item in options.items)

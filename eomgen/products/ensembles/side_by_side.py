@@ -210,9 +210,19 @@ class SideBySide:
     def assemble(
         self, q: Array, v: Array, parameters: Array, starts: Sequence[WrittenStart]
     ) -> ConsistentStates | None:
-        """Return the states nearest to guesses q (n, nq), v (n, nv) that meet the constraints, at parameters (n, np);
-        None if ``start_of`` has to check each sample, because constraint rows that are redundant at the scene's
-        parameters may not be redundant at the sample's."""
+        """Return the states nearest to guesses that meet the constraints. None if ``start_of`` has to check each
+        sample, because constraint rows that are redundant at the scene's parameters may not be redundant at the
+        sample's.
+
+        Parameters
+        ----------
+        q, v : (n, nq) and (n, nv) ndarray
+            Guesses; v left-trivialised.
+        parameters : (n, np) ndarray
+            Parameters of each sample.
+        starts : sequence of WrittenStart
+            Initial values as written, for joints that are held.
+        """
         model = self.model
         if model.library.layout["left_out"] and np.any(parameters != model.parameter_array()):
             return None

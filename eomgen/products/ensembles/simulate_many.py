@@ -387,6 +387,7 @@ def _make_design(
     design: str,
     seed: int,
 ) -> tuple[list[Variation], Design, str]:
+    """Return the varied quantities, the design of their samples, and the name of the design. Raises UsageError."""
     count_of("seed", seed, 0)
     if table is not None:
         if vary or design:
@@ -410,6 +411,7 @@ def _make_design(
 
 
 def _columns(pilot: Solution, wanted: Sequence[str] | None) -> list[str]:
+    """Return the columns to record; by default the outputs, else the first coordinates. Raises UsageError."""
     known = [name for name in pilot.columns() if name != "t"]
     if wanted is None:
         outputs = [name for name in known if name.startswith("output.")]

@@ -280,7 +280,17 @@ class Ranking:
 
 
 def ranking(design: str, asked: int, values: Mapping[str, Array], result: str, results: Array) -> Ranking:
-    """Return the ranking for a result (n,) of samples with varied quantities (n,). Raises UsageError."""
+    """Rank the varied quantities by their influence on a result. Raises UsageError for too few samples.
+
+    Parameters
+    ----------
+    design, asked : str and int
+        Design of the samples, and the number that was asked for.
+    values : mapping from str to (n,) ndarray
+        Varied quantities.
+    result, results : str and (n,) ndarray
+        Name of the result, and the value for each sample; not a number for a failed sample.
+    """
     from scipy import stats  # noqa: PLC0415  # it takes half a second to import
 
     if design == "saltelli":

@@ -156,8 +156,18 @@ def check_tracks(model: CompiledModel, seeds: Mapping[str, int]) -> None:
 def laws_of(
     model: CompiledModel, p: Array, seeds: Mapping[str, float], factors: Mapping[str, float]
 ) -> dict[str, LawOverTime]:
-    """Return the laws of the inputs that seeds and factors, by name, change from the scene's, at parameters p. All
-    wheels of a track have the seed of the track."""
+    """Return the laws over time of the inputs that seeds and factors change. All wheels of a track have the seed of the
+    track.
+
+    Parameters
+    ----------
+    model : CompiledModel
+        The model with the inputs.
+    p : (np,) ndarray
+        Parameters.
+    seeds, factors : mapping from str to float
+        Seeds of roads and factors of inputs, by the names of varied quantities.
+    """
     inputs = model.description.inputs
     by_name = {item.name: item for item in inputs}
     of_track = {_track(by_name[name.partition(".")[2]]): int(seed) for name, seed in seeds.items()}

@@ -58,8 +58,8 @@ class Value:
 
 @dataclass(frozen=True)
 class Place:
-    """A target of assignments: text, type, region of the variable (None: memory of the caller), and the text of the
-    places if different between lanes."""
+    """A target of assignments: text, type, region (None for memory of the caller), and the text of the offsets if
+    lanes have different offsets."""
 
     text: str
     type: Type
@@ -204,6 +204,7 @@ class Expressions(ABC):
         raise no_lanes(f"the name {name}", node)
 
     def _unary(self, node: Any) -> Value:
+        """Return the value of a unary expression in lanes."""
         if node.op == "sizeof":
             if isinstance(node.expr, c_ast.Typename):
                 return Value(f"sizeof({type_text(in_lanes(type_of(node.expr.type, self.source)))})", UniformInteger())
@@ -234,6 +235,7 @@ class Expressions(ABC):
         raise no_lanes(f"the operator {node.op} within an expression", node)
 
     def _binary(self, node: Any) -> Value:
+        """Return the value of a binary expression in lanes."""
         if node.op in {"&&", "||"}:
             return self._logical(node)
         left_value, right_value = self.value(node.left), self.value(node.right)
@@ -266,6 +268,8 @@ class Expressions(ABC):
         return Value(f"({left} {node.op} {right})", kind)
 
     def _logical(self, node: Any) -> Value:
+        """Return the value of ``&&`` or ``||`` in lanes; lanes that know the result skip calls in the second
+        operand."""
         left_value = self.value(node.left)
         joint = node.op == "&&"
         if left_value.known_truth is not None:
@@ -305,6 +309,8 @@ class Expressions(ABC):
         return value
 
     def _choice(self, node: Any) -> Value:
+        """Return the value of a conditional expression in lanes; a branch with calls runs under the mask of its
+        lanes."""
         condition = self.value(node.cond)
         if condition.known_truth is not None:
             return self.value(node.iftrue if condition.known_truth else node.iffalse)
@@ -384,6 +390,7 @@ class Expressions(ABC):
         return Place(text, self.source.structures[kind.name][node.field.name], region)
 
     def _element(self, node: Any) -> Place:
+        """Return an element of an array as a place, with an offset in each lane if the index differs between lanes."""
         if isinstance(node.name, c_ast.UnaryOp | c_ast.BinaryOp):
             value = self.value(node.name)
             place = Place(value.text, value.type, None)
@@ -447,6 +454,7 @@ class Expressions(ABC):
         return Value(f"eg_each_{name}({', '.join([self.mask(), *texts])})", LaneIntegers())
 
     def _arithmetic(self, name: str, arguments: list[Any], node: Any) -> Value:
+        """Return a call of a function of numbers; results by pointer are kept in lanes that are not active."""
         texts, made, behind = [], [], []
         for item in arguments:
             value = self.value(item)
@@ -467,6 +475,7 @@ class Expressions(ABC):
         return Value(f"({{ {' '.join(made)} {called}; {' '.join(behind)} }})", NoValue())
 
     def _memory(self, name: str, arguments: list[Any], node: Any) -> Value:
+        """Return a call of memset, memcpy or memcmp for active lanes."""
         target = self.value(arguments[0])
         size = self.value(arguments[2]).text
         if name == "memset":
@@ -503,6 +512,7 @@ class Expressions(ABC):
         return value.as_pointer() if isinstance(value.type, Array) else value
 
     def _routine(self, name: str, arguments: list[Any], node: Any) -> Value:
+        """Return a call of a routine of the source, and note how the parameters are used."""
         routine = self.source.routines[name]
         if name not in self.called:
             self.called.append(name)
@@ -570,7 +580,17 @@ class Expressions(ABC):
 
 
 def pick(mask: str, if_true: str, if_false: str, kind: Type) -> str:
-    """Return the choice between two values of a type in each lane."""
+    """Return the C text that chooses between two values in each lane.
+
+    Parameters
+    ----------
+    mask : str
+        Mask of the lanes that take ``if_true``.
+    if_true, if_false : str
+        Texts of the values.
+    kind : Type
+        Type of both values.
+    """
     return f"{'eg_pick' if isinstance(kind, Real) else 'eg_pick_wholes'}({mask}, {if_true}, {if_false})"
 
 

@@ -49,6 +49,7 @@ class RoutineText(Expressions):
     def __init__(
         self, source: LaneSource, routine: Routine, outputs: Mapping[str, list[int]], *, whole: bool = False
     ) -> None:
+        """Translate a routine into C for lanes, with the mask of active lanes as the first parameter."""
         super().__init__(source, routine, outputs)
         self._whole, self.stores, self.parts = whole, 0, False
         self.top = Region("live")
@@ -124,6 +125,7 @@ class RoutineText(Expressions):
         return going
 
     def _statement(self, node: Any) -> bool:
+        """Write a statement; return whether execution may go on after the statement."""
         # one case for each statement of C: a table of methods would hide their results
         match node:
             case None | c_ast.EmptyStatement():
@@ -169,6 +171,7 @@ class RoutineText(Expressions):
         return True
 
     def _declaration(self, node: Any) -> None:
+        """Write a declaration, with a value for each lane if lanes may differ."""
         if node.name in ("live", "result"):
             raise no_lanes(f"the name {node.name}, which masks have", node)
         kind = type_of(node.type, self.source)
@@ -235,6 +238,7 @@ class RoutineText(Expressions):
         self._store(node.expr, self.value(c_ast.BinaryOp(node.op.strip("p")[0], node.expr, unit)), node)
 
     def _store(self, target: Any, value: Any, node: Any) -> None:
+        """Write an assignment for active lanes."""
         place = self.place(target)
         if isinstance(place.type, Pointer):
             if isinstance(target, c_ast.ID):
@@ -285,6 +289,7 @@ class RoutineText(Expressions):
         return f"{place.text} = {pick(self.mask(), text, place.text, place.type)}"
 
     def _return(self, node: Any) -> None:
+        """Write a return for active lanes; other lanes go on."""
         value = ""
         if node.expr is not None:
             returned = self.value(node.expr)
@@ -339,6 +344,7 @@ class RoutineText(Expressions):
     # -- blocks under masks ------------------------------------------------------------------------------------------
 
     def _if(self, node: Any) -> bool:
+        """Write an if statement, both branches under masks if lanes take different branches."""
         condition = self.value(node.cond)
         if condition.known_truth is not None:
             chosen = node.iftrue if condition.known_truth else node.iffalse
@@ -460,6 +466,7 @@ class RoutineText(Expressions):
         return ", ".join(line.strip().rstrip(";") for line in made)
 
     def _parted_loop(self, condition: Any, step: Any, body: Any, again: str) -> None:
+        """Write a loop that runs until every lane has left the loop."""
         self.parts = True
         outer = self.region
         run, turn = self.fresh("run"), self.fresh("m")

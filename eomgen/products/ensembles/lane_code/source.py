@@ -278,6 +278,7 @@ def expression_text(node: Any) -> str:
 
 
 def _read_type(item: Any, source: LaneSource) -> None:
+    """Add an enumeration, a structure or another typedef to the names of the source."""
     kind = item.type.type if isinstance(item.type, c_ast.TypeDecl) else None
     if isinstance(kind, c_ast.Enum):
         source.texts.append(expression_text(item) + ";")
@@ -399,6 +400,7 @@ class _UseCounts(c_ast.NodeVisitor):  # type: ignore[misc]
         self.generic_visit(node)
 
     def visit_For(self, node: Any) -> None:
+        """Visit a loop, whose own statements may set the counter."""
         names = []
         if isinstance(node.init, c_ast.Assignment) and isinstance(node.init.lvalue, c_ast.ID):
             names = [node.init.lvalue.name]
