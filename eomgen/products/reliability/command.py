@@ -102,6 +102,7 @@ def random(scene: str, folder: str, plots: bool, as_json: bool, **options: Any) 
 
 
 def _print(study: RandomVibration) -> None:
+    """Print moments, processes, probabilities and costs of a study."""
     rows = [(_words(name), *(f"{value:.6g}" for value in values)) for name, values in study.moments.items()]
     moments = ("by", "mean", "standard deviation", "skewness", "excess kurtosis")
     title = f"{study.scene}: {study.output}{f' in {study.unit}' if study.unit else ''} at t = {study.t:.6g} s"

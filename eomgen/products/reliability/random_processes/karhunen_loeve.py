@@ -93,9 +93,18 @@ def expand(
     modes: int | None = None,
     repair: bool = False,
 ) -> Expansion:
-    """Return the modes that have a share of the variance, or as many as are asked for.
+    """Return the Karhunen-Loeve modes that have a share of the variance, or as many as are asked for.
 
-    ``repair``: a covariance with negative eigenvalues is replaced by the nearest positive covariance on the window.
+    Parameters
+    ----------
+    covariance : Covariance
+        Covariance over time or distance.
+    duration : float
+        Length of the window, s or m.
+    share, modes : float and int, optional
+        Share of the variance, or number of modes.
+    repair : bool, optional
+        Whether a covariance with negative eigenvalues is replaced by the nearest positive covariance on the window.
 
     Raises
     ------
@@ -126,6 +135,15 @@ def expand_jointly(
     All processes have the same variables: g_p(t) = sum sqrt(lambda_i) phi_pi(t) z_i, the phi_i orthonormal over all
     processes together, so eigenvalues, total and share belong to the whole group. Panels are doubled until the
     eigenvalues have converged.
+
+    Parameters
+    ----------
+    covariances : sequence of sequences of Covariance
+        Matrix of covariances and cross covariances.
+    duration : float
+        Length of the window, s or m.
+    share, modes, repair
+        As for ``expand``.
 
     Raises
     ------

@@ -1,5 +1,5 @@
-"""Reading of the covariance of a random process, of coherences between processes, and of translations: formulas of
-g, quantiles."""
+"""Reading of a random process's covariance, of coherences between processes, and of translations by formulas of g or by
+quantiles."""
 
 from __future__ import annotations
 
@@ -112,7 +112,17 @@ class Covariances:
         self.curves = curves
 
     def read(self, key: str, name: str, entry: written.RandomProcess, kind: str) -> Covariance | None:
-        """Return the covariance of an entry of a type; None for a fault, which is reported."""
+        """Read the covariance of a process; None for a fault, which is reported.
+
+        Parameters
+        ----------
+        key, name : str
+            Key of the entry in the file, and name of the process.
+        entry : RandomProcess
+            The entry as written.
+        kind : str
+            Type of the covariance, a name in ``TYPES``.
+        """
         row = TYPES[kind]
         over, not_over = ("time", "distance") if entry.speed is None else ("distance", "time")
         wanted = row.over_time if entry.speed is None else row.over_distance
@@ -362,7 +372,19 @@ class Translations(_Reader):
         translation: Formula | None,
         window: float,
     ) -> Covariance:
-        """Return the covariance of g whose translation has the requested covariance. Raises UsageError."""
+        """Return the covariance of g for which the translated process has the requested covariance. Raises UsageError.
+
+        Parameters
+        ----------
+        key, entry : str and RandomProcess
+            Key in the file, and the entry as written.
+        covariance : Covariance
+            Requested covariance of the translated process.
+        translation : Formula or None
+            Formula of g.
+        window : float
+            Length of the window, s or m.
+        """
         if translation is None or entry.mean not in (0, 0.0) or entry.standard_deviation not in (None, 1, 1.0):
             fault = "covariance_of translated needs a translation or quantiles of a standard normal g [E1003]"
             raise UsageError(Problem(key, fault, "translation = ..., without mean and standard_deviation"))

@@ -272,8 +272,8 @@ class Processes:
     def _group(
         self, first: NormalSeries, names: Sequence[str], entries: Mapping[str, written.RandomProcess]
     ) -> list[NormalSeries]:
-        """Return a group of correlated processes: each is a sum of the variables of the group, by the Cholesky factor
-        of the correlation matrix."""
+        """Return a group of correlated processes, each a sum of the group's variables with weights from the Cholesky
+        factor of the correlation matrix."""
         matrix = None if len(names) == 1 else self._correlations(first, names, entries)
         if matrix is None:
             return [first]

@@ -1,6 +1,6 @@
-"""Distributions of responses: of a quadratic form of standard normal variables by two inversions of its
-characteristic function, and small probabilities by importance sampling about the most probable point and the far
-branches of a form that bends back.
+"""Distributions of responses: quadratic forms of standard normal variables by two inversions of the characteristic
+function, and small probabilities by importance sampling about the most probable point and the far branches of a form
+that bends back.
 
 With eigenvalues l and the gradient d along their eigenvectors, the cumulant generating function is
 
@@ -274,7 +274,18 @@ class Estimate(NamedTuple):
 def importance_sampling(
     response: Response, point: Array, threshold: float, *, above: bool, samples: int, seed: int
 ) -> Estimate:
-    """Return P(y > threshold), or P(y <= threshold), by samples with mean ``point`` (n,) and unit covariance.
+    """Estimate P(y > threshold), or P(y <= threshold), by importance sampling with unit covariance about a point.
+
+    Parameters
+    ----------
+    response : Response
+        y as a function of standard normal variables.
+    point : (n,) ndarray
+        Mean of the samples.
+    threshold, above : float and bool
+        Threshold, and whether the probability is of values above.
+    samples, seed : int
+        Number of samples, and seed.
 
     References
     ----------

@@ -378,8 +378,20 @@ def _unseen_points(starts: int, points: int) -> float:
 def descend(
     response: Response, begin: Array, threshold: float, known: Sequence[MostProbablePoint]
 ) -> MostProbablePoint | None:
-    """Return the most probable point to which steps of at most one standard deviation lead; None if these come to a
-    known one, or settle at a much greater distance than the first of these, or do not settle."""
+    """Return the most probable point reached by steps of at most one standard deviation. None if the steps come to a
+    known point, settle much farther out than the first known point, or do not settle.
+
+    Parameters
+    ----------
+    response : Response
+        y as a function of standard normal variables.
+    begin : (n,) ndarray
+        Start of the search.
+    threshold : float
+        Value of y at the point.
+    known : sequence of MostProbablePoint
+        Points of earlier searches.
+    """
     farthest = min([np.linalg.norm(design_point.point) + 1.0 for design_point in known[:1]], default=FARTHEST)
     z = begin
     for _ in range(_ITERATIONS):

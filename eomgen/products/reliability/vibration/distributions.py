@@ -342,7 +342,17 @@ def spread(distribution: Distribution, places: Sequence[int], count: int) -> Dis
 
 
 def tails_of(response: RunResponse, reached: Sequence[MostProbablePoint], samples: int, seed: int) -> Distribution:
-    """Return probabilities by samples about most probable points."""
+    """Estimate the probabilities below and above thresholds by importance sampling about most probable points.
+
+    Parameters
+    ----------
+    response : RunResponse
+        Output of a run as a function of standard normal variables.
+    reached : sequence of MostProbablePoint
+        One for each threshold.
+    samples, seed : int
+        Number of samples for each threshold, and seed of the first.
+    """
     below, above, low, high = (np.empty(len(reached)) for _ in range(4))
     for k, point in enumerate(reached):
         upper = point.index >= 0.0

@@ -167,7 +167,19 @@ def checked_options(
 
 
 def numbers_of(name: str, value: Any, hint: str, *, least: int = 1) -> Array:
-    """Return a list of finite numbers, (n,). Raises UsageError."""
+    """Return a list of finite numbers, (n,). Raises UsageError.
+
+    Parameters
+    ----------
+    name : str
+        Name of the argument, for messages.
+    value : object
+        The list.
+    hint : str
+        Remedy in messages.
+    least : int, optional
+        Smallest length.
+    """
     try:
         result = np.asarray(value)
     except ValueError:  # rows of different lengths
@@ -181,7 +193,17 @@ def numbers_of(name: str, value: Any, hint: str, *, least: int = 1) -> Array:
 
 
 def span_of(model: Model, at: float | None, step: float | None, t_start: float = 0.0) -> tuple[float, float]:
-    """Return the time and the step, by default of the scene. Raises UsageError."""
+    """Return the end and the step of a run, s. Raises UsageError.
+
+    Parameters
+    ----------
+    model : Model
+        The scene of the model gives the default values.
+    at, step : float or None
+        End and step, s; by default as in the scene.
+    t_start : float, optional
+        Time of the start, s.
+    """
     simulation = model.description.simulation
     end = t_start + simulation.duration if at is None else number_of("at", at)
     size = simulation.step if step is None else number_of("step", step)
@@ -334,7 +356,7 @@ def lost_variance(
 
 
 def _owners(process: NormalSeries) -> dict[str, float]:
-    """Return the weights of the expansions that a process is a sum of, by the name of the owner of the variables."""
+    """Return the weight of each expansion that a process sums, by the name of the process that owns the variables."""
     return {
         variable.rpartition("_")[0]: weight for variable, weight in zip(process.variables, process.weights, strict=True)
     }
@@ -357,7 +379,7 @@ def _gradient(process: NormalSeries, times: Array, derivatives: Array, column_of
 
 
 def _variance(parts: Sequence[_Contribution]) -> tuple[float, float]:
-    """Return the variance of a sum of contributions of one expansion, and the sum of the magnitudes of terms."""
+    """Return the variance of summed contributions from one expansion, and the sum of the terms' magnitudes."""
     variance, size = 0.0, 0.0
     for part in parts:
         covariance = part.process.covariance

@@ -39,8 +39,7 @@ class Distribution:
 
 @dataclass(frozen=True)
 class Cost:
-    """Numbers of solutions of the equations of motion, and of the linearised equations backwards and forwards in
-    time."""
+    """How often the equations of motion were solved, and the linearised equations backwards and forwards in time."""
 
     runs: int
     adjoints: int
@@ -243,6 +242,7 @@ def _normal_quantiles(distribution: Distribution) -> Any:
 
 
 def _distribution(result: RandomVibration) -> Any:
+    """Return a figure of the distributions on normal probability scale."""
     axes = new_figure((7.6, 5.2)).subplots()
     order = np.argsort(result.thresholds)
     y = result.thresholds[order]

@@ -298,6 +298,15 @@ def first_passage(t: Array, y: Array, slopes: Array, level: float) -> float:
     To first order y and the rate of y are Gaussian at every time; crossings are taken as a Poisson process, so a start
     above the level counts as well.
 
+    Parameters
+    ----------
+    t, y : (n,) ndarray
+        Times, s, and the mean output at these times.
+    slopes : (n, variables) ndarray
+        Derivatives of the output by standard normal variables.
+    level : float
+        Level, in the unit of the output.
+
     References
     ----------
     Rice: Mathematical analysis of random noise, Bell Syst. Tech. J. 24 (1945); Ditlevsen, Madsen: Structural
