@@ -1,4 +1,4 @@
-"""Comparison of two descriptions of one machine, and of a description with the reading of another program."""
+"""Comparison of two descriptions of one machine, or of a description with another program's reading."""
 
 from eomgen.base.products import Product
 from eomgen.base.verbs import Verb

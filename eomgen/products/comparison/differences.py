@@ -299,6 +299,7 @@ def _has_inertia(inertia: Inertia) -> bool:
 def _of_body(
     pairing: Pairing, name: str, one: PlacedBody, other: PlacedBody, aligned: Placement
 ) -> Iterator[Difference]:
+    """Yield differences of a body on paired links, by the joint if only the placement differs, else by the inertia."""
     mine, theirs = one.in_link, other.in_link.transform(*aligned)
     if pairing.alike(mine, theirs):
         return

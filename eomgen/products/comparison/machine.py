@@ -335,6 +335,7 @@ def of_equations(name: str, system: System, links: Sequence[Link], solids: Seque
 
 
 def _link(joint: Joint, parent: int, pose: Placement, lumps: Lumps, number: int, values: _Values) -> Link:
+    """Return a link with axes, the numbers of the joint, and the inertia of the bodies fixed to the link."""
     kind = joint.kind
     axis = np.array(joint.axis) if kind.turned_about or kind.travels else None
     second = np.array(joint.second_axis) if kind.second_key else None
@@ -468,6 +469,7 @@ class _Equations:
         }
 
     def __call__(self, motion: Motion) -> Forces:
+        """Return the inertia matrix and forces at the states of a motion."""
         system = self.system
         count = next((len(q) for q in motion.q), 1)
         blocks: dict[str, Array] = {

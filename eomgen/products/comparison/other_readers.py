@@ -133,6 +133,7 @@ class _MujocoEquations:
         self.mujoco, self.model, self.joints = mujoco, model, joints
 
     def __call__(self, motion: Motion) -> Forces:
+        """Return the inertia matrix and forces by MuJoCo, in body-fixed velocities with the angular part first."""
         model, data = self.model, self.mujoco.MjData(self.model)
         masses, totals = [], []
         for state in range(len(motion.q[0])):
@@ -224,6 +225,7 @@ class _PinocchioEquations:
         self.pinocchio, self.model = pinocchio, model
 
     def __call__(self, motion: Motion) -> Forces:
+        """Return the inertia matrix and forces by Pinocchio, in velocities with the angular part first."""
         pinocchio, model = self.pinocchio, self.model
         data = model.createData()
         order = np.concatenate(
