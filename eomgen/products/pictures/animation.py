@@ -341,8 +341,8 @@ def _thinned(t: Array, size: int, most: int | None = None) -> NDArray[np.intp]:
 
 
 def _packed_shape(shape: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a shape with its vertices as whole steps of 1/65535 of its size from its lowest corner, and its faces as
-    triangles, in an eighth of the bytes of the numbers as text."""
+    """Return a shape with vertices as whole steps of 1/65535 of its size, from its lowest corner, and faces as
+    triangles: an eighth of the bytes of text."""
     vertices = np.array(shape["vertices"], dtype=float).reshape(-1, 3)
     low = np.min(vertices, axis=0)
     step = float(np.max(vertices - low)) / _STEPS or 1.0

@@ -1,5 +1,5 @@
-"""Roads under tyres and surfaces of contacts in pictures: the profile of a road along the path of each wheel, or around
-the wheel over time if time or inputs move the road, and the heights of a surface around the path of a body."""
+"""Roads under tyres and contact surfaces in pictures: a road's profile along the path of each wheel, or around the
+wheel over time if time or inputs move the road, and a surface's heights around the path of a body."""
 
 from __future__ import annotations
 

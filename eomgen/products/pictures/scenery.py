@@ -212,7 +212,7 @@ def _marked(
 
 
 def _has_shapes(description: Description) -> bool:
-    """Return whether the scene has shapes of its own: next to these the lines of a massless body, as of an include's
+    """Return whether the scene has shapes of its own: next to these, lines for a massless body, as for an include's
     base, would look like parts of the machine."""
     return any(not shape.implied for shape in description.drawing.shapes)
 

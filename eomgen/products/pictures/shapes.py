@@ -151,6 +151,7 @@ class _Lines:
     """Axes of beams and ties of bodies in the world, at some configurations (n, nq)."""
 
     def __init__(self, model: CompiledModel, t: float, p: Array, q: Array) -> None:
+        """Collect beams, shapes, roads and lines of bodies at configurations (n, nq), with places in the world."""
         seen = poses_and_scenery(model, np.full(len(q), t), q, p)
         self.seen, self.count = seen, len(q)
         self.lines: list[Array] = []  # (n, points, 3) each
@@ -232,6 +233,7 @@ def _planes(lines: _Lines) -> list[tuple[int, int]]:
 
 
 def _draw(axis: Any, lines: _Lines, row: int, plane: Sequence[int], label: str = "", **style: Any) -> None:
+    """Draw a machine at one configuration, projected onto a plane."""
     along = 3 - sum(plane)
     thin = style["color"] == _THIN
     at_rest = [bool(np.all(places == places[0])) for _, places in lines.solids]  # surfaces, drawn once and below others
