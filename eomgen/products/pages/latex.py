@@ -252,7 +252,7 @@ def _length(expression: sympy.Expr) -> int:
 
 
 def _names(system: System) -> dict[InputSymbol, str]:
-    """Return the names of symbols: of the scene, and of the fields of the base."""
+    """Return the names of symbols in the scene and in the fields of the base."""
     return system.symbol_names | {InputSymbol("base", place): name for place, name in enumerate(_BASE)}
 
 
@@ -302,7 +302,7 @@ def _definitions(
 
 
 def _meanings(group: str, q_size: int, v_size: int) -> tuple[list[str], list[str]]:
-    """Return the meanings of the numbers of a factor of the configuration, and of the velocities."""
+    """Return the meanings of a factor's coordinates and velocities."""
     if group == "R":
         parts = [""] if q_size == 1 else [f" {index}" for index in range(q_size)]
         return [f"coordinate{part}" for part in parts], [f"rate of the coordinate{part}" for part in parts]

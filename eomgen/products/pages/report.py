@@ -227,6 +227,7 @@ def _scene(model: CompiledModel, text: str) -> str:
 
 
 def _counts(model: CompiledModel) -> str:
+    """Return the section with the sizes of a model and the operations of the functions."""
     layout, sizes = model.library.layout, model.functions.sizes
     facts = [
         ("bodies", len(model.bodies)),
@@ -253,6 +254,7 @@ _OPERATIONS = ("additions", "multiplications", "divisions", "functions")
 
 
 def _runs(runs: Sequence[ReportedRun]) -> str:
+    """Return the sections on runs: settings, outcome, statistics and findings."""
     parts = []
     for run in runs:
         solution, data = run.solution, run.solution.metadata

@@ -55,6 +55,7 @@ def sliders_of(
 
 
 def _parameters(model: CompiledModel, p: Array) -> Iterator[Slider]:
+    """Yield sliders for tunable parameters, within the ranges that requirements allow."""
     described = {item.name: item for item in model.description.parameters}
     moved = {name for motion in model.description.motions for name in motion.parameters}
     events = model.library.layout["method"].get("events", {})
@@ -97,6 +98,7 @@ def range_of(value: float, unit: str, allowed: Callable[[float], bool]) -> tuple
 
 
 def _inputs(model: CompiledModel, solution: Solution, held: Mapping[str, float], extent: float) -> Iterator[Slider]:
+    """Yield sliders for inputs, with twice the largest value of the run as range."""
     layout = {item["name"]: item for item in model.library.layout["inputs"]}
     by_formula = {item.name for item in model.description.inputs if item.given}
     weight = _mass(model) * _GRAVITY
@@ -125,8 +127,8 @@ def _mass(model: CompiledModel) -> float:
 
 
 def _starts(model: CompiledModel, solution: Solution, extent: float) -> Iterator[Slider]:
-    """Yield sliders of initial positions and velocities of joints; coordinates of beams and of bodies in absolute
-    coordinates have none."""
+    """Yield sliders for initial positions and velocities of joints; coordinates of beams and absolute coordinates have
+    none."""
     if model.description.joints:
         return
     nodes = {node for beam in model.description.exact_beams for node in beam}
