@@ -344,6 +344,7 @@ def _program(
     options: Options,
     initial: Mapping[str, Any] | None,
 ) -> tuple[Program, str]:
+    """Return the Program of an FMU under a legal name, and the reason if a method is left out."""
     if initial:
         scene = replace(scene, simulation=replace(scene.simulation, start="initial"))
     identifier = free_prefix(scene.name)

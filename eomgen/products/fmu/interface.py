@@ -295,6 +295,7 @@ class _Variables:
     """Variables in the order of the value references."""
 
     def __init__(self, program: Program, described: Description, options: Options) -> None:
+        """List the variables of an FMU: time, parameters, inputs, states, derivatives and results."""
         self.program, self.described, self.minimal = program, described, options.minimal
         self.variables: list[Variable] = []
         self.units: dict[str, FmuUnit] = {}
@@ -332,6 +333,7 @@ class _Variables:
         self._add(item.name, kind, index, unit=item.unit, description=item.description, **more)
 
     def _states(self) -> None:
+        """Add positions, velocities and internal states; marks states that events or constraints may change."""
         program, rows = self.program, event_rows(self.program)
         sampled = {int(row["state"]) for row in program.method.get("samples", {}).get("rows", ())}
         sampled |= _held_states(program)
@@ -374,6 +376,7 @@ class _Variables:
                 self._add(name, f"der_{kind}", state.index, unit=rate, derivative=state.reference)
 
     def _results(self, modes: Sequence[int], chosen: Collection[str], options: Options) -> None:
+        """Add outputs, modes, inputs by formula, and event indicators."""
         program, place = self.program, 0
         for item in program.outputs:
             for component in range(item.size):

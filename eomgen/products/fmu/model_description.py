@@ -197,6 +197,7 @@ def _head(item: Variable) -> dict[str, str]:
 
 
 def _write_variables_3(interface: Interface, variables: ET.Element, structure: ET.Element) -> None:
+    """Write the variables and the model structure of FMI 3."""
     for whole in listed(interface):
         item = whole.variable
         attributes = {**_head(item), **_value_attributes(item, interface)}
