@@ -159,6 +159,7 @@ def _implicit(sizes: _Sizes, texts: Texts, blocks: Sequence[str], *, value: bool
 
 
 def _impl_dae_hess(sizes: _Sizes, texts: Texts) -> dict[str, Any]:
+    """Return the entry of acados' function for the Hessian of the implicit equations times multipliers."""
     lower = sizes.family.known_equations.lower
     width, off = sizes.family.known_equations.width, lower.rows != lower.columns
     rows, columns = (

@@ -1,4 +1,4 @@
-"""Arguments in which terms of a model have derivatives; tangents of configurations, for arrays of JAX and of PyTorch.
+"""Arguments by which a model's terms are differentiated, and tangents of configurations as arrays of JAX and PyTorch.
 
 A change dq of the components of q turns the body, and a change of the length of a quaternion does not count:
 with w and x of the quaternion, and n its squared length, the body-frame rotation is 2 (w dx - dw x - x cross dx)/n.

@@ -153,8 +153,8 @@ def _functions_of(program: Program, exported: Exported, texts: Texts) -> list[di
 def _row_functions(
     exported: Exported, entry: Callable[..., dict[str, Any]], arguments: tuple[list[Any], Any, list[Any]], texts: Texts
 ) -> list[dict[str, Any]]:
-    """Return the functions of CasADi that take second derivatives of each row: derivatives along a direction, and
-    Jacobians of these and of the Jacobian. None if there are many numbers, since these would be written as tables.
+    """Return the CasADi functions for second derivatives of each row: derivatives along a direction, their Jacobians,
+    and the Jacobian of the Jacobian. Empty if there are many numbers, since these would be written as tables.
 
     Parameters
     ----------

@@ -128,6 +128,7 @@ class Chain:
         along: Sequence[str],
         unknowns: Mapping[str, int],
     ) -> None:
+        """Number the arguments and unknowns of a step in one array of values."""
         self.program, self.model, self.title = program, functions, title
         self.nq, self.nv, self.nz = program.input_size("q"), program.sizes["v"], program.sizes["z"]
         self.nl, self.nx = program.sizes["lam"], program.input_size("q") + program.sizes["v"] + program.sizes["z"]

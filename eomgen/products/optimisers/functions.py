@@ -1,5 +1,5 @@
-"""Functions of a model with the patterns of their first and second derivatives, in components of q, and equations of
-such functions."""
+"""Functions of a model, and equations of these, with the patterns of first and second derivatives in components of
+q."""
 
 from __future__ import annotations
 
@@ -314,6 +314,7 @@ class Equations:
         *,
         implicit: bool = False,
     ) -> None:
+        """Collect the rates of q and the rows of the functions, with the places of results and derivatives."""
         self.nq, self.nv, self.nz = program.input_size("q"), program.sizes["v"], program.sizes["z"]
         self.nx = self.nq + self.nv + self.nz
         self.sizes = dict(sizes)

@@ -382,15 +382,15 @@ class JaxFunctions:
         height, turning = sizes["v"], [factor for factor in self._factors if factor.group != "R"]
 
         def pattern(ending: str) -> tuple[Array, Array]:
-            """Return rows and columns of the nonzeros of the Jacobian, or of the lower triangle of the Hessian."""
+            """Return rows and columns of the nonzeros in the Jacobian, or in the lower triangle of the Hessian."""
             functions = self._model.having((f"{name}{ending}",)).evaluator.functions
             rows, columns = unpacked_places(functions.library.layout["patterns"][f"{name}{ending}"])
             return rows, columns
 
         @functools.cache
         def products() -> tuple[Array, ...]:
-            """Return the products of which changes of the nonzeros of the Jacobian are sums: rows and columns of the
-            nonzeros; then for each product the nonzero, the entry of the Hessian and the component of the direction.
+            """Return the products whose sums are the changes of the Jacobian's nonzeros: rows and columns of the
+            nonzeros; then for each product the nonzero, the Hessian entry and the direction's component.
 
             A Hessian of a row has entries of columns alone on which the row depends, factors of rotation as wholes.
             """
@@ -413,8 +413,8 @@ class JaxFunctions:
 
         @functools.cache
         def turns() -> list[tuple[Any, ...]]:
-            """Return for each run of turning factors the nonzeros in columns of the run, (m,); for each of these the
-            nonzeros of the factor in the same row, (m, size), the number of the factor and its column, (m,)."""
+            """Return for each run of rotations the nonzeros in columns of the run, (m,), and for each nonzero the
+            factor's nonzeros in the same row, (m, size), the factor's number and its column, (m,)."""
             rows, columns = products()[:2]
             places = {entry: k for k, entry in enumerate(zip(rows.tolist(), columns.tolist(), strict=True))}
             result = []
@@ -580,6 +580,7 @@ class _TermCall:
     """
 
     def __init__(self, functions: Functions, term: str, samples: Callable[[Mapping[str, int]], list[Array]]) -> None:
+        """Register a compiled term for calls by programs of JAX, in lanes if several samples can run side by side."""
         self.inputs = functions.inputs(term)
         self._library = library = functions.library
         number = library.index[term]

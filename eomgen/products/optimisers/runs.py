@@ -30,6 +30,8 @@ class Runs:
     """
 
     def __init__(self, model: Model, options: Mapping[str, Any], nest: Mapping[str, Any]) -> None:
+        """Check the shapes of the arguments, and name the quantities by which a run is differentiated. Raises
+        UsageError."""
         self._model, self._options = model, options
         self.factors = model.evaluator.factors
         by = list(nest["parameters"])
