@@ -209,6 +209,7 @@ def _wanted(document: SymbolicEquations, recorder: _Recorder, terms: Sequence[st
 
 
 def _system(document: SymbolicEquations, recorder: _Recorder, made: Mapping[str, Function]) -> System:
+    """Return the System of equations read from SymPy."""
     tape, count, rows, observed = recorder.tape, recorder.count, document.rows, document.observed
     of_mass = {symbol.block for symbol in tape.depends_on(document.mass)}
     of_force = {symbol.block for symbol in tape.depends_on(document.force)}

@@ -98,7 +98,7 @@ class Expressions:
         self.time = dynamicsymbols._t
 
     def declare(self, expressions: Iterable[Any]) -> None:
-        """Make parameters of the free symbols of expressions and inputs of functions of time, in alphabetical order."""
+        """Declare free symbols of expressions as parameters, and functions of time as inputs, in alphabetical order."""
         symbols: set[Any] = set()
         functions: set[Any] = set()
         for expression in map(basic, expressions):
@@ -166,6 +166,7 @@ class Expressions:
         return operands
 
     def _recorded(self, node: Any, operands: Sequence[Scalar]) -> Scalar:
+        """Return the value on the tape of a node with recorded operands."""
         algebra, kind = self.algebra, type(node)
         if isinstance(node, (CharacteristicCurveFunction, sympy.UnevaluatedExpr, *_REWRITTEN)):
             return operands[0]

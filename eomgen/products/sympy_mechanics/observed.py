@@ -66,6 +66,7 @@ class Observed:
     def __init__(
         self, kinematics: Kinematics, bodies: Sequence[Any], origin: Any, samples: Sequence[Mapping[str, Array]]
     ) -> None:
+        """Choose the origin, and the bodies that move or rest relative to the origin."""
         self.kinematics, self.samples = kinematics, samples
         self.algebra, self.tape, self.record = kinematics.algebra, kinematics.tape, kinematics.expressions
         self.origin = origin
@@ -220,7 +221,8 @@ class Observed:
         return self._quaternions[frame]
 
     def _turn(self, matrix: Any) -> list[Scalar]:
-        """Return the quaternion of a matrix of SymPy: of an angle about an axis of the frame, or of any matrix."""
+        """Return the quaternion of a SymPy rotation matrix, by half the angle if the matrix turns about an axis of the
+        frame."""
         for axis in range(3):
             i, j = (axis + 1) % 3, (axis + 2) % 3
             cosine, sine = matrix[i, i], matrix[j, i]
@@ -237,7 +239,7 @@ class Observed:
     # -- energies -----------------------------------------------------------------------------------------------------
 
     def energies(self, loads: Sequence[tuple[Any, Any]], actuators: Sequence[Any]) -> Energies:
-        """Return the energies of bodies, of constant forces and of springs, and the power of other loads.
+        """Return the energies of bodies, constant forces and springs, and the power of other loads.
 
         Parameters
         ----------

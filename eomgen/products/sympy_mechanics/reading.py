@@ -137,6 +137,7 @@ class _Reading:
         states: Mapping[Any, Any],
         absent: frozenset[str] = frozenset(),
     ) -> None:
+        """Read the equations of KanesMethod, LagrangesMethod or System."""
         self.name, self.system = name, system
         #: Holonomic constraints, and constraints of velocities, which have the rates of the holonomic ones among them.
         self.positions: list[Any] = []

@@ -1,5 +1,5 @@
-"""Constraints of SymPy's systems as rows of positions and of velocities: scales, choice of independent rows, states
-that satisfy the rows.
+"""Constraints of SymPy's systems as rows of positions and velocities: scales, independent rows, and states that satisfy
+the rows.
 
 SymPy lists the rates of holonomic constraints among the constraints of velocities. Rows whose gradients in v depend on
 gradients of earlier rows are rates or copies of these, and are left out.
@@ -89,6 +89,7 @@ class Constraints:
         angular: Sequence[bool],
         relations: Sequence[Ref] = (),
     ) -> None:
+        """Record the constraints with their rates, and choose independent rows."""
         self.expressions, self.angular, self.count = expressions, angular, len(q)
         self.tape, self.algebra = expressions.algebra.tape, expressions.algebra
         self.texts = [basic(item) for item in (*positions, *velocities)]
