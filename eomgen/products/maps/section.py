@@ -145,6 +145,7 @@ class _Grid:
         return x, y, value or self.entry.unit
 
     def _listed(self) -> tuple[Array, Array, Array] | None:
+        """Return x, y and values from lists in SI units; None for a fault, which is reported."""
         entry = self.entry
         missing = [name for name in ("x", "y", "values") if getattr(entry, name) is None]
         if missing:
@@ -179,6 +180,7 @@ class _Grid:
         return x, y, z
 
     def _from_file(self, table: MapFile) -> tuple[Array, Array, Array] | None:
+        """Return x, y and values from a CSV or NetCDF file in SI units; None for a fault, which is reported."""
         given = [name for name in ("x", "y", "values") if getattr(self.entry, name) is not None]
         if given:
             self.report.add(
