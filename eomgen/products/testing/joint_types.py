@@ -126,9 +126,8 @@ def _demand_equal(kind: str, label: str, computed: Array, expected: Array, toler
 
 
 def exponentials(scene: Scene, q: Array) -> tuple[Array, Array]:
-    """Return the displacement (4, 4) of the child of a scene's last joint at q, without the joint's placement, as a
-    product of exponentials of twists; and the motion subspace (6, nv), angular first, in child axes, by central
-    differences."""
+    """Return the displacement (4, 4) of the last joint's child at q, without the joint's placement, as a product of
+    twist exponentials; and the motion subspace (6, nv), angular first, in child axes, by central differences."""
     item = scene.joints[-1]
     directions = np.array([item.axis, item.second_axis, np.cross(item.axis, item.second_axis)])
 
