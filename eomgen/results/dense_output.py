@@ -64,7 +64,7 @@ def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Bet
     t : array_like
         Times, s.
     between : callable, optional
-        States between rows by a method of its own; interpolation by default.
+        States between rows; interpolated by default.
 
     Raises
     ------

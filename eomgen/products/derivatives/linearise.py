@@ -1,4 +1,4 @@
-"""Sensitivities: a run and its derivatives, with the options of ``simulate``. Scenes and methods without derivatives,
+"""Sensitivities: a run with derivatives, and the options of ``simulate``. Scenes and methods without derivatives,
 unknown names, and parameters that move the time of a jump are refused."""
 
 from __future__ import annotations

@@ -455,7 +455,7 @@ def take_back(run: AlphaRun, part: AlphaPart, weights: Sequence[RowWeights], adj
     weights : sequence of RowWeights
         One for each functional.
     adjoint : RunAdjoint
-        Adjoint at the end of the part; becomes the adjoint at its start.
+        Adjoint at the end of the part; becomes the adjoint at the start.
     """
     of_outputs, direct = adjoint.sources(run, part, weights)
     multipliers, ends = run.take_back(part, direct, adjoint.state, adjoint.parameters)

@@ -294,7 +294,7 @@ class StartDerivatives:
         Parameters
         ----------
         state : (4 nv + 3 nz, n) ndarray
-            Derivatives by q, v, vdot, the algorithmic acceleration, z, zdot and its carried rates.
+            Derivatives by q, v, vdot, the algorithmic acceleration, z, zdot and the carried rates.
         record : (3 nv + nz + nl, n) ndarray
             Derivatives by q, v, vdot, z and the multipliers of the recorded row.
         nv, nz : int

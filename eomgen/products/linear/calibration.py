@@ -156,7 +156,7 @@ class _OpenLoopScene:
 
 
 def _open_loops(scene: Scene) -> _OpenLoopScene:
-    """Return a scene in which calibrated feedback is cut: its outputs become inputs, its signals become outputs."""
+    """Return a scene with calibrated feedback cut: outputs of the feedback become inputs, signals become outputs."""
     fed_back = [item for item in scene.feedback if item.calibration is not None]
     acting = [output for item in fed_back for output in item.outputs]
     controllers = tuple(

@@ -138,7 +138,7 @@ def draw_campbell(diagram: DrawnCampbell, title: str, path: Path, view: Campbell
     title : str
         Name above the figure.
     path : Path
-        File to write; its ending chooses the format.
+        File to write; the ending chooses the format.
     view : CampbellView, optional
         Parts and limits to draw; everything by default.
 

@@ -372,7 +372,7 @@ def draw_root_locus(locus: RootLocus, unit: str, title: str, path: Path) -> Path
     title : str
         Name above the figure.
     path : Path
-        File to write; its ending chooses the format.
+        File to write; the ending chooses the format.
     """
     figure = new_figure((8.4, 6.0))
     _draw_roots(figure.subplots(), locus, unit)

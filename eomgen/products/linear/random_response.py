@@ -60,7 +60,7 @@ def densities(
     Parameters
     ----------
     space, modes : StateSpace, Modes
-        The linear model and its modes.
+        The linear model and the modes.
     excitation : Excitation
         Random inputs.
     outputs : sequence of str
@@ -185,7 +185,7 @@ def white_noise_road(space: StateSpace, modes: Modes, excitation: RoadExcitation
     Parameters
     ----------
     space, modes : StateSpace, Modes
-        The linear model and its modes.
+        The linear model and the modes.
     excitation : RoadExcitation
         A road of exponent 2 under the wheels.
     output : str

@@ -253,7 +253,7 @@ def motion_along(
     Parameters
     ----------
     model, known : CompiledModel, KnownSymmetries
-        The model, and the memory of its symmetries.
+        The model, and the memory of symmetries.
     velocities, coordinates : mapping or None
         Prescribed values by name, SI units.
     initial : mapping or None

@@ -149,7 +149,7 @@ def motion_at(
     g : (n,) ndarray
         Coefficients of the fields.
     lam : (nl,) ndarray, optional
-        Multipliers; by default those with the least unbalanced forces.
+        Multipliers; by default with the least unbalanced forces.
     """
     q = conditions.followed(q)
     v = fields.directions(q) @ g

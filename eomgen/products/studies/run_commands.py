@@ -240,7 +240,7 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
 
 
 def _print_tuned(tuned: Tuned) -> None:
-    """Print the cheapest configuration, its rivals, and the runs that verify its error."""
+    """Print the cheapest configuration, the rivals, and the runs that verify the error."""
     rows = [
         ("cheapest", tuned.label),
         ("error", f"{tuned.error:.2g} of {tuned.quantity}, {tuned.measure}; demanded {tuned.demand:g}"),

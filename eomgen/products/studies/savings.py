@@ -440,7 +440,7 @@ def _absolute(described: Described, scene: Scene, options: Mapping[str, Any]) ->
 
 
 def _build_variant(variant: Variant, method: str, folder: Path, profile: str) -> tuple[VariantCost, Model | None]:
-    """Build a variant and return its costs with the model, or with the problem and None."""
+    """Build a variant and return the costs with the model, or with the problem and None."""
     cost = VariantCost(variant.name, variant.description)
     if variant.scene is None:
         return replace(cost, problem=variant.problem), None

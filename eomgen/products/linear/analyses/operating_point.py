@@ -301,8 +301,8 @@ def _steady_state(
 
 
 def as_found(kind: str, rest: EquilibriumState, point: OperatingPoint, *, stacklevel: int = 4) -> OperatingState:
-    """Return the result of a search as an operating state, at its time and base; warn if velocities change direction
-    with the motion. An equilibrium with drives that move is a steady motion.
+    """Return the result of a search as an operating state at the same time and base; warn if velocities change
+    direction with the motion. An equilibrium with drives that move is a steady motion.
 
     Parameters
     ----------

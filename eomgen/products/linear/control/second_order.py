@@ -255,7 +255,7 @@ def modal_feedback(plant: Plant, modes: Modes, controlled: Sequence[int], g: Arr
     Parameters
     ----------
     plant : Plant
-        The second-order model with its actuators.
+        The second-order model with actuators.
     modes : Modes
         Undamped modes of the plant.
     controlled : sequence of int

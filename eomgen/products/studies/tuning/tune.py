@@ -243,7 +243,7 @@ class _Tuning:
         spent: tuple[float, int],
         source: Path | None,
     ) -> Tuned:
-        """Return the winner with its rivals, checks and costs."""
+        """Return the winner with rivals, checks and costs."""
         demand = self.demand
         grid, value = self.runner.grid, self._value(winner, run)
         name = winner.configuration.formulation

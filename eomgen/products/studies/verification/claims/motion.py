@@ -340,7 +340,7 @@ def _momentum_rate(space: Space) -> Claim:
 
 
 def _base() -> Claim:
-    """Return the claim that the velocities and accelerations of the base are the derivatives of its pose and twist."""
+    """Return the claim that velocities and accelerations of the base are the derivatives of the pose and twist."""
 
     def value(engine: Engine, state: Blocks) -> Array:
         base = engine("base", state)["base"]
