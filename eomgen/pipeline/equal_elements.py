@@ -57,7 +57,7 @@ class EqualRange:
 
 @dataclass(frozen=True)
 class EqualElements:
-    """The longest runs of equal elements of a scene, all of ``count``: at most one of a beam."""
+    """The longest runs of equal elements in a scene, at most one run per beam, all with ``count`` elements."""
 
     scene: Scene
     runs: tuple[EqualRange, ...]

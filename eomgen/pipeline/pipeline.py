@@ -326,7 +326,7 @@ def exported_program(
 def _controller_program(
     document: Document, front_end: FrontEnd, parameters: Mapping[str, float | str] | None
 ) -> Program:
-    """Return the Program of the controller of a scene, with values of parameters of the scene."""
+    """Return the Program of a scene's controller, with the given values of the scene's parameters."""
     from eomgen.codegen.convert import to_program  # noqa: PLC0415
     from eomgen.integrators.events import controller_data  # noqa: PLC0415
     from eomgen.mechanics.controller import derive_controller  # noqa: PLC0415
@@ -927,8 +927,8 @@ def _with_settings(data: dict[str, Any], described: Description) -> dict[str, An
 
 
 def _is_faster_on_tape(functions: Sequence[Mapping[str, Any]], loops: int, steps: float) -> bool:
-    """Return whether a run of the given number of steps ends on the tape engine before the compilers of the library
-    would end; ``functions`` and ``loops`` as of ``compiler_seconds``."""
+    """Return whether a run of ``steps`` steps would end on the tape engine before the compilers end; ``functions`` and
+    ``loops`` as for ``compiler_seconds``."""
     from eomgen.toolchain.compiler import compilers_at_once  # noqa: PLC0415
     from eomgen.toolchain.profiles import compiler_seconds, run_seconds_on_tape  # noqa: PLC0415
 

@@ -247,6 +247,8 @@ def to_text(value: Any) -> str:
     known: dict[int, int] = {}
 
     def convert(item: Any) -> Any:
+        """Return an object of a scene as JSON, repeated objects by number. Raises NoRecordError for an object without a
+        record."""
         kind = type(item)
         if item is None or kind in (str, int, float, bool):
             return item

@@ -50,7 +50,7 @@ def operations_of_step(scene: Scene, name: str) -> dict[str, Any]:
 
 
 def operations_of_calls(scene: Scene, method: str) -> dict[str, Any]:
-    """Return the operations of one call of each function of the model that steps of a method call, JSON types.
+    """Return the operations per call of each model function that steps of a method call, as JSON types.
 
     How often a step calls a function may depend on iterations and errors.
 

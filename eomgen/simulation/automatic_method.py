@@ -77,8 +77,8 @@ def _explicit(facts: Facts) -> str | None:
 
 
 def largest_eigenvalue(model: CompiledModel, state: InitialState, t: float, p: Array) -> float | None:
-    """Return the largest modulus of the eigenvalues of the equations about a state, 1/s: of M, C and K across the
-    constraints, and of the internal states; None if terms are missing or not finite."""
+    """Return the largest modulus, 1/s, among eigenvalues of the equations linearised about a state: M, C and K on the
+    tangent of the constraints, and the internal states. None if terms are missing or not finite."""
     q, v, z = state.q, state.v, state.z
     if not has_residual_partials(model):
         return None

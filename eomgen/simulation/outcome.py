@@ -1,5 +1,5 @@
-"""Solutions of runs: attributes of the outcome, evaluated at first use, the description of the run, and rows of a
-motion stepped by a caller.
+"""Solutions of runs: outcome attributes, evaluated at first use; a description of the run; rows of a motion that a
+caller steps.
 
 A sweep that reads last states alone so pays for no judgement. Every attribute follows from the run: rows, parameters,
 and the stepper after the last step.
@@ -112,6 +112,7 @@ class Outcome(FinishedRun):
 
     @cached_property
     def metadata(self) -> dict[str, Any]:
+        """The description of the run: model, method, parameters, start, events, notes and energy balance."""
         from eomgen.simulation.judgement.register import UNCHECKED  # noqa: PLC0415  # on request
         from eomgen.simulation.judgement.starts import starts_beyond_limits  # noqa: PLC0415  # likewise
 

@@ -87,6 +87,7 @@ class Simulator(NamedAttributes):
     """
 
     def __init__(self, run: Run, library: Library, motions: Motions) -> None:
+        """Make the stepper of a run whose steps a caller takes."""
         method = library.layout["method"]
         self._run, self._library = run, library
         self._stepper = Stepper(library, run.settings, run.parameters, run.controllers)
@@ -706,6 +707,8 @@ class Simulator(NamedAttributes):
         return array
 
     def _steps(self, u: StepInputs, n: int, end: StepInputs) -> None:
+        """Take n steps with inputs of the caller. Raises UsageError after a stop, and for inputs that the method cannot
+        take."""
         if self._stopped:
             hint = "restore(state) of before, or set_state"
             raise UsageError(Problem("step", f"the motion was {self._stopped} [E2043]", hint))

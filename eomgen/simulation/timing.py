@@ -130,6 +130,7 @@ class RepeatedRun:
         method: Method,
         inputs: Mapping[str, Signal] | None = None,
     ) -> None:
+        """Prepare the stepper, the inputs and the record for repeated runs."""
         described = solution.metadata
         library = stepper_library(model, str(described["method"]), method)
         run = stored_run(model, described, method, library, float(described["t_end"]), inputs or {})

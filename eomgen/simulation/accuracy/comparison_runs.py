@@ -213,6 +213,7 @@ class ComparisonRuns:
         statistics: Mapping[str, int | float],
         at_rows: AtRows | None = None,
     ) -> None:
+        """Take the rows of a run, with the outputs, sizes and parts of steps by which other runs are compared."""
         self.run, self._library, self._progress = run, library, progress
         self._recorded = rows, parameters
         self.events = "events" in library.layout["method"]

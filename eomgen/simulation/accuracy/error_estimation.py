@@ -216,9 +216,9 @@ def _by_tolerance(runs: ComparisonRuns) -> ErrorEstimate:
 
 
 def _that_bounds(runs: ComparisonRuns, *, bound: bool) -> float:
-    """Return a multiple of the step whose longest adaptive step is shorter than the intervals between jumps, samples or
-    rows of inputs, or, without such bounds, than the steps of the run; 0 if the number of steps would be too large.
-    """
+    """Return the multiple of the step for a comparison run whose longest adaptive step is shorter than the intervals
+    between jumps, samples or input rows, or without such bounds shorter than the run's own steps; 0 if the run would
+    need too many steps."""
     part = runs.step if runs.run.driven else (runs.parts.end - runs.parts.start) / (len(runs.parts.ends) + 1)
     if not bound:
         part = _largest_step(runs)
@@ -242,6 +242,7 @@ def _known(gain: float, order: float) -> Array:
 
 
 def _by_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates] | None = None) -> ErrorEstimate:
+    """Estimate errors by runs at multiples of the step: 2 and 4 times, and shorter steps if these do not suffice."""
     order = float(runs.run.method.order)
     halvings = runs.own.statistics.get("halvings", 0)
     if runs.span.steps == 1 or (halvings and runs.span.steps < _FEW_STEPS):

@@ -219,8 +219,8 @@ class _Rates:
         return here if other is None else min(here, other, key=lambda one: one.rate)
 
     def _at_row(self, row: int) -> Rate | None:
-        """Return the fastest decay of velocities at a row on the tangent of the constraints, by eigenvalues of the
-        slopes of accelerations: by partials, or by central differences if the model has none."""
+        """Return the fastest decay of velocities at a row, on the tangent of the constraints, from eigenvalues of the
+        accelerations' derivatives: by partials, or by central differences without partials."""
         model = self._model
         if self._left < 2 * model.nv and row:
             return None

@@ -118,8 +118,7 @@ Kinds = dict[str, Array]
 
 
 class Components(NamedTuple):
-    """Names and units of the components of a run: of q, of v, of internal states, and the units of the outputs by
-    name."""
+    """Names and units of a run's components: q, v and internal states; and the units of outputs by name."""
 
     factors: tuple[Factor, ...]
     q_names: tuple[str, ...]
@@ -408,8 +407,7 @@ def _reach(q: Array, q_units: Sequence[str], units: Sequence[str]) -> Array:
 
 
 def _of_coordinates(model: Components, increment: Array) -> Array:
-    """Return the sizes of the components of q from the sizes of the increment; the references of angles have no
-    size."""
+    """Return the sizes of the components in q from the sizes of the increment; references of angles have size 1."""
     size = np.ones(len(model.q_units))
     for factor in model.factors:
         own = increment[factor.v]

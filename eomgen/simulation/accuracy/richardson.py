@@ -195,9 +195,8 @@ def _since(runs: ComparisonRuns) -> str:
 
 
 def _largest_velocity(runs: ComparisonRuns, errors: Array, times: Array) -> LargestError | None:
-    """Return the largest error of the velocities, (n, nv), relative to the largest velocity of the same unit, for an
-    elastic coordinate of a beam relative to the largest velocity of the coordinate; None if no velocity is above
-    rounding.
+    """Return the largest error of the velocities (n, nv), relative to the largest velocity with the same unit, or for
+    an elastic coordinate relative to its own largest velocity; None if no velocity is above rounding.
 
     A beam is measured separately, because vibrations of beams are a thousandth of the joints' velocities.
     """

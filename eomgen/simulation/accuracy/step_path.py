@@ -58,7 +58,7 @@ class StepStates:
         return result
 
     def at_point(self, symbol: Symbol) -> Array:
-        """Return a component of the motion of a point, of a body or of the place of a load, (m,)."""
+        """Return one component (m,) of a point's, a body's or a load's motion."""
         body, point, own_axes = self._path.points[symbol]
         kind = symbol.name if symbol.kind == "local" else symbol.kind
         key = kind, body, point, own_axes

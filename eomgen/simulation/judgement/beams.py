@@ -40,6 +40,7 @@ def turned_elements(model: CompiledModel, t: Array, q: Array, p: Array) -> Findi
 
 
 def _passed(model: CompiledModel, t: Array, q: Array, p: Array) -> Finding | None:
+    """Return a finding on the first element that turns by more than half a turn between rows; None if there is none."""
     beams = model.description.exact_beams
     quaternion = model.evaluate("poses", q, t=t, parameters=p)["pose"][..., :4]
     place = {name: k for k, name in enumerate(model.bodies)}

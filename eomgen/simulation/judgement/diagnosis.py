@@ -103,6 +103,7 @@ def doubtful_formulas(model: CompiledModel, status: int, block: str) -> str:
 
 
 def _at(model: CompiledModel, t: float, q: Array, v: Array, z: Array, p: Array, signals: InputSignals) -> str:
+    """Return the first quantity that is not finite at a state, in words."""
     if not np.all(np.isfinite(q)):
         return "q (the configuration)"
     if not np.all(np.isfinite(v)):

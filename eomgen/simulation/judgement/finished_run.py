@@ -152,6 +152,7 @@ class FinishedRun(EvaluatesOnce):
         estimated: bool = False,
         progress: Progress | None = None,
     ) -> None:
+        """Take a run with its rows and its time of computation."""
         self.run = run
         self.stepper = stepper
         self.trajectory = trajectory
@@ -217,6 +218,7 @@ class FinishedRun(EvaluatesOnce):
 
     @cached_property
     def error(self) -> ErrorEstimate:
+        """The estimated errors of the run, or the reason for a missing estimate."""
         from eomgen.simulation.accuracy.error_estimation import ErrorEstimation, no_estimate  # noqa: PLC0415  # on request
 
         run, trajectory = self.run, self.trajectory
@@ -292,6 +294,7 @@ class FinishedRun(EvaluatesOnce):
 
     @cached_property
     def balance(self) -> EnergyBalance:
+        """The energy balance, without a verdict if rows are too sparse to judge the work between them."""
         from eomgen.simulation.judgement import invariants  # noqa: PLC0415  # on request
 
         balance = invariants.energy_balance(

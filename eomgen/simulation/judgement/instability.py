@@ -1,4 +1,4 @@
-"""Growth of the motion of a run: by its own equations, by instability of the method, or by many orders of magnitude.
+"""Growth of a motion: by its equations, by instability of the method, or by many orders of magnitude.
 
 Every step of two windows at the end of a run is kept, and of one in its middle. If a velocity and its acceleration
 have grown much from window to window, the last window is repeated in smaller steps, from the state in which the window
@@ -107,6 +107,7 @@ def unstable_growth(run: Run, library: Library, trajectory: Trajectory) -> Growt
 
 
 def _unstable_growth(run: Run, library: Library, trajectory: Trajectory) -> Growth | None:
+    """Return the component that grew in the last steps by the method alone, suddenly or slowly; None if none did."""
     end = _last_steps(run, library, trajectory.rows) if trajectory.status else trajectory.end
     if end is None or len(end) < 2:
         return None
@@ -159,6 +160,7 @@ def own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
 
 
 def _own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
+    """Return the component that grows in smaller steps as well, near the end of the rows; None if none does."""
     rows = rows[-_LONGEST:]
     sizes = np.array([_sizes(run, row[np.newaxis])[0] for row in rows])
     largest = np.maximum.accumulate(sizes)  # a passage through zero is not growth
@@ -307,8 +309,8 @@ def _grown(run: Run, growth: Array, size: Array, least: float) -> Components:
 
 
 def _growth(before: Array, after: Array) -> Array:
-    """Return the growth factors of velocities and internal states, (nv + nz,): for a velocity the smaller of the
-    factors of the velocity and of its rate.
+    """Return the growth factors of velocities and internal states, (nv + nz,): for a velocity the smaller factor among
+    velocity and acceleration.
 
     Parameters
     ----------
@@ -330,8 +332,8 @@ def _sizes(run: Run, rows: Array) -> Array:
 
 
 def _moved(run: Run, rows: Array, part: float) -> NDArray[np.bool_]:
-    """Return a mask of the components of v and z, (nv + nz,), whose travel over rows exceeds a part of the coordinates
-    or of a radian."""
+    """Return a mask of the components in v and z, (nv + nz,), that travel over the rows by more than ``part`` of a
+    coordinate's length or of a radian."""
     model = run.model
     size = _sizes(run, rows)[0]
     travel = size[: model.nv] * (rows[-1, 0] - rows[0, 0])

@@ -183,8 +183,8 @@ def nearest(model: CompiledModel, t: Array, q: Array, p: Array, first: int) -> S
 
 
 def _by_whole_matrices(model: CompiledModel, t: Array, q: Array, p: Array) -> tuple[Array, float] | None:
-    """Return the smallest singular value at each position, (n,), and the largest of a single position, of the rows of
-    constraints weighed by M, each as a part of its largest length in the run: units and kinds drop out.
+    """Return the smallest singular value at each position, (n,), and the largest at the first position, for constraint
+    rows weighted by M and divided by their largest length in the run, so that units and kinds drop out.
 
     None if M gives no weights, as massless bodies, or matrices are not finite.
     """

@@ -152,7 +152,7 @@ class _ChunkSize:
         self.chunk = max(1, min(_LARGEST_CHUNK, int(_CAUTION * CHUNK_SECONDS / pace)))
 
     def measured(self, seconds: float, size: int, steps: int) -> None:
-        """Adapt the size of chunks to the measured duration in s of ``steps`` steps of a chunk of ``size`` steps."""
+        """Adapt the chunk size to a measured duration, s, of ``steps`` steps in a chunk of ``size`` steps."""
         pace = max(seconds, 1e-9) / max(steps, 1)
         self.plan.pace, self.plan.paced_step, self.plan.paced_by = pace, self.step, self.settings
         self.chunk = max(1, min(_LARGEST_CHUNK, 4 * max(size, self.chunk), int(CHUNK_SECONDS / pace)))
@@ -196,6 +196,7 @@ class _Recorder:
         *,
         windows: bool,
     ) -> None:
+        """Begin a record of every ``every``-th row, and of windows of rows if asked for."""
         self.stepper, self.every = stepper, every
         self.begin = self.last = self.done = stepper.count
         held = inputs if isinstance(inputs, HeldRows) and not self.begin else None

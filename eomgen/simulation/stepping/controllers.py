@@ -153,6 +153,7 @@ class BoundControllers:
         return f"{share:.0%} of the time went into the functions of controllers: {self.calls} calls of {each:.3g} s"
 
     def _call(self, _: Any, number: int, t: float, signals: Any, values: Any, memory: Any) -> int:
+        """Call a controller's Python function from C; return 1 for a failure, whose error is kept."""
         row, began = self._rows[number], time.perf_counter()
         try:
             given = self._array(signals, len(row["signal_states"]))

@@ -222,6 +222,7 @@ def read_signals(
 
 
 def _called(name: str, signal: Function, times: Array) -> Array:
+    """Return the values of an input's function at times. Raises UsageError."""
     values = np.empty(len(times))
     for index, t in enumerate(times):
         try:

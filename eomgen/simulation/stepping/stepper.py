@@ -88,6 +88,7 @@ class Stepper:
         parameters: Array,
         controllers: CallerControllers | None = None,
     ) -> None:
+        """Allocate parameters, settings, state and workspace of a compiled stepper."""
         ffi, self._lib = library.ffi, library.lib
         self._ffi = ffi
         self.library, self.layout = library, library.layout
@@ -110,7 +111,7 @@ class Stepper:
         self.workspace, self._memory = np.empty(0), []
 
     def first_inputs(self, inputs: Callable[[Array], Array] | None, grid: TimeGrid) -> Array | None:
-        """Return the rows of inputs of the first step of a time grid, of the function ``Run.driven``."""
+        """Return the input rows for the first step of a time grid, from the function ``Run.driven``."""
         if inputs is None:
             return None
         if isinstance(inputs, HeldRows):

@@ -1,6 +1,5 @@
-"""The time grid of a run: equal steps, a shorter last one if needed, its limits in floating point, times of recorded
-rows, and parts of steps at jumps of forces and at samples.
-"""
+"""The time grid of a run: equal steps and a shorter last step if needed, limits in floating point, times of recorded
+rows, and cuts of steps at jumps and samples."""
 
 from __future__ import annotations
 
@@ -183,8 +182,8 @@ class StepParts:
         return (self.end - self.start) / step + len(self.ends)
 
     def _errors(self, step: float, last: float) -> tuple[Array, Array]:
-        """Return the ends of the parts of steps of a size up to a time, s, and at each end the sum so far of the
-        (p + 1)-th powers of the parts' lengths, measured by the compared time end - start."""
+        """Return the ends, s, of the parts into which jumps cut steps of a size up to a time, and at each end the
+        cumulative sum of the parts' lengths to the power p + 1, relative to the compared time end - start."""
         grid = self.start + step * np.arange(math.ceil((last - self.start) / step * (1.0 - 1e-12)) + 1)
         edges = np.unique(np.concatenate([grid, self.ends[self.ends < last]]))
         lengths = np.diff(edges) / (self.end - self.start)
