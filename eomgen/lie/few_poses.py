@@ -118,8 +118,8 @@ def _coefficients(y: Array) -> Array:
 
 
 def slopes(d: Array) -> tuple[Array, Array]:
-    """Return the derivatives (n, 6, 12) of pose differences d (n, 6) along the body twists of both poses, and the
-    derivatives of these by the components of d, (6, n, 6, 12).
+    """Differentiate pose differences d (n, 6) along the body twists of both poses, (n, 6, 12), and differentiate these
+    results by the components of d, (6, n, 6, 12).
 
     T^-1(-d) is T^-1(d) minus the bracket with d: in the series in brackets only the first bracket is odd.
     """

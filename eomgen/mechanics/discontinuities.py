@@ -1,5 +1,5 @@
-"""Known discontinuities in the formulas of a scene: times of jumps and kinks, ranges of curves, and splines that leave
-the range of their points."""
+"""Known discontinuities in a scene's formulas: times of jumps and kinks, ranges of curves, and splines that leave the
+range of their points."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Base classes of ``Solution`` (evaluated at first use, stored for tables and plots) and of the model of a run; display
-of a solution in notebooks with its outcome and the start, end and range of each column."""
+"""Base classes for ``Solution`` (evaluated at first use, stored for tables and plots) and for the model that ran;
+display of a solution in notebooks with its outcome and the start, end and range of each column."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Columns and files of a solution: ``.npz``, which can be read again, ``.csv``, and tables of pandas, data sets of
-xarray, and files of MATLAB."""
+"""Columns and files of a solution: ``.npz``, which can be read again, ``.csv``, pandas tables, xarray data sets, and
+MATLAB files."""
 
 from __future__ import annotations
 

@@ -65,8 +65,7 @@ def load(
 
 
 def data_of(path: str | Path, *, strict: bool = False, **options: Any) -> dict[str, Any]:
-    """Return the nested data of a scene, in the form of ``from_data``, from any kind of file in the register of
-    sources.
+    """Return a scene's nested data, in the form of ``from_data``, from any kind of file in the register of sources.
 
     Raises FileError, DescriptionError or UsageError, as ``load``.
     """

@@ -242,8 +242,8 @@ def _screw_residual(quantities: Quantities, item: Constraint, pair: FramePair, l
 
 @dataclass(frozen=True)
 class Contact:
-    """Contact of a rolling or sliding body, in the axes of the pair: ``point`` on the body, ``tangents`` and normal of
-    the surface, and ``height`` (m) of the point over the surface along the normal."""
+    """Contact of a rolling or sliding body, in the axes of the pair: ``point`` on the body, surface ``tangents`` and
+    normal, and ``height`` (m) of the point above the surface along the normal."""
 
     point: Vector
     tangents: tuple[Vector, Vector]

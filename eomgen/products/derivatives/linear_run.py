@@ -111,8 +111,8 @@ class RunAdjoint:
         return cls(*(np.zeros((len(along), count)) for along in (run.state, run.along.dp, run.record)))
 
     def sources(self, run: LinearRun[Any], part: LinearPart, weights: Sequence[RowWeights]) -> tuple[Array, Array]:
-        """Return the weights of the outputs at the rows of a part, and the derivatives of functionals by the ends of
-        the steps. Keeps the derivatives by the first row, and adds derivatives in parameters."""
+        """Return the output weights at the rows of a part, and the derivatives of functionals by the ends of the steps.
+        Keeps the derivatives by the first row, and adds derivatives in parameters."""
         of_outputs = run.row_weights(part, weights)
         direct = run.row_derivatives(part, of_outputs, self.parameters)
         self.record = direct[0]

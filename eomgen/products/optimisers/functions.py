@@ -1,4 +1,4 @@
-"""Functions of a model, and equations of these, with the patterns of first and second derivatives in components of
+"""Functions of a model, and equations that these form, with patterns of first and second derivatives in components of
 q."""
 
 from __future__ import annotations

@@ -341,8 +341,8 @@ def _thinned(t: Array, size: int, most: int | None = None) -> NDArray[np.intp]:
 
 
 def _packed_shape(shape: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a shape with vertices as whole steps of 1/65535 of its size, from its lowest corner, and faces as
-    triangles: an eighth of the bytes of text."""
+    """Pack a shape into an eighth of the text: vertices as whole steps of 1/65535 of the size from the lowest corner,
+    faces as triangles."""
     vertices = np.array(shape["vertices"], dtype=float).reshape(-1, 3)
     low = np.min(vertices, axis=0)
     step = float(np.max(vertices - low)) / _STEPS or 1.0

@@ -1,5 +1,5 @@
-"""Rows of the register of sources and of other kinds of files; user text files in UTF-8, bounded in size, and their
-names in messages."""
+"""Rows in the registers of sources and of other file kinds; user text files in UTF-8, bounded in size, and their names
+in messages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reading of a random process's covariance, of coherences between processes, and of translations by formulas of g or by
+"""Read the covariance of a random process, coherences between processes, and translations by formulas of g or by
 quantiles."""
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Distributions of responses: quadratic forms of standard normal variables by two inversions of the characteristic
-function, and small probabilities by importance sampling about the most probable point and the far branches of a form
-that bends back.
+"""Distributions of responses: quadratic forms in standard normal variables by two inversions of the characteristic
+function, and small probabilities by importance sampling about the most probable point and, for a form that bends back,
+its far branches.
 
 With eigenvalues l and the gradient d along their eigenvectors, the cumulant generating function is
 
