@@ -29,7 +29,7 @@ def library_content(document: Document, front_end: FrontEnd, selection: Selectio
     if not content:
         kind = type(document).__name__
         raise UsageError(
-            f"this {kind} was made by hand and says nothing of its content [E0522]",
+            f"this {kind} was made by hand, without a digest of its content [E0522]",
             "eomgen.SceneBuilder or eomgen.load",
         )
     options = {

@@ -353,7 +353,7 @@ def _check_only(only: str | None, target: Target, **others: object) -> None:
         raise UsageError(Problem("only", fault, "target c"))
     for name, value in others.items():
         if value is not None:
-            fault = f"{name} is of the whole machine, and a controller alone has none [E0547]"
+            fault = f"{name} belongs to the whole machine, and only the controller is generated [E0547]"
             raise UsageError(Problem(name, fault, f"leave {name} out, or only"))
 
 

@@ -96,7 +96,7 @@ def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Bet
         _check_turns(rows, factors, np.unique(index))
         kind = metadata.get("dense_output", "hermite_3")
         if kind == "none":
-            fault = f"there is nothing between the rows of {metadata.get('method')} [E1265]"
+            fault = f"{metadata.get('method')} defines no states between its rows [E1265]"
             raise UsageError(Problem("at", fault, "record_every = 1, or another method"))
         by_velocity = kind == "hermite_3"
         pieces = [_between(rows, factors, flat[part], index[part], by_velocity) for part in parts]

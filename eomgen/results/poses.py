@@ -40,7 +40,7 @@ class BodyPoses(NamedResults[Array]):
     def __missing__(self, name: object) -> Array:
         if name in self.points:
             hint = f'outputs["{name}"] of the solution, with {name} = {{ position = "{name}" }} among the outputs'
-            raise UnknownName(Problem("", f"{name} is a point, and poses are of bodies [E1284]", hint))
+            raise UnknownName(Problem("", f"{name} is a point, and only bodies have poses [E1284]", hint))
         return super().__missing__(name)
 
 

@@ -523,8 +523,8 @@ class Solution(SolutionMethods):
         begins = float(later.t[0])
         if len(self.t) > 1 and begins <= self.t[0]:
             fault = (
-                f"the second part begins at t = {begins:.9g} s, where the first one does, and does not go on from"
-                f" it [E1299]"
+                f"the second part begins at t = {begins:.9g} s, as the first part does, and does not continue"
+                f" that part [E1299]"
             )
             raise UsageError(Problem("followed_by", fault, "first.followed_by(second), second of model.resume"))
         near = np.flatnonzero(np.abs(self.t - begins) <= 1e-9 * float(later.metadata["step"]))

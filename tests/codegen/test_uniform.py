@@ -148,7 +148,7 @@ def test_the_common_header_describes_all_arrays() -> None:
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [
-        (["--only", "controller"], 2, "uniform: uniform is of the whole machine, and a controller alone has none"),
+        (["--only", "controller"], 2, "uniform: uniform belongs to the whole machine, and only the controller"),
         (["--target", "julia"], 2, "julia"),
     ],
 )  # fmt: skip  # a table

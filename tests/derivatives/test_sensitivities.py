@@ -372,7 +372,7 @@ def test_what_has_no_derivatives_is_refused_by_name() -> None:
         assert text in str(caught.value)
     with pytest.raises(UsageError, match=r"weights of angle have the shape \(3,\)"):
         found.gradient({"angle": np.ones(3)})
-    with pytest.raises(UsageError, match="of: there is nothing to take derivatives of"):
+    with pytest.raises(UsageError, match="of: no functional is named to differentiate"):
         found.gradients([])
     assert refusal(model, 0.1, STEP, record_every=4) == (
         "usage error: record_every: 10 steps are not a whole number of rows of 4 steps, so the end of the run has no"
@@ -457,14 +457,14 @@ def test_runs_and_scenes_without_derivatives_say_why() -> None:
     assert list(model.sensitivities(0.1, STEP, of=iter(["angle"])).outputs) == ["angle"]  # type: ignore[arg-type]
     assert "by: directions are a list of names, not 3; try: by=[" in refusal(model, 0.1, STEP, by=3)
     assert "of: outputs are a list of names, not 3; try: of=[" in refusal(model, 0.1, STEP, of=3)
-    with pytest.raises(UsageError, match="by: there is nothing to take derivatives by"):
+    with pytest.raises(UsageError, match="by: no quantity is named to differentiate by"):
         model.sensitivities(0.1, STEP, by=[])
     single = eomgen.build(tree().build(), profile="quick", real="float")
     assert "the model computes with float, whose rounding derivatives would be lost in" in refusal(single, 0.1, STEP)
     silent = SceneBuilder("silent").parameter("mass", 1.0, tunable=True)
     silent.body("one", "mass", center_of_mass=[0.1, 0, 0], inertia=[1, 1, 1])
     silent.joint("a", "revolute", "base", "one", axis=[0, 1, 0])
-    assert "of: the scene has no outputs, and derivatives are of outputs" in refusal(built(silent)[1], 0.1, STEP)
+    assert "of: the scene has no outputs to differentiate" in refusal(built(silent)[1], 0.1, STEP)
 
 
 def test_internal_states_that_start_with_rates_of_rates() -> None:

@@ -58,7 +58,7 @@ def test_a_grid_has_all_combinations() -> None:
     expected = list(itertools.product((1.0, 2.0), (0.0, 0.5, 1.0)))
     assert [tuple(row) for row in design.values(0, design.samples).tolist()] == expected
     assert "grid" in OTHER_DESIGNS
-    with pytest.raises(UsageError, match=r"vary b: a grid goes through lists of values, and uniform\(0, 1\) is none"):
+    with pytest.raises(UsageError, match=r"vary b: a grid needs lists of values, and uniform\(0, 1\) is not a list"):
         grid_design(["a", "b"], [lists[0], UNIT])
 
 

@@ -29,7 +29,7 @@ def set_parameter_of(owner: Callable[[], Any]) -> None:
 
 
 CALLS: list[tuple[Callable[[], Any], str]] = [
-    (lambda: run().poses["tip"], 'tip is a point, and poses are of bodies; try: outputs["tip"] of the solution'),
+    (lambda: run().poses["tip"], 'tip is a point, and only bodies have poses; try: outputs["tip"] of the solution'),
     (lambda: run().poses["uper"], "there is no pose 'uper'; try: upper"),
     (lambda: run().events["bounce"], "events: there is no event 'bounce'; try: a scene with [events]"),
     (
@@ -43,7 +43,7 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     ),
     (
         lambda: run().followed_by(run(0.2)),
-        "followed_by: the second part begins at t = 0 s, where the first one does, and does not go on from it",
+        "followed_by: the second part begins at t = 0 s, as the first part does, and does not continue that part",
     ),
 ]
 

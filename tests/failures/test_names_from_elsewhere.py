@@ -126,7 +126,7 @@ def test_what_it_is_called_here_is_told(call: Callable[[], Any], piece: str) -> 
     [
         (
             changed('unit = "N m" }', 'unit = "N" }'),
-            "efforts.motor.effort: 'motor' is a force, a torque in N m is expected, and labels convert nothing",
+            "efforts.motor.effort: 'motor' is a force, a torque in N m is expected, and a label does not convert",
         ),
         (changed('unit = "kg"', 'unit = "kilo"'), "parameters.load.unit: 'kilo' is not a known unit"),
         (

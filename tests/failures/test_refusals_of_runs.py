@@ -196,7 +196,7 @@ def scene_by_hand() -> None:
         ),
         (
             scene_by_hand,
-            "usage error: this Scene was made by hand and says nothing of its content; try: eomgen.SceneBuilder or"
+            "usage error: this Scene was made by hand, without a digest of its content; try: eomgen.SceneBuilder or"
             " eomgen.load",
         ),
         (

@@ -76,7 +76,7 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     ),
     (
         lambda: linear().frequency_response("f", "place", [1.0]),
-        "omega comes first, an array of rad/s, and 'f' is none; try: frequency_response(omega, input, output)",
+        "the first argument omega is an array in rad/s, and 'f' is not; try: frequency_response(omega, input, output)",
     ),
     (lambda: slider().steady_motion({"q.x": 1.0}), "'q.x' is a position, and a velocity is given here; try: coord"),
     (lambda: slider().energy([0.0], [0.0])["kin"], "there is no energy 'kin'; try: kinetic"),

@@ -286,7 +286,7 @@ def test_a_mode_is_no_saddle(energy: str, masses: str) -> None:
         (lambda: amplitude(MESH, lambda k: 1.0 / k), "power: the power is inf at k = 0"),
         (lambda: lognormal_amplitude(MESH, lambda k: np.where(k > 0, 0.0, -1.0)), "power: the power is -1 at k = 0"),
         (lambda: smoothing(MESH, 1.0) @ mask(MESH, COUNTS), "a filter after a mask is diagonal neither in Fourier"),
-        (lambda: smoothing(MESH, 1.0) @ white(MESHES[0]), "the operators are of different meshes"),
+        (lambda: smoothing(MESH, 1.0) @ white(MESHES[0]), "the operators have different meshes"),
         (lambda: difference(MESH, 2), "difference: axis: there is no axis 2 in 2 dimensions; try: 0 to 1"),
         (
             lambda: mask(MESH, COUNTS[1:]),
@@ -300,12 +300,12 @@ def test_a_mode_is_no_saddle(energy: str, masses: str) -> None:
         (lambda: made(CellEnergy("s", {"2s": "s"})), "cell energy: the name '2s' is not legal"),
         (
             lambda: made(poisson(1.0, 1.0), -COUNTS),
-            "data.counts: 48 cells cannot be: -1 at (0, 0); try: finite numbers",
+            "data.counts: 48 cells out of range: -1 at (0, 0); try: finite numbers",
         ),
-        (lambda: made("s*counts", COUNTS * np.nan), "data.counts: 48 cells cannot be: nan at (0, 0); try: finite"),
+        (lambda: made("s*counts", COUNTS * np.nan), "data.counts: 48 cells out of range: nan at (0, 0); try: finite"),
         (lambda: made("s*counts", COUNTS[0]), "data.counts: the array has the shape (6,), and the mesh (8, 6)"),
         (lambda: made("s**2").mass("fischer"), "mass: there is no mass 'fischer'; try: "),
-        (lambda: FieldPosterior(MESH, "s", {"s": white(MESHES[0])}), "fields.s: the operator is of another mesh"),
+        (lambda: FieldPosterior(MESH, "s", {"s": white(MESHES[0])}), "fields.s: the operator has another mesh"),
         (
             lambda: FieldPosterior(Mesh((4096, 4096, 4096), 1.0), "0", {}),
             "memory: a trajectory on 4096 x 4096 x 4096 cells takes 4.61e+03 GiB, and this machine has",

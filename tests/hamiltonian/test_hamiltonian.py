@@ -408,9 +408,9 @@ def test_the_command_line_takes_such_files(tmp_path: Path, capsys: pytest.Captur
     assert "(kind): 'hamiltonain' is not known here; try: kind = \"hamiltonian\"" in capsys.readouterr().err
     file.write_text(file.read_text().replace('"hamiltonain"', '"hamiltonian"'))
     assert main([*arguments, "--rho-inf", "0.5"]) == 2
-    assert "--rho-inf: this option is of mechanical scenes" in capsys.readouterr().err
+    assert "--rho-inf: this option belongs to mechanical scenes" in capsys.readouterr().err
     assert main([*arguments, "--tolerance", "1e-6"]) == 2
-    assert "tolerance: omf4 takes equal steps, and a tolerance is of rk45" in capsys.readouterr().err
+    assert "tolerance: omf4 takes equal steps, and a tolerance belongs to rk45" in capsys.readouterr().err
     assert main([*arguments, "--tolerance", "1e-6", "--method", "rk45", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["tolerance"] == 1e-6
 
@@ -422,7 +422,9 @@ def test_python_takes_such_files_by_the_same_verbs(tmp_path: Path) -> None:
     assert list(eomgen.derive(document).functions)[:3] == ["hamiltonian", "gradient", "hessian_product"]
     with pytest.raises(eomgen.UsageError, match="henon_heiles is a Hamiltonian system, and this is for mechanical"):
         eomgen.extremes(document)
-    with pytest.raises(eomgen.UsageError, match="terms is of mechanical scenes, and henon_heiles is a Hamiltonian"):
+    with pytest.raises(
+        eomgen.UsageError, match="terms belongs to mechanical scenes, and henon_heiles is a Hamiltonian"
+    ):
         eomgen.build(document, ["mass"])
     with pytest.raises(eomgen.UsageError, match=r"read from a \.toml file"):
         load_hamiltonian(tmp_path / "system.json")
@@ -590,7 +592,7 @@ def changed(**changes: Any) -> dict[str, Any]:
             changed(coordinates={"x": {"initial": ["1 m", 2]}, "y": {"initial": [0, 0]}}),
             r'units are not read .*; try: the number alone; unit = "m" with it is a label',
         ),
-        (changed(simulation={"tolerance": 1e-6}), 'a tolerance is of rk45, .*; try: method = "rk45"'),
+        (changed(simulation={"tolerance": 1e-6}), 'a tolerance belongs to rk45, .*; try: method = "rk45"'),
         (
             changed(simulation={"tolerance": 0.5, "method": "rk45"}),
             r"\(simulation.tolerance\): 0\.5 is out of range here: .*; try: 0\.1 or less",
@@ -662,7 +664,7 @@ def test_mistakes_in_files_have_one_clear_message(data: dict[str, Any], text: st
         ),
         ("swinging", {"method": "leapfrog"}, "leapfrog needs H ="),
         ("henon_heiles", {"first": "swing"}, "a step begins with a drift or a kick, not with 'swing'"),
-        ("henon_heiles", {"tolerance": 1e-6}, r'omf4 takes equal steps, and .* of rk45; try: method="rk45"'),
+        ("henon_heiles", {"tolerance": 1e-6}, r'omf4 takes equal steps, and .* to rk45; try: method="rk45"'),
         ("henon_heiles", {"method": "rk45", "tolerance": 0.0}, r"the tolerance must lie in 1e-14\.\.0\.1, not 0"),
         ("henon_heiles", {"t_end": 1.05, "step": 0.1}, r"1\.05 is not a whole number of steps of 0\.1; try: an end"),
         ("henon_heiles", {"t_end": -1.0}, r"steps of 0\.1 lead away from -1; try: a step of -0\.1"),

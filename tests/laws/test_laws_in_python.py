@@ -236,7 +236,7 @@ def test_complex_steps_are_of_python(folder: Path) -> None:
     scene = failing(folder, "")
     scene["laws"]["drag"] |= {"source": "law.c", "complex_step": True}
     del scene["laws"]["drag"]["python"]
-    with pytest.raises(DescriptionError, match="complex_step is of a law in Python"):
+    with pytest.raises(DescriptionError, match="complex_step belongs to a law in Python"):
         eomgen.load(scene)
     with pytest.raises(UsageError, match="export needs C"):
         eomgen.generate(failing(folder, "def drag(s):\n    return s\n"), folder / "c")

@@ -359,7 +359,7 @@ def test_diagrams_that_cannot_be(overhung: eomgen.Model) -> None:
         (lambda: overhung.campbell("spin", [1.0, 2.0], whirl=[("x", "z")]), "there is no output or state 'z'"),
         (
             lambda: overhung.campbell("damping", [1.0, 2.0], velocities={"spin": 1.0}),
-            "damping is a parameter, and velocities and coordinates are of a steady motion",
+            "damping is a parameter, and velocities and coordinates belong to a steady motion",
         ),
     ):
         with pytest.raises(UsageError, match=text):

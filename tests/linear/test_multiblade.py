@@ -323,7 +323,7 @@ def test_a_model_that_changes_with_the_azimuth_in_any_coordinates_is_refused() -
         "; try: all coordinates of all blades, if these are equal; or model.floquet(2.0944), in Python"
     )
     said = refusal({"shaft": GROUP}, at="initial", initial={"lag_1": 0.1})
-    assert "velocities of the initial state change, and multiblade coordinates are of steady motions; try: at=" in said
+    assert "velocities of the initial state change, and multiblade coordinates need a steady motion; try: at=" in said
 
 
 @pytest.mark.long

@@ -178,7 +178,7 @@ def test_gradient_in_a_quaternion_of_a_run_turns_the_body(torch: Any) -> None:
     [
         (
             lambda torch, f: f.forward_dynamics(torch.zeros(8), torch.zeros(7)),
-            r"q is of torch.float32.*; try: q.double",
+            r"q has the type torch.float32.*; try: q.double",
         ),
         (lambda torch, f: f.forward_dynamics(np.zeros(3), np.zeros(7)), r"shape \(3,\), and forward_dynamics takes"),
         (

@@ -278,8 +278,8 @@ def refused(tmp_path: Path, text: str) -> str:
         ),
         (
             MESH.format("part.txt"),
-            "part.txt (shapes.part.file): its ending is none of a mesh; try: part.stl or part.obj, exported from the"
-            " same program",
+            "part.txt (shapes.part.file): its ending does not belong to a mesh; try: part.stl or part.obj, exported"
+            " from the same program",
         ),
         (
             MESH.format("hul.stl"),

@@ -239,11 +239,11 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     (EXPONENTIAL | {"share": 0.99999}, r"needs more than 1024 modes; 1024 have 0.997; try: share = 0.997, or a"),
     (EXPONENTIAL | {"standard_deviation": 0}, r"the standard deviation 0 is not positive"),
     (EXPONENTIAL | {"duration": 0}, r"the duration 0 s is not positive"),
-    (EXPONENTIAL | {"delay": 0.1}, r"delay is of processes that follow another; try: follows = "),
+    (EXPONENTIAL | {"delay": 0.1}, r"delay belongs to a process that follows another; try: follows = "),
     ({"type": "road", "class": "C"}, r"road is a process over distance; try: speed = 20"),
     ({"type": "kanai_tajimi", "frequency": 15.0, "damping": 1.0}, r"the damping ratio 1 is not below 1"),
     ({"type": "kanai_tajimi", "frequency": 15.0, "damping": 0.6, "speed": 2}, r"process over time; try: no speed"),
-    ({"type": "band", "band": [3, 2]}, r"the band from 3 to 2 Hz is none"),
+    ({"type": "band", "band": [3, 2]}, r"3 to 2 Hz is not a band of frequencies"),
     ({"type": "road", "class": "C", "speed": 5, "standard_deviation": 1}, r"road says the variance itself"),
     ({"type": "covariance", "points": [[0, 1], [2, 0.5], [1, 0.2]]}, r"the points are not in order: 1 comes after 2"),
     ({"type": "covariance", "points": [[1, 1], [2, 0.5]]}, r"the first lag is 1, so the variance is not known"),
@@ -293,9 +293,15 @@ def test_what_is_wrong_is_said_once(entry: dict[str, Any], message: str) -> None
 @pytest.mark.parametrize(
     ("follower", "message"),
     [
-        ({"follows": "force"}, r"it follows a process over time, and needs delay alone; try: delay = 0.1"),
-        ({"follows": "force", "offset": 1}, r"it follows a process over time, and needs delay alone"),
-        ({"follows": "force", "delay": 1, "seed": 3}, r"seed belongs to force, which it follows; try: without it"),
+        (
+            {"follows": "force"},
+            r"a process that follows a process over time needs delay, and no offset; try: delay = 0.1",
+        ),
+        ({"follows": "force", "offset": 1}, r"a process that follows a process over time needs delay, and no offset"),
+        (
+            {"follows": "force", "delay": 1, "seed": 3},
+            r"seed is set by force, which this process follows; try: without it",
+        ),
         ({"follows": "late", "delay": 1}, r"it follows itself; try: follows = \"force\""),
     ],
 )
@@ -433,7 +439,7 @@ def test_coherent_processes_share_variables_and_have_the_covariances_of_their_cr
     assert v.captured[-1] == pytest.approx(0.9999, abs=2e-4)
 
 
-@pytest.mark.long_cases("random13-it follows a process over time, and needs delay alone")
+@pytest.mark.long_cases("random13-a process that follows a process over time needs delay, and no offset")
 @pytest.mark.parametrize(
     ("random", "message"),
     [
@@ -446,7 +452,7 @@ def test_coherent_processes_share_variables_and_have_the_covariances_of_their_cr
         ({"v": {"coherence": {"u": "a"}}}, r"random.v.coherence.u\): a number is needed here, not 'a'$"),
         ({"v": {"coherence": {"v": 0.5}}}, r"it is coherent with itself; try: coherence with another process"),
         ({"v": {"coherence": {"x": 0.5}}}, r"there is no random process 'x'"),
-        ({"v": {"coherence": {"u": 0.5}, "seed": 3}}, r"seed belongs to u, with which it is coherent"),
+        ({"v": {"coherence": {"u": 0.5}, "seed": 3}}, r"seed is set by u, with which this process is coherent"),
         ({"v": {"coherence": {"u": 0.5}, "correlation": {"u": 0.5}}}, r"both correlation and coherence say"),
         (
             {"v": {"coherence": {"u": 0.5}}, "w": {"correlation": {"u": 0.5}}},
@@ -458,7 +464,7 @@ def test_coherent_processes_share_variables_and_have_the_covariances_of_their_cr
         ),
         (
             {"v": {"coherence": {"u": 0.5}}, "w": {"coherence": {"u": 0.5, "v": 0.4}}, "v2": {"follows": "v"}},
-            r"it follows a process over time, and needs delay alone",
+            r"a process that follows a process over time needs delay, and no offset",
         ),
         ({"v": {"coherence": {"u": 1e-7}}}, r"the coherence falls too slowly"),
     ],
@@ -480,7 +486,7 @@ def test_coherences_that_no_processes_have_are_refused(random: dict[str, Any], m
         ({"v": {"correlation": {"v": 0.5}}}, r"it is correlated with itself; try: correlation with another process"),
         ({"v": {"correlation": {"x": 0.5}}}, r"there is no random process 'x'"),
         ({"v": {"correlation": {"w": 0.5}}, "w": {"correlation": {"v": 0.5}}}, r"one process with a type of its own"),
-        ({"v": {"correlation": {"u": 0.5}, "share": 0.5}}, r"share belongs to u, with which it is correlated"),
+        ({"v": {"correlation": {"u": 0.5}, "share": 0.5}}, r"share is set by u, with which this process is correlated"),
         (
             {"v": {"correlation": {"u": 0.5, "w": 0.1}}, "w": {"correlation": {"u": 0.5, "v": 0.2}}},
             r"its correlation with v is 0.2 here and 0.1 there; try: one of them",

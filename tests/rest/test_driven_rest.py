@@ -182,11 +182,11 @@ def test_a_drive_whose_rate_changes_leaves_nothing_at_rest() -> None:
     with pytest.raises(NumericalError) as refusal:
         model.equilibrium(t=1.0)
     assert (
-        "nothing rests relative to the drive of shaft at 150 rad/s, for v.shaft changes along it:"
+        "there is no rest relative to the drive of shaft at 150 rad/s, for v.shaft changes along it:"
         " 150 rad/s at t = 1 s, 150."
     ) in str(refusal.value)
     assert 'a law of constant rate such as "w*t", a t at which its rate is zero, at="initial", or' in str(refusal.value)
-    with pytest.warns(RuntimeWarning, match="linear about the initial state, which does not last: nothing rests"):
+    with pytest.warns(RuntimeWarning, match="linear about the initial state, which does not last: there is no rest"):
         model.linearize(t=0.1)
 
 
@@ -202,7 +202,7 @@ def test_forces_that_change_with_the_driven_angle_are_refused_with_their_centre_
     off_axis["bodies"]["disc"]["center_of_mass"] = [0.01, 0, 0.02]  # 0.02 m above the pivot, so that it tilts
     with pytest.raises(NumericalError) as refusal:
         eomgen.build(off_axis, profile="quick").equilibrium()
-    assert "nothing rests relative to the drive of spin at 300 rad/s, for forces change as it moves: at t = " in str(
+    assert "there is no rest relative to the drive of spin at 300 rad/s, for forces change as it moves: at t = " in str(
         refusal.value
     )
     assert "centres of mass on the axis of spin (the centre of disc is 0.01 m off, 0.05 kg m)" in str(refusal.value)
@@ -238,7 +238,7 @@ def test_a_loop_that_goes_with_the_drive_is_refused() -> None:
             }
         },
     }
-    with pytest.raises(NumericalError, match="nothing rests relative to the drive of crank at 20 rad/s"):
+    with pytest.raises(NumericalError, match="there is no rest relative to the drive of crank at 20 rad/s"):
         eomgen.build(crank, profile="quick").equilibrium()
 
 
@@ -287,5 +287,7 @@ def test_a_slide_that_a_rope_pulls_evenly_carries_a_pendulum_at_rest() -> None:
     assert rest.q[1] == pytest.approx(0.0, abs=1e-9)
     assert rest.v == pytest.approx([0.1, 0.0], abs=1e-12)
     scene["constraints"]["rope"]["length"] = "1 + 0.1*sin(3*t)"  # type: ignore[index]
-    with pytest.raises(NumericalError, match=r"nothing rests relative to the drive of x at 0\.3 m/s, for v\.x changes"):
+    with pytest.raises(
+        NumericalError, match=r"there is no rest relative to the drive of x at 0\.3 m/s, for v\.x changes"
+    ):
         eomgen.build(scene, profile="quick").equilibrium()

@@ -230,7 +230,7 @@ def message(folder: Path | None = None, **changes: Any) -> str:
         ({"mesh": {"cells": [8, 8], "length": [60.0]}}, "[60.0]; try: one number for all axes, or a list of 2"),
         ({"mesh__length": 1e-300}, "mesh.length): the length of the box cannot be 1e-300; try: a number above 0 (1e-1"),
         ({"kind": "scene"}, "this is not a file of fields: a system to be sampled has a kind and a mesh"),
-        ({"mesh": None}, "there is no mesh: samples are of fields of cells, not of motions of coordinates"),
+        ({"mesh": None}, "there is no mesh: sampling draws fields on the cells of a mesh, not motions of coordinates"),
         ({"operators": {}}, "operators): there is no operator"),
         ({"operators__s": {"power": "k", "filter": "k"}}, "operators.s): power, filter are said together"),
         ({"operators__s": {}}, "operators.s): no key gives its kind; try: one of white, power"),
@@ -312,8 +312,8 @@ def message(folder: Path | None = None, **changes: Any) -> str:
             {"operators__m": {"mask": "1"}, "operators__t": {"smoothing": 1.0, "of": "m"}},
             "operators.t): a filter after a mask is diagonal neither in Fourier space nor in the cells",
         ),
-        ({"data__counts": "-1.0*z", "truth": None}, "data.counts): 240 cells cannot be: -2.5 at (0, 0, 0)"),
-        ({"data__counts": "log(x - 10)", "truth": None}, "data.counts): 60 cells cannot be: nan at (0, 0, 0)"),
+        ({"data__counts": "-1.0*z", "truth": None}, "data.counts): 240 cells out of range: -2.5 at (0, 0, 0)"),
+        ({"data__counts": "log(x - 10)", "truth": None}, "data.counts): 60 cells out of range: nan at (0, 0, 0)"),
         ({"data__counts": {"poisson": "s"}}, "data.counts): the mean of the drawn fields is -"),
         (
             {"data__counts": {"poisson": "1e30"}},
@@ -389,7 +389,7 @@ def test_files_of_data_that_cannot_be_taken(tmp_path: Path) -> None:
 
     assert f"flat.npy has the shape (4, 4), and the mesh {MESH.cells}" in of_data("flat.npy")
     assert "complex128 are not real numbers" in of_data("complex.npy")
-    assert "data.counts): 1 cell cannot be: -2 at (1, 2, 3); try: finite numbers from 0 on" in of_data("below.npy")
+    assert "data.counts): 1 cell out of range: -2 at (1, 2, 3); try: finite numbers from 0 on" in of_data("below.npy")
     assert problem(tmp_path, data__counts={"file": "below.npy", "minimum": -3.0}, truth=None).posterior.data
     np.save(tmp_path / "objects.npy", np.array([{}] * 3, dtype=object))
     (tmp_path / "empty.npy").touch()
@@ -405,7 +405,10 @@ def test_files_of_data_that_cannot_be_taken(tmp_path: Path) -> None:
     def of_power(file: str) -> str:
         return message(tmp_path, operators__s={"power": {"file": file}})
 
-    assert "k = 0.2 and P = -1 in row 2 cannot be; try: k above 0 that increases, and P above 0" in of_power("k.csv")
+    assert (
+        "k = 0.2, P = -1 in row 2 are not positive or in order; try: k above 0 that increases, and P above 0"
+        in of_power("k.csv")
+    )
     assert "the table is from k = 0.1 to 0.2, and the mesh from 0.157" in of_power("short.csv")
 
 

@@ -81,7 +81,7 @@ def test_a_run_by_fftw_in_single_precision_goes_on_to_the_same_bits(tmp_path: Pa
     whole = sample(data, precision="single")
     part = sample(data, precision="single", folder=tmp_path, progress=press_at(17))
     assert part.interrupted
-    with pytest.raises(EomgenError, match="it is of a run with transforms = 'fftw', and here it is 'scipy'"):
+    with pytest.raises(EomgenError, match="it belongs to a run with transforms = 'fftw', and here it is 'scipy'"):
         sample(data, precision="single", transforms="scipy", folder=tmp_path, resume=True)
     equal(whole, sample(data, precision="single", folder=tmp_path, resume=True))
     by_scipy = sample(changed())
@@ -96,9 +96,11 @@ def test_a_run_may_be_made_longer(tmp_path: Path) -> None:
     equal(whole, sample(changed(), folder=tmp_path, resume=True, samples=14))
     with pytest.raises(EomgenError, match="it has 14 samples of each chain, and 3 are asked for; try: samples from 14"):
         sample(changed(), folder=tmp_path, resume=True, samples=3)
-    with pytest.raises(EomgenError, match="it is of a run with seed = 0, and here it is 5; try: the same settings"):
+    with pytest.raises(
+        EomgenError, match="it belongs to a run with seed = 0, and here it is 5; try: the same settings"
+    ):
         sample(changed(), folder=tmp_path, resume=True, samples=14, seed=5)
-    with pytest.raises(EomgenError, match="it is of another posterior: the file or its data have changed since"):
+    with pytest.raises(EomgenError, match="it belongs to another posterior: the file or its data have changed since"):
         sample(changed(parameters__mean=0.8), folder=tmp_path, resume=True, samples=14)
     with pytest.raises(EomgenError, match=r"checkpoint\.npz: cannot be read"):
         sample(changed(), folder=tmp_path / "none", resume=True)
@@ -131,13 +133,13 @@ def test_chains_start_where_a_file_says(tmp_path: Path) -> None:
     [
         ({"sample": 3}, "sample: sample: there is no such setting; try: samples"),
         ({"samples": 2.5}, "sample: samples: a whole number is needed, not 2.5"),
-        ({"chains": 0}, "sample: chains: 0 cannot be; try: from 1 on"),
-        ({"step": -1.0}, "Sampler: step: -1 cannot be"),
+        ({"chains": 0}, "sample: chains: 0 is invalid; try: from 1 on"),
+        ({"step": -1.0}, "Sampler: step: -1 is invalid"),
         ({"step": 1e-320}, "step, guard and duration: inf steps of 9.99989e-321 would lead to 1.5, and 1e+15 are"),
         ({"guard": 1e-320}, "step, guard and duration: inf steps of "),
         ({"duration": 1e308}, "would lead to 1e+308, and 1e+15 are counted at most; try: a step of 1e+293 or more, or"),
         ({"method": "leapfrg"}, "leapfrog"),
-        ({"start": "modus"}, "Sampler: start: 'modus' is none"),
+        ({"start": "modus"}, "Sampler: start: 'modus' is not a start"),
         ({"mass": "heavy"}, "mass: there is no mass 'heavy'"),
         ({"transforms": "fft"}, "transforms: there is no library 'fft' for transforms; try: fftw"),
         ({"precision": "half"}, "precision: there is no precision 'half'; try: one of double, single"),
@@ -232,12 +234,12 @@ def test_the_command_line_says_what_is_wrong(
         (
             ["sample", "few.toml"],
             3,
-            "there is no mesh: samples are of fields of cells, not of motions",
+            "there is no mesh: sampling draws fields on the cells of a mesh, not motions",
         ),
         (["sample", "wrong.toml"], 4, "wrong.toml:8 (operators.s): the power is -"),
         (["simulate", "small.toml"], 3, "small.toml:4 (mesh): this is a system of fields on a mesh"),
         (["sample", "none.toml"], 7, "none.toml"),
-        (["sample", "small.toml", "--chains", "0"], 2, "sample: chains: 0 cannot be"),
+        (["sample", "small.toml", "--chains", "0"], 2, "sample: chains: 0 is invalid"),
     ):
         assert main([*arguments, "--out", "out"]) == code
         assert text in capsys.readouterr().err
@@ -356,7 +358,7 @@ def test_chains_that_do_not_agree_are_said_to() -> None:
         ('transforms = "fftq"', "there is no library 'fftq' for transforms; try: fftw"),
         ('precision = "singel"', "there is no precision 'singel'; try: single"),
         ('first = "x"', '\'x\' is neither; try: "random", "drift" or "kick"'),
-        ('start = "x"', '\'x\' is none; try: "mode", "prior", "zero" or spectra'),
+        ('start = "x"', '\'x\' is not a start; try: "mode", "prior", "zero" or spectra'),
         ('method = ""', "the name of method is empty; try: method = 'minimum_norm2', or no method"),
     ],
 )

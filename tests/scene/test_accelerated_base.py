@@ -237,7 +237,7 @@ MISTAKES: list[tuple[str, dict[str, Any], str]] = [
      + 'a constant acceleration is all drift, and would be removed; try: drift = "keep", or position'),
     ("a pole", frame("1 / t"), BASE + "the integral by polynomials is off by about "),
     ("drift without an acceleration", {**frame(0), "base": {"position": ["t", 0, 0], "drift": "remove"}},
-     "(base.drift): drift is of the integral of an acceleration, and the base has none;"
+     "(base.drift): drift belongs to the integral of an acceleration, and the base has no acceleration;"
      ' try: acceleration = ["quake(t)", 0, 0]'),
     ("an unknown word for the drift", frame("quake(t)", drift="none"),
      "(base.drift): 'none' is not known here; try: one of keep or remove"),

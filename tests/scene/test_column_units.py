@@ -251,7 +251,7 @@ def test_a_delimiter_at_the_end_of_each_row_adds_no_column(titles: str, tmp_path
 @pytest.mark.parametrize("column", ["argument", "value"])
 def test_a_column_times_zero_is_refused(column: str, tmp_path: Path) -> None:
     message = refused(tmp_path, TABLE.replace('csv"', f'csv", {column}_scale = 0'), "t,f\n0,1\n1,3\n")
-    assert f"(inputs.u.table.{column}_scale): a factor of zero leaves nothing of the column" in message
+    assert f"(inputs.u.table.{column}_scale): a factor of zero makes all values of the column zero" in message
 
 
 def test_a_column_that_nobody_chose_among_three_is_noted(tmp_path: Path) -> None:

@@ -207,7 +207,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"length": None, "shape": {"frames": [{"position": [0, 0, 0], "rotation": [{"axis": [0, 0, 1], "angle": 0.1}]}, FRAME]}},
-        "(beams.rope.shape.frames[0].rotation): the first frame is turned against the beam's, which it is; try: no rotation here; the beam's joint has one",
+        "(beams.rope.shape.frames[0].rotation): the first frame is turned relative to the beam's frame, which it has to equal; try: no rotation here; the beam's joint has one",
     ),
     (
         {"length": None, "shape": through({"position": [-1, 0, 0]})},

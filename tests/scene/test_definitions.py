@@ -460,7 +460,8 @@ def test_the_builder_takes_definitions(tmp_path: Path) -> None:
 def test_a_unit_that_is_not_of_si_is_noted(tmp_path: Path) -> None:
     text = f'{HEAD}[definitions]\nway = {{ formula = "q.rail", unit = "mm" }}\n[outputs]\ny = {{ formula = "way" }}\n'
     note = (
-        "definitions.way.unit: its unit mm is a label, and its values are in m: labels convert nothing, a formula does"
+        "definitions.way.unit: its unit mm is a label, and its values are in m: a label does not convert values, a"
+        " formula does"
     )
     assert note in eomgen.load(written(tmp_path, text)).notes
     assert note not in eomgen.load(written(tmp_path, text.replace('"mm"', '"m"'))).notes

@@ -201,7 +201,7 @@ def test_the_world_is_no_body() -> None:
         "scene.toml:15 (bodies.world): the name world is reserved for the frame at rest while the base moves; try: "
     )
     [pushed] = problems('[forces]\nf = { body = "world" }')
-    assert pushed == "scene.toml:16 (forces.f.body): a force on the world moves nothing: it rests; try: a body"
+    assert pushed == "scene.toml:16 (forces.f.body): a force on the world has no effect: it rests; try: a body"
     [parent] = problems(text=replaced('parent = "base"', 'parent = "world"'))
     assert parent.endswith("(joints.hinge.parent): there is no body 'world'; try: base")
 

@@ -471,7 +471,7 @@ def test_one_problem(old: str, new: str, message: str) -> None:
             '[torsion_springs]\ns = { first = "hinge", second = "hinge" }',
             "the spring connects the joint hinge to itself",
         ),
-        ('[forces]\nf = { body = "base" }', "a force on the base moves nothing: its motion is prescribed; try: a body"),
+        ('[forces]\nf = { body = "base" }', "a force on the base has no effect: its motion is prescribed; try: a body"),
         ('[forces]\nf = { body = "link", axes = "local" }', "'local' is not known here; try: one of world or body"),
         (
             '[forces]\nf = { body = "link", force = ["a.hinge", 0, 0] }',

@@ -179,7 +179,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"diameter": 0.1},
-        '(beams.rod.section.diameter): diameter is of a shape, and the section has none; try: shape = "circle" or shape = "tube"',
+        '(beams.rod.section.diameter): diameter belongs to a shape, and the section has no shape; try: shape = "circle" or shape = "tube"',
     ),
     (
         {"shape": "tube", "diameter": 0.1, "thickness": 0.06},

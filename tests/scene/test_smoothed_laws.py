@@ -173,7 +173,7 @@ def test_a_length_over_time_and_a_driven_constraint_take_smooth() -> None:
             "corners of stairs have a distance of 0.75, less than a transition, 0.8",
         ),
         ("t", 0.0, {}, "(joints.x.smooth): the duration is 0 s, and has to be positive; try: smooth ="),
-        (None, T, {}, "(joints.x.smooth): smooth is of a drive over time, and there is none"),
+        (None, T, {}, "(joints.x.smooth): smooth needs a drive over time"),
         ("derivative.road(t)", T, {"road": ROAD}, "a derivative of road jumps, which cannot be smoothed by itself"),
     ],
 )

@@ -226,7 +226,7 @@ HELD = FEEDBACK + 'coordinates = ["body", "wheel"]\n'
         ),
         (
             HELD + 'calibration = { method = "lqr", effort_weights = -1 }',
-            "effort_weights of -1 cannot be; try: 0 or more",
+            "effort_weights of -1 is not allowed; try: 0 or more",
         ),
         (
             HELD + 'calibration = { method = "imsc" }',
@@ -234,7 +234,7 @@ HELD = FEEDBACK + 'coordinates = ["body", "wheel"]\n'
         ),
         (
             HELD + 'calibration = { method = "imsc", effort_weights = 0 }',
-            "effort_weights of 0 cannot be; try: a number above 0",
+            "effort_weights of 0 is not allowed; try: a number above 0",
         ),
         (
             HELD + 'calibration = { method = "pole_placement" }',

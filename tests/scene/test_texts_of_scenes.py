@@ -168,11 +168,11 @@ REFUSED: dict[str, tuple[Changes, list[str]]] = {
     ),
     "force on base": (
         (("forces/f", {"body": "base", "force": [1, 0, 0]}),),
-        ["(forces.f.body): a force on the base moves nothing: its motion is prescribed; try: a body"],
+        ["(forces.f.body): a force on the base has no effect: its motion is prescribed; try: a body"],
     ),
     "force on world": (
         (("forces/f", {"body": "world", "force": [1, 0, 0]}),),
-        ["(forces.f.body): a force on the world moves nothing: it rests; try: a body"],
+        ["(forces.f.body): a force on the world has no effect: it rests; try: a body"],
     ),
     "road speed": (
         (("inputs/u", {"road": {"class": "C", "speed": 0, "seed": 1}}),),
@@ -265,7 +265,7 @@ REFUSED: dict[str, tuple[Changes, list[str]]] = {
             " pole_placement",
             "(controllers.f.calibration.damping_ratios): damping_ratios has no meaning for imsc; try: method ="
             " pole_placement",
-            "(controllers.f.calibration.frequencies[0]): frequencies of 0 cannot be; try: a number above 0",
+            "(controllers.f.calibration.frequencies[0]): frequencies of 0 is not allowed; try: a number above 0",
         ],
     ),
     "weights of none": (
@@ -385,7 +385,7 @@ TAKEN: dict[str, tuple[Changes, list[str]]] = {
     "effort event driven": ((("joints/hinge/drive", "0.5*t"), ("events/stop", {"when": "drive_effort.hinge - 3"})), []),
     "smooth": (
         (("joints/hinge/drive", "0.1*t"), ("joints/hinge/smooth", 0.1)),
-        ["joints.hinge.drive: smooth changes nothing, since the law has no jumps and no kinks"],
+        ["joints.hinge.drive: smooth has no effect, since the law has no jumps and no kinks"],
     ),
     "far points": (
         (("points/tip/position", [1e200, 0, 0]), ("points/end", {"body": "box", "position": [1e200, 0, 0]})),

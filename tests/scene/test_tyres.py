@@ -170,7 +170,7 @@ def test_messages(keys: str, message: str) -> None:
             'center = "hub"',
             'center = "stone"',
             (
-                "tyres.front.center): the point stone is on the base, where a wheel's force moves nothing; "
+                "tyres.front.center): the point stone is on the base, on which a wheel's force has no effect; "
                 "try: a point of the wheel's body"
             ),
         ),

@@ -519,7 +519,7 @@ def test_events_in_single_precision() -> None:
         ({"when": 3.0}, "when): a number has no roots in time"),
         ({"when": "q.bal"}, "q.bal: there is no joint 'bal' (column 1); try: ball"),
         ({"when": "q.ball", "action": "reset"}, "the action reset needs the key reset"),
-        ({"when": "q.ball", "action": "reset", "reset": {}}, "the reset sets nothing"),
+        ({"when": "q.ball", "action": "reset", "reset": {}}, "the reset is empty"),
         ({"when": "q.ball", "action": "reset", "reset": {"a.ball": 0}}, "a.ball cannot be used here"),
         (
             {"when": "q.ball", "action": "reset", "reset": {"v.bell": 0}},

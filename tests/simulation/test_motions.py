@@ -285,7 +285,7 @@ def refused_scene(**keys: Any) -> str:
 def test_what_an_input_cannot_be_beside_a_motion() -> None:
     assert "a motion is given by its caller, and takes no formula" in refused_scene(formula="t", motion=True)
     assert "a motion is given by its caller, and takes no points" in refused_scene(points=[[0, 0], [1, 1]], motion=True)
-    assert "initial is of motions, and this is none" in refused_scene(initial=0.2)
+    assert "initial belongs to an input that is a motion, and this input is not" in refused_scene(initial=0.2)
     text = refused_scene(motion=True, parameters={"lift_3": 1.0})
     assert "the motion lift has the parameter lift_3, and there is a parameter of that name" in text
     assert "whose name is too long; try: a shorter name" in refused_scene(motion=True, name="l" * 60)

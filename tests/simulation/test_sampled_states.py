@@ -227,7 +227,10 @@ def test_a_parameter_that_moves_an_event_over_zero_between_steps_is_an_event_the
         ('[states.a]\nsample = "1 ms"\n', "a state needs its rate, or a sample and a formula, and has sample"),
         ('[states.a]\nrate = "1"\nsample = "1 ms"\nformula = "1"\n', "and has rate and sample and formula"),
         ("[states.a]\ninitial = 1\n", "and has none of them; try: rate"),
-        ('[states.a]\nrate = "1"\ndelay = "1 ms"\n', r"delay is of sampled states; try: sample = \"1 ms\" in place"),
+        (
+            '[states.a]\nrate = "1"\ndelay = "1 ms"\n',
+            r"delay belongs to a sampled state, and this state has a rate; try: sample = \"1 ms\" in place",
+        ),
         ('[states.a]\nsample = 0\nformula = "1"\n', "the time between two samples is 0 s, and has to be positive"),
         ('[states.a]\nsample = 1\nformula = "1"\nquantum = -1\n', "the quantum -1 is not positive"),
         (

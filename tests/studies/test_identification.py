@@ -426,7 +426,11 @@ def test_mistakes_in_data_are_named(slider: eomgen.Model, change: dict[str, Any]
     [
         (["stifness"], {}, "there is no parameter 'stifness'; try: stiffness"),
         (["fixed"], {}, "the parameter fixed exists, but its value is fixed in the code"),
-        ([], {}, "parameters: nothing is unknown; try: parameters=['mass_a', 'mass_b', 'stiffness']"),
+        (
+            [],
+            {},
+            "parameters: no parameter or state is named as unknown; try: parameters=['mass_a', 'mass_b', 'stiffness']",
+        ),
         (["stiffness", "stiffness"], {}, "parameters: a name is given twice"),
         (["far"], {}, "no measurement depends on far at the initial guess; try: other outputs"),
         (

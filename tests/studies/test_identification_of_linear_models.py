@@ -141,7 +141,7 @@ def test_unknowns_that_motions_do_not_separate_are_one_combination(rng: np.rando
     assert [estimate.state for estimate in result.estimates] == ["undetermined"] * 2 + ["determined", "undetermined"]
     assert [estimate.deviation for estimate in result.estimates if estimate.state != "determined"] == [np.inf] * 3
     assert result["armature"].value == PI["armature"]
-    assert result.notes == (f"only {one.text} is determined", "these motions need nothing of armature")
+    assert result.notes == (f"only {one.text} is determined", "these motions do not depend on armature")
     assert np.isfinite(result.correlation[2, 2]) and np.isnan(np.delete(result.correlation, 2, 0)).all()
 
 

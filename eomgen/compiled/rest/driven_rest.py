@@ -124,8 +124,8 @@ def check_rates(model: CompiledModel, measures: SceneMeasures, q: Array, v: Arra
             before, after = distinct(float(v[k]), float(then[k]))
             unit = model.v_units[k]
             fault = (
-                f"nothing rests relative to the drive of {drives(model, v)}, for {model.v_names[k]} changes along it:"
-                f" {before} {unit} at t = {measures.t:.6g} s, {after} {unit} at t = {later.t:.6g} s [E0040]"
+                f"there is no rest relative to the drive of {drives(model, v)}, for {model.v_names[k]} changes along"
+                f" it: {before} {unit} at t = {measures.t:.6g} s, {after} {unit} at t = {later.t:.6g} s [E0040]"
             )
             hint = f'a law of constant rate such as "w*t", a t at which its rate is zero, {_AS_IT_MOVES}'
             raise NumericalError(Problem("equilibrium", fault, hint))
@@ -145,7 +145,7 @@ def check_lasting(model: CompiledModel, measures: SceneMeasures, u: Inputs, q: A
             continue
         unit = model.v_units[k].replace("/s", "/s^2")
         fault = (
-            f"nothing rests relative to the drive of {drives(model, v)}, for forces change as it moves: at"
+            f"there is no rest relative to the drive of {drives(model, v)}, for forces change as it moves: at"
             f" t = {later.t:.6g} s {model.v_names[k]} would accelerate with {excess[k]:.3g} {unit} [E0041]"
         )
         hint = off_axis_hint(model, measures, q, v) or (

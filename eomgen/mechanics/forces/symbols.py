@@ -206,7 +206,7 @@ class DetachedSymbols(Quantities):
 
 def _no_dynamics(symbol: Symbol) -> Scalar:
     """Refuse inverse dynamics if joints have no coordinates."""
-    fault = f"{symbol.kind}.{symbol.name} is of joint coordinates, and this scene has absolute ones [E0502]"
+    fault = f"{symbol.kind}.{symbol.name} exists in joint coordinates, and this scene has absolute coordinates [E0502]"
     raise ModelError(Problem(f"{symbol.kind}.{symbol.name}", fault, 'coordinates = "joint"'))
 
 

@@ -251,7 +251,7 @@ def _names(
     names = list(parameters if by is None else names_of("by", "directions", by, ([*parameters, *places])[0]))
     if not names:
         fault = (
-            "there is nothing to take derivatives by [E0592]"
+            "no quantity is named to differentiate by [E0592]"
             if by is not None
             else "the scene has no tunable parameters [E0593]"
         )
@@ -296,7 +296,7 @@ def _outputs(model: CompiledModel, of: Sequence[str] | None) -> dict[str, list[i
     for name in names:
         check_name("output", name, list(places))
     if not places:
-        fault = "the scene has no outputs, and derivatives are of outputs [E0600]"
+        fault = "the scene has no outputs to differentiate [E0600]"
         raise UsageError(Problem("of", fault, '[outputs.angle] formula = "q.hinge" in the scene'))
     if not names:
         raise UsageError(Problem("of", "the list of outputs is empty [E1431]", f'of=["{next(iter(places))}"]'))

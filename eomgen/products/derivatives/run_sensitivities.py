@@ -467,7 +467,7 @@ class Sensitivities:
             example = of if isinstance(of, str) else "final(angle)"
             raise UsageError(Problem("of", f"a list is needed, not {which} [E0632]", f'["{example}"]'))
         if not of:
-            raise UsageError(Problem("of", "there is nothing to take derivatives of [E0633]", '["final(angle)"]'))
+            raise UsageError(Problem("of", "no functional is named to differentiate [E0633]", '["final(angle)"]'))
         size, steps, every = sum(map(len, self._components.values())), self._run.motion.steps, self._run.run.every
         return [read_functional(functional, self._components, size, steps, every) for functional in of]
 

@@ -167,7 +167,7 @@ def grid_design(names: Sequence[str], distributions: Sequence[Distribution]) -> 
     """
     for name, item in zip(names, distributions, strict=True):
         if not item.levels:
-            fault = f"a grid goes through lists of values, and {item.text} is none [E0658]"
+            fault = f"a grid needs lists of values, and {item.text} is not a list [E0658]"
             raise UsageError(Problem(f"vary {name}", fault, "linspace(low, high, count), or values(1, 2, 4)"))
     sizes = [len(item.levels) for item in distributions]
 

@@ -98,7 +98,7 @@ def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots
 
     if chosen := given_options({name: value for name, value in options.items() if name not in _TAKEN}):
         option = f"--{chosen[0].replace('_', '-')}"
-        fault = f"this option is of mechanical scenes, and {document.name} is a Hamiltonian system [E0706]"
+        fault = f"this option belongs to mechanical scenes, and {document.name} is a Hamiltonian system [E0706]"
         raise UsageError(Problem(option, fault, "leave it out"))
     changes = _numbers("--set", options["parameters"], document.parameters)
     starts = _numbers("--initial", options["initial"], document.states)

@@ -116,7 +116,7 @@ def hamiltonian_of(described: object, options: Mapping[str, Any] | None = None) 
     if result is not described:
         _check_method(result)
     if chosen := given_options(options or {}):
-        fault = f"{', '.join(chosen)} is of mechanical scenes, and {result.name} is a Hamiltonian system [E0774]"
+        fault = f"{', '.join(chosen)} belongs to mechanical scenes, and {result.name} is a Hamiltonian system [E0774]"
         raise UsageError(Problem(chosen[0], fault, "leave it out"))
     return result
 

@@ -111,9 +111,8 @@ def _code(where: str, entry: LawEntry, reading: Reading) -> CCode | PythonCode |
     if entry.python is not None:
         return _in_python(where, entry, entry.python, reading)
     if entry.complex_step:
-        report.add(
-            f"{where}.complex_step", "complex_step is of a law in Python [E0895]", "no complex_step, or partials in C"
-        )
+        fault = "complex_step belongs to a law in Python [E0895]"
+        report.add(f"{where}.complex_step", fault, "no complex_step, or partials in C")
     functions = {"function": (entry.function, f"void {entry.function}({arguments_of('double', 'results')})")}
     if entry.partials is not None:
         prototype = f"void {entry.partials}({arguments_of('double', 'partials')})"

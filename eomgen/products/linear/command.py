@@ -346,7 +346,7 @@ class _Request:
         parameters = {**self.parameters, **changes}
         if isinstance(self.at, float):
             if self.multiblade is not None:
-                fault = "multiblade coordinates are of a steady motion, and --at names a time of a run [E0177]"
+                fault = "multiblade coordinates need a steady motion, and --at names a time of a run [E0177]"
                 raise UsageError(Problem("--multiblade", fault, "--at steady"))
             options = {"parameters": parameters, "initial": self.initial, "inputs": self.inputs or None}
             return self.model.simulate(self.at, error_estimate=False, **options).linearize(self.at)

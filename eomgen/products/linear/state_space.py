@@ -230,7 +230,7 @@ class StateSpace(NamedAttributes):
         (3, 2, 1)
         """
         if isinstance(omega, str):
-            fault = f"omega comes first, an array of rad/s, and {shown(omega)} is none [E0482]"
+            fault = f"the first argument omega is an array in rad/s, and {shown(omega)} is not [E0482]"
             hint = "frequency_response(omega, input, output)"
             raise UsageError(Problem("frequency response", fault, hint))
         entering, direct = self.input_columns(inputs, outputs)

@@ -339,7 +339,7 @@ def needed_terms(terms: Sequence[str] | None) -> list[str]:
     for name in chosen:
         if name not in _TERMS:
             fault = (
-                f"the target acados writes dynamics with derivatives, and {shown(str(name))} is of other"
+                f"the target acados writes dynamics with derivatives, and {shown(str(name))} belongs to other"
                 f" equations [E0938]"
             )
             raise UsageError(Problem("terms", fault, nearest(str(name), _TERMS)))

@@ -229,7 +229,7 @@ class TorchFunctions:
             except (TypeError, ValueError, RuntimeError):
                 raise no_array(name, value) from None
         if value.dtype != package.float64:
-            fault = f"{name} is of {value.dtype}, and derivatives are exact to rounding of torch.float64 [E0951]"
+            fault = f"{name} has the type {value.dtype}, and derivatives are exact to rounding of torch.float64 [E0951]"
             raise UsageError(Problem(name, fault, f"{name}.double(); torch.set_default_dtype(torch.float64)"))
         if value.device.type != "cpu":
             fault = f"{name} is on {value.device}, and the compiled C runs on the processor [E0952]"

@@ -382,7 +382,7 @@ def savings(
     """
     document = load_scene(scene, **options) if isinstance(scene, str | os.PathLike) else as_document(scene)[0]
     if not isinstance(document, Scene):
-        raise UsageError("variants are made of scenes, which this document is none of [E1107]", "a scene file")
+        raise UsageError("variants are made of scenes, and this document is not a scene [E1107]", "a scene file")
     if rounds < 1:
         raise UsageError(Problem("rounds", f"{rounds} rounds give no median [E1108]", f"{SAVINGS_ROUNDS}"))
     chosen = method_of(document, method)

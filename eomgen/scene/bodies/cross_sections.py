@@ -232,7 +232,7 @@ class SectionReader:
         if section.shape is None:
             if given:
                 shapes = [name for name, shape in SHAPES.items() if given[0] in shape.sizes]
-                fault = f"{given[0]} is of a shape, and the section has none [E1347]"
+                fault = f"{given[0]} belongs to a shape, and the section has no shape [E1347]"
                 report.add(f"{self.key}.{given[0]}", fault, " or ".join(f'shape = "{name}"' for name in shapes))
             return
         sizes = SHAPES[section.shape].sizes

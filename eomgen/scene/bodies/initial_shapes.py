@@ -273,7 +273,7 @@ def _through_frames(key: str, given: Sequence[written.ShapeFrame], values: Value
     if len(quaternions) < len(given):
         return None
     if abs(abs(quaternions[0][0]) - 1.0) > _AT_ORIGIN:
-        fault = "the first frame is turned against the beam's, which it is [E1361]"
+        fault = "the first frame is turned relative to the beam's frame, which it has to equal [E1361]"
         values.report.add(f"{key}[0].rotation", fault, "no rotation here; the beam's joint has one")
         return None
     poses = np.column_stack([np.array(quaternions), positions])

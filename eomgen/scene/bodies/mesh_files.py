@@ -108,7 +108,7 @@ def read_mesh(path: Path, most: int = MOST) -> Mesh:
     """
     ending, name = path.suffix.lower(), path.name
     if ending not in ENDINGS:
-        kind = "its ending is none of a mesh [E1370]"
+        kind = "its ending does not belong to a mesh [E1370]"
         if ending in _OTHERS:
             kind = f"files of the kind {shown(ending)} are not read [E1369]"
         raise MeshError(name, kind, f"{path.stem}.stl or {path.stem}.obj, exported from the same program")

@@ -59,7 +59,7 @@ def read_base(reading: Reading) -> Base | None:
     if base.acceleration is not None:
         made = _add_acceleration(made, base.acceleration, base.drift, reading)
     elif base.drift is not None:
-        fault = "drift is of the integral of an acceleration, and the base has none [E1386]"
+        fault = "drift belongs to the integral of an acceleration, and the base has no acceleration [E1386]"
         values.report.add("base.drift", fault, 'acceleration = ["quake(t)", 0, 0]')
     for row in added_keys("base"):
         if (value := getattr(base, row.added)) is not None:

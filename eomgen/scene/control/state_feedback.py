@@ -264,7 +264,7 @@ def _check_lists(key: str, written: WrittenCalibration, count: int, values: Valu
             allowed = number >= 0.0 if (method, field) == ("lqr", "effort_weights") else number > 0.0
             if not allowed:
                 hint = "0 or more" if method == "lqr" else "a number above 0"
-                report.add(f"{key}.{field}[{place}]", f"{field} of {number:.6g} cannot be [E1444]", hint)
+                report.add(f"{key}.{field}[{place}]", f"{field} of {number:.6g} is not allowed [E1444]", hint)
             elif field == "damping_ratios" and (note := percent_of_critical(number)):
                 values.notes.append(f"{key}.{field}[{place}]: {note} [W0098]")
     _check_needed(key, written, values)

@@ -341,7 +341,7 @@ class _Converter:
         try:
             to_unit(QuantityWithUnit(name, Fraction(1), factors), unit)
         except UnitError as error:
-            self.notes.append(f"{key}: {error.what}, and labels convert nothing [W0127]")
+            self.notes.append(f"{key}: {error.what}, and a label does not convert values [W0127]")
         return None
 
     def beside_unit(self, unit: Units, key: str, values: Sequence[Any]) -> None:

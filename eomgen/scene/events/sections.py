@@ -60,7 +60,7 @@ def read_event(name: str, entry: WrittenEvent, reading: Reading) -> Event:
     resets = []
     if entry.action == "reset" and entry.reset is not None:
         if not entry.reset:
-            values.report.add(f"{key}.reset", "the reset sets nothing [E1485]", 'reset = { "v.joint" = 0 }')
+            values.report.add(f"{key}.reset", "the reset is empty [E1485]", 'reset = { "v.joint" = 0 }')
         for target, value in entry.reset.items():
             place = f"{key}.reset.{key_of(target)}"
             symbol = values.formula(place, target, _TARGETS)

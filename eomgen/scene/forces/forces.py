@@ -79,7 +79,7 @@ def read_force(name: str, force: ForceEntry, site: Site) -> Force:
     key, values = key_of("forces", name), site.values
     if force.body in (BASE, WORLD):
         why = "its motion is prescribed" if force.body == BASE else "it rests"
-        values.report.add(f"{key}.body", f"a force on the {force.body} moves nothing: {why} [E1499]", "a body")
+        values.report.add(f"{key}.body", f"a force on the {force.body} has no effect: {why} [E1499]", "a body")
     elif force.body in site.points and force.body not in site.bodies:
         fault = f"{force.body} is a point of {site.points[force.body].body}, not a body [E1500]"
         hint = f'body = "{site.points[force.body].body}", and the position of {force.body} as point'

@@ -110,8 +110,8 @@ def read_tyre(name: str, entry: TyreEntry, site: Site) -> Tyre:
     known = values.point(f"{key}.center", entry.center)
     if known and entry.center in points and points[entry.center].body in (BASE, WORLD):
         fault = (
-            f"the point {entry.center} is on the {points[entry.center].body}, where a wheel's force moves"
-            f" nothing [E1512]"
+            f"the point {entry.center} is on the {points[entry.center].body}, on which a wheel's force"
+            f" has no effect [E1512]"
         )
         report.add(f"{key}.center", fault, "a point of the wheel's body")
     numbers = values.keys(key, entry, "damping")

@@ -70,7 +70,7 @@ def read_smoothing(key: str, smooth: float | str | None, law: str, values: Value
         return None
     place = f"{key}.smooth"
     if law:
-        values.report.add(place, f"smooth is of a {law} over time, and there is none [E1623]", f"no smooth, or a {law}")
+        values.report.add(place, f"smooth needs a {law} over time [E1623]", f"no smooth, or a {law}")
         return None
     duration = values.constant(place, smooth)
     if math.isnan(duration):
@@ -88,7 +88,7 @@ def _without_jumps(key: str, formula: Formula, values: Values, smooth: float | N
     try:
         law = smoothed(formula, smooth, values.fixed_number)
         if law == formula:
-            values.notes.append(f"{key}: smooth changes nothing, since the law has no jumps and no kinks [W0133]")
+            values.notes.append(f"{key}: smooth has no effect, since the law has no jumps and no kinks [W0133]")
         return law
     except SmoothingError as error:
         values.report.add(key, error.what, error.hint)

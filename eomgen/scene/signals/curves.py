@@ -180,7 +180,7 @@ class Curves:
             return None
         for column in ("argument_scale", "value_scale"):
             if getattr(table, column) == 0.0:
-                message = "a factor of zero leaves nothing of the column [E1859]"
+                message = "a factor of zero makes all values of the column zero [E1859]"
                 self.report.add(f"{key}.{column}", message, "1, or no factor")
                 return None
         path, chosen = self.folder / table.file, {"argument", "value"} & table.model_fields_set

@@ -110,7 +110,7 @@ def held_states(value: HeldValue, clock: Clock, values: Values) -> list[State]:
     labels = [f"{name}_sampled", *(f"{name}_sampled_{k}" for k in range(2, clock.whole + (clock.rest > 0.0) + 1))]
     taken = {*values.names.states, *values.names.parameters, *values.names.inputs} & set(labels)
     for label in sorted(taken):
-        fault = f"the name {label} is taken, and is that of what {name} holds while it is delayed [E1870]"
+        fault = f"the name {label} is taken, and is needed for the value that {name} holds during its delay [E1870]"
         values.report.add(value.key, fault, "another name")
     made = [held_state(labels[0], value.formula, register=False)]
     made += [held_state(label, Symbol("state", before)) for before, label in itertools.pairwise(labels)]

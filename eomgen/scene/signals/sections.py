@@ -71,7 +71,7 @@ def doubtful_label(label: str, unit: str) -> str:
         return ""
     note = f"its unit {label} is a label, and its values are in {unit} [W0141]"
     if not all(names()[name].is_coherent for name, _ in factors):
-        return f"{note}: labels convert nothing, a formula does [W0140]"
+        return f"{note}: a label does not convert values, a formula does [W0140]"
     from eomgen.formula.units.conversion import misplaced  # noqa: PLC0415  # imports pint
 
     return note if misplaced(label, unit) else ""
@@ -103,7 +103,7 @@ def read_input(
     """Return an input, and the curves in the input."""
     key = key_of("inputs", name)
     if entry.initial is not None:
-        fault = "initial is of motions, and this is none [E1873]"
+        fault = "initial belongs to an input that is a motion, and this input is not [E1873]"
         values.report.add(f"{key}.initial", fault, "formula, or motion = true")
     parts: list[Formula] = []
     if entry.formula is not None:
@@ -138,7 +138,7 @@ def read_state(name: str, entry: schema.State, values: Values) -> list[State]:
         return []
     for word in ("formula", "delay", "quantum"):
         if getattr(entry, word) is not None:
-            fault = f"{word} is of sampled states [E1875]"
+            fault = f"{word} belongs to a sampled state, and this state has a rate [E1875]"
             values.report.add(f"{key}.{word}", fault, 'sample = "1 ms" in place of the rate')
     rate = values.formula(f"{key}.rate", entry.rate, STATE)
     known, label = dimension_of(unit_of_formulas((rate,), values.names)), dimension_of(entry.unit)

@@ -235,7 +235,7 @@ def _called(name: str, signal: Function, times: Array) -> Array:
                 hint += "; feedback is a sampled controller, a formula of the scene, or model.start"
             raise UsageError(Problem(f"input {name}", fault, hint)) from error
         if given is None:
-            fault = f"the function gives nothing (None) at t = {t:.9g} s [E2068]"
+            fault = f"the function returns None at t = {t:.9g} s [E2068]"
             raise UsageError(Problem(f"input {name}", fault, "a return statement with its value"))
         try:
             values[index] = given

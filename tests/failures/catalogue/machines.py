@@ -273,8 +273,8 @@ FAILURES = [
     Failure(
         "Nothing to smooth",
         3,
-        "description error: scene.toml:21 (joints.shoulder.smooth): smooth is of a drive over time, and there is none;"
-        " try: no smooth, or a drive [E1623]",
+        "description error: scene.toml:21 (joints.shoulder.smooth): smooth needs a drive over time; try: no smooth,"
+        " or a drive [E1623]",
         old="axis = [0, 1, 0]",
         new='axis = [0, 1, 0]\nsmooth = "10 ms"',
     ),

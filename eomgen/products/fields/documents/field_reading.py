@@ -94,7 +94,7 @@ def fields_from_data(
         report.add("kind" if "kind" in data else "", fault, f'kind = "{KIND}", [mesh], [operators] and [cell]')
         report.raise_problems()
     if "mesh" not in data:
-        fault = "there is no mesh: samples are of fields of cells, not of motions of coordinates [E0725]"
+        fault = "there is no mesh: sampling draws fields on the cells of a mesh, not motions of coordinates [E0725]"
         report.add("mesh", fault, OF_COORDINATES)
         report.raise_problems()
     result = _FieldReader(data, report, folder or Path()).read()

@@ -181,7 +181,7 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
         if method == "":
             self.report.add("simulation.method", "the method has no name [E0771]", 'method = "omf4", or no key')
         if "tolerance" in keys and method != "rk45":
-            fault = "a tolerance is of rk45, and other methods take equal steps [E0767]"
+            fault = "a tolerance belongs to rk45, and other methods take equal steps [E0767]"
             self.report.add("simulation.tolerance", fault, 'method = "rk45"')
         return Run(**keys, place=self.report.where("simulation.method") if "method" in keys else "")
 

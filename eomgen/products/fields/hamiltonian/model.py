@@ -217,7 +217,7 @@ class HamiltonianModel(NamedAttributes):
         chosen = method_for(self.document, method, first)
         steps = _whole_steps(t_end, step)
         if tolerance is not None and not chosen.chooses_steps:
-            fault = f"{chosen.name} takes equal steps, and a tolerance is of rk45 [E0780]"
+            fault = f"{chosen.name} takes equal steps, and a tolerance belongs to rk45 [E0780]"
             raise UsageError(Problem("tolerance", fault, f'method="rk45", or a step below {abs(step):.6g}'))
         allowed = run.tolerance if tolerance is None else _finite("tolerance", tolerance)
         check_tolerance(allowed)

@@ -269,7 +269,7 @@ def numbers_of_cells(mesh: Mesh, values: ArrayLike, least: float, key: str) -> A
     if np.any(wrong):
         cell = tuple(int(axis[0]) for axis in np.nonzero(wrong))
         bound = "finite numbers" if least == -math.inf else f"finite numbers from {least:.6g} on"
-        fault = f"{counted(int(wrong.sum()), 'cell')} cannot be: {made[cell]:.6g} at {cell} [E0811]"
+        fault = f"{counted(int(wrong.sum()), 'cell')} out of range: {made[cell]:.6g} at {cell} [E0811]"
         raise ModelError(Problem(key, fault, bound))
     return made
 

@@ -100,7 +100,7 @@ class LinearOperator:
         """
         name = f"{self.name} @ {other.name}"
         if self.mesh != other.mesh:
-            raise UsageError(Problem(name, "the operators are of different meshes [E0803]", "one mesh for all of them"))
+            raise UsageError(Problem(name, "the operators have different meshes [E0803]", "one mesh for all of them"))
         if self.symbol is not None and other.mask is not None:
             fault = "a filter after a mask is diagonal neither in Fourier space nor in the cells [E0804]"
             raise UsageError(Problem(name, fault, "the mask as the last operator: mask @ filter"))

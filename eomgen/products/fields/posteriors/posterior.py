@@ -100,7 +100,7 @@ class FieldPosterior:
         for name, operator in self.operators.items():
             if operator.mesh != mesh:
                 raise UsageError(
-                    Problem(f"fields.{name}", "the operator is of another mesh [E0809]", "operators of one mesh")
+                    Problem(f"fields.{name}", "the operator has another mesh [E0809]", "operators of one mesh")
                 )
         #: Bytes of the arrays of a trajectory.
         self.memory = mesh.require_memory(_SPECTRA, len(fields) + len(data or {}) + 2, "a trajectory")

@@ -199,7 +199,7 @@ class Sampler:
             ("seed", seed, 0 <= seed <= MOST_SEED, f"from 0 to {MOST_SEED}"),
         ):
             if not fine:
-                raise UsageError(Problem(f"Sampler: {name}", f"{value:.6g} cannot be [E0819]", bound))
+                raise UsageError(Problem(f"Sampler: {name}", f"{value:.6g} is invalid [E0819]", bound))
         if first not in ("random", "drift", "kick"):
             raise UsageError(Problem("Sampler: first", f"{first!r} is neither [E0820]", '"random", "drift" or "kick"'))
         self.posterior = posterior
@@ -481,7 +481,7 @@ class Sampler:
             if start == "zero":
                 return [np.zeros(mesh.half, complex) for _ in range(chains)]
             raise UsageError(
-                Problem("Sampler: start", f"{start!r} is none [E0829]", '"mode", "prior", "zero" or spectra')
+                Problem("Sampler: start", f"{start!r} is not a start [E0829]", '"mode", "prior", "zero" or spectra')
             )
         made = [np.array(spectrum, complex, order="C") for spectrum in start]
         if len(made) != chains or any(spectrum.shape != mesh.half for spectrum in made):

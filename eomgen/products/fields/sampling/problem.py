@@ -350,7 +350,7 @@ class _FileObjects:
         wrong = ~(np.isfinite(k) & np.isfinite(power)) | (k <= 0.0) | (power <= 0.0)
         if np.any(wrong) or np.any(np.diff(k) <= 0.0):
             row = int(np.argmax(wrong)) if np.any(wrong) else int(np.argmax(np.diff(k) <= 0.0)) + 1
-            fault = f"k = {k[row]:.6g} and P = {power[row]:.6g} in row {row + 1} cannot be [E0839]"
+            fault = f"k = {k[row]:.6g}, P = {power[row]:.6g} in row {row + 1} are not positive or in order [E0839]"
             raise FileError(Problem(str(path), fault, "k above 0 that increases, and P above 0"))
         numbers = self.mesh.wave_numbers
         low, high = float(numbers[numbers > 0.0].min()), float(numbers.max())

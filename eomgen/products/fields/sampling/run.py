@@ -111,9 +111,9 @@ def _settings(standard: Chains, options: Mapping[str, Any]) -> Chains:
             fault = f"{kind} is needed, not {quoted(value)} [E0853]"
             raise UsageError(Problem(f"sample: {name}", fault, f"{getattr(standard, name)!r}"))
     made = dataclasses.replace(standard, **options)
-    for name, least in (("samples", 0), ("warm_up", 0), ("chains", 1), ("watched", 1), ("bins", 1)):
-        if getattr(made, name) < least:
-            raise UsageError(Problem(f"sample: {name}", f"{getattr(made, name)} cannot be [E0819]", f"from {least} on"))
+    for key, least in (("samples", 0), ("warm_up", 0), ("chains", 1), ("watched", 1), ("bins", 1)):
+        if getattr(made, key) < least:
+            raise UsageError(Problem(f"sample: {key}", f"{getattr(made, key)} is invalid [E0819]", f"from {least} on"))
     return made
 
 
@@ -225,9 +225,9 @@ class _Run:
         settings, theirs = self.fixed_settings(), told["settings"]
         for name, value in settings.items():
             if name not in theirs or theirs[name] != value:
-                fault = f"it is of a run with {name} = {theirs.get(name)!r}, and here it is {value!r} [E0857]"
+                fault = f"it belongs to a run with {name} = {theirs.get(name)!r}, and here it is {value!r} [E0857]"
                 if name == "posterior":
-                    fault = "it is of another posterior: the file or its data have changed since [E0858]"
+                    fault = "it belongs to another posterior: the file or its data have changed since [E0858]"
                 hint = "the same settings, or another folder"
                 raise UsageError(Problem(str(path), fault, hint))
         done = int(arrays["record.counts"].max())

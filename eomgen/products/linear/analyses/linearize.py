@@ -449,7 +449,7 @@ def _in_multiblade_coordinates(
         The state is not a steady motion, states are sampled, or the model changes with the azimuth.
     """
     if np.any(state.v) and (state.a is None or np.any(state.a)):
-        fault = f"velocities of the {state.kind} change, and multiblade coordinates are of steady motions [E0063]"
+        fault = f"velocities of the {state.kind} change, and multiblade coordinates need a steady motion [E0063]"
         raise ModelError(Problem("multiblade", fault, 'at="steady", or the result of steady_motion'))
     first = about(model, state, independent)
     if first.sampled is not None:
@@ -490,8 +490,8 @@ def _warn_of_one_azimuth(result: Linearization, others: Sequence[Linearization],
     if told:
         turning = ", ".join(rotor.name for rotor in rotors if rotor.speed)
         warnings.warn(
-            f"{' and '.join(told)} {AT_ONE_AZIMUTH} of {turning}, because their part of the linear model turns; try:"
-            " the equal signals of all blades as a group of multiblade [W0005]",
+            f"{' and '.join(told)} {AT_ONE_AZIMUTH} of {turning}, since their rows of the linear model turn; try:"
+            " equal signals of all blades as a group in multiblade [W0005]",
             RuntimeWarning,
             stacklevel=4,
         )

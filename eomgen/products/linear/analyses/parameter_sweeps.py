@@ -185,7 +185,7 @@ def campbell(
         fault = f"there is no tunable parameter or velocity {shown(speed)} [E0044]"
         raise UsageError(Problem("campbell", fault, nearest(speed, known) or f"one of {', '.join(known[:12])}"))
     if is_parameter and (velocities or coordinates):
-        fault = f"{speed} is a parameter, and velocities and coordinates are of a steady motion [E0045]"
+        fault = f"{speed} is a parameter, and velocities and coordinates belong to a steady motion [E0045]"
         raise UsageError(Problem("campbell", fault, f"a velocity in place of {speed}, or neither"))
     units = {item.name: item.unit for item in model.description.parameters}
     unit = units.get(speed, "") if is_parameter else _SPEED if speed in turning else "m/s"

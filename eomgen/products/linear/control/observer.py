@@ -243,7 +243,7 @@ def _without_gains(space: StateSpace, measured: tuple[str, ...]) -> Observer:
     observer = Observer(space, measured, np.zeros((len(space.states), len(measured))))
     if space.sample is not None and np.any(observer.D):
         name = measured[int(np.argwhere(np.any(observer.D, axis=1))[0, 0])]
-        fault = f"{name} depends on an input at the same instant, and the input follows from what is measured [E0384]"
+        fault = f"{name} depends on an input at the same instant, and the input follows from measured signals [E0384]"
         raise UsageError(Problem("measured", fault, "a delay of the inputs, or another signal"))
     return observer
 

@@ -106,7 +106,7 @@ def check_weighted(name: str, unit: str) -> None:
         The unit is not an acceleration's.
     """
     if unit not in ("", "m/s^2"):
-        fault = f"{name} is in {unit}, and weightings are of accelerations in m/s^2 [E0472]"
+        fault = f"{name} is in {unit}, and weightings apply to accelerations in m/s^2 [E0472]"
         raise UsageError(Problem("weighting", fault, "an output that is an acceleration"))
 
 

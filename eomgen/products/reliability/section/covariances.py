@@ -178,7 +178,7 @@ class Covariances:
         if word == "band":
             low, high = self.values.constants(path, value)
             if not 0.0 <= low < high:
-                fault = f"the band from {low:.6g} to {high:.6g} Hz is none [E0989]"
+                fault = f"{low:.6g} to {high:.6g} Hz is not a band of frequencies [E0989]"
                 self.report.add(path, fault, 'band = ["0.5 Hz", "20 Hz"]')
             return low, high
         number = self.values.constant(path, value)

@@ -210,7 +210,7 @@ class Processes:
             return None
         word = _first_set(entry, written.SHARED if entry.coherence is None else (*written.SHARED, "seed"))
         if word:
-            fault = f"{word} belongs to {leaders[0]}, with which it is {with_others} [E1011]"
+            fault = f"{word} is set by {leaders[0]}, with which this process is {with_others} [E1011]"
             self.report.add(f"{key}.{word}", fault, "without it")
         return None if word else leaders[0]
 
@@ -339,7 +339,7 @@ class Processes:
         if entry.follows is None:
             word = _first_set(entry, ("offset", "delay"))
             if word:
-                fault = f"{word} is of processes that follow another [E1016]"
+                fault = f"{word} belongs to a process that follows another [E1016]"
                 self.report.add(f"{key}.{word}", fault, 'follows = "NAME"')
             return None if word else 0.0
         known = [candidate for candidate in entries if candidate != name or candidate == entry.follows] or list(entries)
@@ -350,14 +350,14 @@ class Processes:
             self._report_chain(name, entry.follows, leader.follows, entries)
             return None
         if word := _first_set(entry, written.OWN):
-            fault = f"{word} belongs to {entry.follows}, which it follows [E1020]"
+            fault = f"{word} is set by {entry.follows}, which this process follows [E1020]"
             self.report.add(f"{key}.{word}", fault, "without it")
             return None
         right, wrong = ("delay", "offset") if leader.speed is None else ("offset", "delay")
         value = getattr(entry, right)
         if getattr(entry, wrong) is not None or value is None:
             over = "time" if leader.speed is None else "distance"
-            fault = f"it follows a process over {over}, and needs {right} alone [E1019]"
+            fault = f"a process that follows a process over {over} needs {right}, and no {wrong} [E1019]"
             self.report.add(key, fault, f"{right} = {'0.1' if right == 'delay' else '2.5'}")
             return None
         return self.values.constant(f"{key}.{right}", value)

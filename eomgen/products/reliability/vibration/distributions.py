@@ -255,8 +255,8 @@ def counted_instead(wanted: Array, distribution: Distribution, about_mean: Draws
         sign, told = (">", above[k]) if upper else ("<=", below[k])
         share = seen / count
         notes.append(
-            f"P(y {sign} {threshold:.6g}) is {told:.3g} by samples about its most probable point and {share:.3g} by"
-            f" {count} samples about the mean, which is taken: there are other regions that lead there [W0061]"
+            f"P(y {sign} {threshold:.6g}) is {told:.3g} by samples about its most probable point, but {share:.3g} by"
+            f" {count} samples about the mean: other regions contribute, and the latter is taken [W0061]"
         )
         below[k], above[k] = (1.0 - share, share) if upper else (share, 1.0 - share)
         under = count - seen if upper else seen

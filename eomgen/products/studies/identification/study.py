@@ -171,7 +171,7 @@ def identify(
         hint = (
             f"parameters={some!r} (--parameters {','.join(some)})" if some else 'states=["q.hinge"] (--states q.hinge)'
         )
-        raise UsageError(Problem("parameters", "nothing is unknown [E1082]", hint))
+        raise UsageError(Problem("parameters", "no parameter or state is named as unknown [E1082]", hint))
     names, x = unknowns.names, unknowns.start
     if len(unknowns.data) < len(names):
         fault = f"there are {len(unknowns.data)} samples for {len(names)} unknowns [E1083]"

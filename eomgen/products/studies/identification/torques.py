@@ -242,7 +242,7 @@ def _notes(
     mixed = {name for combination in combinations for name in combination.members}
     lost = [names[k] for k in parts.others if names[k] not in mixed]
     if lost:
-        notes.append(f"these motions need nothing of {listed_plain(lost)} [W0085]")
+        notes.append(f"these motions do not depend on {listed_plain(lost)} [W0085]")
     condition = float(np.linalg.cond(whole / np.linalg.norm(whole, axis=0))) if whole.size else 1.0
     if condition > _CONDITION:
         notes.append(f"motions excite the parameters unevenly: the condition number is {condition:.3g} [W0086]")

@@ -198,7 +198,7 @@ class _Tuning:
         demand = self.demand
         if not any(c.best(demand.error) for c in contenders):
             closest = min((run.error for c in contenders for run in c.runs), default=math.inf)
-            fault = f"nothing meets {demand.error:g} within the budget: the least error is {closest:.2g} [E1129]"
+            fault = f"no configuration meets {demand.error:g} in the budget: the least error is {closest:.2g} [E1129]"
             raise NumericalError(Problem("error", fault, "a larger demand, a larger budget, or other methods"))
 
     def _verify_winner(

@@ -257,7 +257,7 @@ def tradeoff(
             Problem("budget", f"a study takes a positive number of seconds, not {budget:g} [E1141]", "120")
         )
     if repeats < 1:
-        raise UsageError(Problem("repeats", f"a median is of one time at least, not of {repeats} [E1142]", "20"))
+        raise UsageError(Problem("repeats", f"a median needs one time at least, not {repeats} [E1142]", "20"))
     for step in steps:
         if not (math.isfinite(step) and step > 0.0):
             raise UsageError(
