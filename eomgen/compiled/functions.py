@@ -31,7 +31,7 @@ from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.system.terms import TERMS, nearest_term
 from eomgen.toolchain.compiler import RunningCompilers, in_background
 from eomgen.toolchain.library import Library
-from eomgen.toolchain.profiles import FEW_COMPILERS
+from eomgen.toolchain.profiles import PROFILES
 
 _LOG = Log(__name__)
 P = ParamSpec("P")
@@ -122,7 +122,7 @@ class LaneCompanions:
         elif companion.seconds > _LOOK and not companion.sought:
             companion.sought = True
             self._look(name, companion)
-        compiled = self._library.profile not in FEW_COMPILERS
+        compiled = PROFILES[self._library.profile].companions
         if compiled and companion.seconds > companion.compiling and companion.library is None:
             self._begin(name, companion)
         return companion

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 from eomgen.base.data import dataclass, field, without_garbage_collection
 from eomgen.system.terms import Selection
 from eomgen.toolchain.library import Successor
-from eomgen.toolchain.profiles import FEW_COMPILERS
 from eomgen.toolchain.tables import packed_tables
 
 if TYPE_CHECKING:
@@ -100,7 +99,7 @@ def begin_library(
         else:
             ready.texts |= written_stepper(program, templates, tape=True)
             builder.begin_source(f"{program.prefix}_step.c", ready.texts, ())
-    elif builder.profile.name not in FEW_COMPILERS and sum(counts[name].flops for name in functions) >= _LONG:
+    elif builder.profile.split and sum(counts[name].flops for name in functions) >= _LONG:
         from eomgen.codegen.targets.c.target import written_stepper  # noqa: PLC0415
 
         ready.texts |= written_stepper(program, templates)

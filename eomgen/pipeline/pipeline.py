@@ -21,7 +21,7 @@ from eomgen.pipeline.front_end import Document, FrontEnd, file_kinds, is_scene, 
 from eomgen.pipeline.readings import StoredScene, record_of, record_of_document, store, stored_scene
 from eomgen.pipeline.scenes import SCENES, opened
 from eomgen.system.terms import REST, TERMS, UNRESISTED, Selection, linear_terms, nearest_term
-from eomgen.toolchain.profiles import COMPILED_PROFILE, FEW_COMPILERS, STANDARD_PROFILE
+from eomgen.toolchain.profiles import STANDARD_PROFILE
 
 if TYPE_CHECKING:
     from eomgen.codegen.program import Program
@@ -998,7 +998,7 @@ def _library(
         if ready().known is None and _is_faster_on_tape(functions, loops, steps):
             return made(on_tape)
     if not builder.profile.on_tape:
-        if not selection.whole or builder.profile.name in FEW_COMPILERS or builder.real != "double":
+        if not selection.whole or not builder.profile.split or builder.real != "double":
             return made(builder)
         cached = builder.find(content)
         if cached is not None:
@@ -1008,7 +1008,7 @@ def _library(
         return library_in_two(content, program, builder, marks, ready())
     from eomgen.toolchain.library import Successor  # noqa: PLC0415
 
-    compiled = builder.varied(profile=COMPILED_PROFILE)
+    compiled = builder.varied(profile=builder.profile.successor)
     cached = compiled.find(content)
     if cached is not None:
         return cached

@@ -1,4 +1,4 @@
-"""Build profiles: named sets of flags of the C compiler."""
+"""Build profiles: a row for each, with flags of the C compiler and all else that builds decide by their profile."""
 
 from __future__ import annotations
 
@@ -14,17 +14,35 @@ from eomgen.errors import Problem, ToolchainError
 
 @dataclass(frozen=True)
 class Profile:
-    """A named set of flags.
+    """All that builds decide by their profile.
 
-    ``native`` code may only be reused on the same kind of processor. ``on_tape``: long functions of the model are not C
-    but code of the tape engine.
+    Attributes
+    ----------
+    flags : of the compiler
+    native : whether the code may only be reused on the same kind of processor
+    on_tape : whether long functions of the model are not C but code of the tape engine
+    split : whether long libraries come in two, functions that runs call first, and long steppers are compiled while
+        functions are scheduled
+    companions : whether companions for batches are compiled unasked
+    short_runs : profile by which a short first run may be stepped in place of this one, if any
+    successor : profile of the library that takes the place of this one in the background, if any
+    other_numbers : whether the library of a model that differs in numbers alone is taken
     """
 
     name: str
     flags: tuple[str, ...]
-    native: bool
+    native: bool = False
     on_tape: bool = False
+    split: bool = False
+    companions: bool = False
+    short_runs: str = "instant"
+    successor: str = ""
+    other_numbers: bool = True
 
+
+#: The variable that names the default profile, and the default profile without the variable.
+PROFILE_VARIABLE = "EOMGEN_PROFILE"
+STANDARD_PROFILE = os.environ.get(PROFILE_VARIABLE) or "fast"
 
 _FAST = (
     "-O2",
@@ -40,15 +58,20 @@ _FAST = (
 #: the vectors save no time here. ``reproducible``: the same bits on every IEEE machine, and as the command in an
 #: emitted manifest gives. ``quick``: for tests. ``instant``: the least work for a compiler; the bits of
 #: ``reproducible``.
-PROFILES = {
-    "fast": Profile("fast", _FAST, True),
-    "reproducible": Profile("reproducible", ("-O2", "-ffp-contract=off"), False),
-    "quick": Profile("quick", ("-O0", "-ffp-contract=off"), False),
-    "instant": Profile("instant", ("-O0", "-ffp-contract=off", "-DEOMGEN_ON_TAPE"), False, on_tape=True),
-}
-
-#: Profiles that avoid compilers: companions and single functions are compiled for them on demand alone.
-FEW_COMPILERS = ("quick", "instant")
+_ROWS = (
+    Profile("fast", _FAST, native=True, split=True, companions=True),
+    Profile("reproducible", ("-O2", "-ffp-contract=off"), split=True, companions=True),
+    Profile("quick", ("-O0", "-ffp-contract=off")),
+    Profile(
+        "instant",
+        ("-O0", "-ffp-contract=off", "-DEOMGEN_ON_TAPE"),
+        on_tape=True,
+        short_runs="",
+        successor="fast" if STANDARD_PROFILE == "instant" else STANDARD_PROFILE,
+        other_numbers=False,
+    ),
+)
+PROFILES = {row.name: row for row in _ROWS}
 
 #: Of the tape engine, which is compiled once: no fused products, so that results have the bits of ``reproducible``.
 ENGINE_FLAGS = ("-O2", "-ffp-contract=off")
@@ -119,12 +142,6 @@ _LONG_WITH_LOOPS = 60_000
 #: First gcc whose ``-O2`` turns loops into vectors, as these flags say; older versions are called with ``-O2``.
 _FIRST_GCC = 12
 _GCC = r"\S*g?cc\S* \(.*?\) (\d+)\."
-
-#: The variable that names the default profile, and the default profile without the variable.
-PROFILE_VARIABLE = "EOMGEN_PROFILE"
-STANDARD_PROFILE = os.environ.get(PROFILE_VARIABLE) or "fast"
-#: The profile of the library that takes the place of one on the tape engine.
-COMPILED_PROFILE = "fast" if STANDARD_PROFILE == "instant" else STANDARD_PROFILE
 
 
 def compiler_seconds(functions: Sequence[Mapping[str, Any]], compilers: int, loops: int = 0) -> float:

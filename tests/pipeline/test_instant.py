@@ -16,13 +16,14 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.base.data import replace
 from eomgen.cli import main
 from eomgen.errors import ModelError, ToolchainError, UsageError
 from eomgen.pipeline.model import Model
 from eomgen.toolchain.builder import Builder, library_files
 from eomgen.toolchain.compiler import RunningCompilers, compile_and_link
 from eomgen.toolchain.library import Library, Successor
-from eomgen.toolchain.profiles import compiler_seconds, run_seconds_on_tape
+from eomgen.toolchain.profiles import PROFILES, compiler_seconds, run_seconds_on_tape
 from tests.codegen.hand_made import call
 
 ROOT = Path(__file__).parents[2]
@@ -124,7 +125,7 @@ def test_a_failure_of_the_compiler_is_told_when_it_would_take_over(
 def test_a_checkpoint_of_the_tape_engine_is_resumed_by_it(
     release: Release, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("eomgen.pipeline.pipeline.COMPILED_PROFILE", "reproducible")
+    monkeypatch.setitem(PROFILES, "instant", replace(PROFILES["instant"], successor="reproducible"))
     model = eomgen.build(SCENE, profile="instant")
     whole = model.simulate(0.1)
     model.simulate(0.05, checkpoint=tmp_path / "run.ckpt")

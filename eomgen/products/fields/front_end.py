@@ -127,14 +127,15 @@ def build_hamiltonian(document: Hamiltonian, method: str | None, profile: str) -
     from eomgen.products.fields.hamiltonian.model import HamiltonianModel, built_library  # noqa: PLC0415
     from eomgen.toolchain.builder import Builder  # noqa: PLC0415
 
-    if profile == "instant":
+    builder = Builder(profile=profile)
+    if builder.profile.on_tape:
         fault = f"the tape engine is for mechanical scenes, and {document.name} is a Hamiltonian system [E0775]"
         raise UsageError(Problem("profile", fault, "fast, reproducible or quick"))
     if method is not None:
         method_for(document, method)
         document = replace(document, simulation=replace(document.simulation, method=method, place=""))
     content = library_content(document, HAMILTONIANS, Selection(None, ""), "rk4")
-    return HamiltonianModel(document, built_library(document, content, Builder(profile=profile)))
+    return HamiltonianModel(document, built_library(document, content, builder))
 
 
 def generate_hamiltonian(document: Hamiltonian, folder: str | Path, method: str | None) -> list[Path]:
