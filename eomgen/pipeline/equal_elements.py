@@ -7,6 +7,7 @@ Three scenes are derived that differ from the given one in the number of its equ
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import chain, groupby, pairwise
@@ -14,7 +15,7 @@ from typing import Any, cast
 
 from eomgen.base.data import dataclass, fields, is_dataclass, replace
 from eomgen.base.drawing_process import from_copy
-from eomgen.codegen.continuation import IrregularSamples, Samples, continued_program
+from eomgen.codegen.continuation import IrregularSamples, Known, Samples, continued_program
 from eomgen.codegen.convert import check_workspace
 from eomgen.codegen.program import Program
 from eomgen.formula.nodes import Symbol
@@ -46,7 +47,7 @@ class EqualRange:
     first: int
     count: int
 
-    def shortened(self, removed: int) -> tuple[Cosserat, dict[str, str | None]]:
+    def shorten(self, removed: int) -> tuple[Cosserat, dict[str, str | None]]:
         """Return the beam without some elements of the run, and the new names of nodes, None for removed nodes."""
         parts, middle = self.beam.parts, self.first + 2
         shorter = replace(self.beam, parts=parts[:middle] + parts[middle + removed :])
@@ -70,7 +71,7 @@ class EqualElements:
     def alone(self) -> bool:
         """Whether the scene has one beam, clamped and without constrained strains, no other joints, and all elements
         are equal."""
-        beams = [item.beam for item in self.scene.elements if isinstance(item, CosseratBeam)]
+        beams = _beams(self.scene)
         if len(beams) > 1 or beams[0].absent_strains or self.count < beams[0].elements:
             return False
         nodes = set(beams[0].nodes[1:])
@@ -81,7 +82,7 @@ class EqualElements:
         beams: dict[str, Cosserat] = {}
         names: dict[str, str | None] = {}
         for run in self.runs:
-            beams[run.beam.name], renamed = run.shortened(self.count - count)
+            beams[run.beam.name], renamed = run.shorten(self.count - count)
             names |= renamed
         scene = self.scene
         kept = replace(
@@ -95,7 +96,7 @@ class EqualElements:
                 for item in scene.elements
             ),
         )
-        return cast("Scene", _renamed(kept, {old: new for old, new in names.items() if new is not None}))
+        return cast("Scene", _rename(kept, {old: new for old, new in names.items() if new is not None}))
 
     def program(self, derived: Derived) -> tuple[Program, str] | None:
         """Return the Program of the scene, and the reason for a missing stepper; None if the Programs of the derived
@@ -110,67 +111,72 @@ class EqualElements:
         ModelError
             A function needs more room on the stack than there is.
         """
-        made = self._continued(derived, _FEW) if self.alone else None
-        return made or (self._continued(derived, _FEW_OF_OTHERS) if self.count >= _MANY_OF_OTHERS else None)
+        made = self._continue(derived, _FEW) if self.alone else None
+        return made or (self._continue(derived, _FEW_OF_OTHERS) if self.count >= _MANY_OF_OTHERS else None)
 
-    def _continued(self, derived: Derived, least: int) -> tuple[Program, str] | None:
+    def _continue(self, derived: Derived, least: int) -> tuple[Program, str] | None:
         """Return the Program and the reason as ``program`` does, from scenes with at least ``least`` elements."""
         few = least + self.count % _MORE
         counts = [few + k * _MORE for k in range(3)]
         scenes = list(map(self.fewer, counts))
         long = least == _FEW_OF_OTHERS  # 80 elements have all loops of longer scenes
         samples = [WHOLE if long else Sample(n, self.count - n) for n in counts]
-        made = derived_samples(derived, scenes, samples)
-        if made is None or len({refusal for _, refusal in made}) > 1:
-            return None
         middles = [_middles(scene) for scene in (*scenes, self.scene)]
 
-        def known(samples: Samples) -> tuple[float, ...] | None:
-            places = [tuple(number for item in sample for number in _numbers(item)) for sample in samples]
+        def middles_of_scene(samples: Samples) -> tuple[float, ...] | None:
+            places = [tuple(item for item in sample if isinstance(item, float)) for sample in samples]
             return middles[3] if places == middles[:3] else None
 
-        try:
-            program = continued_program([program for program, _ in made], (self.count - few) // _MORE, known)
-        except IrregularSamples:
+        made = continue_samples(derived, scenes, samples, (self.count - few) // _MORE, middles_of_scene)
+        if made is None:
             return None
-        for function in program.functions:
-            check_workspace(function.name, function.workspace)
-        q, v = joint_start(Derivation(scenes[0]), self.scene, program.factors)
-        return replace(program, initial_q=q, initial_v=v), made[0][1]
+        q, v = joint_start(Derivation(scenes[0]), self.scene, made[0].factors)
+        return replace(made[0], initial_q=q, initial_v=v), made[1]
 
 
-def derived_samples(
-    derived: Derived, scenes: Sequence[Scene], samples: Sequence[Sample], *, series: bool = True
-) -> list[tuple[Program, str]] | None:
-    """Return the Programs and the reasons of three scenes; the last scene is derived by a copy of the process, if one
-    may be made.
+def continue_samples(
+    derived: Derived, scenes: Sequence[Scene], samples: Sequence[Sample], number: int, known: Known
+) -> tuple[Program, str] | None:
+    """Return the Program of a scene, continued by ``number`` steps from three scenes with few equal parts, and the
+    reason for a missing stepper; None if their Programs do not grow evenly. The last of the three is derived by a copy
+    of the process, if one may be made.
 
     Parameters
     ----------
-    series : False for None if the Program of the first scene has functions of Taylor coefficients
+    known : as of ``continued_program``
+
+    Raises
+    ------
+    ModelError
+        A function needs more room on the stack than there is.
     """
-    first = derived(scenes[0], samples[0])  # with imports, and laws that the other scenes share
-    if first[0].series and not series:
+    try:
+        first = derived(scenes[0], samples[0])  # with imports, and laws that the other scenes share
+        with from_copy(partial(derived, scenes[2], samples[2])) as third:
+            second = derived(scenes[1], samples[1])
+            made = [first, second, third() or derived(scenes[2], samples[2])]
+        if len({refusal for _, refusal in made}) > 1:
+            return None
+        program = continued_program([program for program, _ in made], number, known)
+    except IrregularSamples:
         return None
-    with from_copy(partial(derived, scenes[2], samples[2])) as third:
-        second = derived(scenes[1], samples[1])
-        return [first, second, third() or derived(scenes[2], samples[2])]
+    for function in program.functions:
+        check_workspace(function.name, function.workspace)
+    return program, first[1]
 
 
 def equal_elements(scene: Scene) -> EqualElements | None:
     """Return the longest runs of equal elements of a scene; None if the runs are short, or if the scene names elements
     by number or place, constrains bodies, or carries one beam by another."""
-    beams = [item.beam for item in scene.elements if isinstance(item, CosseratBeam)]
+    beams = _beams(scene)
     if max((beam.elements for beam in beams), default=0) < _MANY or scene.constraints or scene.coordinates != "joint":
         return None
     if any(item.section not in _PLAIN for item in scene.elements) or any(scene.parts.values()):
         return None
     nodes = {node for beam in beams for node in beam.nodes[1:]}
     mentioned = _texts_outside_beams(scene, nodes)
-    if mentioned is None:
-        return None
     carriers = {joint.child: joint.parent for joint in scene.joints}
-    if any(carriers.get(beam.name) in nodes for beam in beams):
+    if mentioned is None or not nodes.isdisjoint(carriers.get(beam.name, "") for beam in beams):
         return None
     runs = [run for beam in beams for run in _runs(beam, mentioned)]
     longest = max((run.count for run in runs), default=0)
@@ -202,10 +208,7 @@ def _texts_outside_beams(scene: Scene, nodes: Collection[str]) -> set[str] | Non
 
 def _runs(beam: Cosserat, mentioned: set[str]) -> Iterator[EqualRange]:
     """Yield the runs of equal elements of a beam."""
-    if not mentioned.isdisjoint(beam.nodes[1:-1]):
-        ends = {number for number, node in enumerate(beam.nodes) if node in mentioned}
-    else:
-        ends = set()
+    ends = {number for number, node in enumerate(beam.nodes) if node in mentioned}
     pieces = [0]
     for number in range(1, beam.elements):
         before, after = beam.parts[number - 1 : number + 1]
@@ -219,16 +222,13 @@ def _runs(beam: Cosserat, mentioned: set[str]) -> Iterator[EqualRange]:
         first += count
 
 
+def _beams(scene: Scene) -> list[Cosserat]:
+    return [item.beam for item in scene.elements if isinstance(item, CosseratBeam)]
+
+
 def _middles(scene: Scene) -> tuple[float, ...]:
     """Return the places of the elements' middles at rest, in the order of the term ``section_loads``."""
-    beams = [item.beam for item in scene.elements if isinstance(item, CosseratBeam)]
-    return tuple(0.5 * (start + end) for beam in beams for start, end in pairwise(beam.places))
-
-
-def _numbers(item: Any) -> Iterator[float]:
-    """Yield the numbers of an item of a list."""
-    if isinstance(item, float):
-        yield item
+    return tuple(0.5 * (start + end) for beam in _beams(scene) for start, end in pairwise(beam.places))
 
 
 def _leaves(value: Any) -> Iterator[Any]:
@@ -243,22 +243,18 @@ def _leaves(value: Any) -> Iterator[Any]:
         yield from chain.from_iterable(_leaves(getattr(value, item.name)) for item in fields(value))
 
 
-def _renamed(value: Any, names: Mapping[str, str]) -> Any:
+def _rename(value: Any, names: Mapping[str, str]) -> Any:
     """Return data of a scene with other names of nodes."""
     kind = type(value)
     if kind is str:
         return names.get(value, value)
     if kind in (list, tuple):
-        items = [_renamed(item, names) for item in value]
-        return value if all(map(_same, items, value)) else kind(items)
+        items = [_rename(item, names) for item in value]
+        return value if all(map(operator.is_, items, value)) else kind(items)
     if isinstance(value, Mapping):
-        return {names.get(key, key): _renamed(item, names) for key, item in value.items()}
+        return {names.get(key, key): _rename(item, names) for key, item in value.items()}
     if is_dataclass(value) and not isinstance(value, Cosserat):
         pairs = [(item.name, getattr(value, item.name)) for item in fields(value) if item.init]
-        changed = {name: new for name, old in pairs if (new := _renamed(old, names)) is not old}
+        changed = {name: new for name, old in pairs if (new := _rename(old, names)) is not old}
         return replace(cast("Any", value), **changed) if changed else value
     return value
-
-
-def _same(one: object, other: object) -> bool:
-    return one is other

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Hashable, Mapping, Sequence
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from typing import Any, cast
 
 import numpy as np
@@ -19,13 +19,12 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, fields, is_dataclass, replace
-from eomgen.codegen.continuation import IrregularSamples, Samples, continued_program, continued_sums
-from eomgen.codegen.convert import check_workspace
+from eomgen.codegen.continuation import IrregularSamples, Samples, continued_sums
 from eomgen.codegen.program import Program
 from eomgen.formula.nodes import ZERO, Number
 from eomgen.mechanics.initial_coordinates import AbsoluteStartEquations, free_start, joint_start
 from eomgen.mechanics.scene_tape import Derivation
-from eomgen.pipeline.equal_elements import Derived, derived_samples
+from eomgen.pipeline.equal_elements import Derived, continue_samples
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.system.system import Sample
@@ -72,7 +71,7 @@ def equal_rows(scene: Scene) -> EqualRows | None:
     names = [item.name for part in _LISTS for item in getattr(scene, part)]
     if len(set(names)) < len(scene.bodies) or not names:
         return None
-    rows = _numbered(names)
+    rows = _find_rows(names)
     if rows is None:
         return None
     made = EqualRows(scene, *rows, joined)
@@ -98,7 +97,7 @@ def _only_connects(joint: Joint) -> bool:
     return not given and joint.stiffness == joint.damping == ZERO
 
 
-def _numbered(names: Sequence[str]) -> tuple[Mapping[tuple[str, ...], int], int, int] | None:
+def _find_rows(names: Sequence[str]) -> tuple[Mapping[tuple[str, ...], int], int, int] | None:
     """Return the place of the row's number among the numbers of names, by their other parts; the first and the last
     row; None if no number counts many rows, or if two of a name may."""
     numbers: dict[tuple[str, ...], list[tuple[int, ...]]] = {}
@@ -187,7 +186,7 @@ class EqualRows:
         place = self.places.get(shape)
         return None if place is None else numbers[place]
 
-    def moved(self, name: str, rows: int) -> str:
+    def name_before(self, name: str, rows: int) -> str:
         """Return the name of the entry some rows before the entry with this name."""
         shape, numbers = parts_of(name)
         place = self.places.get(shape)
@@ -199,7 +198,7 @@ class EqualRows:
         return "".join(pieces)
 
     def _kind(self, item: Any, row: int) -> object:
-        return type(item), self.moved(item.name, row)
+        return type(item), self.name_before(item.name, row)
 
     @cached_property
     def entries(self) -> dict[str, dict[object, dict[int, _Row]]]:
@@ -264,14 +263,12 @@ class EqualRows:
 
     def _grows(self, rows: Mapping[int, _Row]) -> NDArray[np.bool_]:
         """Return a flag for each number of the entries of a kind: whether it grows from row to row."""
-        known = self._flags  # by the identity of entries, which stay alive
-        if id(rows) not in known:
-            known[id(rows)] = self._growth(rows)
-        return known[id(rows)]
+        return self._flags[id(rows)]
 
     @cached_property
     def _flags(self) -> dict[int, NDArray[np.bool_]]:
-        return {}
+        """The same by the identity of entries, which stay alive."""
+        return {id(rows): self._growth(rows) for kinds in self.entries.values() for rows in kinds.values()}
 
     def _growth(self, rows: Mapping[int, _Row]) -> NDArray[np.bool_]:
         inner = [rows[row].numbers for row in self.inner if row in rows]
@@ -312,7 +309,7 @@ class EqualRows:
                         elif grows.any():
                             return None
                         else:
-                            new = _started(new, None if before is None else items[before.place])
+                            new = _with_start_of(new, None if before is None else items[before.place])
                 elif row >= turn:
                     continue
                 made.append(new)
@@ -329,7 +326,7 @@ class EqualRows:
         kind = type(value)
         if kind is str:
             row = self.row_of(value)
-            return value if row is None or row < turn else self.moved(value, removed)
+            return value if row is None or row < turn else self.name_before(value, removed)
         if kind is tuple or kind is list:
             return kind([self._at_end(item, removed, turn) for item in value])
         if is_dataclass(value):
@@ -351,10 +348,10 @@ class EqualRows:
         ModelError
             A function needs more room on the stack than there is.
         """
-        attempts = (self._continued_from(few, derived) for few in self._least)
+        attempts = (self._continue_from(few, derived) for few in self._least)
         return next((made for made in attempts if made is not None), None)
 
-    def _continued_from(self, least: int, derived: Derived) -> tuple[Program, str] | None:
+    def _continue_from(self, least: int, derived: Derived) -> tuple[Program, str] | None:
         """Return the Program and the reason as ``program`` does, from scenes with at least ``least`` rows."""
         more = _MORE if not self.joined else _MORE_HINGED if self.hinged else _MORE_JOINED
         few = least + (self.count - least) % more
@@ -364,30 +361,26 @@ class EqualRows:
             return None
         orders: dict[object, Any] | None = {} if self.joined else None
         samples = [Sample(count, self.count - count, orders) for count in counts]
-        # Taylor coefficients of trees are written out, order by order
-        made = derived_samples(derived, cast("list[Scene]", scenes), samples, series=not self.hinged)
-        if made is None or len({refusal for _, refusal in made}) > 1:
+        number, shorter = (self.count - few) // more, cast("list[Scene]", scenes)
+        derive, continue_numbers = partial(self._derive, derived), partial(self._continue_numbers, number)
+        made = continue_samples(derive, shorter, samples, number, continue_numbers)
+        if made is None:
             return None
-        program = self._continued([one for one, _ in made], (self.count - few) // more)
-        if program is None:
-            return None
-        for function in program.functions:
-            check_workspace(function.name, function.workspace)
-        q, v = self._start(cast("Scene", scenes[0]), program)
+        q, v = self._start(shorter[0], made[0])
         asked: dict[str, Any] = {"asked_q": q, "asked_v": v} if self.joined and not self.hinged else {}
-        return replace(program, initial_q=q, initial_v=v, **asked), made[0][1]
+        return replace(made[0], initial_q=q, initial_v=v, **asked), made[1]
 
-    def _continued(self, programs: Sequence[Program], number: int) -> Program | None:
-        """Return the Program of ``number`` steps of rows more, without its initial state; None if the given Programs do
-        not grow evenly, or if constraints change the initial state."""
-        if self.joined and not self.hinged:
-            if any((one.initial_q, one.initial_v) != (one.asked_q, one.asked_v) for one in programs):
-                return None
-            programs = [replace(one, asked_q=(), asked_v=()) for one in programs]
-        try:
-            return continued_program(programs, number, lambda one: self._known(one, number))
-        except IrregularSamples:
-            return None
+    def _derive(self, derived: Derived, scene: Scene, sample: Sample) -> tuple[Program, str]:
+        """Return the Program of a shorter scene. Raises IrregularSamples if the state at the start is not the one asked
+        for, and for Taylor coefficients of trees, which are written out, order by order."""
+        program, refusal = derived(scene, sample)
+        if not self.joined or self.hinged:
+            if self.hinged and program.series:
+                raise IrregularSamples("series")
+            return program, refusal
+        if (program.initial_q, program.initial_v) != (program.asked_q, program.asked_v):
+            raise IrregularSamples("start")
+        return replace(program, asked_q=(), asked_v=()), refusal
 
     @property
     def _least(self) -> tuple[int, ...]:
@@ -407,7 +400,7 @@ class EqualRows:
             return AbsoluteStartEquations(self.scene).at({})
         return cast("tuple[tuple[float, ...], tuple[float, ...]]", free_start(self.scene))
 
-    def _known(self, samples: Samples, number: int) -> list[float] | None:
+    def _continue_numbers(self, number: int, samples: Samples) -> list[float] | None:
         """Return a list of numbers of the scene that grow from row to row; None if the lists hold others."""
         if not all(type(item) is float for sample in samples for item in sample):
             return None
@@ -453,7 +446,7 @@ def _is_even(column: Array) -> bool:
     return bool(np.max(np.abs(column - line)) <= _EVEN * np.max(np.abs(column)))
 
 
-def _started(item: Any, other: Any) -> Any:
+def _with_start_of(item: Any, other: Any) -> Any:
     """Return a body or joint with the initial position and velocity of another."""
     if other is None:
         return item
