@@ -84,7 +84,7 @@ def with_initial_assembly(
     _refuse_surplus_drives(system, rows)
     _refuse_undetermined(system, equations, assembly.q, light)
     prescribed, locked = _without_freedom(system, equations, assembly.q, rows)
-    undetermined = _undetermined(system, equations, assembly.q, rows)
+    undetermined = _undetermined_rows(system, equations, assembly.q, rows)
     sensitive = _sensitive(system, equations, assembly.q, assembly.v, rows.dependent)
     units = coordinate_units(system.factors, description.coordinates if description is not None else ())
     guess = np.array(system.initial_q), np.array(system.initial_v)
@@ -112,7 +112,7 @@ def with_initial_assembly(
 
 def _refuse_surplus_drives(system: System, rows: Redundancy) -> None:
     """Raise ModelError if a drive adds no condition: its motion would be left out without effect."""
-    surplus = [system.multipliers[row] for row in rows.dependent if _driven(system, row)]
+    surplus = [system.multipliers[row] for row in rows.dependent if _is_driven(system, row)]
     if surplus:
         fault = (
             f"the constraints before it already determine this motion, so the drive has no effect: {surplus[0]} [E2202]"
@@ -161,9 +161,9 @@ def _without_freedom(
     kept = [row for row in range(len(system.multipliers)) if row not in rows.dependent]
     if len(kept) < system.nv:
         return [], []
-    undriven = [row for row in range(len(system.multipliers)) if not _driven(system, row)]
+    undriven = [row for row in range(len(system.multipliers)) if not _is_driven(system, row)]
     if len(undriven) - len(redundancy(equations, q, rows=undriven).dependent) < system.nv:
-        drivers = ", ".join(system.multipliers[row] for row in kept if _driven(system, row))
+        drivers = ", ".join(system.multipliers[row] for row in kept if _is_driven(system, row))
         return [f"all motion is prescribed: {drivers} and the constraints leave no velocity free [W0275]"], []
     almost = "; ".join(f"of {system.multipliers[row]} only {part:.1g} is new" for row, part in rows.hardly.items())
     fault = (
@@ -177,7 +177,7 @@ def _without_freedom(
     return [], [f"{fault}{f' ({almost})' if almost else ''}; try: {hint}"]
 
 
-def _undetermined(system: System, equations: ConstrainedSystem, q: Array, rows: Redundancy) -> list[str]:
+def _undetermined_rows(system: System, equations: ConstrainedSystem, q: Array, rows: Redundancy) -> list[str]:
     """Return a sentence for each row that follows from other rows at the start, and adds hardly any condition
     nearby."""
     if not rows.hardly:
@@ -225,7 +225,7 @@ def _sensitive(
     return ()
 
 
-def _driven(system: System, row: int) -> bool:
+def _is_driven(system: System, row: int) -> bool:
     """Return whether a constraint equation prescribes a motion in time, independent of the base."""
     level = row < system.holonomic
     ref = system.functions["constraint" if level else "constraint_velocity"].refs[row]
@@ -255,21 +255,13 @@ def constrained(
     rows, nv = len(system.multipliers), system.nv
     sparse = "mass_values" in system.functions
 
-    def matrix(values: Array, name: str, shape: tuple[int, int]) -> Any:
+    def matrix(whole: str, nonzeros: str, pattern: str, shape: tuple[int, int], q: Array, t: float) -> Any:
+        if not sparse:
+            return at(whole, t, q=q).reshape(shape)
         from scipy.sparse import csr_matrix  # noqa: PLC0415  # small systems have whole matrices
 
-        places = np.array(system.patterns[name], dtype=np.int64).reshape(-1, 2).T
-        return csr_matrix((values, (places[0], places[1])), shape=shape)
-
-    def jacobian(q: Array, t: float) -> Any:
-        if sparse:
-            return matrix(at("jacobian_values", t, q=q), "B", (rows, nv))
-        return at("constraint_jacobian", t, q=q).reshape(rows, nv)
-
-    def mass(q: Array) -> Any:
-        if sparse:
-            return matrix(at("mass_values", 0.0, q=q), "M_values", (nv, nv))
-        return at("mass", 0.0, q=q).reshape(nv, nv)
+        places = np.array(system.patterns[pattern], dtype=np.int64).reshape(-1, 2).T
+        return csr_matrix((at(nonzeros, t, q=q), (places[0], places[1])), shape=shape)
 
     return ConstrainedSystem(
         factors=system.factors,
@@ -279,8 +271,8 @@ def constrained(
         holonomic=system.holonomic,
         constraint=lambda q, t: at("constraint", t, q=q) if system.holonomic else np.zeros(0),
         velocity=lambda q, v, t: at("constraint_velocity", t, q=q, v=v),
-        jacobian=jacobian,
-        mass=mass,
+        jacobian=lambda q, t: matrix("constraint_jacobian", "jacobian_values", "B", (rows, nv), q, t),
+        mass=lambda q: matrix("mass", "mass_values", "M_values", (nv, nv), q, 0.0),
         sizes=lambda q, t: split_sizes(at("constraint_size", t, q=q)),
         elastic=elastic_components(system.factors, [item.name for item in system.slopes]),
         beams=_beams(system, description, defaults, lambda q: at("poses", 0.0, q=q).reshape(len(q), -1, 7)),

@@ -13,7 +13,7 @@ import json
 import os
 import sys
 from collections.abc import Callable, Iterable, Mapping
-from functools import cached_property, partial, reduce
+from functools import cached_property, partial
 from importlib import import_module
 from inspect import getattr_static
 from pathlib import Path
@@ -252,21 +252,13 @@ def to_text(value: Any) -> str:
         kind = type(item)
         if item is None or kind in (str, int, float, bool):
             return item
-        if kind is Message:
-            return {"message": [item.line, item.doubt]}
-        if kind is tuple:
-            return [convert(part) for part in item]
+        if kind in _WRITE:
+            return _WRITE[kind](item, convert)
         if kind not in kinds:
-            if kind is dict:
-                return {"map": [[convert(key), convert(part)] for key, part in item.items()]}
-            if kind is bytes:
-                return {"bytes": item.hex()}
             if kind.__module__ == "fractions":
                 return {"fraction": str(item)}
             if kind is np.ndarray and item.dtype.kind in "fiubc":
                 return {"array": [item.dtype.str, item.shape, item.tobytes().hex(), bool(item.flags.writeable)]}
-            if kind is MethodType:
-                return {"method": [convert(item.__self__), item.__name__]}
             if kind in _FUNCTIONS and "<" not in item.__qualname__ and _object(_name(item)) is item:
                 return {"function": _name(item)}
             if not is_dataclass(kind) or _object(_name(kind)) is not kind:
@@ -338,6 +330,14 @@ def _method(value: Any, read: Callable[[Any], Any]) -> Any:
     return bound
 
 
+#: Functions that convert the values of types, and a function for their parts.
+_WRITE: Mapping[type, Callable[[Any, Callable[[Any], Any]], Any]] = {
+    tuple: lambda value, convert: [convert(part) for part in value],
+    dict: lambda value, convert: {"map": [[convert(key), convert(part)] for key, part in value.items()]},
+    bytes: lambda value, _: {"bytes": value.hex()},
+    Message: lambda value, _: {"message": [value.line, value.doubt]},
+    MethodType: lambda value, convert: {"method": [convert(value.__self__), value.__name__]},
+}
 _READ: Mapping[str, Callable[[Any, Callable[[Any], Any]], Any]] = {
     "map": lambda value, read: {read(key): read(part) for key, part in value},
     "message": lambda value, _: Message(*value),
@@ -353,15 +353,13 @@ def _name(value: Any) -> str:
     return f"{value.__module__}:{value.__qualname__}"
 
 
-def _part(owner: Any, name: str) -> Any:
-    return getattr(owner, name, None)
-
-
 def _object(name: str) -> Any:
     """Return a class or function of eomgen. Raises NoRecordError for any other name."""
     module, _, attribute = name.partition(":")
     known = module.startswith("eomgen.") or name in _COMPARISONS
-    value = reduce(_part, attribute.split("."), import_module(module)) if known else None
+    value = import_module(module) if known else None
+    for part in attribute.split("."):
+        value = getattr(value, part, None)
     if value is None:
         raise NoRecordError(name)
     return value
