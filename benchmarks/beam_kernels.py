@@ -44,12 +44,12 @@ def measured(elements: int, kind: str, method: str) -> dict[str, float]:
     """Build a beam for runs and take steps, in this process."""
     import eomgen  # noqa: PLC0415  # importing is part of what is measured
     from eomgen.integrators.families.register import method_named  # noqa: PLC0415
-    from eomgen.pipeline.pipeline import built_for_run  # noqa: PLC0415
+    from eomgen.pipeline.pipeline import build_for_run  # noqa: PLC0415
     from eomgen.simulation.timing import RepeatedRun  # noqa: PLC0415
 
     example = runpy.run_path(str(ROOT / "examples" / "flying_spaghetti" / "spaghetti.py"))
     scene = example["scene"](elements, model=kind)
-    model = built_for_run(eomgen.load(scene), method)
+    model = build_for_run(eomgen.load(scene), method)
     found = {"Python": seconds(resource.RUSAGE_SELF), "compiler": seconds(resource.RUSAGE_CHILDREN)}
     texts = [path.read_text(encoding="utf-8") for path in Path(model.library.folder).glob("*.c")]
     found |= {"statements": float(sum(text.count(";") for text in texts)), "kB of C": sum(map(len, texts)) / 1e3}

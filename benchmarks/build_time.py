@@ -73,9 +73,9 @@ def measured(case: str, functions: str, robot: Path | None) -> dict[str, float]:
     if functions == "all":
         model = eomgen.build(scene, method=method)
     else:
-        from eomgen.pipeline.pipeline import built_for_run  # behind eomgen.load, by which users import NumPy
+        from eomgen.pipeline.pipeline import build_for_run  # behind eomgen.load, by which users import NumPy
 
-        model = built_for_run(scene, method)
+        model = build_for_run(scene, method)
     laps.append(time.perf_counter())
     step = scene.simulation.step
     solution = model.simulate(step, step, method=method, error_estimate=False)

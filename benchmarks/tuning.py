@@ -24,7 +24,7 @@ from typing import Any
 
 import eomgen
 from eomgen.errors import EomgenError
-from eomgen.pipeline import pipeline
+from eomgen.pipeline import documents
 from eomgen.products.studies.tuning.judge import OWN, Condition, Demand, Judge, conditions, under
 from eomgen.products.studies.work_precision.axes import TOLERANCE, candidates
 from eomgen.products.studies.work_precision.formulations import formulations
@@ -150,7 +150,7 @@ class _Beside:
         scene, output, end = SCENES[name]
         self.tuned, self.demand = tuned, demand
         forms = formulations(scene, {}, others=True)
-        document, front_end = pipeline.as_document(forms.scenes[forms.own])
+        document, front_end = documents.as_document(forms.scenes[forms.own])
         simulation = front_end.describe(document).simulation
         grid = tuning_grid(end or simulation.duration, simulation.step, simulation.step * simulation.record_every)
         self.runner = Runner(forms, grid)

@@ -26,8 +26,10 @@ if TYPE_CHECKING:
         ToolchainError,
         UsageError,
     )
+    from eomgen.pipeline.documents import load
+    from eomgen.pipeline.generation import generate
     from eomgen.pipeline.model import Model
-    from eomgen.pipeline.pipeline import build, derive, generate, load
+    from eomgen.pipeline.pipeline import build, derive
     from eomgen.pipeline.saved_models import load_model
     from eomgen.products import exported
     from eomgen.products.exported import *  # noqa: F403  # a stub with __all__
@@ -61,7 +63,9 @@ if TYPE_CHECKING:
 
 #: Other names of the core, each with its module; products register theirs.
 _HOMES = {
-    **dict.fromkeys(("load", "derive", "generate", "build"), "eomgen.pipeline.pipeline"),
+    **dict.fromkeys(("derive", "build"), "eomgen.pipeline.pipeline"),
+    "load": "eomgen.pipeline.documents",
+    "generate": "eomgen.pipeline.generation",
     "Model": "eomgen.pipeline.model",
     "Solution": "eomgen.results.solution",
     "SceneBuilder": "eomgen.scene.builder",

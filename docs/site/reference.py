@@ -29,7 +29,7 @@ from eomgen.cli.explain import pages as pages_by_room
 from eomgen.codegen.targets.c.uniform import MEANINGS
 from eomgen.errors import UsageError
 from eomgen.integrators.families.register import BUILT_IN, method_named
-from eomgen.pipeline.pipeline import generate
+from eomgen.pipeline.generation import generate
 from eomgen.scene.load import load_toml
 from eomgen.system.system import BASE_LAYOUT, INPUT_BLOCKS
 from tests.product_parts import facts_of

@@ -97,11 +97,11 @@ def generate(
     -DEG_LANES=4, 8 or 16). --set NAME=VALUE makes values the defaults of the C. manifest.json has the command that
     compiles the folder, and names and units of parameters, inputs, states and outputs.
     """
-    from eomgen.pipeline import pipeline  # noqa: PLC0415  # SymPy comes with it
+    from eomgen.pipeline import documents, generation  # noqa: PLC0415  # SymPy comes with it
     from eomgen.scene.scene import Scene  # noqa: PLC0415
 
     _check_machines(machines, target)
-    described = pipeline.load(scene, **reading)
+    described = documents.load(scene, **reading)
     values: Mapping[str, float | str] = assignments("--set", parameters)
     steps = ""
     if isinstance(described, Scene):
@@ -109,7 +109,7 @@ def generate(
         check_assigned(described, values, {}, robot=takes(Path(scene), "tunable"))
         values = in_units("--set", values, described.parameters)
         steps = stand_in(described, method) if only is None else ""
-    files = pipeline.generate(
+    files = generation.generate(
         described, folder, terms, method, target=target, real=real, parameters=values, only=only, uniform=uniform
     )
     if machines:
@@ -138,7 +138,7 @@ def _check_machines(machines: Sequence[str], target: str) -> None:
 
 def _work_of_step(scene: Scene, method: str | None) -> dict[str, Any]:
     """Return the operations of a step of a method, or of calls of its functions if steps differ."""
-    from eomgen.pipeline.pipeline import method_of  # noqa: PLC0415
+    from eomgen.pipeline.methods import method_of  # noqa: PLC0415
     from eomgen.pipeline.step_operations import operations_of_calls, operations_of_step  # noqa: PLC0415
 
     name = method_of(scene, method)

@@ -64,8 +64,10 @@ def info(
 ) -> None:
     """Show degrees of freedom, groups, kept and dropped terms, and exact operation counts of a SCENE."""
     from eomgen.mechanics.savings import savings  # noqa: PLC0415  # SymPy comes with it
+    from eomgen.pipeline.documents import load_scene  # noqa: PLC0415
     from eomgen.pipeline.front_end import file_kinds  # noqa: PLC0415
-    from eomgen.pipeline.pipeline import derive, load_scene, method_of  # noqa: PLC0415
+    from eomgen.pipeline.methods import method_of  # noqa: PLC0415
+    from eomgen.pipeline.pipeline import derive  # noqa: PLC0415
     from eomgen.pipeline.step_operations import joined_coordinates, operations_of_step  # noqa: PLC0415
 
     options = {**reading, "terms": terms, "base_parameters": base_parameters}

@@ -45,11 +45,11 @@ def read_scene(path: str, options: dict[str, Any]) -> Scene:
     -------
     Scene
     """
-    from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.pipeline import documents  # noqa: PLC0415  # imported when the arguments are known to be fine
 
     changes, signals = assignments("--set", options["parameters"]), assignments("--input", options["inputs"])
     starts = assignments("--initial", options["initial"])
-    scene = pipeline.load_scene(path, **{name: options.pop(name) for name in SCENE_OPTIONS})
+    scene = documents.load_scene(path, **{name: options.pop(name) for name in SCENE_OPTIONS})
     say_notes(scene)
     check_assigned(scene, changes, signals, robot=takes(Path(path), "tunable"))
     options["parameters"] = in_units("--set", changes, scene.parameters)
@@ -72,11 +72,11 @@ def stand_in(scene: Scene, method: str | None) -> str:
     ----------
     method : None: the scene's method
     """
-    from eomgen.pipeline import pipeline  # noqa: PLC0415
+    from eomgen.pipeline import methods  # noqa: PLC0415
 
     if (scene.simulation.method if method is None else method) != "auto":
         return ""
-    return f" with steps of {pipeline.method_of(scene, method)}, as auto chooses before runs alone"
+    return f" with steps of {methods.method_of(scene, method)}, as auto chooses before runs alone"
 
 
 def run(scene: Scene, options: dict[str, Any], *, once: bool = False) -> tuple[Model, Solution]:
@@ -94,7 +94,7 @@ def run(scene: Scene, options: dict[str, Any], *, once: bool = False) -> tuple[M
     method = own["method"] if resumed is None else _method_of(resumed, own)
     with building(scene.name), own_process():
         steps = _steps(scene, options) if once and resumed is None else None
-        model = pipeline.built_for_run(scene, method, own.get("start"), options["profile"], steps=steps)
+        model = pipeline.build_for_run(scene, method, own.get("start"), options["profile"], steps=steps)
     if model.nv >= _LONG:
         gc.collect()
     with terminal_bar(scene.name) as progress:

@@ -122,7 +122,7 @@ class LaneCompanions:
         elif companion.seconds > _LOOK and not companion.sought:
             companion.sought = True
             self._look(name, companion)
-        compiled = PROFILES[self._library.profile].companions
+        compiled = PROFILES[self._library.profile].split
         if compiled and companion.seconds > companion.compiling and companion.library is None:
             self._begin(name, companion)
         return companion

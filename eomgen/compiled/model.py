@@ -64,6 +64,36 @@ _INTERNALS = frozenset(
 _OTHER_PARAMETERS = "simulate(..., parameters={...}), or set_parameter of the simulator of start(...)"
 
 
+class Source:
+    """All that a model asks for after it was built; None: a model that was made by hand has none.
+
+    Attributes
+    ----------
+    initial_at : returns q and v of the scene's initial state at other parameters, if the state depends on parameters
+    with_terms : builds a model of the same scene with other terms
+    gains : finds the parameters that calibrations fill, at values of the remaining parameters
+    every_row : evaluates the constraints with the rows that were left out as redundant, at parameters (np,)
+    scene : the front end's object from which the model was made, as a scene
+    again : the call that makes the model, from the cache if the library is there, which is pickled in place of the
+        model
+    in_lanes : returns the stepper of a library for several trajectories side by side, or why there is none
+    in_complex : builds the library of functions of some terms in complex numbers
+    branches : derives the equations once more, and returns the conditions of the branches in these equations
+    record : returns scene and description as JSON types, for a file of the model
+    """
+
+    initial_at: Start | None = None
+    with_terms: Callable[[Sequence[str]], Any] | None = None
+    gains: Gains | None = None
+    every_row: EveryRow | None = None
+    scene: Any = None
+    again: functools.partial[Any] | None = None
+    in_lanes: Callable[[Library, str, LaneFiles], LaneLibrary | str] | None = None
+    in_complex: Callable[[Sequence[str]], Library] | None = None
+    branches: Callable[[], Branches] | None = None
+    record: Callable[[], Sequence[object]] | None = None
+
+
 class CompiledModel(NamedAttributes):
     """The functions of a compiled scene on arrays; ``eomgen.pipeline.model.Model`` has analyses and runs as well.
 
@@ -79,57 +109,18 @@ class CompiledModel(NamedAttributes):
     stepper : callable
         Returns the library with the stepper of a method, and with the functions of a ``Selection`` if one is given;
         called once for each method and selection.
-    start : callable, optional
-        Returns q and v of the scene's initial state at other parameters, if the state depends on parameters.
-    built : callable, optional
-        Builds a model of the same scene with other terms.
-    gains : callable, optional
-        Finds the parameters that calibrations fill, at values of the remaining parameters.
-    every_row : callable, optional
-        Derives the constraints with the rows that were left out as redundant, and returns a function of parameters
-        (np,) that evaluates these constraints.
-    scene : optional
-        The front end's object from which the model was made, as a scene, or a function that returns the object.
-    again : partial, optional
-        The call that makes this model, from the cache if the library is there: the call is pickled in place of the
-        model.
-    in_complex : callable, optional
-        Builds the library of functions of some terms in complex numbers.
-    branches : callable, optional
-        Derives the equations once more, and returns the conditions of the branches in these equations.
-    record : callable, optional
-        Returns scene and description as JSON types, for a file of the model.
+    source : Source
+        All else that the model asks for later.
     """
 
     def __init__(
-        self,
-        description: Description,
-        library: Library,
-        stepper: Callable[..., Library],
-        start: Start | None = None,
-        built: Callable[[Sequence[str]], Self] | None = None,
-        gains: Gains | None = None,
-        every_row: Callable[[], EveryRow] | None = None,
-        scene: Any = None,
-        again: functools.partial[Self] | None = None,
-        in_lanes: Callable[[Library, str, LaneFiles], LaneLibrary | str] | None = None,
-        in_complex: Callable[[Sequence[str]], Library] | None = None,
-        branches: Callable[[], Branches] | None = None,
-        record: Callable[[], Sequence[object]] | None = None,
+        self, description: Description, library: Library, stepper: Callable[..., Library], source: Source | None = None
     ) -> None:
         layout = library.layout
         self.description = description
-        self._scene = scene
+        self._source = source = Source() if source is None else source
         self._steppers = functools.cache(stepper)
-        self.initial_at = start
-        self._in_lanes = in_lanes
-        self._in_complex = in_complex
-        self.branches = branches
-        self.record = record
-        self._built = built
-        self._gains = gains
-        self._every_row = every_row
-        self._again = again
+        self.initial_at, self.branches, self.record = source.initial_at, source.branches, source.record
         self._others: list[Self] = []
         self._complex: dict[tuple[str, ...], Functions] = {}
         defaults = {item["name"]: float(item["value"]) for item in layout["parameters"]}
@@ -203,7 +194,8 @@ class CompiledModel(NamedAttributes):
             The library, or a sentence that says why there is none.
         """
         if "in lanes" not in library.kept:
-            made = "the model was made by hand" if self._in_lanes is None else self._in_lanes(library, cdef, files_of)
+            in_lanes = self._source.in_lanes
+            made = "the model was made by hand" if in_lanes is None else in_lanes(library, cdef, files_of)
             library.kept["in lanes"] = made
         result: LaneLibrary | str = library.kept["in lanes"]
         return result
@@ -211,7 +203,7 @@ class CompiledModel(NamedAttributes):
     @functools.cached_property
     def scene(self) -> Any:
         """The front end's object from which the model was made, such as a scene; None without one."""
-        return self._scene() if callable(self._scene) else self._scene
+        return self._source.scene
 
     def __dir__(self) -> list[str]:
         return [name for name in super().__dir__() if name not in _INTERNALS]
@@ -230,10 +222,10 @@ class CompiledModel(NamedAttributes):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return the call that makes the model in another process, since machine code is not sent."""
-        if self._again is None:
+        if self._source.again is None:
             fault = "this model was made by hand and cannot be sent to another process [E0265]"
             raise UsageError(Problem("pickle", fault, "eomgen.build(scene), whose models can"))
-        return self._again, ()
+        return self._source.again, ()
 
     # -- functions of the model ----------------------------------------------------------------------------------------
 
@@ -351,12 +343,12 @@ class CompiledModel(NamedAttributes):
             This model, or another, compiled at first use.
         """
         wanted = tuple(name for name in terms if TERMS[name].exists_with(self._facts))
-        if all(name in self.functions for name in wanted) or self._built is None:
+        if all(name in self.functions for name in wanted) or self._source.with_terms is None:
             return self
         for other in self._others:
             if all(name in other.functions for name in wanted):
                 return other
-        self._others.append(self._built(wanted))
+        self._others.append(self._source.with_terms(wanted))
         return self._others[-1]
 
     def in_complex(self, terms: Sequence[str]) -> Functions:
@@ -380,10 +372,10 @@ class CompiledModel(NamedAttributes):
         """
         wanted = tuple(name for name in terms if TERMS[name].exists_with(self._facts))
         if wanted not in self._complex:
-            if self._in_complex is None:
+            if self._source.in_complex is None:
                 fault = "this model was made by hand and has no functions in complex numbers [E0266]"
                 raise UsageError(Problem("in_complex", fault, "eomgen.build(scene), whose models can"))
-            self._complex[wanted] = Functions(self._in_complex(wanted))
+            self._complex[wanted] = Functions(self._source.in_complex(wanted))
         return self._complex[wanted]
 
     def calibrate(self, *, parameters: Mapping[str, float] | None = None) -> dict[str, float]:
@@ -416,10 +408,10 @@ class CompiledModel(NamedAttributes):
         ['ride_gain_body', 'ride_gain_deflection']
         """
         self.parameter_array(parameters)
-        if self._gains is None and getattr(self.scene, "feedback", None) == ():
+        if self._source.gains is None and getattr(self.scene, "feedback", None) == ():
             fault = "the scene has no state_feedback, so there are no gains to be found [E0267]"
             raise UsageError(Problem("calibrate", fault, 'type = "state_feedback" of an entry of [controllers]'))
-        return {} if self._gains is None else self._gains(dict(parameters or {}))
+        return {} if self._source.gains is None else self._source.gains(dict(parameters or {}))
 
     def consistent(
         self,
@@ -500,10 +492,10 @@ class CompiledModel(NamedAttributes):
         left_out = self.library.layout["left_out"]
         given = zip(self.parameters.items(), p.tolist(), strict=True)
         changed = [f"{name} = {new:.6g}" for (name, old), new in given if new != old]
-        if left_out and changed and self._every_row is not None:
+        if left_out and changed and self._source.every_row is not None:
             from eomgen.solvers.redundancy import check_left_out  # noqa: PLC0415  # few constraints follow from others
 
-            return check_left_out(self._every_row()(p), left_out, q, v, t, at=", ".join(changed))
+            return check_left_out(self._source.every_row(p), left_out, q, v, t, at=", ".join(changed))
         return []
 
     # -- solvers of others ---------------------------------------------------------------------------------------------

@@ -3,9 +3,13 @@
 __all__ = [
     "citations",
     "content",
+    "documents",
     "front_end",
+    "generation",
+    "methods",
     "model",
     "pipeline",
+    "requests",
     "saved_models",
     "step_operations",
 ]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from eomgen.integrators.families.literature import Paper, papers_of
 from eomgen.integrators.families.register import AUTO, STANDARD, method_compiled, method_names
-from eomgen.pipeline.pipeline import load
+from eomgen.pipeline.documents import load
 from eomgen.scene.sources.register import own_endings
 
 

@@ -13,8 +13,10 @@ from eomgen.base.calls import checked_call
 from eomgen.base.files import read_arrays
 from eomgen.compiled.saving import OF_PYTHON, check_machine, name_of
 from eomgen.errors import FileError, Problem
-from eomgen.pipeline.pipeline import Stored, built_in
+from eomgen.pipeline.documents import as_document
+from eomgen.pipeline.pipeline import build_model
 from eomgen.pipeline.readings import NoRecordError, from_record
+from eomgen.pipeline.requests import ModelRequest
 from eomgen.system.terms import Selection
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.compiler import library_suffix
@@ -70,8 +72,8 @@ def load_model(path: str | os.PathLike[str]) -> Model:
         fault = f"this is not a {_NOUN} written by eomgen: {why} [E0134]"
         raise FileError(Problem(str(path), fault, _HINT)) from None
     own = names[0][0]
-    stored = Stored(lambda selection, method: libraries.get((selection, method)), partial(load_model, path))
-    return built_in(None, record.lean, own.terms, metadata["method"], profile, real, start=own.start, stored=stored)
+    asked = *as_document(record.lean), own.terms, metadata["method"], profile, real, own.start, None
+    return build_model(ModelRequest(*asked, libraries, partial(load_model, path)))
 
 
 def _libraries(arrays: Mapping[str, Array], builder: Builder, mode: str, count: int) -> Iterator[Library]:

@@ -21,9 +21,8 @@ class Profile:
     flags : of the compiler
     native : whether the code may only be reused on the same kind of processor
     on_tape : whether long functions of the model are not C but code of the tape engine
-    split : whether long libraries come in two, functions that runs call first, and long steppers are compiled while
-        functions are scheduled
-    companions : whether companions for batches are compiled unasked
+    split : whether compilers work in the background: long libraries come in two, functions that runs call first, long
+        steppers are compiled while functions are scheduled, and companions for batches are compiled unasked
     short_runs : profile by which a short first run may be stepped in place of this one, if any
     successor : profile of the library that takes the place of this one in the background, if any
     other_numbers : whether the library of a model that differs in numbers alone is taken
@@ -34,7 +33,6 @@ class Profile:
     native: bool = False
     on_tape: bool = False
     split: bool = False
-    companions: bool = False
     short_runs: str = "instant"
     successor: str = ""
     other_numbers: bool = True
@@ -44,6 +42,9 @@ class Profile:
 PROFILE_VARIABLE = "EOMGEN_PROFILE"
 STANDARD_PROFILE = os.environ.get(PROFILE_VARIABLE) or "fast"
 
+_SUCCESSOR = "fast" if STANDARD_PROFILE == "instant" else STANDARD_PROFILE
+
+_INSTANT = ("-O0", "-ffp-contract=off", "-DEOMGEN_ON_TAPE")
 _FAST = (
     "-O2",
     "-march=native",
@@ -59,17 +60,10 @@ _FAST = (
 #: emitted manifest gives. ``quick``: for tests. ``instant``: the least work for a compiler; the bits of
 #: ``reproducible``.
 _ROWS = (
-    Profile("fast", _FAST, native=True, split=True, companions=True),
-    Profile("reproducible", ("-O2", "-ffp-contract=off"), split=True, companions=True),
+    Profile("fast", _FAST, native=True, split=True),
+    Profile("reproducible", ("-O2", "-ffp-contract=off"), split=True),
     Profile("quick", ("-O0", "-ffp-contract=off")),
-    Profile(
-        "instant",
-        ("-O0", "-ffp-contract=off", "-DEOMGEN_ON_TAPE"),
-        on_tape=True,
-        short_runs="",
-        successor="fast" if STANDARD_PROFILE == "instant" else STANDARD_PROFILE,
-        other_numbers=False,
-    ),
+    Profile("instant", _INSTANT, on_tape=True, short_runs="", successor=_SUCCESSOR, other_numbers=False),
 )
 PROFILES = {row.name: row for row in _ROWS}
 

@@ -350,12 +350,12 @@ def test_a_mistake_in_a_process_of_its_own_shows_no_traceback_but_on_request(sce
 def test_a_fault_of_ours_is_called_one(
     scene_file: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from eomgen.pipeline import pipeline
+    from eomgen.pipeline import documents
 
     def broken(*_: object, **__: object) -> None:
         raise KeyError("lost")
 
-    monkeypatch.setattr(pipeline, "load_scene", broken)
+    monkeypatch.setattr(documents, "load_scene", broken)
     code, _, message = _run(["info", str(scene_file)], capsys)
     assert code == 1
     assert plain(message) == "internal error: KeyError: 'lost'; this is a fault of eomgen; try: the same with --debug\n"
@@ -364,12 +364,12 @@ def test_a_fault_of_ours_is_called_one(
 def test_ctrl_c_while_a_class_is_made_is_an_interruption(
     scene_file: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from eomgen.pipeline import pipeline
+    from eomgen.pipeline import documents
 
     def broken(*_: object, **__: object) -> None:
         raise RuntimeError("Error calling __set_name__") from KeyboardInterrupt()
 
-    monkeypatch.setattr(pipeline, "load_scene", broken)
+    monkeypatch.setattr(documents, "load_scene", broken)
     code, _, message = _run(["info", str(scene_file)], capsys)
     assert (code, message) == (130, "interrupted\n")
 

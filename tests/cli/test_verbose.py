@@ -32,7 +32,7 @@ def test_verbose_says_what_is_done_on_stderr(own_logger: logging.Logger, tmp_pat
     assert main(["info", str(scene), "--json", "-v"]) == 0
     told = capsys.readouterr()
     assert told.out == quiet.out and quiet.err == ""
-    assert "eomgen.pipeline.pipeline: derived slider in " in told.err
+    assert "eomgen.pipeline.programs: derived slider in " in told.err
 
 
 def test_a_run_is_logged(caplog: pytest.LogCaptureFixture) -> None:

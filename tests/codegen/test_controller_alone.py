@@ -18,7 +18,7 @@ from eomgen.base.arrays import Array
 from eomgen.cli import main
 from eomgen.codegen.targets.c.naming import NAMES
 from eomgen.codegen.targets.target import Target
-from eomgen.pipeline.pipeline import _check_only, _check_scene
+from eomgen.pipeline.generation import _check_only, _check_scene
 from tests.models.cache import shared_cache
 from tests.models.lattice import Lattice
 from tests.models.toml_text import toml_text

@@ -10,7 +10,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.pipeline import content, pipeline
+from eomgen.pipeline import content, requests
 from tests.models.scenes import PENDULUM_TOML, pendulum_scene
 
 
@@ -43,7 +43,7 @@ def test_another_method_is_looked_up_once(monkeypatch: pytest.MonkeyPatch) -> No
     model.simulate(0.05, 1e-2, method="rk4")  # looked up, compiled where it is not in the cache
     looked: list[str] = []
     monkeypatch.setattr(content, "checkout_stamp", lambda: looked.append("stamp") or "")
-    monkeypatch.setattr(pipeline, "_library", lambda *arguments: looked.append("library"))
+    monkeypatch.setattr(requests.LibraryRequest, "find", lambda request: looked.append("library"))
     again = [model.simulate(0.05, 1e-2, method=name) for name in ("rk4", "runge_kutta", "rk4")]
     assert all(run.metadata["method"] == "rk4" for run in again)
     assert looked == []

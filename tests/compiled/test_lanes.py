@@ -18,7 +18,7 @@ from eomgen.compiled import functions
 from eomgen.compiled.functions import Functions, LaneCompanions
 from eomgen.errors import ToolchainError, UsageError
 from eomgen.pipeline.model import Model
-from eomgen.pipeline.pipeline import built_in
+from eomgen.pipeline.pipeline import build_in
 from eomgen.toolchain import builder
 from eomgen.toolchain.compiler import RunningCompilers
 from tests.models.scenes import pendulum_scene
@@ -222,7 +222,7 @@ def test_companions_of_models_with_other_numbers_are_one_compilation(
         bodies = {"rod": {"mass": mass, "center_of_mass": [0.31, 0.02, -0.5], "inertia": [0.2, 0.21, 0.013]}}
         joints = {"swing": {"type": "revolute", "parent": "base", "child": "rod", "axis": [0, 1, 0]}}
         scene = eomgen.load({"format": 1, "name": "rod", "bodies": bodies, "joints": joints})
-        library = built_in(tmp_path, scene, profile="reproducible").library
+        library = build_in(tmp_path, scene, profile="reproducible").library
         assert library.companion is not None
         libraries.append((library, library.companion(library.layout["functions"][0]["name"], RunningCompilers())))
         monkeypatch.setattr(builder, "Compilation", None)  # for the second mass

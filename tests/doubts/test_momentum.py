@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.pipeline.pipeline import built_for_run
+from eomgen.pipeline.pipeline import build_for_run
 from eomgen.products.doubts import momentum
 from eomgen.products.doubts.momentum import momentum_drift
 from tests.models.cosserat import beam_scene
@@ -132,7 +132,7 @@ def test_momentum_that_grows_in_a_jointed_chain_of_any_length_is_told(count: int
 @pytest.mark.long
 def test_runs_of_a_long_jointed_chain_have_what_tells_a_drift(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(momentum, "REPORTED_MOMENTUM", 0.0)
-    model = built_for_run(jointed_chain(60, tied=False), profile="instant")
+    model = build_for_run(jointed_chain(60, tied=False), profile="instant")
     assert "mass" not in model.terms
     run = model.simulate(0.01, 1e-3, error_estimate=False)
     assert re.search(r"momentum (along|about) [xyz], which no force changes, drifts by \S+ %", run.message)

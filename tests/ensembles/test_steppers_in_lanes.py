@@ -9,7 +9,7 @@ import pytest
 
 import eomgen
 from eomgen.integrators.stepper_layout import default_settings
-from eomgen.pipeline.pipeline import built_in
+from eomgen.pipeline.pipeline import build_in
 from eomgen.products.ensembles.lane_code import stepper_in_lanes
 from eomgen.simulation.stepping.stepper import LaneStepper, Stepper
 from eomgen.toolchain import builder
@@ -247,7 +247,7 @@ def test_lanes_of_models_with_other_numbers_are_one_compilation(
         joints = {"rail": {**rail, "stiffness": spring, "initial": {"position": 0.1}}}
         parameters = {"mass": {"value": 1.5, "tunable": True}}
         data = {"format": 1, "name": "cart", "parameters": parameters, "bodies": bodies, "joints": joints}
-        model = built_in(tmp_path, eomgen.load(data), method="rk4", profile="reproducible")
+        model = build_in(tmp_path, eomgen.load(data), method="rk4", profile="reproducible")
         assert isinstance(stepper_in_lanes(model, model.library), LaneLibrary)
         made.append(model)
         monkeypatch.setattr(builder, "compile_library", None)  # for the second stiffness

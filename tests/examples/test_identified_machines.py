@@ -16,7 +16,7 @@ from scipy import stats
 
 import eomgen
 from eomgen.base.arrays import Array
-from eomgen.pipeline.pipeline import built_for_run
+from eomgen.pipeline.pipeline import build_for_run
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -32,7 +32,7 @@ def demo(name: str) -> ModuleType:
 @pytest.fixture(scope="module")
 def quarter_car() -> Callable[[int], eomgen.Identification]:
     code = demo("identified_quarter_car")
-    model = built_for_run(code.scene())
+    model = build_for_run(code.scene())
     return lambda seed: eomgen.identify(
         model, code.measured(model, seed), list(code.UNKNOWN), values=code.UNKNOWN, step=code.STEP
     )
@@ -41,7 +41,7 @@ def quarter_car() -> Callable[[int], eomgen.Identification]:
 @pytest.fixture(scope="module")
 def arm() -> Callable[[int], eomgen.Identification]:
     code = demo("identified_arm")
-    measurement = code.Measurement(built_for_run(code.scene()))
+    measurement = code.Measurement(build_for_run(code.scene()))
     found: Callable[[int], eomgen.Identification] = measurement.identified
     return found
 

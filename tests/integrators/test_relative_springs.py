@@ -19,7 +19,7 @@ from eomgen.integrators.families.family import Family
 from eomgen.integrators.families.one_factorization import OneFactorization
 from eomgen.integrators.newton import solver
 from eomgen.integrators.newton.row_sums import with_row_sums
-from eomgen.pipeline.pipeline import built_in
+from eomgen.pipeline.pipeline import build_in
 from eomgen.pipeline.step_operations import joined_coordinates
 from tests.models.cache import shared_cache
 
@@ -126,7 +126,7 @@ def plain(scene: eomgen.Scene, folder: Path, method: str, monkeypatch: pytest.Mo
     """Return a model whose steps eliminate as they do without relative springs."""
     with monkeypatch.context() as patched:
         patched.setattr(OneFactorization, "prepared", Family.prepared)
-        return built_in(folder, scene, None, method, "quick")
+        return build_in(folder, scene, None, method, "quick")
 
 
 def test_the_ordinary_elimination_has_no_digit_left_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -138,7 +138,7 @@ def test_the_ordinary_elimination_has_no_digit_left_there(tmp_path: Path, monkey
 @pytest.mark.parametrize("name", ["grid", "two groups"])
 def test_tables_do_the_same_as_what_is_written_out(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(solver, "GROUPS_UNROLLED", 0)
-    made = built_in(tmp_path, described(name), None, "rosenbrock", "quick")
+    made = build_in(tmp_path, described(name), None, "rosenbrock", "quick")
     for kappa in (1.0, 1e9, 1e30):
         load = list(np.random.default_rng(2).normal(size=len(SYSTEMS[name][0])))
         assert error_of_a_step(made, name, kappa, load) <= 2e-15
@@ -165,7 +165,7 @@ def test_what_hangs_on_a_group_moves_as_ever(
     data["states"] = {"w": {"rate": "q.x1 - w", "initial": 0.1}}
     data["efforts"]["slow"] = {"joint": "x2", "effort": "1e3 * w"}
     monkeypatch.setattr(solver, "GROUPS_UNROLLED", unrolled)
-    made = built_in(tmp_path / "joined", data, None, method, "quick")
+    made = build_in(tmp_path / "joined", data, None, method, "quick")
     runs = [made, plain(eomgen.load(data), tmp_path / "plain", method, monkeypatch)]
     first, second = (run.simulate(2.0, 5e-3, method=method, error_estimate=False) for run in runs)
     assert np.abs(first.q - second.q).max() <= 1e-12 * np.abs(second.q).max()

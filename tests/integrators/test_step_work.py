@@ -15,7 +15,8 @@ from eomgen.cli import main
 from eomgen.integrators.families.register import method_named, terms_of
 from eomgen.integrators.stepper_data import method_data
 from eomgen.pipeline import step_operations
-from eomgen.pipeline.pipeline import derive, load
+from eomgen.pipeline.documents import load
+from eomgen.pipeline.pipeline import derive
 from tests.integrators.executed import Executed
 from tests.models.cache import shared_cache
 from tests.models.scenes import PENDULUM_TOML

@@ -22,9 +22,11 @@ from eomgen.codegen.targets.c.interface import INTERFACE_CDEF
 from eomgen.codegen.targets.c.target import generate_files, generate_interface
 from eomgen.codegen.targets.register import C
 from eomgen.errors import ToolchainError
-from eomgen.pipeline import pipeline, structures
+from eomgen.pipeline import structures
 from eomgen.pipeline.model import Model
-from eomgen.pipeline.pipeline import built_in
+from eomgen.pipeline.pipeline import build_in, build_reproducible
+from eomgen.pipeline.programs import write_program
+from eomgen.pipeline.requests import ProgramRequest
 from eomgen.pipeline.scenes import SCENES
 from eomgen.system.terms import Selection
 from eomgen.toolchain import compiler
@@ -100,7 +102,7 @@ def _texts(model: Model) -> dict[str, str]:
 def test_a_changed_number_compiles_and_schedules_nothing(
     change: Change, compiled: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    first = built_in(tmp_path, eomgen.load(PENDULUM), method="generalized_alpha", profile="quick")
+    first = build_in(tmp_path, eomgen.load(PENDULUM), method="generalized_alpha", profile="quick")
     assert {"pair.c", "pair_step.c", "pair_numbers.c", "interface.c"} <= set(compiled)
     compiled.clear()
     scene = copy.deepcopy(PENDULUM)
@@ -110,12 +112,12 @@ def test_a_changed_number_compiles_and_schedules_nothing(
     monkeypatch.setattr(
         scheduler, "schedule", lambda *given, **options: scheduled.append(given) or schedule(*given, **options)
     )
-    second = built_in(tmp_path, eomgen.load(scene), method="generalized_alpha", profile="quick")
+    second = build_in(tmp_path, eomgen.load(scene), method="generalized_alpha", profile="quick")
     assert compiled == []
     assert not scheduled
     assert second.library.digest != first.library.digest
     assert second.library.fingerprint != first.library.fingerprint
-    elsewhere = built_in(tmp_path / "elsewhere", eomgen.load(scene), method="generalized_alpha", profile="quick")
+    elsewhere = build_in(tmp_path / "elsewhere", eomgen.load(scene), method="generalized_alpha", profile="quick")
     assert _bits(second) == _bits(elsewhere) != _bits(first)
     assert _texts(second) == _texts(elsewhere)
 
@@ -132,30 +134,30 @@ def test_a_changed_mass_needs_no_compiler(profile: str, tmp_path: Path, monkeypa
     program.chmod(0o700)
     monkeypatch.setenv("CC", str(program))
     if profile == "instant":  # the engine is compiled with the first model of all
-        built_in(tmp_path, eomgen.load({**PENDULUM, "name": "other"}), profile=profile).finish_compilation()
-    first = built_in(tmp_path, eomgen.load(PENDULUM), method="generalized_alpha", profile=profile)
+        build_in(tmp_path, eomgen.load({**PENDULUM, "name": "other"}), profile=profile).finish_compilation()
+    first = build_in(tmp_path, eomgen.load(PENDULUM), method="generalized_alpha", profile=profile)
     first.finish_compilation()
     (tmp_path / "broken").touch()
     scene = copy.deepcopy(PENDULUM)
     _other_mass(scene)
-    second = built_in(tmp_path, eomgen.load(scene), method="generalized_alpha", profile=profile)
+    second = build_in(tmp_path, eomgen.load(scene), method="generalized_alpha", profile=profile)
     second.finish_compilation()
     mass = scene["bodies"]["rod"]["mass"]
     expected = 0.21 + mass * (0.31**2 + 0.5**2)
     assert second.mass(np.array([0.3]))[0, 0] == pytest.approx(expected, rel=1e-14)
     assert first.mass(np.array([0.3]))[0, 0] == pytest.approx(0.21 + 1.7 * (0.31**2 + 0.5**2), rel=1e-14)
     with pytest.raises(ToolchainError):
-        built_in(tmp_path / "elsewhere", eomgen.load(scene), method="generalized_alpha", profile=profile)
+        build_in(tmp_path / "elsewhere", eomgen.load(scene), method="generalized_alpha", profile=profile)
 
 
 @pytest.mark.slow
 def test_generated_c_has_its_numbers_in_the_text_and_the_same_bits(tmp_path: Path) -> None:
-    built_in(tmp_path, eomgen.load(PENDULUM), method="generalized_alpha", profile="quick")
+    build_in(tmp_path, eomgen.load(PENDULUM), method="generalized_alpha", profile="quick")
     scene = copy.deepcopy(PENDULUM)
     _other_mass(scene)
-    model = built_in(tmp_path, eomgen.load(scene), method="generalized_alpha", profile="quick")
-    every = Selection(None, "scene")
-    program, _ = pipeline._program(eomgen.load(scene), SCENES, every, "generalized_alpha", C)
+    model = build_in(tmp_path, eomgen.load(scene), method="generalized_alpha", profile="quick")
+    request = ProgramRequest(eomgen.load(scene), SCENES, Selection(None, "scene"), "generalized_alpha")
+    program, _ = write_program(request, C, build_reproducible)
     files = generate_files(program)
     files |= generate_interface(program, files)
     assert "pair_numbers.c" not in files
@@ -195,17 +197,17 @@ def _longer_pieces(scene: dict[str, Any]) -> None:
 def test_numbers_of_long_models_and_of_loops_stand_apart_too(
     scene: dict[str, Any], change: Change, compiled: list[str], tmp_path: Path
 ) -> None:
-    built_in(tmp_path, eomgen.load(scene), profile="quick", start="initial")
+    build_in(tmp_path, eomgen.load(scene), profile="quick", start="initial")
     compiled.clear()
     scene = copy.deepcopy(scene)
     change(scene)
-    built_in(tmp_path, eomgen.load(scene), profile="quick", start="initial")
+    build_in(tmp_path, eomgen.load(scene), profile="quick", start="initial")
     assert compiled == []
 
 
 @pytest.mark.long
 def test_a_damaged_object_is_compiled_again(compiled: list[str], tmp_path: Path) -> None:
-    built_in(tmp_path, eomgen.load(PENDULUM), method="generalized_alpha", profile="quick")
+    build_in(tmp_path, eomgen.load(PENDULUM), method="generalized_alpha", profile="quick")
     for file in tmp_path.glob("*/object.o"):
         file.write_bytes(file.read_bytes()[:-1])
     for file in tmp_path.glob("*/structure.json"):
@@ -213,18 +215,18 @@ def test_a_damaged_object_is_compiled_again(compiled: list[str], tmp_path: Path)
     compiled.clear()
     scene = copy.deepcopy(PENDULUM)
     _other_start(scene)
-    model = built_in(tmp_path, eomgen.load(scene), method="generalized_alpha", profile="quick")
+    model = build_in(tmp_path, eomgen.load(scene), method="generalized_alpha", profile="quick")
     assert {"pair.c", "pair_step.c", "pair_numbers.c", "interface.c"} <= set(compiled)
     assert model.simulate(0.01, error_estimate=False).success
 
 
 @pytest.mark.slow
 def test_a_changed_structure_compiles_the_functions_that_have_it(compiled: list[str], tmp_path: Path) -> None:
-    built_in(tmp_path, eomgen.load(PENDULUM), method="generalized_alpha", profile="quick")
+    build_in(tmp_path, eomgen.load(PENDULUM), method="generalized_alpha", profile="quick")
     compiled.clear()
     scene = copy.deepcopy(PENDULUM)
     scene["bodies"]["rod"]["center_of_mass"] = [0, 0, -0.5]
-    model = built_in(tmp_path, eomgen.load(scene), method="generalized_alpha", profile="quick")
+    model = build_in(tmp_path, eomgen.load(scene), method="generalized_alpha", profile="quick")
     assert {"pair.c", "pair_numbers.c"} <= set(compiled)
     assert "interface.c" not in compiled
     [torque] = model.evaluate("residual", np.array([0.2]), v=np.zeros(1), a=np.array([3.0])).values()
@@ -245,7 +247,7 @@ def test_tables_give_the_bits_of_numbers_in_the_text(
     example: str, profile: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = EXAMPLES / example / "scene.toml"
-    tables = _bits(built_in(tmp_path / "tables", scene, profile=profile))
+    tables = _bits(build_in(tmp_path / "tables", scene, profile=profile))
     written = target.written_library
 
     def in_text(program: Any, bytecode: Path, **_: object) -> object:
@@ -253,6 +255,6 @@ def test_tables_give_the_bits_of_numbers_in_the_text(
 
     monkeypatch.setattr(target, "written_library", in_text)
     monkeypatch.setattr(structures, "structure_of", lambda *_: None)
-    literals = built_in(tmp_path / "literals", scene, profile=profile)
+    literals = build_in(tmp_path / "literals", scene, profile=profile)
     assert not list(literals.library.folder.glob("*_numbers.c"))
     assert tables == _bits(literals)

@@ -14,7 +14,10 @@ from eomgen.codegen.program import Program, ProgramFunction
 from eomgen.codegen.targets.c.target import generate_files
 from eomgen.codegen.targets.register import C
 from eomgen.integrators.families.register import method_named
-from eomgen.pipeline import equal_elements, pipeline
+from eomgen.pipeline import equal_elements
+from eomgen.pipeline.pipeline import build_reproducible
+from eomgen.pipeline.programs import ProgramWriter, write_program
+from eomgen.pipeline.requests import ProgramRequest
 from eomgen.pipeline.scenes import SCENES
 from eomgen.scene.scene import Scene
 from eomgen.system.system import Sample
@@ -69,7 +72,9 @@ def programs(data: Mapping[str, Any], method: str = "generalized_alpha") -> tupl
     scene = eomgen.load(data)
 
     def program(front_end: Any) -> Program:
-        return pipeline._program(scene, front_end, Selection(None, "given"), method, C, for_runs=True)[0]
+        return write_program(
+            ProgramRequest(scene, front_end, Selection(None, "given"), method), C, build_reproducible, for_runs=True
+        )[0]
 
     return program(SCENES), program(dataclasses.replace(SCENES, program=lambda document, derived: None))
 
@@ -116,9 +121,8 @@ def test_a_long_beam_is_continued_from_beams_of_28_and_more_elements() -> None:
 
     def derived(part: Scene, sample: Sample) -> tuple[Program, str]:
         counts.append((len(part.bodies) - 1, sample.parts, sample.missing))
-        return pipeline._derived_program(
-            part, SCENES.describe(scene), Selection(None, "given"), method_named("rk4"), C, sample, with_settings=False
-        )
+        writer = ProgramWriter(SCENES, SCENES.describe(scene), Selection(None, "given"), method_named("rk4"), C)
+        return writer.program(part, sample)
 
     alike = equal_elements.equal_elements(scene)
     assert alike is not None and alike.program(derived) is not None

@@ -19,7 +19,10 @@ from eomgen.codegen.targets.register import C
 from eomgen.integrators.newton import stages
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.initial_coordinates import free_start
-from eomgen.pipeline import equal_rows, pipeline
+from eomgen.pipeline import equal_rows
+from eomgen.pipeline.pipeline import build_reproducible
+from eomgen.pipeline.programs import write_program
+from eomgen.pipeline.requests import ProgramRequest
 from eomgen.pipeline.scenes import SCENES
 from eomgen.scene.load import load_toml
 from eomgen.scene.scene import Scene
@@ -47,7 +50,9 @@ def programs(scene: Scene) -> tuple[Program, Program]:
     """Return the Program of a scene as it is built, and as it is derived."""
 
     def program(front_end: Any) -> Program:
-        return pipeline._program(scene, front_end, Selection(), "generalized_alpha", C, for_runs=True)[0]
+        return write_program(
+            ProgramRequest(scene, front_end, Selection(), "generalized_alpha"), C, build_reproducible, for_runs=True
+        )[0]
 
     return program(SCENES), program(dataclasses.replace(SCENES, program=lambda document, derived: None))
 
@@ -200,7 +205,9 @@ def test_a_continued_chain_moves_like_one_in_joint_coordinates(monkeypatch: pyte
 def test_a_chain_is_continued(monkeypatch: pytest.MonkeyPatch) -> None:
     made = recorded_programs(monkeypatch)
     scene = chains.scene("absolute", "hinge", 100)
-    made_of_scene, _ = pipeline._program(scene, SCENES, Selection(), "generalized_alpha", C, for_runs=True)
+    made_of_scene, _ = write_program(
+        scene, SCENES, Selection(), "generalized_alpha", C, build_reproducible, for_runs=True
+    )
     assert made == [(made_of_scene, "")]
     start = derive(scene, ["constraint"])
     np.testing.assert_allclose(made_of_scene.initial_q, start.initial_q, rtol=0, atol=1e-12)

@@ -245,7 +245,7 @@ def test_other_runs_of_the_command_line_may_not_be_stepped_by_it(
         raise KeyboardInterrupt
 
     monkeypatch.setenv("EOMGEN_PROFILE", variable)
-    monkeypatch.setattr("eomgen.pipeline.pipeline.built_for_run", built)
+    monkeypatch.setattr("eomgen.pipeline.pipeline.build_for_run", built)
     assert main(["simulate", str(SCENE), "--out", str(tmp_path), "--no-plots", *words]) == 130
     functions = [{"operations": 10_000, "counts": {"additions": 10_000}}]
     (steps,) = given

@@ -14,11 +14,11 @@ import pytest
 
 import eomgen
 from eomgen.codegen.targets.c.target import written_library
-from eomgen.codegen.targets.register import C
 from eomgen.errors import ToolchainError
-from eomgen.pipeline import libraries, pipeline
+from eomgen.pipeline import libraries, programs
 from eomgen.pipeline.model import Model
-from eomgen.pipeline.pipeline import built_in
+from eomgen.pipeline.pipeline import build_in, write_c
+from eomgen.pipeline.requests import LibraryRequest
 from eomgen.pipeline.scenes import SCENES
 from eomgen.system.terms import Selection
 from eomgen.toolchain import builder
@@ -34,10 +34,10 @@ Build = Callable[..., Model]
 @pytest.fixture
 def build(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Build:
     """Return a function that builds the four-bar linkage in two, however short its functions are."""
-    monkeypatch.setattr(libraries, "_MUCH", 1)
+    monkeypatch.setattr(programs, "_MUCH", 1)
 
     def made(cache: str = "cache", profile: str = "reproducible") -> Model:
-        return built_in(tmp_path / cache, SCENE, profile=profile)
+        return build_in(tmp_path / cache, SCENE, profile=profile)
 
     return made
 
@@ -61,14 +61,14 @@ def test_the_stepper_is_written_before_the_functions_are_scheduled(
     begun: list[str] = []
     monkeypatch.setattr(Builder, "begin_source", lambda self, name, texts, straight: begun.append(name))
     monkeypatch.setattr(libraries, "_LONG", 1)
-    ready = libraries.EarlyTexts()
-    begin = partial(libraries.begin_library, Builder("fast", cache=Cache(tmp_path)), ready)
     scene, every = eomgen.load(SCENE), Selection(None, "")
-    program, _ = pipeline._program(scene, SCENES, every, "generalized_alpha", C, for_runs=True, begin=begin)
+    request = LibraryRequest(scene, SCENES, every, "generalized_alpha", Builder("fast", cache=Cache(tmp_path)))
+    job = libraries.LibraryJob(request, partial(write_c, request))
+    program, _ = job.program
     written = dict(written_library(program, tmp_path, apart=True))
     assert begun == ["four_bar_step.c"]
-    assert list(ready.texts) == ["eomgen_real.h", "four_bar.h", "four_bar_step.c"]
-    assert {name: written[name] for name in ready.texts} == ready.texts
+    assert list(job.texts) == ["eomgen_real.h", "four_bar.h", "four_bar_step.c"]
+    assert {name: written[name] for name in job.texts} == job.texts
 
 
 def _sources(library: Library) -> set[str]:
@@ -91,7 +91,7 @@ def test_runs_do_not_wait_for_functions_that_they_do_not_call(
     assert not model.library.lacking
     assert model.library.digest == of_runs.digest
     assert _sources(model.library) > _sources(of_runs)
-    monkeypatch.setattr(libraries, "_MUCH", 10**9)
+    monkeypatch.setattr(programs, "_MUCH", 10**9)
     whole = build("other cache")
     assert not whole.library.lacking
     expected = whole.partials(model.initial_q, model.initial_v, np.zeros(model.nv))
@@ -176,7 +176,7 @@ def test_another_mass_has_all_functions_of_the_library_in_two_at_once(
     scene.write_text(SCENE.read_text(encoding="utf-8").replace("mass = 0.7", "mass = 0.73"), encoding="utf-8")
     with monkeypatch.context() as patched:
         patched.setattr(builder, "Compilation", None)
-        other = built_in(tmp_path / "cache", scene, profile="reproducible").library
+        other = build_in(tmp_path / "cache", scene, profile="reproducible").library
     assert not other.lacking
     assert other.digest != first.library.digest
     assert other.fingerprint != first.library.fingerprint

@@ -11,7 +11,8 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.compiled.equations import has_residual_partials, residual_partials
-from eomgen.pipeline.pipeline import built_in, derive, load
+from eomgen.pipeline.documents import load
+from eomgen.pipeline.pipeline import build_in, derive
 from eomgen.system.system import System
 from eomgen.system.terms import Selection
 from tests.models.cache import shared_cache
@@ -33,7 +34,7 @@ ARM, QUARTER, FOUR_BAR, SERVO, BALL, SHAKEN, SLIDER = (
 
 
 def of_run(scene: Any, method: str | None = None, start: str = "initial") -> eomgen.Model:
-    return built_in(None, scene, None, method, "quick", start=start)
+    return build_in(None, scene, None, method, "quick", start=start)
 
 
 @pytest.mark.slow

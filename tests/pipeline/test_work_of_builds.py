@@ -16,7 +16,9 @@ from eomgen.codegen.targets.register import C
 from eomgen.integrators.families.register import method_named
 from eomgen.integrators.newton.sample_matrices import samples_of
 from eomgen.integrators.stepper_data import method_data
-from eomgen.pipeline import pipeline
+from eomgen.pipeline.pipeline import build_reproducible
+from eomgen.pipeline.programs import write_program
+from eomgen.pipeline.requests import ProgramRequest
 from eomgen.pipeline.scenes import SCENES
 from eomgen.system.terms import Selection
 from tests.models.cosserat import beam_scene
@@ -89,8 +91,8 @@ def test_calls_grow_with_the_elements_of_a_beam_and_no_faster(held: bool) -> Non
 def test_long_beams_are_continued_and_not_derived() -> None:
     def program(elements: int) -> int:
         scene = eomgen.load(beam(elements, held=False))
-        selection = Selection(None, "given")
-        return calls(lambda: pipeline._program(scene, SCENES, selection, METHOD, C, for_runs=True))[1]
+        request = ProgramRequest(scene, SCENES, Selection(None, "given"), METHOD)
+        return calls(lambda: write_program(request, C, build_reproducible, for_runs=True))[1]
 
     program(420)  # imports
     assert (program(1020) - program(420)) / 600 <= CONTINUED

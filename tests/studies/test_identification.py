@@ -14,7 +14,7 @@ import eomgen
 from eomgen.base.arrays import Array
 from eomgen.cli import main
 from eomgen.errors import FileError, NumericalError, UsageError
-from eomgen.pipeline.pipeline import built_for_run
+from eomgen.pipeline.pipeline import build_for_run
 from eomgen.products.studies.identification.estimation import structure
 from eomgen.products.studies.identification.experiment import CubicInterpolation
 from eomgen.scene.load import load, load_toml
@@ -92,7 +92,7 @@ NOISE = 1e-3
 
 @pytest.fixture(scope="module")
 def slider() -> eomgen.Model:
-    return built_for_run(load_toml(SCENE))  # as the command builds it
+    return build_for_run(load_toml(SCENE))  # as the command builds it
 
 
 def deflection(t: Array, push: float = 0.0, start: float = 0.1, speed: float = 0.0) -> Array:
@@ -306,7 +306,7 @@ def test_runs_that_fail_on_the_way_are_counted(slider: eomgen.Model) -> None:
 
 
 def test_a_scene_without_a_method_is_identified_by_the_one_with_derivatives() -> None:
-    model = built_for_run(load(Path(eomgen.__file__).with_name("cli") / "first_scene.toml"), None)
+    model = build_for_run(load(Path(eomgen.__file__).with_name("cli") / "first_scene.toml"), None)
     run = model.simulate(0.4, 1e-2, method="generalized_alpha", parameters={"lower_mass": 0.7})
     measured = {"t": run.t, "tip[0]": run.outputs["tip"][:, 0], "tip[2]": run.outputs["tip"][:, 2]}
     found = eomgen.identify(model, measured, ["lower_mass"], step=1e-2)
@@ -502,7 +502,7 @@ def test_starts_at_rest_follow_what_is_unknown() -> None:
         "push - sqrt", "3 + t - sqrt"
     )
     text = text.replace("initial = { position = 0.1 }", "initial = { position = 0.05 }")  # where rest is looked for
-    resting = built_for_run(load_toml(text))
+    resting = build_for_run(load_toml(text))
     t = np.linspace(0.0, 4.0, 201)
     decay, rate, slope = 1.0 / 6.0, np.sqrt(10.0 - 1.0 / 36.0), 1.0 / 30.0
     mean = (3.0 - slope) / 30.0
@@ -520,13 +520,13 @@ def test_starts_at_rest_follow_what_is_unknown() -> None:
 
 @pytest.mark.long
 def test_starts_of_absolute_bodies_follow_what_is_unknown(slider: eomgen.Model) -> None:
-    resting = built_for_run(load_toml(SCENE.replace("duration = 4 }", 'duration = 4, start = "equilibrium" }')))
+    resting = build_for_run(load_toml(SCENE.replace("duration = 4 }", 'duration = 4, start = "equilibrium" }')))
     found = found_by(resting, data(), "stiffness", "damping", initial={"slide": 0.1})
     assert found["stiffness"].low < 30.0 < found["stiffness"].high
     absolute = SCENE.replace("format = 1", 'format = 1\ncoordinates = "absolute"').replace(
         'mass = "mass_a"', 'mass = "mass_a"\ncenter_of_mass = ["0.1 * far", 0, 0]'
     )
-    model = built_for_run(load_toml(absolute))
+    model = build_for_run(load_toml(absolute))
     found = found_by(model, data(), "stiffness", "damping")
     plain = found_by(slider, data(), "stiffness", "damping")
     for name in ("stiffness", "damping"):
@@ -542,7 +542,7 @@ def test_starts_of_absolute_bodies_follow_what_is_unknown(slider: eomgen.Model) 
 def test_the_file_of_a_loop_is_read(tmp_path: Path) -> None:
     """Its multipliers are columns, too, and neither outputs nor mistakes."""
     text = SCENE.replace("[efforts.spring]", ROD + "[efforts.spring]").replace('"push - ', '"')
-    loop = built_for_run(load_toml(text))
+    loop = build_for_run(load_toml(text))
     loop.simulate(1.0, 0.01, parameters={"stiffness": 28.0}, error_estimate=False).save(tmp_path / "run.csv")
     assert "rod: distance" in (tmp_path / "run.csv").read_text(encoding="utf-8").partition("\n")[0]
     found = found_by(loop, tmp_path / "run.csv", "stiffness", "damping", outputs=["x"], step=0.01)

@@ -12,7 +12,7 @@ import eomgen
 from eomgen.base.arrays import Array
 from eomgen.cli import main
 from eomgen.errors import UsageError
-from eomgen.pipeline.pipeline import built_for_run
+from eomgen.pipeline.pipeline import build_for_run
 from eomgen.scene.load import load_toml
 
 #: Builds of the regressor and of base parameters take seconds.
@@ -74,7 +74,7 @@ NOISE = np.array([0.3, 0.05])
 
 @pytest.fixture(scope="module")
 def arm() -> eomgen.Model:
-    return built_for_run(load_toml(SCENE))
+    return build_for_run(load_toml(SCENE))
 
 
 def data(seed: int = 0, rows: int = 300, motor: float = 0.0) -> dict[str, Array]:

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from eomgen.mechanics.derive import derive
+from eomgen.pipeline.documents import load
 from eomgen.pipeline.initial_assembly import with_initial_assembly
-from eomgen.pipeline.pipeline import load
 from eomgen.symbolic.evaluate import evaluate
 from tests.oracles.fifty_digits import evaluate_mpmath
 

@@ -16,7 +16,7 @@ from eomgen.cli import main
 from eomgen.errors import UsageError
 from eomgen.formula.nodes import Number
 from eomgen.mechanics.derive import derive
-from eomgen.pipeline.pipeline import load
+from eomgen.pipeline.documents import load
 from eomgen.products.studies.model_commands import _print_costs
 from eomgen.products.studies.savings import ALL_TERMS, Savings, Variant, VariantCost, _quartiles, variants
 from eomgen.scene.scene import Scene

@@ -10,7 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from eomgen.pipeline.pipeline import derive, load, terms_of_step
+from eomgen.pipeline.documents import load
+from eomgen.pipeline.methods import terms_of_step
+from eomgen.pipeline.pipeline import derive
 from eomgen.symbolic.operations import LEAVES, Op
 from eomgen.system.system import System
 

@@ -12,7 +12,7 @@ import pytest
 from eomgen.base.arrays import Array
 from eomgen.errors import ToolchainError
 from eomgen.pipeline.model import Model
-from eomgen.pipeline.pipeline import built_in
+from eomgen.pipeline.pipeline import build_in
 from eomgen.toolchain import profiles
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.cache import Cache
@@ -128,9 +128,9 @@ def test_the_bits_are_as_of_all_passes(
     scene = EXAMPLES / example / "scene.toml"
     monkeypatch.setattr(profiles, "_LONG", 0)  # as if these sources were long
     monkeypatch.setattr(profiles, "_WITHOUT_SLOW_PASSES", (*profiles._WITHOUT_SLOW_PASSES, *OF_ELIMINATION))
-    few, run = _bits(built_in(tmp_path / "few", scene, method="generalized_alpha", profile=profile))
+    few, run = _bits(build_in(tmp_path / "few", scene, method="generalized_alpha", profile=profile))
     monkeypatch.setattr(profiles, "_WITHOUT_SLOW_PASSES", ("-O2",))
-    every, run_of_every = _bits(built_in(tmp_path / "every", scene, method="generalized_alpha", profile=profile))
+    every, run_of_every = _bits(build_in(tmp_path / "every", scene, method="generalized_alpha", profile=profile))
     assert few == every
     assert "residual" in few
     # in steppers other products may be fused with sums

@@ -13,7 +13,7 @@ from eomgen.base.calls import checked_call
 from eomgen.base.data import replace
 from eomgen.base.messages import shown
 from eomgen.errors import Message, Problem, UsageError
-from eomgen.pipeline import pipeline
+from eomgen.pipeline import documents, pipeline
 from eomgen.products.comparison.differences import Pairing, differences, equal, of_solids
 from eomgen.products.comparison.machine import Machine, of_equations, of_scene
 from eomgen.products.comparison.report import Comparison, Difference
@@ -21,7 +21,7 @@ from eomgen.products.comparison.states import errors_of, motions
 from eomgen.scene.sources.register import checked_options, source_of
 
 if TYPE_CHECKING:
-    from eomgen.pipeline.pipeline import Described
+    from eomgen.pipeline.documents import Described
 
 #: Options of sources that take all that a file describes.
 _ALL = ("limits", "friction")
@@ -106,7 +106,7 @@ def compare(
         other = _second_reader(given, reader)
     elif _equations_alone(given):
         derived = pipeline.derive(given, _TERMS[:3])
-        document, front_end = pipeline.as_document(given)
+        document, front_end = documents.as_document(given)
         solids = front_end.describe(document).drawing.solids
         other = replace(of_equations(derived.name, derived, one.links, solids), gravity=one.gravity, loops=one.loops)
     else:
@@ -159,7 +159,7 @@ def _read(described: Described, given: Mapping[str, Any], *, alone: bool) -> Mac
         options = {name: True for name in _ALL if alone and name in names}
         options |= {name: value for name, value in given.items() if name in names and name not in options}
         options["strict"] = given["strict"]
-    scene = pipeline.load_scene(described, coordinates="joint", **options)
+    scene = documents.load_scene(described, coordinates="joint", **options)
     terms = [name for name in _TERMS if name != "base_motion" or scene.base is not None]
     file = Path(described).name if isinstance(described, str | Path) else ""
     machine = of_scene(scene, pipeline.derive(scene, terms), file)

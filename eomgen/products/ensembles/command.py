@@ -82,7 +82,7 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
     described = read_scene(scene, options)
     profile = options.pop("profile")
     with building(described.name):
-        model = pipeline.built_for_run(described, options["method"], options.get("start"), profile)
+        model = pipeline.build_for_run(described, options["method"], options.get("start"), profile)
     with terminal_bar(described.name) as progress:
         result = model.simulate_many(
             vary=vary or None,

@@ -98,11 +98,11 @@ def fmu(
     the constraints at completed steps. --set NAME=VALUE makes values the start values of parameters,
     --initial NAME=VALUE of states and joints.
     """
-    from eomgen.pipeline import pipeline  # noqa: PLC0415  # imports SymPy
+    from eomgen.pipeline import documents  # noqa: PLC0415  # imports SymPy
     from eomgen.products.fmu import export  # noqa: PLC0415
 
     own = {name: given.pop(name) for name in _OPTIONS}
-    described = pipeline.load_scene(scene, **given)
+    described = documents.load_scene(scene, **given)
     values: Mapping[str, float | str] = assignments("--set", parameters)
     starts = assignments("--initial", initial)
     say_notes(described)

@@ -19,7 +19,10 @@ from eomgen.codegen.targets.c.naming import free_prefix
 from eomgen.codegen.targets.register import C
 from eomgen.errors import FileError, ModelError, Problem, UsageError
 from eomgen.integrators.families.register import terms_of
-from eomgen.pipeline import pipeline
+from eomgen.pipeline.documents import as_document, load_scene
+from eomgen.pipeline.generation import exported_program
+from eomgen.pipeline.methods import method_of
+from eomgen.pipeline.pipeline import build_for_run
 from eomgen.products.fmu.archive import documents, packed, token_of
 from eomgen.products.fmu.arrays import listed
 from eomgen.products.fmu.binary import binary_path, built, cross_built, machine_named, platform_folder
@@ -33,7 +36,7 @@ from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:
     from eomgen.codegen.program import Program
-    from eomgen.pipeline.pipeline import Described
+    from eomgen.pipeline.documents import Described
     from eomgen.scene.scene import Scene
     from eomgen.system.description import Description
 
@@ -216,12 +219,12 @@ def fmu_files(
     others = [machine_named(name, version) for name in machines]
     if binary:
         platform_folder(version)
-    document = pipeline.load_scene(scene)
-    described = pipeline.as_document(document)[1].describe(document)
+    document = load_scene(scene)
+    described = as_document(document)[1].describe(document)
     _check_exported(document, described, options)
     program, refusal = _program(document, method, parameters, options, initial)
     if not program.method:
-        name = pipeline.method_of(document, method)
+        name = method_of(document, method)
         raise ModelError(f"{name} cannot run on this scene: {refusal} [E0860]", "another method, by --method")
     if program.method.get("samples", {}).get("from_caller"):
         fault = "functions of the caller give samples of a controller, and an FMU has no caller's functions [E0861]"
@@ -348,16 +351,16 @@ def _program(
     if initial:
         scene = replace(scene, simulation=replace(scene.simulation, start="initial"))
     identifier = free_prefix(scene.name)
-    document, front_end = pipeline.as_document(scene if identifier == scene.name else replace(scene, name=identifier))
-    name = pipeline.method_of(scene, method)
+    document, front_end = as_document(scene if identifier == scene.name else replace(scene, name=identifier))
+    name = method_of(scene, method)
     constrained = bool(scene.constraints) or scene.coordinates == "absolute"
     called = terms_of(name, constrained, bool(scene.states))
     wanted = [*PURPOSES["run"], *PURPOSES["accelerations"], "inverse_dynamics", *called, *PATTERNS]
     wanted += ["inverse_dynamics_derivatives"] if options.dae and not constrained else []
     wanted = list(dict.fromkeys(wanted))
-    program, refusal = pipeline.exported_program(document, front_end, C, wanted, method, parameters=parameters)
+    program, refusal = exported_program(document, front_end, C, wanted, method, parameters=parameters)
     if initial and program.method:
-        model = pipeline.built_for_run(scene, method, None, "reproducible")
+        model = build_for_run(scene, method, None, "reproducible")
         run = model.start(initial=initial, parameters=parameters)
         program = _started(program, run.q, run.v, run.z)
     return program, refusal
@@ -398,7 +401,7 @@ def _reference(
 ) -> tuple[dict[str, str], tuple[str, ...]]:
     """Return the table of the motion by ``simulate``, states and outputs, as a file of reference results, and the
     findings on the run that runs at other steps share."""
-    model = pipeline.built_for_run(scene, method, None, "reproducible")
+    model = build_for_run(scene, method, None, "reproducible")
     steps = scene.simulation.duration / scene.simulation.step
     every = max(1, round(steps / _REFERENCE))
     run = model.simulate(parameters=parameters, initial=initial, record_every=every, error_estimate=False)

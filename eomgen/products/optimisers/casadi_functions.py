@@ -12,7 +12,9 @@ from eomgen.base.calls import NamedResults, checked_call
 from eomgen.codegen.folder import MANIFEST
 from eomgen.errors import Problem, UsageError
 from eomgen.pipeline.content import library_content
-from eomgen.pipeline.pipeline import as_document, checked_terms, generate
+from eomgen.pipeline.documents import as_document
+from eomgen.pipeline.generation import generate
+from eomgen.pipeline.requests import checked_terms
 from eomgen.products.optimisers.casadi_code import CASADI
 from eomgen.products.optimisers.discrete_steps import RUNGE_KUTTA
 from eomgen.system.terms import Selection
@@ -20,8 +22,8 @@ from eomgen.toolchain.builder import SHARED, Builder
 from eomgen.toolchain.profiles import STANDARD_PROFILE
 
 if TYPE_CHECKING:
+    from eomgen.pipeline.documents import Described
     from eomgen.pipeline.model import Model
-    from eomgen.pipeline.pipeline import Described
 
 
 @checked_call("a model, a scene or the path of one")

@@ -65,7 +65,7 @@ def report(sources: tuple[str, ...], path: str, checks: bool, animation: bool) -
     Several runs are compared side by side. A folder may hold folders of runs. The page can be printed.
     """
     from eomgen.base.files import make_folder, read_file, write_text  # noqa: PLC0415  # imported with fine arguments
-    from eomgen.pipeline import pipeline  # noqa: PLC0415
+    from eomgen.pipeline import documents, pipeline  # noqa: PLC0415
     from eomgen.products.pages.report import ReportedRun, report_page  # noqa: PLC0415
     from eomgen.products.pictures.animation import check_name  # noqa: PLC0415
     from eomgen.results.solution import Solution  # noqa: PLC0415
@@ -77,7 +77,7 @@ def report(sources: tuple[str, ...], path: str, checks: bool, animation: bool) -
         if files:
             runs += [ReportedRun(_name_of(file), Solution.load(file)) for file in files]
             continue
-        scene = pipeline.load_scene(source)
+        scene = documents.load_scene(source)
         say_notes(scene)
         model, text = pipeline.build(scene), read_file(Path(source)).decode("utf-8-sig")
         with terminal_bar(scene.name) as progress:
@@ -128,10 +128,10 @@ def latex(scene: str, folder: str | None, symbols: bool, as_json: bool, **readin
     in these symbols. Long expressions have names. With --json: the same as texts for SymPy.
     """
     from eomgen.base.files import make_folder, write_text  # noqa: PLC0415  # imported with fine arguments
-    from eomgen.pipeline import pipeline  # noqa: PLC0415
+    from eomgen.pipeline import documents  # noqa: PLC0415
     from eomgen.products.pages.latex import document, equations, with_symbols  # noqa: PLC0415
 
-    described = pipeline.load_scene(scene, **reading)
+    described = documents.load_scene(scene, **reading)
     say_notes(described)
     system, facts = with_symbols(described, every=symbols)
     parts = equations(system, facts)

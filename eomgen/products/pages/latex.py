@@ -17,7 +17,8 @@ from sympy.core.alphabets import greeks
 
 from eomgen.base.data import dataclass, replace
 from eomgen.compiled.coordinates import coordinate_units
-from eomgen.pipeline.pipeline import as_document, derive
+from eomgen.pipeline.documents import as_document
+from eomgen.pipeline.pipeline import derive
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.reading import block_to_sympy, input_symbol
 from eomgen.system.description import Description

@@ -86,7 +86,7 @@ def random(scene: str, folder: str, plots: bool, as_json: bool, **options: Any) 
     described = read_scene(scene, options)
     profile = options.pop("profile")
     with building(described.name):
-        model = pipeline.built_for_run(described, options["method"], profile=profile)
+        model = pipeline.build_for_run(described, options["method"], profile=profile)
     end, step = options.pop("t_end"), options.pop("step")
     chosen = {name: value for name, value in options.items() if value not in (None, {}, [], ())}
     study = random_vibration(

@@ -55,7 +55,7 @@ def check(scene: str, folder: str | None, as_json: bool, **options: Any) -> int:
 
     Exits with 6 when one fails.
     """
-    from eomgen.pipeline.pipeline import load_scene  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.pipeline.documents import load_scene  # noqa: PLC0415  # imported when the arguments are known to be fine
     from eomgen.products.studies import check as checked  # noqa: PLC0415
     from eomgen.products.studies.verification.report import make  # noqa: PLC0415
 
@@ -146,7 +146,7 @@ def savings(scene: str, folder: str | None, as_json: bool, **options: Any) -> in
     base that moves in all six ways, absolute coordinates, and all of that. Every variant is built in an empty cache, so
     this takes a while.
     """
-    from eomgen.pipeline.pipeline import load_scene  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.pipeline.documents import load_scene  # noqa: PLC0415  # imported when the arguments are known to be fine
     from eomgen.products.studies.savings import savings as measured  # noqa: PLC0415
 
     described = load_scene(scene, **{name: options[name] for name in SCENE_OPTIONS})
@@ -243,7 +243,7 @@ def identify(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
     options["deviations"] = in_units("--deviation", deviations, described.outputs)
     profile = options.pop("profile")
     with building(described.name):
-        model = pipeline.built_for_run(described, options["method"], profile=profile)
+        model = pipeline.build_for_run(described, options["method"], profile=profile)
     options["values"] = options.pop("parameters")
     chosen = {name: value for name, value in options.items() if value not in (None, {}, [], ())}
     fit = study(model, data, unknown, **chosen)

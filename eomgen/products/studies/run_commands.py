@@ -73,10 +73,10 @@ def tradeoff(scene: str, folder: str, as_json: bool, **options: Any) -> int:
 
     Writes tradeoff.json, tradeoff.csv and tradeoff.png; points are kept as they come, for --resume.
     """
-    from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.pipeline import documents  # noqa: PLC0415  # imported when the arguments are known to be fine
     from eomgen.products.studies import tradeoff as studied  # noqa: PLC0415
 
-    described = pipeline.load_scene(scene, **{name: options[name] for name in SCENE_OPTIONS})
+    described = documents.load_scene(scene, **{name: options[name] for name in SCENE_OPTIONS})
     say_notes(described)
     _read_changes(options, described)
     options["steps"] = _numbers(options["steps"])
@@ -215,10 +215,10 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
     Verified on runs with other initial states, parameters and inputs. Exits with 6 if one of these misses the
     demand.
     """
-    from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.pipeline import documents  # noqa: PLC0415  # imported when the arguments are known to be fine
     from eomgen.products.studies import tune as tuned  # noqa: PLC0415
 
-    described = pipeline.load_scene(scene, **{name: options[name] for name in SCENE_OPTIONS})
+    described = documents.load_scene(scene, **{name: options[name] for name in SCENE_OPTIONS})
     say_notes(described)
     if file is not None and Path(file).suffix != ".toml":
         raise UsageError(Problem(f"--out {file}", "a scene is written as a .toml file [E1103]", "--out tuned.toml"))

@@ -21,15 +21,10 @@ from eomgen.base.files import make_folder, write_text
 from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Node, Number, Operation, Symbol
-from eomgen.pipeline.pipeline import (
-    as_document,
-    built_in,
-    derive,
-    generate,
-    load_scene,
-    method_of,
-    terms_of_step,
-)
+from eomgen.pipeline.documents import as_document, load_scene
+from eomgen.pipeline.generation import generate
+from eomgen.pipeline.methods import method_of, terms_of_step
+from eomgen.pipeline.pipeline import build_in, derive
 from eomgen.products.studies.defaults import SAVINGS_ROUNDS
 from eomgen.products.studies.work_precision.formulations import rebuild
 from eomgen.scene.bodies.model import Base
@@ -40,8 +35,8 @@ from eomgen.system.terms import CLOSED_MATRICES, TERMS
 from eomgen.toolchain.profiles import STANDARD_PROFILE
 
 if TYPE_CHECKING:
+    from eomgen.pipeline.documents import Described
     from eomgen.pipeline.model import Model
-    from eomgen.pipeline.pipeline import Described
 
 
 #: Amplitude of a base that can move in all ways, m and rad: too small to change any number of the motion.
@@ -396,7 +391,7 @@ def savings(
     step = document.simulation.step
     with tempfile.TemporaryDirectory(prefix="eomgen-savings-") as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of variants: warnings of the scene come with every build
-        built_in(Path(folder) / "cache", document, ["residual"], chosen, profile)  # shared by all builds
+        build_in(Path(folder) / "cache", document, ["residual"], chosen, profile)  # shared by all builds
         measured: list[tuple[VariantCost, Model | None]] = []
         try:
             for variant in wanted:
@@ -447,7 +442,7 @@ def _build_variant(variant: Variant, method: str, folder: Path, profile: str) ->
     terms = None if variant.terms is None else list(variant.terms)
     try:
         began = time.perf_counter()
-        model = built_in(folder / "cache", variant.scene, terms, method, profile, start=variant.start)
+        model = build_in(folder / "cache", variant.scene, terms, method, profile, start=variant.start)
         seconds = time.perf_counter() - began
         if variant.start:
             terms = list(model.terms)

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from eomgen.mechanics.derive import derive
-from eomgen.pipeline.pipeline import generate
+from eomgen.pipeline.generation import generate
 from eomgen.products.testing.states import (
     Array,
     derivative,

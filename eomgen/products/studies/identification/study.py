@@ -13,7 +13,7 @@ from eomgen.compiled.arguments import check_name, number_of
 from eomgen.compiled.initial_state import initial_state
 from eomgen.errors import Problem, UsageError
 from eomgen.pipeline.model import Model
-from eomgen.pipeline.pipeline import built_for_run
+from eomgen.pipeline.pipeline import build_for_run
 from eomgen.products.studies.identification.estimation import LeastSquares, Predictions
 from eomgen.products.studies.identification.experiment import (
     Experiment,
@@ -131,7 +131,7 @@ def identify(
         A file that is missing, or no CSV.
     """
     check_options("identify", options, _OF_RUNS, _OF_OTHER_RUNS, _OWN)
-    model = scene if isinstance(scene, Model) else built_for_run(scene, options.get("method"))
+    model = scene if isinstance(scene, Model) else build_for_run(scene, options.get("method"))
     _check_lists(parameters=parameters, states=states)
     check_missing(missing)
     if by not in _WAYS:

@@ -20,7 +20,7 @@ from eomgen.base.arrays import Array
 from eomgen.errors import EomgenError
 from eomgen.integrators.families.register import BUILT_IN, check_needs, families_of_others, method_named
 from eomgen.lie.product import update
-from eomgen.pipeline import pipeline
+from eomgen.pipeline import documents, pipeline
 from eomgen.pipeline.model import Model
 from eomgen.products.studies.ladders.runs import REACHED, REFUSED, ROWS, RunConditions, RunEnding
 from eomgen.products.studies.ladders.scaling import (
@@ -66,8 +66,8 @@ class Subject:
     """
 
     def __init__(self, scene: Any, reading: Mapping[str, Any]) -> None:
-        self.scene = pipeline.load_scene(scene, **reading) if isinstance(scene, str | Path | Mapping) else scene
-        self.scene = pipeline.as_document(self.scene)[0]
+        self.scene = documents.load_scene(scene, **reading) if isinstance(scene, str | Path | Mapping) else scene
+        self.scene = documents.as_document(self.scene)[0]
         self.data, self.folder = _data_of(scene, reading)
         self.coordinates = reading.get("coordinates")
         self._models: dict[str, Model] = {}

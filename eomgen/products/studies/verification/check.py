@@ -16,7 +16,7 @@ from eomgen.base.data import replace
 from eomgen.base.messages import nearest, shown
 from eomgen.compiled.rest.state_warnings import inertia_warning
 from eomgen.errors import Problem, UsageError
-from eomgen.pipeline import pipeline
+from eomgen.pipeline import documents, pipeline
 from eomgen.products.studies.defaults import CHECK_SEED, CHECK_STATES
 from eomgen.products.studies.verification.claims.beams import beam_claims, section_claims
 from eomgen.products.studies.verification.claims.claim import Array, Claim, Engine, Space, compiled_engine, on_tape
@@ -53,8 +53,8 @@ from eomgen.system.terms import DIFFERENTIATED, TERMS
 from eomgen.toolchain.profiles import STANDARD_PROFILE
 
 if TYPE_CHECKING:
+    from eomgen.pipeline.documents import Described
     from eomgen.pipeline.model import Model
-    from eomgen.pipeline.pipeline import Described
     from eomgen.system.system import System
 
 
@@ -268,7 +268,7 @@ def check(
     """
     count_of("states", states)
     count_of("seed", seed, 0)
-    described = pipeline.as_document(scene)[0]
+    described = documents.as_document(scene)[0]
     terms = _terms(described, only)
     system = pipeline.derive(described, terms)
     model = pipeline.build(described, terms, profile=profile, real="double")

@@ -22,7 +22,7 @@ from eomgen.formula.nodes import Number, Symbol
 from eomgen.lie import numeric
 from eomgen.lie.groups import SO3
 from eomgen.lie.product import update
-from eomgen.pipeline import pipeline
+from eomgen.pipeline import documents
 from eomgen.pipeline.model import Model
 from eomgen.scene.load import load as load_file
 from eomgen.scene.scene import Scene
@@ -213,7 +213,7 @@ class Formulations:
     @cached_property
     def description(self) -> Description:
         """Facts of the scene's own formulation."""
-        document, front_end = pipeline.as_document(self.scenes[self.own])
+        document, front_end = documents.as_document(self.scenes[self.own])
         return front_end.describe(document)
 
 
@@ -234,7 +234,7 @@ def formulations(described: Any, options: Mapping[str, Any], *, others: bool, fi
         As of ``eomgen.load``, for the unchanged scene.
     """
     from_text = isinstance(described, str | os.PathLike | Mapping)
-    own_scene = pipeline.load_scene(described, **options) if from_text else pipeline.as_document(described)[0]
+    own_scene = documents.load_scene(described, **options) if from_text else documents.as_document(described)[0]
     if not isinstance(own_scene, Scene):
         return Formulations({"as given": own_scene}, {})
     result, refused = {_name_of(own_scene): own_scene}, {}
@@ -255,7 +255,7 @@ def formulations(described: Any, options: Mapping[str, Any], *, others: bool, fi
 def _read(described: Any, options: Mapping[str, Any], coordinates: Literal["joint", "absolute"]) -> Scene:
     all_options = {**options, "coordinates": coordinates}
     return (
-        pipeline.load_scene(described, **all_options)
+        documents.load_scene(described, **all_options)
         if isinstance(described, Mapping)
         else load_file(Path(described), **all_options)
     )

@@ -1,0 +1,224 @@
+"""Documents of front ends, from all that describes equations: paths, nested data, Scenes, documents themselves."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
+
+from eomgen.base.calls import checked_call
+from eomgen.base.data import without_garbage_collection
+from eomgen.base.extensions import extensions, loaded
+from eomgen.base.messages import log_notes
+from eomgen.errors import DescriptionError, EomgenError, Problem, UsageError
+from eomgen.pipeline.front_end import Document, FileKind, FrontEnd, file_kinds, is_scene, other_document
+from eomgen.pipeline.readings import StoredScene, record_of, store, stored_scene
+from eomgen.pipeline.scenes import SCENES
+
+if TYPE_CHECKING:
+    from eomgen.scene.scene import Scene
+    from eomgen.system.description import Simulation
+
+    #: A scene, the path of a scene, nested data in the form of a scene file, or the document of another front end.
+    Described: TypeAlias = Scene | str | os.PathLike[str] | Mapping[str, Any] | Document
+
+#: Options of ``load`` as all other verbs read a file.
+_DEFAULTS: Mapping[str, Any] = {"strict": False, "coordinates": None, "task_frames": ()}
+
+
+@checked_call('eomgen.load("scene.toml")')
+def load(
+    path: Described,
+    *,
+    strict: bool = False,
+    coordinates: Literal["joint", "absolute"] | None = None,
+    task_frames: Sequence[str] = (),
+    **options: Any,
+) -> Scene:
+    """Read a scene from a ``.toml``, ``.urdf`` or ``.sdf`` file or an ``.xml`` file of MuJoCo, or from its data.
+
+    Parameters
+    ----------
+    path : path, mapping or Scene
+        A mapping holds the data of a scene file; a Scene is returned unchanged.
+    strict : bool
+        Refuse elements that an importer would leave out with a note.
+    coordinates : str, optional
+        ``joint`` or ``absolute``, in place of the file's own (a URDF's are joint).
+    task_frames : sequence of str
+        Bodies and frames of the terms of frames (``frame_jacobians`` and others), in place of the file's own;
+        a URDF has all.
+    **options
+        For URDF: ``root``, whether the root link is ``fixed`` to the base or ``free``; ``lock``, moving joints to be
+        fixed at zero; ``limits``, to turn limits of position into compliant stops, as hard as the joints' largest
+        efforts ask for; ``friction``, to take the dry friction of joints, regularised at 0.01 rad/s and 1 mm/s;
+        ``actuated``, to give every moving joint of one coordinate an effort input of its own name;
+        ``transmissions``, to make the efforts of actuators inputs, which transmissions carry to the joints;
+        ``tunable``, links whose mass, centre of mass and inertia become tunable parameters.
+        For MJCF: ``keyframe``, the start; ``mocap``, to move mocap bodies by motions from outside; ``limits`` and
+        ``friction``.
+        For SDF: ``weld``, links and frames that are fixed to the base at their places; ``packages``, folders of
+        packages and models that the file names, each as ``NAME=FOLDER``; ``lock``, ``limits``, ``friction`` and
+        ``actuated``.
+
+    Returns
+    -------
+    Scene
+        The checked scene.
+
+    Raises
+    ------
+    FileError, DescriptionError, UsageError
+
+    Examples
+    --------
+    >>> eomgen.load("examples/four_bar/scene.toml").name
+    'four_bar'
+    """
+    given = {"strict": strict, "coordinates": coordinates, "task_frames": task_frames, **options}
+    stored = stored_scene(path, given)
+    if stored is None and (other := other_document(path, given)) is not None:
+        return cast("Scene", other[1])
+    with without_garbage_collection():
+        scene = load_scene(path, **given) if stored is None else stored.scene
+    log_notes(scene.name, scene.notes)
+    return scene
+
+
+def read(described: Described, **options: object) -> tuple[Any, FrontEnd, FileKind | None]:
+    """Return the document of any description, from the cache of readings if no file has changed, its front end,
+    and the kind of the file, None: a mechanical scene.
+
+    Parameters
+    ----------
+    options : of mechanical scenes, which other kinds of files refuse
+    """
+    with without_garbage_collection():
+        stored = record_of(described) or stored_scene(described, _DEFAULTS)
+        if stored is not None:
+            return stored.lean, SCENES, None
+        if (other := other_document(described, options)) is not None:
+            return other[1], other[0].front_end, other[0]
+        return *as_document(described), None
+
+
+def as_document(described: Described) -> tuple[Document, FrontEnd]:
+    """Return a scene or another front end's document unchanged, or a scene read from a path or made of nested data."""
+    if isinstance(described, StoredScene):
+        return described, SCENES
+    if not isinstance(described, str | os.PathLike | Mapping):
+        if is_scene(described):
+            return described, SCENES
+        if isinstance(own := getattr(described, "front_end", None), FrontEnd):
+            return described, own
+        for row in (loaded(entry, FrontEnd) for entry in extensions("eomgen.front_ends")):
+            if isinstance(described, row.document):
+                return described, row
+    return load_scene(described), SCENES  # for anything else, load names the expected kinds
+
+
+def load_scene(path: Described, **options: Any) -> Scene:
+    """Read a mechanical scene; options as of ``load``."""
+    given = {**_DEFAULTS, **options}
+    if (stored := stored_scene(path, given)) is not None:
+        return stored.scene
+    of_source = {name: value for name, value in options.items() if name not in _DEFAULTS}
+    if isinstance(path, str | os.PathLike):
+        from eomgen.base.files import digests_of_files  # noqa: PLC0415  # each stage of the road is imported when reached
+        from eomgen.scene import load as reader  # noqa: PLC0415
+
+        try:
+            with digests_of_files() as files:
+                scene = reader.load(Path(path), **given)
+        except DescriptionError as error:
+            method = partial(reader.method_of, Path(path), strict=given["strict"], **of_source)
+            raise _add_method_problems(error, method) from None
+        _check_method(scene)
+        store(path, given, scene, SCENES.describe(scene), files)
+        return scene
+    from eomgen.scene.sources.register import checked_options  # noqa: PLC0415
+
+    checked_options(None, of_source)
+    frames, coordinates = given["task_frames"], given["coordinates"]
+    if not frames:
+        return _given_scene(path, coordinates)
+    if isinstance(path, Mapping):
+        names = [frames] if isinstance(frames, str) else list(frames)
+        return _given_scene({**path, "task_frames": names}, coordinates)
+    fault = "the task frames of a Scene are chosen where it is read [E0543]"
+    raise UsageError(Problem("task_frames", fault, "the path or the mapping that it was read from"))
+
+
+def _given_scene(scene: object, coordinates: Literal["joint", "absolute"] | None) -> Scene:
+    """Return a scene unchanged, or made of nested data; raise UsageError for impossible sources or targets."""
+    from eomgen.scene.load import from_data, named_method  # noqa: PLC0415  # a stored scene needs no reader
+    from eomgen.scene.scene import Scene  # noqa: PLC0415
+
+    if isinstance(scene, Scene):
+        if coordinates not in (None, scene.coordinates):
+            fault = f"this Scene has {scene.coordinates} coordinates, and they are chosen where it is read [E0551]"
+            raise UsageError(Problem("coordinates", fault, "the path or the mapping that it was read from"))
+        return scene
+    if isinstance(scene, Mapping):
+        try:
+            result = from_data(scene, coordinates=coordinates)
+        except DescriptionError as error:
+            raise _add_method_problems(error, lambda: (named_method(scene), "scene")) from None
+        _check_method(result, "scene")
+        return result
+    for row in file_kinds():
+        if isinstance(scene, row.front_end.document):
+            name = getattr(scene, "name", row.kind)
+            raise UsageError(f"{name} is {row.noun}, and this is for mechanical scenes [E0552]", row.remedy)
+    kind = type(scene).__name__
+    if kind == "SceneBuilder":
+        raise UsageError("a SceneBuilder collects a scene, which its method build returns [E0553]", "builder.build()")
+    hint = "eomgen.load, SceneBuilder(...).build(), or a path"
+    raise UsageError(f"a scene, a path or a mapping like a scene file is needed, not {kind} [E0554]", hint)
+
+
+def _check_method(scene: Scene, place: str = "") -> None:
+    """Raise DescriptionError if a scene names an unknown method; ``place`` names a scene without a file."""
+    from eomgen.system.description import Simulation  # noqa: PLC0415
+
+    if scene.simulation.method == Simulation.method:
+        return
+    from eomgen.integrators.families.register import AUTO  # noqa: PLC0415  # few scenes choose a method
+
+    if scene.simulation.method != AUTO:
+        described_method(scene.simulation, scene.source.get("simulation.method", place or scene.name))
+
+
+def _add_method_problems(error: DescriptionError, method: Callable[[], tuple[object, str]]) -> DescriptionError:
+    """Return the error of a description, with one more problem if the description's method is unknown.
+
+    Parameters
+    ----------
+    method : returns the description's method and the method's place in the file
+    """
+    from eomgen.system.description import Simulation  # noqa: PLC0415
+
+    try:
+        name, place = method()
+    except EomgenError:  # the file cannot be read, which the error reports
+        return error
+    if not isinstance(name, str) or name == "auto" or any("(simulation.method)" in p.where for p in error.problems):
+        return error
+    try:
+        described_method(Simulation(method=name), place)
+    except DescriptionError as unknown:
+        return DescriptionError([*error.problems, *unknown.problems])
+    return error
+
+
+def described_method(simulation: Simulation, place: str) -> str:
+    """Return the name of the method that a scene asks for. Raises DescriptionError if there is none of this name."""
+    from eomgen.integrators.families.register import canonical_name  # noqa: PLC0415
+
+    try:
+        return canonical_name(simulation.method, simulation.tolerance)
+    except UsageError as error:
+        problems = [Problem(f"{place} (simulation.method)", p.what, p.hint) for p in error.problems]
+        raise DescriptionError(problems) from None

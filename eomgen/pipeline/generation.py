@@ -1,0 +1,212 @@
+"""The verb generate: models and steppers, or controllers, as folders of C that stand alone."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from eomgen.base.calls import checked_call
+from eomgen.base.data import replace
+from eomgen.base.messages import shown
+from eomgen.errors import Problem, UsageError
+from eomgen.pipeline.documents import read
+from eomgen.pipeline.pipeline import build_reproducible
+from eomgen.pipeline.requests import ProgramRequest, check_real, checked_terms
+from eomgen.pipeline.scenes import SCENES
+from eomgen.system.terms import Selection
+
+if TYPE_CHECKING:
+    from eomgen.codegen.program import Program
+    from eomgen.codegen.targets.target import Target
+    from eomgen.pipeline.documents import Described
+    from eomgen.pipeline.front_end import Document, FrontEnd
+    from eomgen.scene.scene import Scene
+
+#: Endings of files of code, which folders have not.
+_OF_FILES = (".c", ".h", ".zip", ".py", ".so", ".m")
+
+
+@checked_call('a scene and a folder, eomgen.generate("scene.toml", "model_c")', path="folder", out="folder")
+def generate(
+    scene: Described,
+    folder: str | Path,
+    terms: Sequence[str] | None = None,
+    method: str | None = None,
+    *,
+    target: str = "c",
+    real: str | None = None,
+    parameters: Mapping[str, float | str] | None = None,
+    only: str | None = None,
+    uniform: bool = False,
+) -> list[Path]:
+    """Write a scene's model and stepper, or its controller, as a folder of C that stands alone.
+
+    If the scene starts at static equilibrium, so does the C; a RuntimeWarning and its README report that none was
+    found.
+
+    Parameters
+    ----------
+    scene : Scene, path, or mapping
+        As in ``build``.
+    folder : path
+        New, empty, or written by eomgen before.
+    terms : sequence of str, optional
+        As of ``build``.
+    method : str, optional
+        As of ``build``: the method whose stepper is written.
+    target : str
+        The language: ``c``, or one that another distribution gives, which may have no steppers.
+    real : str
+        Number type that the compile command of the folder chooses: ``double`` or ``float``; the scene's by default.
+        The files serve both.
+    parameters : mapping
+        Values of tunable parameters, as in ``simulate``: the defaults of the C, from which its initial state follows.
+    only : str
+        ``controller``: write the controller of the scene without the machine.
+    uniform : bool
+        Write ``NAME_uniform.c``, too: all functions and steps with one signature, equal for all models.
+
+    Returns
+    -------
+    list of Path
+        The written files.
+
+    Raises
+    ------
+    UsageError, ModelError, FileError
+
+    Examples
+    --------
+    >>> files = eomgen.generate("examples/four_bar/scene.toml", "four_bar_c")
+    >>> "four_bar.c" in {file.name for file in files}
+    True
+    """
+    from eomgen.codegen.folder import write_folder  # noqa: PLC0415
+    from eomgen.codegen.targets.register import target_named  # noqa: PLC0415
+    from eomgen.pipeline.generated_defaults import with_interface  # noqa: PLC0415
+
+    chosen = target_named(target)
+    _check_folder(folder)
+    terms = checked_terms(terms)
+    of_scenes = {"terms": terms, "target": target != "c", "real": real not in (None, "double"), "uniform": uniform}
+    _check_only(only, chosen, terms=terms, method=method, uniform=uniform or None)
+    if uniform and chosen.name != "c":
+        fault = f"one signature is written in C, not in {chosen.language} [E0544]"
+        raise UsageError(Problem("uniform", fault, "target c"))
+    document, front_end, kind = read(scene, **of_scenes, parameters=parameters)
+    if kind is not None:
+        _check_scene(document, only)
+        return kind.generate(document, folder, method)
+    check_real(real)
+    if only is None:
+        program = exported_program(document, front_end, chosen, terms, method, parameters=parameters)[0]
+    else:
+        program = _controller_program(document, front_end, parameters)
+        _check_exported(program)
+        program = with_interface(program, front_end.describe(document))
+    given = {key: value for key, value in (("real", real), ("method", method)) if value is not None}
+    program = replace(program, defaults={**program.defaults, **given}, uniform=uniform)
+    files = chosen.files(program, method) if chosen.takes_method else chosen.files(program)
+    written = write_folder(files, folder)
+    return [written / name for name in sorted(files)]
+
+
+def exported_program(
+    document: Document,
+    front_end: FrontEnd,
+    target: Target,
+    terms: Sequence[str] | None = None,
+    method: str | None = None,
+    *,
+    parameters: Mapping[str, float | str] | None = None,
+) -> tuple[Program, str]:
+    """Return the Program of files that stand alone, with the start and the names of its coordinates, and the reason if
+    the Program has no stepper.
+
+    Parameters
+    ----------
+    terms, method, parameters : as of ``generate``
+
+    Raises
+    ------
+    UsageError
+        Laws in Python.
+    """
+    from eomgen.pipeline.generated_defaults import with_equilibrium_start, with_interface  # noqa: PLC0415
+    from eomgen.pipeline.programs import write_program  # noqa: PLC0415
+
+    wanted = target.terms(terms)
+    selection = Selection(None if wanted is None else tuple(wanted))
+    request = ProgramRequest(document, front_end, selection, method)
+    program, refusal = write_program(request, target, build_reproducible, parameters=parameters)
+    _check_exported(program)
+    if program.defaults["start"] == "equilibrium":
+        program = with_equilibrium_start(program, partial(build_reproducible, document), parameters)
+    return with_interface(program, front_end.describe(document)), refusal
+
+
+def _controller_program(
+    document: Document, front_end: FrontEnd, parameters: Mapping[str, float | str] | None
+) -> Program:
+    """Return the Program of a scene's controller, with the given values of the scene's parameters."""
+    from eomgen.codegen.convert import to_program  # noqa: PLC0415
+    from eomgen.integrators.events import controller_data  # noqa: PLC0415
+    from eomgen.mechanics.controller import derive_controller  # noqa: PLC0415
+    from eomgen.pipeline.generated_defaults import with_parameters  # noqa: PLC0415
+
+    described = front_end.describe(document)
+    prepared = front_end.prepared(document, build_reproducible)
+    if front_end is not SCENES:
+        _check_scene(document, "controller")
+    if parameters:
+        prepared = with_parameters(prepared, described, parameters)
+    system = derive_controller(cast("Scene", prepared))
+    return replace(to_program(system), controller=controller_data(system))
+
+
+def _check_only(only: str | None, target: Target, **others: object) -> None:
+    """Raise UsageError for a part that cannot be written alone, and for options of models together with it."""
+    if only is None:
+        return
+    if only != "controller":
+        raise UsageError(Problem("only", f"no part of a scene is called {shown(only)} [E0545]", "controller"))
+    if target.name != "c":
+        fault = f"a controller alone is written in C, not in {target.language} [E0546]"
+        raise UsageError(Problem("only", fault, "target c"))
+    for name, value in others.items():
+        if value is not None:
+            fault = f"{name} belongs to the whole machine, and only the controller is generated [E0547]"
+            raise UsageError(Problem(name, fault, f"leave {name} out, or only"))
+
+
+def _check_exported(program: Program) -> None:
+    """Raise UsageError for laws in Python, which exist in this process alone."""
+    for source in program.sources:
+        if source.python is not None:
+            name = Path(source.python.file).name
+            fault = f"the law is in Python, {source.python.function} in {name}: export needs C [E0548]"
+            raise UsageError(Problem(source.python.label, fault, 'source = "law.c", with the function in C'))
+
+
+def _check_scene(document: Any, only: str | None) -> None:
+    """Raise UsageError if the controller of a document that is not a mechanical scene is wanted."""
+    if only is not None:
+        name = getattr(document, "name", "this")
+        fault = f"{name} is not a mechanical scene, and only scenes have a controller [E0549]"
+        raise UsageError(Problem("only", fault, "leave it out"))
+
+
+def _check_folder(folder: str | Path) -> None:
+    """Raise UsageError for a folder that is not a path, or that has the name of a file of code."""
+    if not isinstance(folder, str | os.PathLike):
+        fault = f"the path of a folder is needed, not {type(folder).__name__} [E2169]"
+        raise UsageError(Problem("folder", fault, "generate(scene, folder), the scene first"))
+    from eomgen.scene.sources.register import own_endings  # noqa: PLC0415
+
+    path = Path(folder)
+    if path.suffix.lower() in (*_OF_FILES, *own_endings()) and not path.is_dir():
+        fault = f"{path.name} is the name of a file, and a folder of several files is written [E0550]"
+        raise UsageError(Problem(str(folder), fault, f"the folder {path.with_suffix('').name}"))
