@@ -144,5 +144,5 @@ def angle_factor(algebra: Algebra, scalar_part: Value, vector_square: Value) -> 
 
 
 def _inverse(x: Value) -> Value:
-    """Return 1/x; written so because a tape's scalar divides, but a number is not divided by it."""
+    """Return 1/x by a division of two values, since a plain number cannot be divided by a scalar of a tape."""
     return (x * 0.0 + 1.0) / x

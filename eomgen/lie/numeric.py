@@ -154,7 +154,7 @@ class FirstOrder:
 
 
 class FirstOrderAlgebra:
-    """Functions of them; comparisons look at real parts."""
+    """Functions on values with an infinitesimal part; comparisons look at real parts."""
 
     def sqrt(self, x: FirstOrder) -> FirstOrder:
         root = np.sqrt(x.value)
