@@ -198,7 +198,8 @@ def direction(statics: LoadedStatics, rest: LoadedState, before: Direction) -> D
 
 
 def held_factor(statics: LoadedStatics, rest: LoadedState, sign: float = 1.0) -> Direction:
-    """Return the direction of the load factor alone: corrections orthogonal to this direction keep the factor."""
+    """Return the direction along the load factor alone, so that corrections orthogonal to this direction keep the
+    factor."""
     return Direction(np.zeros(len(statics.sizes) + len(rest.multipliers) + len(rest.z)), sign * statics.reach)
 
 

@@ -137,7 +137,7 @@ class _LinearMotion:
         return self._symmetric_phi(f, time, order)
 
     def step(self, time: float) -> Array:
-        """Return the change after a time; of infinite time Newton's."""
+        """Return the change after a time; for infinite time Newton's step."""
         if np.isinf(time):
             return newton_step(self.point, newton_right_side(self.point))
         return self._phi(self.f, time, 1) / self.scale
@@ -212,7 +212,8 @@ def _length_of_change(statics: Statics, point: SearchPoint, change: Array) -> fl
 
 
 def _nudge(statics: Statics, point: SearchPoint) -> SearchPoint | None:
-    """Return a point a little off an unstable equilibrium, on the way down; None from a stable one."""
+    """Return a point displaced a little from an unstable equilibrium towards less energy; None for a stable
+    equilibrium."""
     if not len(point.imbalance) or len(point.rates):
         return None
     symmetric, unstable = point.stiffness_blocks.symmetric, -1e3 * SOFT * point.largest_stiffness

@@ -190,7 +190,7 @@ def _most_unstable(stiffness: TangentStiffness) -> tuple[float, Array]:
 def _led_off(
     statics: LoadedStatics, rest: LoadedState, value: float, mode: Array
 ) -> tuple[LoadedState, list[Array]] | None:
-    """Return the next rest on the side of a mode with a negative stiffness, and configurations on the way."""
+    """Return the next rest on one side of a mode with negative stiffness, and configurations on the way."""
     measure = 1.0 / statics.sizes**2
     led = _held_back(statics, rest, mode * measure, abs(value), _BESIDE * abs(value) * measure)
     start = replace(rest, s=0.0)

@@ -1,4 +1,4 @@
-"""Inertia matrices of machines with parts that have no inertia, and whose motion follows from constraints."""
+"""Inertia matrices of machines in which some parts have no inertia, and constraints determine their motion."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ class Statics:
 
     @property
     def weight(self) -> float:
-        """The largest that gravity can be along a direction of unit kinetic energy, N / kg^(1/2)."""
+        """Largest possible gravity force along a direction of unit kinetic energy, N / kg^(1/2)."""
         return self.gravity * float(np.sqrt(max(self.total, 0.0)))
 
     @property
@@ -122,7 +122,7 @@ class SearchPoint:
 
     @property
     def acceleration(self) -> Array:
-        """(nv,) with which the system would start to move."""
+        """(nv,) accelerations with which the system would start to move."""
         result: Array = -(self.basis @ self.imbalance)
         return result
 
@@ -260,7 +260,7 @@ class SearchTrail:
 
 @contextlib.contextmanager
 def told_if_interrupted(trail: SearchTrail, way: str) -> Iterator[None]:
-    """Add to a KeyboardInterrupt how far a search has come, as a note."""
+    """Add a note on the progress of a search to a KeyboardInterrupt."""
     try:
         yield
     except KeyboardInterrupt as stop:
@@ -348,7 +348,7 @@ def newton_right_side(point: SearchPoint) -> Array:
 
 
 def share_of_turn(statics: Statics, point: SearchPoint, change: Array) -> float:
-    """Return the part of a change after which something has turned by a step's largest turn; 1 without."""
+    """Return the part of a change after which a component has turned by ``LARGEST_TURN``; 1 if none turns so far."""
     increment = point.basis @ change[: len(point.imbalance)]
     turn = float(np.max(np.abs(increment[statics.turning]), initial=0.0))
     return min(1.0, LARGEST_TURN / turn) if turn > 0.0 else 1.0

@@ -313,7 +313,7 @@ def _negative_pivots(matrix: Array) -> int:
 
 
 def _determinant(matrix: Matrix) -> tuple[int, float]:
-    """Return the sign, and the logarithm of the absolute value; (0, -inf) of a singular matrix."""
+    """Return the sign of the determinant and the logarithm of its magnitude; (0, -inf) for a singular matrix."""
     if isinstance(matrix, np.ndarray):
         sign, logarithm = np.linalg.slogdet(matrix)
         return int(sign), float(logarithm)
