@@ -161,7 +161,8 @@ def _check_turns(rows: Rows, factors: Sequence[Factor], index: Index) -> None:
 
 
 def largest_errors(rows: Rows, metadata: Mapping[str, Any]) -> dict[str, float]:
-    """Return by how much ``state_at`` through every third row misses those between: q in the algebra, v, a, z.
+    """Return the largest errors of ``state_at`` at the rows left out when every third row is used: q in the algebra, v,
+    a, z.
 
     Halfway between two rows the velocities of a quintic are better than elsewhere, so every second row would not do.
     """

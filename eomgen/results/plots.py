@@ -259,7 +259,7 @@ def _rotations(curves: Sequence[PlottedCurve]) -> list[PlottedCurve]:
 
 
 def _without_copies(curves: Sequence[PlottedCurve]) -> list[PlottedCurve]:
-    """Return curves of states without the sampled copies from which states with a delay take their values."""
+    """Return curves without the sampled copies from which delayed states take their values."""
     names = {curve.name for curve in curves}
     copies = ((curve, _COPY.fullmatch(curve.name)) for curve in curves)
     return [curve for curve, copy in copies if copy is None or copy[1] not in names]

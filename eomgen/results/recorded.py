@@ -46,7 +46,7 @@ class DeferredEvaluator(Protocol):
 
 
 class RecordedSolution(DeferredEvaluator, Protocol):
-    """A ``Solution``: see there."""
+    """Base of ``Solution``, with attributes that are evaluated at first use."""
 
     @property
     def t(self) -> Array: ...
@@ -102,7 +102,7 @@ class ModelOfRun(Protocol):
 
 
 class MotionWithModel(Protocol):
-    """A ``Solution`` with states between rows: see there."""
+    """Interface of a ``Solution`` with states between rows."""
 
     @property
     def model(self) -> ModelOfRun | None: ...

@@ -113,7 +113,7 @@ _POSES, _POSED = "poses", "posed"
 
 
 class SavedSolution(RecordedSolution, Protocol):
-    """Contents of the file of a ``Solution``: see there."""
+    """Interface of a ``Solution`` for its files."""
 
     @property
     def interrupted(self) -> bool: ...
