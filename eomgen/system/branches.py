@@ -1,4 +1,4 @@
-"""Comparisons, signs and curves with jumps in the equations of a run: on which sides of them states are."""
+"""Branches in the equations of a run (comparisons, signs, curves with jumps), and the sides on which states are."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Digits that the elimination of an inertia matrix loses: composite inertias against the articulated ones it leaves.
+"""Digits that the elimination of an inertia matrix loses: ratios of composite inertias to the remaining articulated
+inertias.
 
 M_ii is the inertia of a subtree with its joints locked, the pivot D_i its inertia with these joints free. Rounding of
 M_ii is eps M_ii, so D_i has a relative error of eps M_ii / D_i. With light or short links before heavy or long ones the

@@ -74,7 +74,7 @@ class Coordinates:
 
 @dataclass(frozen=True)
 class WrittenStart:
-    """Which parts of the initial state of a joint the user wrote: these are kept as far as constraints allow.
+    """Which parts of the initial state of a joint the user wrote; written parts are kept as far as constraints allow.
 
     Attributes
     ----------

@@ -491,7 +491,7 @@ class System(NamedAttributes):
 
     @cached_property
     def turning(self) -> tuple[int, ...]:
-        """Components of q in the holonomic constraints that count there, and in all equations, up to whole turns only.
+        """Components of q that count up to whole turns only in the holonomic constraints, and in all equations.
 
         A dependence that is only evaluated at the present angle is left out: a quaternion has a period of two
         turns.
@@ -511,7 +511,8 @@ class System(NamedAttributes):
 
     @cached_property
     def positions(self) -> int:
-        """How many of the first numbers of q constraints look at: references of angles come last, and few do."""
+        """How many of the first numbers of q the constraints depend on: references of angles come last, and few
+        constraints depend on these."""
         first = self.nq - len(self.angles)
         rows = (block for f in self.functions.values() for block in f.outputs if block.name == "Phi")
         held = self.tape.depends_on(ref for block in rows for ref in block.refs)
