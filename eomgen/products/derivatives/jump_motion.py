@@ -143,7 +143,7 @@ class JumpMotion(ReplayedRun):
         return events, rows
 
     def _go_on(self, number: int) -> None:
-        """Let the next step be a step of the grid, ``number``, which starts anew with the same units."""
+        """Prepare step ``number`` of the grid, which starts anew with the same units."""
         state, places, grid = self.stepper.state, self.stepper.places, self.run.grid
         state[places["step"]] = -grid.step
         state[places["origin"]], state[places["count"]] = grid.start, number

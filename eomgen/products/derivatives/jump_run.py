@@ -630,8 +630,8 @@ class JumpRun(StartedRun[JumpPart]):
         return {**self.equations.values(states, PrescribedInputs(u, base), self.moved_inputs(t)), "p": rows}
 
     def _between(self, t: Array, at: Array, followed: Array) -> Array:
-        """Return inputs at times, linear between the rows of the steps of ``at``; formulas that a stepper evaluates
-        itself are not."""
+        """Interpolate inputs linearly within the steps of ``at``; inputs by formulas that the stepper evaluates are
+        evaluated at the times."""
         signals, grid = self.run.signals, self.run.grid
         number = np.clip(np.floor((at - grid.start) / grid.step + 1e-9), 0, self.motion.steps - 1)
         start = grid.start + grid.step * number

@@ -304,7 +304,7 @@ class Sensitivities:
         return self._run.motion.kept
 
     def stationary(self, of: Sequence[str]) -> StationaryRun | None:
-        """Return derivatives of outputs at all rows by one adjoint of each output, of a state that stays constant.
+        """Return derivatives of outputs at all rows of a run with a constant state, by one adjoint run per output.
 
         None if the state at the start does not stay constant, or depends on variables of the derivatives.
 

@@ -129,8 +129,8 @@ class StartSecondDerivatives:
         self.hessian = np.zeros((run.size, self.asked[1].dq.shape[1]))
 
     def of(self, state: Array, record: Array, of_inertia: Array) -> Array:
-        """Return second derivatives, (first, second), of state . the state that steps begin with + record . the row
-        that is recorded + of_inertia . W."""
+        """Return the second derivatives, (first directions, second directions), of state . s + record . r + of_inertia
+        . W, where s is the state from which steps begin and r the recorded row."""
         nv, nz, nh = self.equations.nv, self.equations.nz, self.equations.holonomic
         back = StartDerivatives.of(state, record, nv, nz)
         for number in reversed(range(len(self.stages[0]))):
@@ -148,7 +148,7 @@ class StartSecondDerivatives:
         return self.hessian
 
     def _acceleration(self, number: int, back: StartDerivatives) -> None:
-        """Take accelerations and multipliers of a stage."""
+        """Add the second derivatives of a stage's accelerations and multipliers, and reverse them."""
         first, second = (stages[number] for stages in self.stages)
         multipliers, tau, of_q = self.start.taken_back(first, number, back)
         self._pair(first.row, second.row, multipliers, tau, number)
@@ -157,7 +157,7 @@ class StartSecondDerivatives:
             self.hessian += self.on[0].dq[turning.v].T @ changed[0][0] + first.dtheta[turning.v].T @ changed[1][0]
 
     def _inertia(self, of_inertia: Array, back: StartDerivatives) -> None:
-        """Take W = 1/M_ii."""
+        """Add the second derivatives of W = 1/M_ii."""
         nv, W, size = self.equations.nv, self.W, len(self.asked[0].dp)
         dW = [directions.dp[size:] for directions in self.on]
         self.hessian += dW[0].T @ (2.0 * (of_inertia / W)[:, np.newaxis] * dW[1])
@@ -173,7 +173,7 @@ class StartSecondDerivatives:
         back.q = back.q - omega @ inertia_partials(self.equations, self.start.first[0])[1][0]
 
     def _velocity(self, back: StartDerivatives) -> None:
-        """Take velocities that are moved onto the constraints."""
+        """Add the second derivatives of the velocities that are moved onto the constraints, and reverse the move."""
         equations, stage = self.equations, self.stages[0][0]
         nv, nz, nh, nl, size = equations.nv, equations.nz, equations.holonomic, equations.nl, len(self.asked[0].dp)
         M, B = stage.matrix[:nv, :nv], stage.matrix[nv:, :nv]
@@ -189,7 +189,7 @@ class StartSecondDerivatives:
         back.q = back.q - tau @ stage.partials.Jq[0]
 
     def _position(self, back: StartDerivatives) -> None:
-        """Take positions that are moved onto the constraints."""
+        """Add the second derivatives of the positions that are moved onto the constraints, and reverse the move."""
         equations, stage, size = self.equations, self.stages[0][0], len(self.asked[0].dp)
         nv, nz, nh, nl = equations.nv, equations.nz, equations.holonomic, equations.nl
         M, B = stage.matrix[:nv, :nv], stage.matrix[nv : nv + nh, :nv]
@@ -209,7 +209,7 @@ class StartSecondDerivatives:
         back.q = gamma
 
     def _rest(self, rest: LinearizedRest, back: StartDerivatives) -> None:
-        """Take the static equilibrium that the state is: K d_j dq_i = -e''."""
+        """Add the second derivatives of the static equilibrium at the start: K d_j dq_i = -e''."""
         equations, nh = self.equations, self.equations.holonomic
         nv, nz = equations.nv, equations.nz
         multipliers = np.zeros(nv + nz + nh + equations.nl)

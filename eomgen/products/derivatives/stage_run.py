@@ -236,8 +236,8 @@ class StageRun(TransitionRun):
         return Moved(q, dq)
 
     def _check(self, ends: StepEnds, position: Moved, v: Moved) -> None:
-        """Raise NumericalError if the step of the run was another one: it changed its dependent components within, or
-        passed a singular position."""
+        """Raise NumericalError if a step of the run changed its dependent components within the step, or passed a
+        singular position."""
         factors, before, after = self.equations.model.factors, ends.before, ends.after
         size = np.max(np.abs(np.concatenate([product.difference(factors, before.q, after.q), after.v], axis=1)), axis=1)
         off = np.concatenate([product.difference(factors, position.value, after.q), v.value - after.v], axis=1)

@@ -333,7 +333,7 @@ class LinearizedStart:
 
     @property
     def moved_far(self) -> bool:
-        """Whether the state that was asked for is another than that which steps onto the constraints lead to."""
+        """Whether steps onto the constraints changed the requested state by more than rounding."""
         q = product.difference(self.equations.model.factors, self.asked.q, self.q)
         off = [np.max(np.abs(x), initial=0.0) for x in (q, self.asked.v - self.v, self.q, self.v)]
         return bool(off[0] > FINITE * (1.0 + off[2]) or off[1] > FINITE * (1.0 + off[3]))
@@ -349,7 +349,7 @@ class LinearizedStart:
         return np.ascontiguousarray(state), np.concatenate([along.dq, along.dv, dvdot, along.dz, dlam])
 
     def taken_back(self, stage: Stage, number: int, back: StartDerivatives) -> tuple[Array, Array, Array]:
-        """Reverse the accelerations of a stage to the arguments of the accelerations.
+        """Take adjoints of a stage's accelerations back to the state of the stage.
 
         Returns
         -------
@@ -376,8 +376,8 @@ class LinearizedStart:
         return multipliers, tau, of_q
 
     def input_derivatives(self, state: Array, record: Array) -> Array:
-        """Return derivatives in the inputs at the first two rows, (2, nu), of state . the state that steps begin with
-        + record . the row that is recorded: between rows inputs are linear."""
+        """Return the derivatives, (2, nu), of state . s + record . r by the inputs at the first two rows, between which
+        inputs are linear; s is the state from which steps begin and r the recorded row."""
         equations = self.equations
         nv, nz = equations.nv, equations.nz
         none = StateDirections(*(np.zeros((size, 0)) for size in (nv, nv, nz, equations.parameters)))

@@ -155,7 +155,8 @@ class StationaryRun:
 
     @cached_property
     def _changes(self) -> Array:
-        """Changes of the components that bend something along the parameters, (n, components, parameters)."""
+        """Changes, along the parameters, of the row components by which equations or outputs have second derivatives,
+        (n, components, parameters)."""
         basis = np.eye(self.run.linear.record_size)[:, self._bent_by]
         shares = np.linalg.lstsq(self._asked, basis, rcond=None)[0]
         left = np.linalg.norm(basis - self._asked @ shares, axis=0) > _SPANNED
