@@ -81,7 +81,7 @@ class Machines:
 @contextmanager
 def connect_cluster(cluster: object, workers: int | None) -> Iterator[Machines]:
     """Connect to a cluster: ``dask`` for processes of this machine, the address or the file of a scheduler, a client,
-    or a cluster that a client can be had of.
+    or a cluster object that gives a client.
 
     Raises
     ------

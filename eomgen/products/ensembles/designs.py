@@ -1,4 +1,4 @@
-"""Designs: points of the unit cube by the number of a sample, each of which can be made without those before it.
+"""Designs: the point of each sample in the unit cube, by the number of the sample alone.
 
 Sample k of a study is the same on any machine, by any method and in any order.
 """

@@ -133,7 +133,7 @@ class SideBySide:
 
     @property
     def together(self) -> int:
-        """Samples whose rows are looked at together: whole groups of lanes, within a part of the memory."""
+        """Number of samples that are evaluated together: whole groups of lanes, within a part of the memory."""
         numbers = (self.run.grid.whole // self.run.every + 3) * self.width
         if self.needs_input_tables:
             numbers += len(self._input_times) * self.model.nu
@@ -142,7 +142,7 @@ class SideBySide:
 
     @property
     def width(self) -> int:
-        """Numbers of a row."""
+        """Length of a row of the record."""
         return sum(int(size) for _, size in self.library.layout["method"]["row"])
 
     @property

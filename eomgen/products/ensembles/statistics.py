@@ -143,7 +143,7 @@ class Reduction:
 
     @property
     def deviation(self) -> Array:
-        """Standard deviations, (columns, times), of the population that the samples are of; NaN below two samples."""
+        """Standard deviations, (columns, times), with divisor n - 1; NaN below two samples."""
         return np.sqrt(_over(self._squares, self.count - 1.0))
 
     @property

@@ -121,7 +121,7 @@ def _own_variables(item: Input) -> bool:
 
 
 def _others(model: CompiledModel, kind: str) -> str:
-    """Return a hint: the laws that so vary."""
+    """Return the laws that can vary in this way, as a hint."""
     every = [name for name in laws_that_vary(model) if name.startswith(f"{kind}.")]
     return " or ".join(every[:_NAMED])
 
@@ -140,7 +140,7 @@ def check_seeds(name: str, how: Distribution) -> None:
 
 
 def check_tracks(model: CompiledModel, seeds: Mapping[str, int]) -> None:
-    """Raise UsageError if seeds, by name with the indices of inputs, are of wheels in the same track."""
+    """Raise UsageError if seeds, by name with the indices of inputs, belong to wheels in the same track."""
     of_track: dict[tuple[str, int], str] = {}
     for name, index in seeds.items():
         if model.description.inputs[index].series is not None:

@@ -48,7 +48,7 @@ class LaneMask(Type):
 
 @dataclass(frozen=True)
 class LaneStructure(Type):
-    """A structure, by name; all members are of lanes."""
+    """A structure, by name, with values per lane in all members."""
 
     name: str
 
@@ -115,7 +115,8 @@ def leaf(kind: Type) -> Type:
 
 @dataclass
 class Region:
-    """Statements that the same lanes come to, and the variable that says which; ``outer`` is the enclosing region."""
+    """Statements that the same lanes execute, and the mask variable of these lanes; ``outer`` is the enclosing
+    region."""
 
     mask: str
     outer: Region | None = None
