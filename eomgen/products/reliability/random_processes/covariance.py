@@ -127,7 +127,7 @@ class _Filter(ABC):
     @property
     @abstractmethod
     def sine_coefficient(self) -> float:
-        """c."""
+        """Coefficient c of the sine in R."""
 
     def at(self, lag: Array) -> Array:
         lag = np.abs(lag)

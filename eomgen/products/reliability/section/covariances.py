@@ -288,7 +288,7 @@ class Coherences(_Reader):
 def cross_covariances(
     covariance: Covariance, coherences: Sequence[Sequence[Coherence | None]], window: float
 ) -> list[list[Covariance]]:
-    """Return the covariances of processes of the same one with one another."""
+    """Return the covariances of processes with each other, if all have the same covariance and a coherence."""
     none = CoherenceTable(np.array([0.0, 1.0 / window]), np.zeros(2))
     return [
         [

@@ -348,7 +348,7 @@ class Draws:
         return np.asarray(np.exp(-special.logsumexp(self._exponents(points), axis=1)))
 
     def shares(self, points: Array) -> Array:
-        """Return the parts of the samples' density at points (m, n) that are of each centre, (m, c)."""
+        """Return the share of each centre in the samples' density at points (m, n), (m, c)."""
         return np.asarray(special.softmax(self._exponents(points), axis=1))
 
     def _exponents(self, points: Array) -> Array:

@@ -124,7 +124,7 @@ class Response(Protocol):
 
     @property
     def size(self) -> int:
-        """n."""
+        """Number n of standard normal variables."""
 
     def values(self, points: Array) -> Array:
         """Return y (m,) at points (m, n)."""

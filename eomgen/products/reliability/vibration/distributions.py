@@ -324,14 +324,14 @@ def _apart(thresholds: Sequence[float], form: Distribution, counted: Distributio
 
 
 def without(distribution: Distribution, places: Collection[int]) -> Distribution:
-    """Return a distribution that is not a number at some thresholds."""
+    """Return a distribution with values at some thresholds replaced by not a number."""
     below, above = distribution.below.copy(), distribution.above.copy()
     below[list(places)] = above[list(places)] = np.nan
     return Distribution(below, above, distribution.low, distribution.high)
 
 
 def spread(distribution: Distribution, places: Sequence[int], count: int) -> Distribution:
-    """Return a distribution of all thresholds, not a number if one has no point."""
+    """Return a distribution at all thresholds, not a number at thresholds without a point."""
 
     def wide(values: Array) -> Array:
         result = np.full(count, np.nan)

@@ -179,7 +179,7 @@ class RunResponse:
         return row, value, gradient
 
     def _bent_still(self, still: StationaryRun, directions: Array) -> Array:
-        """Return the Hessian at the end times directions."""
+        """Return the Hessian at the end of a run with a constant state, times directions."""
         row, *_ = self._end_of_stationary_run(still)
         before = still.solutions
         hessian = self._exactly(lambda: still.hessian(0, row))
