@@ -67,7 +67,8 @@ def examined(statics: LoadedStatics, point: PathPoint) -> ExaminedPoint:
 
 
 def lowest_frequency_squared(statics: LoadedStatics, examined: ExaminedPoint) -> float:
-    """Return the stiffness next to zero along unit kinetic energy, (rad/s)^2; not a number without a real one."""
+    """Return the real stiffness nearest to zero along unit kinetic energy, (rad/s)^2; not a number without a real
+    stiffness."""
     values, _ = examined.stiffness.next_to_zero(1, statics.mass(examined.point.rest))
     return float(values[0]) if len(values) else np.nan
 

@@ -446,8 +446,8 @@ def buckling_loads(
 
 
 def _misleads(statics: LoadedStatics, rest: LoadedState, name: str, value: float, factors: Array) -> str:
-    """Return a warning without a load, or if another is predicted half way to the lowest load; empty if the
-    predictions agree."""
+    """Return a warning if there is no load, or if the buckling load predicted half way to the lowest load differs from
+    it; empty if both predictions agree."""
     if not len(factors):
         return (
             f"no buckling load was found: the stiffness at {name} = {value:.6g} does not become singular along the"
