@@ -35,6 +35,10 @@ PHRASES: Mapping[str, re.Pattern[str]] = {
 #: A phrase of two words or more that follows itself, as a faulty replacement leaves it; behind a full stop only if the
 #: phrase is all that follows.
 _REPEATED = re.compile(r"\b([^\W\d]\w*(?:[,;:]? \w+){1,10})(?: \1\b|\. \1(?=[.;]|$))")
+#: A text of the package, comments aside, whose first sentence has "of" four times or more.
+_CHAINED = re.compile(
+    r"\A(?!#)(?:(?!\.\s|\n\s*\n|\bof\b).)*(?:\bof\b(?:(?!\.\s|\n\s*\n|\bof\b).)*){4}", re.IGNORECASE | re.DOTALL
+)
 #: Pronouns, which belong to plain English but replace nouns if they are many: compared per 1000 words.
 PRONOUNS: Mapping[str, re.Pattern[str]] = {
     "it": re.compile(r"\b(?:it|its|itself)\b", re.IGNORECASE),
@@ -59,7 +63,7 @@ ANCHORS: Mapping[str, tuple[re.Pattern[str], float]] = {
 ALLOWED = 1.5
 #: Identifiers that name no concept.
 NAMES = ("what", "found")
-COLUMNS = ("words", *PHRASES, "repeated", *PRONOUNS, *(f"name {name}" for name in NAMES))
+COLUMNS = ("words", *PHRASES, "repeated", "four of", *PRONOUNS, *(f"name {name}" for name in NAMES))
 #: The strings and comments of a file; a comment within a string is part of it, and a string within a comment likewise.
 _STRING_OR_COMMENT = re.compile(
     r'''"""(?:\\.|[^\\])*?"""|\'\'\'(?:\\.|[^\\])*?\'\'\'|"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'|(#[^\n]*)''',
@@ -114,6 +118,11 @@ def repetitions(text: str) -> list[str]:
     return [match[0] for match in _REPEATED.finditer(" ".join(text.split()))]
 
 
+def has_chain(text: str) -> bool:
+    """Return whether the first sentence of a text has four words "of" or more."""
+    return _CHAINED.match(text) is not None
+
+
 def counted_files() -> list[Path]:
     """Return the modules of ``eomgen``, the templates and the pages."""
     pages = [
@@ -136,6 +145,7 @@ def counts_of(files: list[Path]) -> dict[str, int]:
         for text in texts:
             counts["words"] += len(_WORD.findall(text))
             counts["repeated"] += len(repetitions(text))
+            counts["four of"] += file.suffix == ".py" and has_chain(text)
             without_names = _ARGUMENTS.sub("", text)
             for phrase, pattern in {**PHRASES, **PRONOUNS}.items():
                 counts[phrase] += len(pattern.findall(without_names))
@@ -158,6 +168,10 @@ def places(phrase: str) -> Iterator[str]:
             yield from (
                 f"{file.relative_to(ROOT)}: {one}" for text in texts_and_names(file)[0] for one in repetitions(text)
             )
+            continue
+        if phrase == "four of":
+            texts = texts_and_names(file)[0] if file.suffix == ".py" else ()
+            yield from (f"{file.relative_to(ROOT)}: {text.partition('. ')[0]}" for text in texts if has_chain(text))
             continue
         for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), start=1):
             if {**PHRASES, **PRONOUNS}[phrase].search(line):

@@ -11,6 +11,7 @@ from tests.language import (
     ANCHORS,
     comments,
     counts_of,
+    has_chain,
     of_python,
     per_thousand,
     public_texts,
@@ -71,3 +72,22 @@ def test_a_phrase_that_follows_itself_is_counted(text: str, phrases: list[str], 
     file = tmp_path / "sample.py"
     file.write_text(f'"""{text}"""\n')
     assert counts_of([file])["repeated"] == len(phrases)
+
+
+@pytest.mark.parametrize(
+    ("text", "chained"),
+    [
+        ("Return the rows of parts of runs of a model of a scene.", True),
+        ("Return the rows of parts of runs of a model.", False),
+        ("Return rows. The rows of parts of runs of a model of a scene.", False),
+        ("Return rows of parts of\n    runs of models of ``scene.toml``", True),
+        ("Return rows of parts of runs\n\nof a model of a scene", False),
+        ("# the rows of parts of runs of a model of a scene", False),
+    ],
+)
+def test_first_sentences_with_four_words_of_are_counted(text: str, chained: bool, tmp_path: Path) -> None:
+    assert has_chain(text) == chained
+    file, page = tmp_path / "sample.py", tmp_path / "sample.md"
+    file.write_text(f'"""{text}"""\n')
+    page.write_text(text)
+    assert counts_of([file])["four of"] == chained and counts_of([page])["four of"] == 0

@@ -130,7 +130,7 @@ class StartSecondDerivatives:
 
     def of(self, state: Array, record: Array, of_inertia: Array) -> Array:
         """Return the second derivatives, (first directions, second directions), of state . s + record . r + of_inertia
-        . W, where s is the state from which steps begin and r the recorded row."""
+        . W; s is the state from which steps begin, r the recorded row."""
         nv, nz, nh = self.equations.nv, self.equations.nz, self.equations.holonomic
         back = StartDerivatives.of(state, record, nv, nz)
         for number in reversed(range(len(self.stages[0]))):
