@@ -13,7 +13,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.files import FEWER_ROWS, nearby, read_file, write_file, write_text
-from eomgen.base.messages import counted, shown
+from eomgen.base.messages import counted, is_number, shown
 from eomgen.errors import FileError, Problem
 
 #: Numbers that are made to Python's own at once: each takes four times the memory of an array's.
@@ -133,7 +133,7 @@ def _cells(where: str, line: str, delimiter: str) -> list[str]:
 
 
 def _check_names(path: Path, names: Sequence[str]) -> None:
-    if all(_is_number(name) for name in names):
+    if all(is_number(name) for name in names):
         raise FileError(Problem(str(path), "the first line has numbers in place of names [E0121]", _HINT))
     twice = next((name for k, name in enumerate(names) if name in names[:k]), None)
     if twice is not None:
@@ -150,11 +150,3 @@ def _number(where: str, name: str, cell: str) -> float:
     except ValueError:
         hint = "a decimal point in place of the comma" if "," in cell else "numbers alone, without units"
         raise FileError(Problem(f"{where}, column {name}", f"{shown(cell)} is not a number [E0123]", hint)) from None
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True

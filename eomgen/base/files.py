@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
-from eomgen.base.messages import shown
+from eomgen.base.messages import close_names, shown
 from eomgen.errors import FileError, Message, Problem
 
 if TYPE_CHECKING:
@@ -241,11 +241,8 @@ def nearby(path: Path, otherwise: str = "another path", endings: Collection[str]
                 every.setdefault(file.stem.lower(), []).append(file.name)
     except (OSError, ValueError):
         return otherwise
-    import difflib  # noqa: PLC0415  # for a mistake only
-
-    close = difflib.get_close_matches(path.stem.lower(), every, n=3, cutoff=0.6)
     # of the same ending if there are any
-    names = [name for stem in close for name in every[stem]]
+    names = [name for stem in close_names(path.stem.lower(), every) for name in every[stem]]
     alike = [name for name in names if name.endswith(path.suffix)] or names
     named = [str(folder / name) for name in alike[:3]]
     return " or ".join(name if name.isascii() and name.isprintable() else ascii(name) for name in named) or otherwise

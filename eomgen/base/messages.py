@@ -177,6 +177,15 @@ def counted(count: int, singular: str, plural: str = "") -> str:
     return f"{count} {singular if count == 1 else plural or singular + 's'}"
 
 
+def is_number(text: str) -> bool:
+    """Return whether a text is a number, which may be infinite or nan."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
 def nearest(name: str, known: Iterable[str], elsewhere: Mapping[str, str] = MappingProxyType({})) -> str:
     """Return a hint: the known names closest to ``name``, or a list of the known names.
 
@@ -191,9 +200,14 @@ def nearest(name: str, known: Iterable[str], elsewhere: Mapping[str, str] = Mapp
     if hint := elsewhere.get(name.lower()):
         return hint
     every = [candidate for candidate in itertools.islice(known, _COMPARED) if _PATH.fullmatch(candidate)]
-    import difflib  # noqa: PLC0415  # for a mistake only
-
-    close = difflib.get_close_matches(name[:NAME_LENGTH], every, n=3, cutoff=0.6)
+    close = close_names(name[:NAME_LENGTH], every)
     if close:
         return " or ".join(close)
     return f"one of {listed(every)}" if every else ""
+
+
+def close_names(name: str, known: Iterable[str], most: int = 3, cutoff: float = 0.6) -> list[str]:
+    """Return the known names of similar spelling, the most similar one first; ``cutoff`` is the least similarity."""
+    import difflib  # noqa: PLC0415  # for a mistake only
+
+    return difflib.get_close_matches(name, known, n=most, cutoff=cutoff)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import click
 
-from eomgen.base.messages import nearest, shown
+from eomgen.base.messages import close_names, nearest, shown
 from eomgen.base.products import fault_of_absent, fault_of_removed
 from eomgen.errors import Message
 from eomgen.scene.sources.register import one_of_each, own_endings
@@ -119,7 +118,7 @@ def of_usage(error: click.UsageError, path: str, words: Sequence[str]) -> str:
     if isinstance(error, click.NoSuchOption):
         if absent := _absent(error):
             return absent[1]
-        close = difflib.get_close_matches(error.option_name[2:], [one[2:] for one in error.possibilities or ()], n=1)
+        close = close_names(error.option_name[2:], [one[2:] for one in error.possibilities or ()], 1)
         other = _OPTIONS.get(error.option_name, "") or "".join(f"--{one}" for one in close)
         return f"{other}; {listing} lists all" if other else listing
     if isinstance(error, click.MissingParameter) and error.param is not None:
@@ -141,7 +140,7 @@ def _of_value(param: click.Parameter, message: str) -> str:
     if isinstance(param.type, click.Choice):
         choices = [str(choice) for choice in param.type.choices]
         meant = _CHOICES.get(given.lower(), "")
-        close = [meant] if meant in choices else difflib.get_close_matches(given.lower(), choices, n=1)
+        close = [meant] if meant in choices else close_names(given.lower(), choices, 1)
         return f"{option} {close[0]}" if close else ""
     if param.type is click.INT:
         counted = " in steps, not in s" if param.name == "record_every" else ""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from eomgen.base.messages import close_names
 from eomgen.errors import Problem, UsageError
 
 #: The stepper's part of the interface of every compiled model; ``templates/c/interface/stepper.c.jinja`` implements
@@ -42,9 +43,7 @@ def checked_setting(data: Mapping[str, Any], name: str, value: float) -> float:
     rows = {item["name"]: item for item in data["settings"]}
     known = [other for other in rows if other != "step" and other not in data["parameters"]]
     if name not in known:
-        from difflib import get_close_matches  # noqa: PLC0415  # for a mistake only
-
-        close = get_close_matches(name, known, n=1)
+        close = close_names(name, known, 1)
         hint = close[0] if close else f"one of {', '.join(known)}" if known else ""
         raise UsageError(Problem("settings", f"{data['family']} has no setting {name!r} [E0361]", hint))
     if value < 0.0:

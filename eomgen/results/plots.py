@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.base.figures import axes_of_caller, axis_label, new_figure, place_panels, pyplot_figure, saved
-from eomgen.base.messages import listed, shown
+from eomgen.base.messages import listed, nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import numeric
 from eomgen.lie.groups import SO3
@@ -328,13 +328,11 @@ def chosen_curves(solution: RecordedSolution, names: Sequence[str], asked_by: st
 
 def _no_curve(name: str, kinds: Mapping[str, Sequence[PlottedCurve]], asked_by: str) -> UsageError:
     """Return the error for a name without a curve, with the nearest names."""
-    from difflib import get_close_matches  # noqa: PLC0415  # for a mistake only
-
     curves, output = [curve for group in kinds.values() for curve in group], str(name).partition("[")[0]
     known = [*kinds, *dict.fromkeys(curve.output or curve.name for curve in curves)]
-    close = [curve.name for curve in curves if curve.output == output] or get_close_matches(str(name), known)
+    of_output = " or ".join(curve.name for curve in curves if curve.output == output)
     fault = f"the solution has no curve {shown(name)} [E1271]"
-    return UsageError(Problem(asked_by, fault, " or ".join(close) if close else f"one of {listed(known)}"))
+    return UsageError(Problem(asked_by, fault, of_output or nearest(str(name), known)))
 
 
 def rows_from(t: Array, start: float | None, asked_by: str) -> NDArray[np.bool_]:

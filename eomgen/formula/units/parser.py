@@ -17,7 +17,7 @@ from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 from eomgen.base.data import dataclass
-from eomgen.base.messages import shown
+from eomgen.base.messages import close_names, shown
 from eomgen.errors import DescriptionError, Message, Problem
 from eomgen.formula.units.table import REFUSED, names
 from eomgen.formula.words import RESERVED, WORDS
@@ -214,9 +214,7 @@ class _Unit:
             raise UnitError(f"{shown(name)} is not accepted as a unit: {fault} [E0316]", hint)
         if name in self.known or name in RESERVED:
             raise UnitError(f"{shown(name)} is not a unit [E0310]", f"a * before {name}")
-        import difflib  # noqa: PLC0415  # for a mistake only
-
-        close = difflib.get_close_matches(name, self.known, n=1, cutoff=0.7)
+        close = close_names(name, self.known, 1, 0.7)
         message = f"there is no unit {shown(name)} [E0317]"
         raise UnitError(message, f"a * before {close[0]}" if close else _nearest(name))
 
@@ -250,9 +248,7 @@ def _nearest(name: str) -> str:
         return "km/h"
     if name.lower() in ("bit", "bits"):
         return "the range divided by the number of steps, as 2**12 of 12 bits"
-    import difflib  # noqa: PLC0415  # for a mistake only
-
-    close = difflib.get_close_matches(name[:24], names(), n=3, cutoff=0.7)
+    close = close_names(name[:24], names(), cutoff=0.7)
     return " or ".join(close) or "one of m, mm, kg, s, rad, deg, N, kN/m, N m, rpm, km/h"
 
 

@@ -8,7 +8,7 @@ from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
 from eomgen.base.limits import CALLED, DoubtSettings
-from eomgen.base.messages import listed, shown
+from eomgen.base.messages import close_names, listed, shown
 from eomgen.errors import Message, Problem
 
 if TYPE_CHECKING:
@@ -30,10 +30,8 @@ def fault_of_name(name: str) -> tuple[str, str] | None:
     """Return the fault of a name that no doubt has, and a remedy; None for a known name."""
     if name in _every_name():
         return None
-    import difflib  # noqa: PLC0415  # for a mistake only
-
-    close = difflib.get_close_matches(name, _every_name())
-    return f"there is no doubt {shown(name)} [E2234]", " or ".join(close) or f"one of {listed(_every_name())}"
+    hint = " or ".join(close_names(name, _every_name())) or f"one of {listed(_every_name())}"
+    return f"there is no doubt {shown(name)} [E2234]", hint
 
 
 def settings_of(parts: Mapping[str, Any], *, stored: bool) -> DoubtSettings:

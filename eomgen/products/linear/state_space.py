@@ -6,7 +6,6 @@ sampled: s[k+1] = A s[k] + B u[k] + E w[k], inputs and disturbances held from sa
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Protocol
@@ -19,7 +18,7 @@ from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import NamedAttributes, checked_calls
 from eomgen.base.data import dataclass, field
 from eomgen.base.html import page, table
-from eomgen.base.messages import shown
+from eomgen.base.messages import close_names, shown
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.linear.freedom import Freedom, Partials, times
 
@@ -399,7 +398,7 @@ def _number(kind: str, name: str, known: Sequence[str]) -> int:
     """Return the number of a name. Raises UsageError with the nearest names."""
     if name in known:
         return known.index(name)
-    close = difflib.get_close_matches(str(name)[:64], known, n=3)
+    close = close_names(str(name)[:64], known)
     hint = " or ".join(close) or ("one of " + ", ".join(known[:12]) if known else "")
     missing = "" if known else f": the linear model has no {kind}"
     raise UsageError(Problem("frequency response", f"there is no {kind} {ascii(name)[:64]}{missing} [E0433]", hint))

@@ -16,7 +16,7 @@ from pydantic import Field
 from eomgen.base.arrays import Array
 from eomgen.base.data import replace
 from eomgen.base.files import read_bytes
-from eomgen.base.messages import counted, key_of, listed, shown
+from eomgen.base.messages import counted, is_number, key_of, listed, shown
 from eomgen.formula.units.parser import dimension_of, read_unit
 from eomgen.products.maps.surface import Surface
 from eomgen.scene.reading.key_metadata import Table, key, optional
@@ -236,7 +236,7 @@ class _Grid:
                 f" x = {x[hole[0]]:.9g}, y = {y[hole[1]]:.9g} [E0927]"
             )
             hint = "a row for each pair of the values of x and y that occur"
-            if any(map(_is_number, titles)):
+            if any(is_number(title) and math.isfinite(float(title)) for title in titles):
                 hint = "a row x, y, value for each node: a first row of numbers is of a matrix"
             for axis, nodes in (("x", x), ("y", y)):
                 near = int(np.argmin([*np.diff(nodes), np.inf]))
@@ -254,13 +254,6 @@ def _open_axes(z: Array) -> list[str]:
     rounding = 1e-9 * float(np.max(np.abs(z)))
     ends = {"x": z[0] - z[-1], "y": z[:, 0] - z[:, -1]}
     return [axis for axis, change in ends.items() if np.max(np.abs(change)) > rounding]
-
-
-def _is_number(title: str) -> bool:
-    try:
-        return bool(title) and math.isfinite(float(title))
-    except ValueError:
-        return False
 
 
 def _opened(path: Path) -> Any:

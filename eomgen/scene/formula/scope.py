@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from eomgen.base.data import dataclass, field
-from eomgen.base.messages import is_legal, nearest, shown
+from eomgen.base.messages import close_names, is_legal, nearest, shown
 from eomgen.formula.curves import AnyCurve
 from eomgen.formula.nodes import Formula
 
@@ -357,9 +357,7 @@ def name_hint(name: str, names: SceneNames, scope: Scope, known: Iterable[str]) 
         return f"{_KINDS.get(joined[1], joined[1] if joined[1] in ('q', 'v', 'a') else 'q')}.{joined[2]}"
     hint = nearest(name, every)
     moving = next(iter(names.joints), "")
-    from difflib import get_close_matches  # noqa: PLC0415  # for a mistake only
-
-    if moving and "q" in scope.kinds and not get_close_matches(name, every):
+    if moving and "q" in scope.kinds and not close_names(name, every):
         return f"q.{moving} or v.{moving}, a coordinate or a velocity, or {hint}"
     return hint
 

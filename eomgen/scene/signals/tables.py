@@ -13,7 +13,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.files import read_bytes
-from eomgen.base.messages import listed, nearest, shown
+from eomgen.base.messages import is_number, listed, nearest, shown
 from eomgen.errors import Problem
 from eomgen.formula.units.parser import factors_of, read_unit
 from eomgen.formula.units.table import names
@@ -227,11 +227,8 @@ def _delimiter_of(line: str) -> str:
 
 
 def _is_number(text: str, decimal: str) -> bool:
-    try:
-        float(text.strip().replace(decimal, "."))
-    except ValueError:
-        return bool(_DECIMAL_COMMA.fullmatch(text.strip()))
-    return True
+    cell = text.strip()
+    return is_number(cell.replace(decimal, ".")) or _DECIMAL_COMMA.fullmatch(cell) is not None
 
 
 def _place(column: str | int, titles: Sequence[str], head: tuple[int, list[str]], name: str, words: _Words) -> int:

@@ -16,7 +16,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
 
 from eomgen.base.data import dataclass
-from eomgen.base.messages import legal_name, listed, shown
+from eomgen.base.messages import close_names, legal_name, listed, shown
 from eomgen.formula.words import RESERVED
 from eomgen.products.robots.scene_draft import Actuation
 from eomgen.products.robots.urdf.reading import Robot
@@ -194,9 +194,7 @@ def _not_modelled(
         for kind, those in transmissions.unknown.items()
     ]
     if missing:
-        import difflib  # noqa: PLC0415  # for a mistake only
-
-        close = [name for written in missing for name in difflib.get_close_matches(written, by_written, n=1)]
+        close = [name for written in missing for name in close_names(written, by_written, 1)]
         perhaps = f", perhaps {listed(dict.fromkeys(close))}" if close else ""
         names = f"({len(missing)}: {listed(list(missing))}){perhaps}"
         note = f"not modelled: transmissions to joints that are not there {names} [W0199]"

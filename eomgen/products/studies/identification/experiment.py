@@ -3,7 +3,6 @@ and derivatives in the unknowns."""
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +10,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.messages import shown
+from eomgen.base.messages import close_names, shown
 from eomgen.compiled.arguments import check_name, number_of
 from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import Problem, UsageError
@@ -112,7 +111,7 @@ class Experiment:
         known = [*(f"q{name[1:]}" for name in model.v_names), *model.v_names, *model.z_names]
         for name in states:
             if name not in known:
-                hint = " or ".join(difflib.get_close_matches(str(name), known, n=3)) or f"one of {', '.join(known[:8])}"
+                hint = " or ".join(close_names(str(name), known)) or f"one of {', '.join(known[:8])}"
                 fault = f"there is no component {shown(name)} of the initial state [E1056]"
                 raise UsageError(Problem("states", fault, hint))
         self._places = [known.index(name) for name in states]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -13,7 +12,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.csv_tables import read_table
 from eomgen.base.data import dataclass
-from eomgen.base.messages import listed, nearest, shown
+from eomgen.base.messages import close_names, listed, nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.system.description import component_names
 
@@ -158,7 +157,7 @@ def _near(name: str, known: Sequence[str]) -> str:
     parts = [label for label in known if label.partition("[")[0] == name.partition("[")[0]]
     if parts:
         return listed_plain(parts)
-    close = difflib.get_close_matches(name[:64], known, n=3)
+    close = close_names(name[:64], known)
     return " or ".join(close) or (f"one of {listed_plain(known)}" if known else "")
 
 
