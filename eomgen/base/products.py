@@ -20,6 +20,7 @@ from types import ModuleType
 from typing import Any, TypeVar
 
 from eomgen.base.data import dataclass, field
+from eomgen.errors import Problem, UsageError
 from eomgen.products.offered import OFFERED
 
 Row = TypeVar("Row")
@@ -159,6 +160,14 @@ def named(target: str) -> object:
     """Return the object of a target ``module:name``."""
     module, _, name = target.partition(":")
     return getattr(import_module(module), name)
+
+
+def optional_package(name: str, missing: Problem) -> Any:
+    """Return a package that eomgen does not require. Raises UsageError with a problem if the package is missing."""
+    try:
+        return import_module(name)
+    except ImportError:
+        raise UsageError(missing) from None
 
 
 #: Public modules of the core: name below ``eomgen`` -> name of the module itself.

@@ -10,13 +10,12 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from eomgen.base.data import dataclass, field, replace, without_garbage_collection
 from eomgen.base.extensions import broken, extensions, loaded
 from eomgen.base.messages import shown
-from eomgen.base.products import placed, rows_of
+from eomgen.base.products import named, placed, rows_of
 from eomgen.errors import UsageError
 
 if TYPE_CHECKING:
@@ -96,10 +95,9 @@ class Verb:
         UsageError
             The target of another distribution's row does not load, or is of another kind; names the distribution.
         """
-        module, _, name = target.partition(":")
         try:
             with without_garbage_collection():
-                value = getattr(import_module(module), name)
+                value = named(target)
         except Exception as error:  # modules of other distributions may raise anything
             if self.entry is None:
                 raise

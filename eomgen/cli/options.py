@@ -8,13 +8,13 @@ import inspect
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, partial
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import click
 
 from eomgen.base.messages import shown
+from eomgen.base.products import named
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.units.labels import in_label
 from eomgen.formula.units.parser import is_quantity
@@ -84,8 +84,7 @@ class Argument(NamedTuple):
 @cache
 def argument_of(target: str, name: str) -> Argument:
     """Return an argument of the function ``module:function`` by signature and docstring of the function."""
-    module, _, function = target.partition(":")
-    taker = getattr(import_module(module), function)
+    taker: Any = named(target)
     default = inspect.signature(taker).parameters[name].default
     for names, text in _DOCUMENTED.findall(inspect.getdoc(taker) or ""):
         if name in names.split(", "):

@@ -6,7 +6,6 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Mapping, Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
@@ -16,9 +15,10 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import UnknownName
 from eomgen.base.csv_tables import write_table
 from eomgen.base.files import FEWER_ROWS, read_arrays, write_arrays, write_bytes
-from eomgen.base.messages import shown
+from eomgen.base.messages import close_names, shown
+from eomgen.base.products import optional_package
 from eomgen.compiled.beams import SectionLoads
-from eomgen.errors import FileError, Problem, UsageError
+from eomgen.errors import FileError, Problem
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import BLOCKS, NO_EVENTS, Events, events_from
 from eomgen.results.finding import Finding
@@ -68,9 +68,7 @@ def column_named(solution: RecordedSolution, name: str) -> Array:
     if name not in columns and f"output.{name}" in columns:
         return columns[f"output.{name}"]
     if name not in columns:
-        import difflib  # noqa: PLC0415  # for a mistake only
-
-        close = difflib.get_close_matches(str(name), [*columns, *solution.outputs], n=3, cutoff=0.5)
+        close = close_names(str(name), [*columns, *solution.outputs], cutoff=0.5)
         hint = " or ".join(map(repr, close)) or f"one of {', '.join(list(columns)[:8])}, ...: solution.columns()"
         if isinstance(name, int):
             hint = "t, q and v by their names: solution.q[0] is the first row, solution.q[:, 0] the first coordinate"
@@ -362,7 +360,4 @@ def _scene(solution: RecordedSolution) -> str:
 
 
 def _package(name: str, call: str) -> Any:
-    try:
-        return import_module(name)
-    except ImportError:
-        raise UsageError(Problem(call, f"{name} is not installed [E1305]", f"pip install {name}")) from None
+    return optional_package(name, Problem(call, f"{name} is not installed [E1305]", f"pip install {name}"))

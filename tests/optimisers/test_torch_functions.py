@@ -6,6 +6,7 @@ which installs it.
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -233,6 +234,6 @@ def test_accelerations_of_loops_are_refused(torch: Any) -> None:
 
 def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     torch_functions._operators.cache_clear()
-    monkeypatch.setattr(torch_functions, "import_module", lambda name: (_ for _ in ()).throw(ImportError(name)))
+    monkeypatch.setitem(sys.modules, "torch", None)
     with pytest.raises(UsageError, match=r"the package torch is not installed; try: pip install 'eomgen\[torch\]'"):
         eomgen.torch(eomgen.build(PENDULUM, profile="quick"))

@@ -4,10 +4,9 @@ forces in joints, and stiffness and damping of beams."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
-from importlib import import_module
 from typing import Any
 
+from eomgen.base.products import named
 from eomgen.errors import Problem, UsageError
 from eomgen.mechanics.forces.joint_forces import add_joint
 from eomgen.mechanics.forces.loads import Law, Loads, no_loads
@@ -62,18 +61,12 @@ def law_of(kind: type[ForceElement]) -> Law:
         If the module does not load, or has no law for this class: one of another distribution may be broken.
     """
     try:
-        law = _load(kind.law)
+        law = named(kind.law)
     except Exception as error:  # any error of a module of another distribution
         raise _broken(kind, f"does not load: {type(error).__name__}: {error} [E0499]") from error
     if not isinstance(law, Law) or law.model is not kind:
         raise _broken(kind, f"is not an eomgen.mechanics.forces.loads.Law of {kind.__qualname__} [E0500]")
     return law
-
-
-@cache
-def _load(path: str) -> Any:
-    module, _, name = path.partition(":")
-    return getattr(import_module(module), name)
 
 
 def _broken(kind: type[ForceElement], fault: str) -> UsageError:

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.messages import legal_names
-from eomgen.errors import DescriptionError, Problem, UsageError
+from eomgen.base.products import optional_package
+from eomgen.errors import DescriptionError, Problem
 from eomgen.lie.numeric import rotation_matrix
 from eomgen.products.comparison.machine import (
     AT_ORIGIN,
@@ -39,14 +40,8 @@ _PINOCCHIO = {"JointModelR": "revolute", "JointModelP": "prismatic", "JointModel
 
 def _module(name: str, package: str) -> Any:
     """Return an optional package."""
-    from importlib import import_module  # noqa: PLC0415
-
-    try:
-        return import_module(name)
-    except ImportError:
-        raise UsageError(
-            Problem("--with", f"the package {package} is not installed [E0567]", f"pip install {package}")
-        ) from None
+    missing = Problem("--with", f"the package {package} is not installed [E0567]", f"pip install {package}")
+    return optional_package(name, missing)
 
 
 def _no_loops(name: str) -> Callable[[str], str]:

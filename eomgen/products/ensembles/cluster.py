@@ -20,6 +20,7 @@ import numpy as np
 
 from eomgen.base.data import dataclass, field, replace
 from eomgen.base.files import write_bytes
+from eomgen.base.products import optional_package
 from eomgen.base.threads import thread_count
 from eomgen.base.version import __version__
 from eomgen.errors import FileError, Problem, UsageError
@@ -90,11 +91,8 @@ def connect_cluster(cluster: object, workers: int | None) -> Iterator[Machines]:
     FileError
         No scheduler answers.
     """
-    try:
-        distributed = importlib.import_module("distributed")
-    except ImportError:
-        fault = "an ensemble is run on a cluster by the package distributed of Dask, which is not installed [E0639]"
-        raise UsageError(Problem("cluster", fault, _INSTALL)) from None
+    fault = "an ensemble is run on a cluster by the package distributed of Dask, which is not installed [E0639]"
+    distributed = optional_package("distributed", Problem("cluster", fault, _INSTALL))
     if workers is not None and cluster != LOCAL:
         fault = "a cluster that is given has its own workers [E0638]"
         raise UsageError(Problem("workers", fault, f"without it, or the cluster {LOCAL!r} of so many processes"))

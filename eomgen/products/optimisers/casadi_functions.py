@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from eomgen.base.calls import NamedResults, checked_call
+from eomgen.base.products import optional_package
 from eomgen.codegen.folder import MANIFEST
-from eomgen.errors import Problem, UsageError
+from eomgen.errors import Problem
 from eomgen.pipeline.content import library_content
 from eomgen.pipeline.documents import as_document
 from eomgen.pipeline.generation import generate
@@ -76,11 +76,8 @@ def casadi(
     >>> functions["forward_dynamics"].name_in()
     ['q', 'v', 'p', 't']
     """
-    try:
-        package: Any = import_module("casadi")
-    except ImportError:
-        fault = "the package casadi is not installed [E0940]"
-        raise UsageError(Problem("casadi", fault, "pip install 'eomgen[casadi]'")) from None
+    missing = Problem("casadi", "the package casadi is not installed [E0940]", "pip install 'eomgen[casadi]'")
+    package = optional_package("casadi", missing)
     described: Any = getattr(scene, "scene", scene)
     document, front_end = as_document(described)
     terms = checked_terms(terms)

@@ -16,6 +16,7 @@ import numpy as np
 
 from eomgen.base.calls import checked_call, checked_calls
 from eomgen.base.messages import Log
+from eomgen.base.products import optional_package
 from eomgen.base.threads import thread_count
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.compiled.functions import LEAST, Choice, Functions, LaneCompanions, chosen
@@ -661,11 +662,8 @@ def _check_precision(package: Any) -> None:
 @functools.cache
 def _package() -> Any:
     """Return JAX, with the handler registered."""
-    try:
-        package: Any = import_module("jax")
-    except ImportError:
-        fault = "the package jax is not installed [E0949]"
-        raise UsageError(Problem("jax", fault, "pip install 'eomgen[jax]'")) from None
+    missing = Problem("jax", "the package jax is not installed [E0949]", "pip install 'eomgen[jax]'")
+    package = optional_package("jax", missing)
     _, address = _handler()
     package.ffi.register_ffi_target(_TARGET, package.ffi.pycapsule(ctypes.c_void_p(address)), platform="cpu")
     return package

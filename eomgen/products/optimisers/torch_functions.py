@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping, Sequence
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
 
 from eomgen.base.calls import checked_call, checked_calls
+from eomgen.base.products import optional_package
 from eomgen.compiled.argument_derivatives import Sparsity
 from eomgen.errors import Problem, UsageError
 from eomgen.products.optimisers.arguments import (
@@ -474,11 +474,8 @@ class Operators(NamedTuple):
 @functools.cache
 def _operators() -> Operators:
     """Return PyTorch with the operators. Raises UsageError without PyTorch."""
-    try:
-        package: Any = import_module("torch")
-    except ImportError:
-        fault = "the package torch is not installed [E0954]"
-        raise UsageError(Problem("torch", fault, "pip install 'eomgen[torch]'")) from None
+    missing = Problem("torch", "the package torch is not installed [E0954]", "pip install 'eomgen[torch]'")
+    package: Any = optional_package("torch", missing)
 
     def operator(name: str, takes: str, kernel: Callable[..., Tensor], shape: Callable[..., Tensor]) -> Any:
         """Return an operator of tensors, the number of a model and a term, with the shape of the result."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 import warnings
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from eomgen.base.data import dataclass
 from eomgen.base.figures import axes_of_caller, axis_label, draw_grid
 from eomgen.base.html import page, table
 from eomgen.base.messages import shown
+from eomgen.base.products import optional_package
 from eomgen.errors import Problem, UsageError
 from eomgen.results.plots import only_curve, rows_from
 from eomgen.results.recorded import RecordedSolution
@@ -334,8 +334,5 @@ def rainflow(solution: RecordedSolution, name: str, *, start: float | None = Non
 
 
 def _counter() -> Any:
-    try:
-        return import_module("rainflow")
-    except ImportError:
-        fault = "cycles are counted by the package rainflow, which is not installed [E1283]"
-        raise UsageError(Problem("rainflow", fault, "pip install 'eomgen[fatigue]'")) from None
+    fault = "cycles are counted by the package rainflow, which is not installed [E1283]"
+    return optional_package("rainflow", Problem("rainflow", fault, "pip install 'eomgen[fatigue]'"))

@@ -28,6 +28,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass
 from eomgen.base.messages import counted, listed, nearest
+from eomgen.base.products import optional_package
 from eomgen.base.threads import thread_count
 from eomgen.errors import ModelError, Problem, UsageError
 
@@ -408,12 +409,8 @@ def check_transforms(library: str, precision: str) -> None:
         fault = f"there is no precision {precision!r} [E0801]"
         raise UsageError(Problem("precision", fault, nearest(precision, PRECISIONS) or listed(PRECISIONS)))
     if library == "fftw":
-        try:
-            importlib.import_module("pyfftw")
-        except ImportError:
-            fault = "FFTW comes with the package pyfftw, which is not installed [E0802]"
-            hint = "pip install 'eomgen[fast_fourier]', or scipy"
-            raise UsageError(Problem("transforms", fault, hint)) from None
+        fault = "FFTW comes with the package pyfftw, which is not installed [E0802]"
+        optional_package("pyfftw", Problem("transforms", fault, "pip install 'eomgen[fast_fourier]', or scipy"))
 
 
 def transforms(mesh: Mesh, library: str, fields: int, *, single: bool = False) -> Transforms:

@@ -11,6 +11,7 @@ from typing import Any
 
 from eomgen.base.data import dataclass, field
 from eomgen.base.messages import nearest, shown
+from eomgen.base.products import optional_package
 from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.products.robots.leftovers import Place
 from eomgen.scene.reading.xml import Element, read_xml
@@ -152,11 +153,8 @@ def _included(result: Elements, element: Element, folder: Path | None) -> Iterat
 
 def mujoco_module() -> Any:
     """Return the package ``mujoco``. Raises UsageError if it is missing."""
-    try:
-        import mujoco  # noqa: PLC0415  # an extra
-    except ImportError:
-        fault = "MJCF is compiled by MuJoCo, and the package mujoco is not installed [E1923]"
-        raise UsageError(Problem("load", fault, "pip install 'eomgen[mujoco]'")) from None
+    fault = "MJCF is compiled by MuJoCo, and the package mujoco is not installed [E1923]"
+    mujoco = optional_package("mujoco", Problem("load", fault, "pip install 'eomgen[mujoco]'"))
     if not hasattr(mujoco.MjModel, "dof_dampingpoly"):
         fault = f"mujoco {mujoco.__version__} is older than 3.7, whose models are read [E1922]"
         raise UsageError(Problem("load", fault, "pip install -U 'eomgen[mujoco]'"))
