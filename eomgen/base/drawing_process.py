@@ -91,7 +91,7 @@ def drawing_process(prepared: Callable[[], Drawings]) -> Iterator[DrawingProcess
         return
     taken, orders = os.pipe()
     answers, given = os.pipe()
-    number = _fork()
+    number = fork()
     if not number:
         os.close(orders)
         os.close(answers)
@@ -115,7 +115,7 @@ def in_copy(work: Callable[[], object]) -> Iterator[Callable[[], bool]]:
     if not _copied():
         yield lambda: False
         return
-    number = _fork()
+    number = fork()
     if not number:
         status = 1
         try:
@@ -195,7 +195,7 @@ def _serve(prepared: Callable[[], Drawings], taken: int, given: int) -> NoReturn
         turns, numbers = os.pipe()
         os.write(numbers, bytes(reversed(range(len(tasks)))))
         os.close(numbers)
-        other = _fork() if tasks else 0
+        other = fork() if tasks else 0
         while turn := os.read(turns, 1):
             names = [path.name for path in tasks[turn[0]]()]
             os.write(given, ("\t".join([f"{turn[0]}", *names]) + "\n").encode())
@@ -215,7 +215,8 @@ def _leave_out_documentation() -> None:
     artist.kwdoc = lambda *_: ""
 
 
-def _fork() -> int:
+def fork() -> int:
+    """Copy this process; return the number of the copy, 0 in the copy."""
     with warnings.catch_warnings():
         # Python 3.12 warns of threads: OpenBLAS has threads, and starts new ones in a copy.
         warnings.simplefilter("ignore", DeprecationWarning)

@@ -11,7 +11,6 @@ Equally spaced indices become start + step k, all others a table.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import groupby, pairwise
 from typing import Any, Protocol, cast
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.data import dataclass
 from eomgen.codegen.program import Expression, Statement
+from eomgen.codegen.scheduling.stretches import equal_windows
 from eomgen.symbolic.map import record
 from eomgen.symbolic.operations import UNARY, Op
 from eomgen.symbolic.tape import Ref, Tape
@@ -132,17 +132,8 @@ def _search(
 
 
 def _longest(codes: NDArray[np.uint64], sample: Sample) -> tuple[int, int, int] | None:
-    size = len(codes) - _WINDOW + 1
-    if size < 2:
-        return None
-    hashes = np.zeros(size, np.uint64)
-    for k in range(_WINDOW):
-        hashes = hashes * np.uint64(1000003) + codes[k : k + size] + np.uint64(7)
-    order = np.argsort(hashes, kind="stable")
-    equal = hashes[order][1:] == hashes[order][:-1]
-    distances = Counter((order[1:] - order[:-1])[equal].tolist())
     best: tuple[int, int, int, int] | None = None
-    for period, _ in distances.most_common(_DISTANCES):
+    for period, _ in equal_windows(codes, _WINDOW).most_common(_DISTANCES):
         same = np.concatenate(([False], codes[:-period] == codes[period:], [False]))
         edges = np.flatnonzero(same[1:] != same[:-1])
         starts, lengths = edges[::2], edges[1::2] - edges[::2]

@@ -121,17 +121,20 @@ def _periods(codes: NDArray[np.intp]) -> list[int]:
     """Return distances between equal windows, the most frequent distances for each length of windows."""
     result: set[int] = set()
     for window in _WINDOWS:
-        size = len(codes) - window + 1
-        if size < 2:
-            break
-        hashes = np.zeros(size, np.uint64)
-        for k in range(window):
-            hashes = hashes * np.uint64(1000003) + codes[k : k + size].astype(np.uint64) + np.uint64(7)
-        order = np.argsort(hashes, kind="stable")
-        equal = hashes[order][1:] == hashes[order][:-1]
-        distances = Counter((order[1:] - order[:-1])[equal].tolist())
+        distances = equal_windows(codes.astype(np.uint64), window)
         result |= {distance for distance, _ in distances.most_common(_DISTANCES)}
     return sorted(result)
+
+
+def equal_windows(codes: NDArray[np.uint64], window: int) -> Counter[int]:
+    """Return the distances between windows of equal codes and the next such window, with their numbers."""
+    size = max(0, len(codes) - window + 1)
+    hashes = np.zeros(size, np.uint64)
+    for k in range(window):
+        hashes = hashes * np.uint64(1000003) + codes[k : k + size] + np.uint64(7)
+    order = np.argsort(hashes, kind="stable")
+    equal = hashes[order][1:] == hashes[order][:-1]
+    return Counter((order[1:] - order[:-1])[equal].tolist())
 
 
 #: Loops of fewer iterations keep tables.

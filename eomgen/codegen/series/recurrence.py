@@ -14,7 +14,7 @@ from eomgen.symbolic.calculus.configuration import rotation
 from eomgen.symbolic.map import splice
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.series import LEFT, RIGHT, Series, SeriesTerm, record_series
-from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
+from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape, dot
 from eomgen.system.system import System
 
 #: Blocks of coefficient k, by the blocks of order 0.
@@ -99,9 +99,9 @@ class Recurrence:
                 continue
             w, x, y, z = q[:4]
             products = ((-x, -y, -z), (w, -z, y), (z, w, -x), (-y, x, w))
-            of_pose = [tape.mul(half, _sum(tape, row, v[:3])) for row in products]
+            of_pose = [tape.mul(half, dot(tape, row, v[:3])) for row in products]
             if factor.group == "SE3":
-                of_pose += [_sum(tape, row, v[3:]) for row in rotation(tape, q[:4])]
+                of_pose += [dot(tape, row, v[3:]) for row in rotation(tape, q[:4])]
             rates[factor.q] = of_pose
         return rates
 
@@ -256,10 +256,3 @@ class _TreeSolver:
             for i, factor in self.factors[k].items():
                 x[k] = tape.sub(x[k], tape.mul(read(factor), x[i]))
         return x
-
-
-def _sum(tape: Tape, row: Sequence[Ref], column: Sequence[Ref]) -> Ref:
-    total = ZERO
-    for left, right in zip(row, column, strict=True):
-        total = tape.add(total, tape.mul(left, right))
-    return total

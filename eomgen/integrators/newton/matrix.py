@@ -23,7 +23,7 @@ Scaling by powers of the step: Arnold and Hante 2017; Bottasso, Dopico and Train
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 
 import numpy as np
@@ -134,16 +134,7 @@ class Packing:
 
 def packed(patterns: Mapping[str, Sequence[MatrixIndex]]) -> Packing:
     """Return the packing of the function ``iteration``."""
-    nonzeros: dict[str, dict[MatrixIndex, int]] = {}
-    blocks: dict[str, tuple[int, int]] = {}
-    start = 0
-    for name in _MATRICES:
-        pattern = patterns.get(name, ())
-        nonzeros[name] = {index: start + k for k, index in enumerate(pattern)}
-        if pattern:
-            blocks[name] = (start, len(pattern))
-        start += len(pattern)
-    return Packing("iteration", nonzeros, blocks, start)
+    return _append_matrices(Packing("iteration", {}, {}, 0), patterns, _MATRICES)
 
 
 def with_end_jacobian(packing: Packing) -> Packing:
@@ -167,8 +158,13 @@ def dense(nonzero: Mapping[str, Sequence[MatrixIndex]], nv: int) -> Packing:
 
 def with_sums(packing: Packing, patterns: Mapping[str, Sequence[MatrixIndex]]) -> Packing:
     """Return the packing with row sums of K and C after the other numbers."""
+    return _append_matrices(packing, patterns, SUMS.values())
+
+
+def _append_matrices(packing: Packing, patterns: Mapping[str, Sequence[MatrixIndex]], names: Iterable[str]) -> Packing:
+    """Return the packing with the nonzeros of further matrices after the other numbers."""
     nonzeros, blocks, size = dict(packing.nonzeros), dict(packing.blocks), packing.size
-    for name in SUMS.values():
+    for name in names:
         pattern = patterns.get(name, ())
         nonzeros[name] = {index: size + k for k, index in enumerate(pattern)}
         if pattern:

@@ -28,6 +28,7 @@ from eomgen.base.data import replace
 from eomgen.integrators.newton.matrix import MatrixIndex
 from eomgen.integrators.newton.sample_matrices import samples_of
 from eomgen.integrators.newton.solver import GROUPS_UNROLLED
+from eomgen.integrators.newton.stages import joined_components
 from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.operations import LEAVES, InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
@@ -95,27 +96,21 @@ def _coordinates(system: System) -> dict[int, int]:
 
 def _joined(entries: Mapping[str, Mapping[MatrixIndex, Ref]], coordinates: Mapping[int, int]) -> list[list[int]]:
     """Return the groups that symmetric entries of K and C join, unless M couples them."""
-    first = {k: k for k in coordinates}
-
-    def find(k: int) -> int:
-        while first[k] != k:
-            first[k] = first[first[k]]
-            k = first[k]
-        return k
-
-    for name in ("K", "C"):
-        for (row, column), ref in entries[name].items():
-            if row < column and {row, column} <= coordinates.keys() and entries[name].get((column, row)) == ref:
-                a, b = find(row), find(column)
-                first[max(a, b)] = min(a, b)
+    symmetric = (
+        (row, column)
+        for name in ("K", "C")
+        for (row, column), ref in entries[name].items()
+        if row < column and {row, column} <= coordinates.keys() and entries[name].get((column, row)) == ref
+    )
+    first = joined_components(1 + max(coordinates, default=-1), symmetric)
     coupled = {
-        find(row)
+        first[row]
         for row, column in entries["M"]
-        if row != column and {row, column} <= coordinates.keys() and find(row) == find(column)
+        if row != column and {row, column} <= coordinates.keys() and first[row] == first[column]
     }
     members: dict[int, list[int]] = {}
     for k in coordinates:
-        members.setdefault(find(k), []).append(k)
+        members.setdefault(first[k], []).append(k)
     return [sorted(group) for root, group in sorted(members.items()) if len(group) > 1 and root not in coupled]
 
 

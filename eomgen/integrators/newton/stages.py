@@ -64,7 +64,7 @@ def stages(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing, grow
 
     ``growth``: ratio of the lengths of the scene that is meant and the scene that is derived.
     """
-    body_of = _bodies(unknowns.v, _sharing(unknowns, factors, packing))
+    body_of = joined_components(unknowns.v, _sharing(unknowns, factors, packing))
     bodies: dict[int, list[int]] = {}
     for component, body in enumerate(body_of):
         bodies.setdefault(body, []).append(component)
@@ -141,7 +141,7 @@ def _sharing(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing) ->
     inertia = packing.nonzeros["M"]
     if unknowns.lam:
         return [*of_factors, *inertia]
-    body_of = _bodies(unknowns.v, [*of_factors, *inertia])
+    body_of = joined_components(unknowns.v, [*of_factors, *inertia])
     sizes, nonzeros = Counter(body_of), Counter(body_of[row] for row, _ in inertia)
     sparse = {body for body, size in sizes.items() if size >= _MANY and nonzeros[body] <= _SPARSE * size * size}
     return [*of_factors, *((row, column) for row, column in inertia if body_of[row] not in sparse)]
@@ -167,7 +167,7 @@ def _internal_states(
     for row, state in packing.nonzeros["Rz"]:
         touching[state].add(body_of[row])
     groups: dict[int, list[int]] = {}
-    for state, group in enumerate(_bodies(unknowns.z, packing.nonzeros["Fz"])):
+    for state, group in enumerate(joined_components(unknowns.z, packing.nonzeros["Fz"])):
         groups.setdefault(group, []).append(state)
     early: list[int] = []
     late: list[int] = []
@@ -203,7 +203,7 @@ def _of_one_body(factors: Sequence[Factor]) -> Iterator[MatrixIndex]:
             yield factor.v_start - 1, factor.v_start
 
 
-def _bodies(size: int, pairs: Iterable[MatrixIndex]) -> list[int]:
+def joined_components(size: int, pairs: Iterable[MatrixIndex]) -> list[int]:
     """Return for each component the smallest index of the components joined with it, directly or through other
     components."""
     first = list(range(size))

@@ -30,6 +30,7 @@ from eomgen.mechanics.kinematics.fields import (
     project,
     relative,
     total_fields,
+    wrench_sum,
 )
 from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.inertia import RecordedInertia, wrench
@@ -211,10 +212,6 @@ def _loads(tree: Tree, base: BaseMotion) -> list[Wrench]:
     return total
 
 
-def _sum(first: Wrench, second: Wrench) -> Wrench:
-    return plus(first[0], second[0]), plus(first[1], second[1])
-
-
 def inertial_partials(
     tree: Tree, base: BaseMotion
 ) -> tuple[list[list[Scalar]], list[list[Scalar]], list[list[Scalar]]]:
@@ -238,8 +235,8 @@ def _wrenches(
     algebra: Algebra, screw: Screws, body: RecordedInertia, flow: CompositeMomentum
 ) -> tuple[Wrench, Wrench, Wrench]:
     """Return the changes of the inertia forces of a subtree, in axes that move along, by q, v and a of a column."""
-    by_q = _sum(wrench(algebra, body, screw.spin_origin, screw.spin_field), flow.coriolis(screw.turn))
-    by_v = _sum(wrench(algebra, body, screw.rate_origin, screw.rate_field), flow.coriolis(screw.angular))
+    by_q = wrench_sum(wrench(algebra, body, screw.spin_origin, screw.spin_field), flow.coriolis(screw.turn))
+    by_v = wrench_sum(wrench(algebra, body, screw.rate_origin, screw.rate_field), flow.coriolis(screw.angular))
     return by_q, by_v, wrench(algebra, body, screw.linear, screw.angular)
 
 
@@ -267,7 +264,7 @@ def _column(
     rows = zip(project(link, by_q), project(link, by_v), project(link, by_a), strict=True)
     for row, values in zip(link.dofs, rows, strict=True):
         _add(blocks, row, dof, ratio * ratio, values)
-    by_q = _sum(by_q, _shift(screw, load))
+    by_q = wrench_sum(by_q, _shift(screw, load))
     work = flow.adjoint(screw.angular, screw.linear)
     below = index
     while tree.links[below].parent != ROOT:
@@ -392,10 +389,12 @@ class WorkHessian:
                 spin = momentum.spin
                 for k, (screw, turned) in enumerate(zip(screws[index], moved[index], strict=True)):
                     by_q, by_v, by_a = _wrenches(algebra, screw, body, flow)
-                    by_q = _sum(by_q, _shift(screw, loads[index]))
+                    by_q = wrench_sum(by_q, _shift(screw, loads[index]))
                     turning = minus(flow.adjoint(*turned), momentum.adjoint(screw.turn, screw.slide))
                     turning = plus(turning, cross(screw.angular, products[index]))
-                    pushed = _sum(wrench(algebra, body, turned[1], turned[0]), _shift(screw, (spin, momentum.momentum)))
+                    pushed = wrench_sum(
+                        wrench(algebra, body, turned[1], turned[0]), _shift(screw, (spin, momentum.momentum))
+                    )
                     twisting = scaled(-1.0, momentum.adjoint(screw.angular, screw.linear))
                     effects = (
                         Effect(by_q, turning, pushed),

@@ -5,7 +5,7 @@ numbers."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +15,7 @@ from eomgen.base.messages import listed
 from eomgen.errors import EomgenError, UsageError
 from eomgen.formula.curves import EDGE, Curve
 from eomgen.formula.discontinuities import applications
-from eomgen.formula.evaluate import apply, evaluate
+from eomgen.formula.evaluate import SymbolValues, apply, evaluate, known_value
 from eomgen.formula.features import WITH_EDGE
 from eomgen.formula.nodes import Application, Formula, Operation, Quantity, Symbol
 from eomgen.lie.numeric import rotated
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from eomgen.simulation.stepping.inputs import InputSignals
 
 
-Values = Mapping[tuple[str, str, int], float]
 #: Remedy for operations without a value.
 OTHER_FORMULA = "another start, or a formula that has a value there, such as max(x, 1e-3) in place of x"
 _SAID = {name: f"{name}({{0}})" for name in WITH_EDGE} | {"pow": "({0}) ** ({1})"}
@@ -62,7 +61,7 @@ def cause_of(
     return _NO_CONTACT if not cause[0] and "contact with the surface" in block else cause
 
 
-def _cause(model: CompiledModel, t: float, q: Array, p: Array, values: Values) -> tuple[str, str]:
+def _cause(model: CompiledModel, t: float, q: Array, p: Array, values: SymbolValues) -> tuple[str, str]:
     """Return the cause of blocks that are not finite, as far as curves, formulas and angles show a cause, and a
     remedy."""
     values = {**values, **_positions(model, t, q, p, values)}
@@ -80,7 +79,7 @@ def _cause(model: CompiledModel, t: float, q: Array, p: Array, values: Values) -
     return "", ""
 
 
-def operations_without_value(description: Description, values: Values) -> str:
+def operations_without_value(description: Description, values: SymbolValues) -> str:
     """Return a description of the operations of formulas that have no value; empty if none is known.
 
     Parameters
@@ -88,13 +87,7 @@ def operations_without_value(description: Description, values: Values) -> str:
     values : numbers by kind, name and index of a symbol; operations that need further symbols are left out
     """
 
-    def value_of(symbol: Symbol) -> float:
-        try:
-            return values[symbol.kind, symbol.name, symbol.index]
-        except KeyError:
-            raise ArithmeticError(f"{symbol.kind} {symbol.name}") from None
-
-    result: dict[str, None] = {}
+    result, value_of = dict[str, None](), known_value(values)
     formulas = (item.formula for item in description.inputs if item.formula is not None)
     for formula in (*formulas, *description.formulas):
         result |= dict.fromkeys(_without_value(formula, value_of))
@@ -153,7 +146,9 @@ def _named(symbol: Symbol, value_of: Callable[[Symbol], float]) -> str:
     return f"{name} = {value_of(symbol):.6g}"
 
 
-def _positions(model: CompiledModel, t: float, q: Array, p: Array, values: Values) -> dict[tuple[str, str, int], float]:
+def _positions(
+    model: CompiledModel, t: float, q: Array, p: Array, values: SymbolValues
+) -> dict[tuple[str, str, int], float]:
     """Return the world positions of the points that arguments of curves mention."""
     formulas = (used.argument for formula in model.description.formulas for used in applications(formula))
     named = {symbol.name for formula in formulas for symbol in _symbols(formula) if symbol.kind == "position"}
@@ -166,7 +161,7 @@ def _positions(model: CompiledModel, t: float, q: Array, p: Array, values: Value
     return result
 
 
-def _met_springs(model: CompiledModel, t: float, q: Array, p: Array, values: Values) -> str:
+def _met_springs(model: CompiledModel, t: float, q: Array, p: Array, values: SymbolValues) -> str:
     """Return the springs whose ends are in one place, in words; empty if there are none."""
     points, result = {point.name: point for point in model.description.drawing.points}, []
     for line in model.description.drawing.lines:
@@ -179,7 +174,7 @@ def _met_springs(model: CompiledModel, t: float, q: Array, p: Array, values: Val
     return f"the spring{'s' * (len(result) > 1)} {listed(result)}" if result else ""
 
 
-def _place_of(model: CompiledModel, point: Point, t: float, q: Array, p: Array, values: Values) -> Array:
+def _place_of(model: CompiledModel, point: Point, t: float, q: Array, p: Array, values: SymbolValues) -> Array:
     """Return the world position of a point, (3,) m."""
     place = np.array(_numbers(values, point.position))
     if point.body in model.bodies:
@@ -188,11 +183,11 @@ def _place_of(model: CompiledModel, point: Point, t: float, q: Array, p: Array, 
     return np.asarray(rotated(pose[:4], place) + pose[4:])
 
 
-def _numbers(values: Values, formulas: Sequence[Formula]) -> list[float]:
+def _numbers(values: SymbolValues, formulas: Sequence[Formula]) -> list[float]:
     return [evaluate(part, lambda symbol: values[symbol.kind, symbol.name, symbol.index]) for part in formulas]
 
 
-def _left_by_contacts(model: CompiledModel, t: float, q: Array, p: Array, values: Values) -> str:
+def _left_by_contacts(model: CompiledModel, t: float, q: Array, p: Array, values: SymbolValues) -> str:
     """Return a description of a curve whose ends a constraint between two frames leaves, with the constraint; empty
     without one."""
     for item in model.description.contacts:
@@ -217,7 +212,7 @@ def _left_by_contacts(model: CompiledModel, t: float, q: Array, p: Array, values
     return ""
 
 
-def _with_place(values: Values, place: Array) -> Values:
+def _with_place(values: SymbolValues, place: Array) -> SymbolValues:
     return {**values, **{("local", "position", k): float(place[k]) for k in range(3)}}
 
 
@@ -256,19 +251,13 @@ def values_of(
     return values | {("input", name, 0): float(value) for name, value in zip(model.inputs, u, strict=True)}
 
 
-def curves_outside_range(description: Description, values: Mapping[tuple[str, str, int], float]) -> str:
+def curves_outside_range(description: Description, values: SymbolValues) -> str:
     """Return a description of the curves evaluated outside their range; empty without such curves.
 
     ``values`` are numbers by kind, name and index of a symbol; arguments that need further symbols are left out.
     """
 
-    def value_of(symbol: Symbol) -> float:
-        try:
-            return values[symbol.kind, symbol.name, symbol.index]
-        except KeyError:
-            raise ArithmeticError(f"{symbol.kind} {symbol.name}") from None
-
-    result: dict[str, str] = {}
+    result, value_of = dict[str, str](), known_value(values)
     formulas = [item.formula for item in description.inputs if item.formula is not None]
     for formula in (*formulas, *description.formulas):
         for used in applications(formula):

@@ -8,13 +8,13 @@ import os
 import select
 import signal
 import threading
-import warnings
 from collections.abc import Sequence
 from weakref import WeakSet
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.drawing_process import fork
 from eomgen.base.messages import counted, listed
 from eomgen.errors import ModelError, Problem
 from eomgen.products.laws.code import OfPoint, PythonCode
@@ -85,10 +85,8 @@ def _check_return(law: FileLaw, functions: Sequence[tuple[str, OfPoint]], points
         return
     calls = [(name, function, point) for name, function in functions for point in points]
     reader, writer = os.pipe()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # of threads: the child calls one function in C alone
-        child = os.fork()
-    if not child:
+    child = fork()
+    if not child:  # which calls one function in C alone
         try:
             faulthandler.disable()
             for _, function, point in calls:

@@ -15,7 +15,7 @@ from eomgen.base.data import dataclass, field
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import ModelError, Problem, UsageError
-from eomgen.formula.evaluate import evaluate
+from eomgen.formula.evaluate import SymbolValues, evaluate, known_value
 from eomgen.formula.nodes import Application, Formula, Operation, Symbol
 from eomgen.integrators.families.register import Method, canonical_name, method_named, method_parameters, terms_of
 from eomgen.integrators.stepper_layout import checked_setting, default_settings
@@ -26,7 +26,6 @@ from eomgen.system.description import LARGEST_ANGLE, Description
 from eomgen.system.terms import TERMS
 from eomgen.toolchain.library import Library
 
-Values = Mapping[tuple[str, str, int], float]
 #: Why there is no value, and a remedy.
 REASON = (
     f"sines and cosines are computed up to {LARGEST_ANGLE:g} rad, beyond which numbers differ by 2e-06 rad and more"
@@ -34,7 +33,7 @@ REASON = (
 HINT = "an origin of time near the run, with the phase there in the formula"
 
 
-def large_angles(description: Description, values: Values, given: Collection[str] = ()) -> str:
+def large_angles(description: Description, values: SymbolValues, given: Collection[str] = ()) -> str:
     """Return the sines and cosines in formulas whose arguments are too large, in words; empty if there are none.
 
     Parameters
@@ -43,13 +42,7 @@ def large_angles(description: Description, values: Values, given: Collection[str
     given : inputs whose formulas are replaced
     """
 
-    def value_of(symbol: Symbol) -> float:
-        try:
-            return values[symbol.kind, symbol.name, symbol.index]
-        except KeyError:
-            raise ArithmeticError(f"{symbol.kind} {symbol.name}") from None
-
-    t = values["time", "", 0]
+    t, value_of = values["time", "", 0], known_value(values)
     result: dict[str, None] = {}
     for item in description.inputs:
         if item.name in given:
