@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import eomgen
 from eomgen.errors import ModelError
 from eomgen.mechanics.derive import derive
-from eomgen.pipeline.initial_assembly import constrained, with_initial_assembly
+from eomgen.pipeline.initial_assembly import constraint_equations, with_initial_assembly
 from eomgen.scene.load import from_data
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.system.system import System
@@ -98,7 +98,7 @@ def assembled(data: Data) -> System:
 
 
 def accelerations(system: System) -> NDArray[np.float64]:
-    equations, q, v = constrained(system), np.array(system.initial_q), np.array(system.initial_v)
+    equations, q, v = constraint_equations(system), np.array(system.initial_q), np.array(system.initial_v)
     rows, nv = len(system.multipliers), system.nv
     inputs = {"q": q, "v": v, "a": np.zeros(nv), "lam": np.zeros(rows), "t": np.zeros(1)}
 

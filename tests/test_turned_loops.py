@@ -12,7 +12,7 @@ import pytest
 
 import eomgen
 from eomgen.mechanics.derive import derive
-from eomgen.pipeline.initial_assembly import constrained, with_initial_assembly
+from eomgen.pipeline.initial_assembly import constraint_equations, with_initial_assembly
 from eomgen.scene.load import from_data
 from eomgen.solvers.constraint_rows import EPSILON
 from eomgen.system.system import System
@@ -51,7 +51,7 @@ def assembled(data: Data) -> System:
 def free(system: System) -> int:
     """Return the degrees of freedom, the rows of B being well apart from each other."""
     assert system.warnings == ()
-    equations, q = constrained(system), np.array(system.initial_q)
+    equations, q = constraint_equations(system), np.array(system.initial_q)
     rows = np.linalg.solve(np.linalg.cholesky(equations.mass(q)), equations.jacobian(q, 0.0).T).T
     values = np.linalg.svd(rows / np.linalg.norm(rows, axis=1, keepdims=True), compute_uv=False)
     assert values[-1] > 1e-4 * values[0]
@@ -106,7 +106,7 @@ def test_a_million_lengths_away(loop: str, coordinates: str, rng: np.random.Gene
     shift = rng.standard_normal(3) * 3e5
     drawn, R = LOOPS[loop]("revolute") | {"coordinates": coordinates}, random_rotation(rng)
     system = assembled(turned(drawn, R, shift))
-    equations = constrained(system)
+    equations = constraint_equations(system)
     assert system.warnings == () and system.nv - len(system.multipliers) == 1
     far = 1.0 if coordinates == "joint" else np.abs(shift).max()
     assert np.abs(equations.constraint(np.array(system.initial_q), 0.0)).max() <= 2e-15 * far

@@ -169,9 +169,7 @@ def equal_elements(scene: Scene) -> EqualElements | None:
     """Return the longest runs of equal elements of a scene; None if the runs are short, or if the scene names elements
     by number or place, constrains bodies, or carries one beam by another."""
     beams = _beams(scene)
-    if max((beam.elements for beam in beams), default=0) < _MANY or scene.constraints or scene.coordinates != "joint":
-        return None
-    if any(item.section not in _PLAIN for item in scene.elements) or any(scene.parts.values()):
+    if max((beam.elements for beam in beams), default=0) < _MANY or not _is_plain(scene):
         return None
     nodes = {node for beam in beams for node in beam.nodes[1:]}
     mentioned = _texts_outside_beams(scene, nodes)
@@ -183,6 +181,13 @@ def equal_elements(scene: Scene) -> EqualElements | None:
     chosen = {run.beam.name: run for run in runs if run.count == longest}
     alike = EqualElements(scene, tuple(chosen.values()))
     return alike if longest >= (_MANY if alike.alone else _MANY_OF_OTHERS) else None
+
+
+def _is_plain(scene: Scene) -> bool:
+    """Return whether a scene has no constraints, and no parts with numbers of elements or places along a beam."""
+    if scene.constraints or scene.coordinates != "joint" or any(scene.parts.values()):
+        return False
+    return all(item.section in _PLAIN for item in scene.elements)
 
 
 def _texts_outside_beams(scene: Scene, nodes: Collection[str]) -> set[str] | None:

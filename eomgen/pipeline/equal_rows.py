@@ -171,7 +171,7 @@ class EqualRows:
         return self.last - self.first + 1
 
     @property
-    def hinged(self) -> bool:
+    def is_hinged(self) -> bool:
         """Whether the scene is in joint coordinates."""
         return self.scene.coordinates == "joint"
 
@@ -235,9 +235,9 @@ class EqualRows:
     @cached_property
     def regular(self) -> bool:
         """Whether all inner rows are equal, with the same order in the lists, and the scene has few other entries."""
-        if self.count < (MANY_HINGED if self.hinged else MANY_JOINED if self.joined else 4 * _END + 2 * _FEW_ROWS):
+        if self.count < (MANY_HINGED if self.is_hinged else MANY_JOINED if self.joined else 4 * _END + 2 * _FEW_ROWS):
             return False
-        if not self.joined and not self.hinged and free_start(self.scene) is None:
+        if not self.joined and not self.is_hinged and free_start(self.scene) is None:
             return False
         few = len(self.scene.bodies) // self.count
         for part, kinds in self.entries.items():
@@ -317,7 +317,7 @@ class EqualRows:
                     groups[new.name] = scene.groups[item.name]
             lists[part] = tuple(made)
         nothing: dict[str, Any] = {"requirements": (), "source": {}, "content": b"", "shapes": ()}
-        if self.joined and not self.hinged and not scene.terms:
+        if self.joined and not self.is_hinged and not scene.terms:
             nothing["terms"] = _LINEAR
         return replace(scene, groups=groups, **lists, **nothing)
 
@@ -353,7 +353,7 @@ class EqualRows:
 
     def _continue_from(self, least: int, derived: Derived) -> tuple[Program, str] | None:
         """Return the Program and the reason as ``program`` does, from scenes with at least ``least`` rows."""
-        more = _MORE if not self.joined else _MORE_HINGED if self.hinged else _MORE_JOINED
+        more = _MORE if not self.joined else _MORE_HINGED if self.is_hinged else _MORE_JOINED
         few = least + (self.count - least) % more
         counts = [few + k * more for k in range(3)]
         scenes = [] if 2 * counts[2] > self.count else [self.fewer(count) for count in counts]
@@ -367,15 +367,15 @@ class EqualRows:
         if made is None:
             return None
         q, v = self._start(shorter[0], made[0])
-        asked: dict[str, Any] = {"asked_q": q, "asked_v": v} if self.joined and not self.hinged else {}
+        asked: dict[str, Any] = {"asked_q": q, "asked_v": v} if self.joined and not self.is_hinged else {}
         return replace(made[0], initial_q=q, initial_v=v, **asked), made[1]
 
     def _derive(self, derived: Derived, scene: Scene, sample: Sample) -> tuple[Program, str]:
         """Return the Program of a shorter scene. Raises IrregularSamples if the state at the start is not the one asked
         for, and for Taylor coefficients of trees, which are written out, order by order."""
         program, refusal = derived(scene, sample)
-        if not self.joined or self.hinged:
-            if self.hinged and program.series:
+        if not self.joined or self.is_hinged:
+            if self.is_hinged and program.series:
                 raise IrregularSamples("series")
             return program, refusal
         if (program.initial_q, program.initial_v) != (program.asked_q, program.asked_v):
@@ -385,7 +385,7 @@ class EqualRows:
     @property
     def _least(self) -> tuple[int, ...]:
         """Numbers of rows of the shortest derived scene, in the order in which they are tried."""
-        if self.hinged:
+        if self.is_hinged:
             freedoms = sum(len(joint.initial_velocity) for joint in self.scene.joints)
             few = max(_FEW_HINGED, _FREEDOMS * self.count // max(1, freedoms))
             return few, few + few // 2
@@ -394,7 +394,7 @@ class EqualRows:
 
     def _start(self, shortest: Scene, program: Program) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return q and v of the initial state."""
-        if self.hinged:
+        if self.is_hinged:
             return joint_start(Derivation(shortest), self.scene, program.factors)
         if self.joined:
             return AbsoluteStartEquations(self.scene).at({})
@@ -404,7 +404,7 @@ class EqualRows:
         """Return a list of numbers of the scene that grow from row to row; None if the lists hold others."""
         if not all(type(item) is float for sample in samples for item in sample):
             return None
-        if self.hinged:
+        if self.is_hinged:
             return continued_sums(samples, number)
         first, second, third = (np.array(sample) for sample in samples)
         more = len(second) - len(first)

@@ -159,11 +159,11 @@ def _ranges_of_parameters(program: Program, described: Description) -> dict[str,
     for parameter in program.parameters:
         rules = [rule for rule in described.requirements if parameter.name in _names(rule)]
 
-        def met(value: float, rules: Sequence[Requirement] = rules, name: str = parameter.name) -> bool:
+        def rules_hold(value: float, rules: Sequence[Requirement] = rules, name: str = parameter.name) -> bool:
             return all(_holds(rule, {**values, name: value}) for rule in rules)
 
-        if rules and met(parameter.value):
-            ranges[parameter.name] = (_end(met, parameter.value, -1.0), _end(met, parameter.value, 1.0))
+        if rules and rules_hold(parameter.value):
+            ranges[parameter.name] = (_end(rules_hold, parameter.value, -1.0), _end(rules_hold, parameter.value, 1.0))
     return ranges
 
 

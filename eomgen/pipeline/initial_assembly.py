@@ -77,7 +77,7 @@ def with_initial_assembly(
         if light:
             raise DescriptionError([item.problem for item in light])
         return derive(terms, ())
-    equations = constrained(system, description=description)
+    equations = constraint_equations(system, description=description)
     kept = None if description is None else kept_components(system.factors, description.starts)
     assembly = assemble(equations, np.array(system.initial_q), np.array(system.initial_v), kept=kept)
     rows = redundancy(equations, assembly.q)
@@ -216,7 +216,7 @@ def _sensitive(
     for _ in range(_NEIGHBOURS):
         nearby = defaults.copy()
         nearby[entering] += _NEARBY * (np.abs(defaults[entering]) + extent) * generator.uniform(0.5, 1.0, len(entering))
-        other = constrained(system, nearby)
+        other = constraint_equations(system, nearby)
         try:
             assembly = assemble(other.without(left_out), q, v)
             check_left_out(other, names, assembly.q, assembly.v)
@@ -232,7 +232,7 @@ def _is_driven(system: System, row: int) -> bool:
     return InputSymbol("t", 0) in system.tape.depends_on([ref])
 
 
-def constrained(
+def constraint_equations(
     system: System, parameters: Array | None = None, description: Description | None = None
 ) -> ConstrainedSystem:
     """Return the constraints of a System, evaluated on the tape, at parameters (np,): by default at the scene's.

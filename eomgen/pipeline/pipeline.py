@@ -19,6 +19,7 @@ from eomgen.pipeline.methods import method_name
 from eomgen.pipeline.readings import record_of
 from eomgen.pipeline.requests import LibraryRequest, ModelRequest, checked_terms
 from eomgen.system.terms import REST, UNRESISTED
+from eomgen.toolchain.cache import Cache
 from eomgen.toolchain.profiles import STANDARD_PROFILE
 
 if TYPE_CHECKING:
@@ -139,8 +140,7 @@ def build(
     if kind is not None:
         return cast("Model", kind.build(document, method, profile))
     with without_garbage_collection():
-        chosen = front_end.describe(document).simulation.real if real is None else real
-        model = build_model(ModelRequest(document, front_end, terms, method, profile, chosen))
+        model = build_model(ModelRequest(document, front_end, terms, method, profile, real))
     if document is not scene:  # read here
         log_notes(model.name, model.notes)
     return model
@@ -154,17 +154,17 @@ def build_model(request: ModelRequest, steps: float | None = None) -> Model:
     steps : as of ``build_for_run``
     """
     library = make_library(request.whole_library, steps)
-    functions = [function["name"] for function in library.layout["functions"]]
-    for note in library.layout["notes"] if "forward_dynamics" in functions else ():
-        if Message(note).code in UNRESISTED:
-            warnings.warn(f"{request.described.name}: {note}", RuntimeWarning, stacklevel=3)
-    again = partial(build_in, None, request.document, request.terms, request.method, request.profile, request.real)
+    accelerations = any(function["name"] == "forward_dynamics" for function in library.layout["functions"])
+    for note in library.layout["notes"]:
+        if accelerations and Message(note).code in UNRESISTED:
+            warnings.warn(f"{request.description.name}: {note}", RuntimeWarning, stacklevel=3)
+    source = request.document, request.terms, request.method, request.profile, request.real
     from eomgen.pipeline.model import Model  # noqa: PLC0415  # while compilers run, if there is no library
     from eomgen.pipeline.suppliers import Supplier  # noqa: PLC0415  # likewise
 
-    again = request.again or partial(again, start=request.start)
+    again = request.again or partial(build_in, None, *source, start=request.start)
     supplier = Supplier(request, library, make_library, build_model, build_reproducible, again)
-    return Model(request.described, library, supplier.stepper, supplier)
+    return Model(request.description, library, supplier.stepper, supplier)
 
 
 def make_library(request: LibraryRequest, steps: float | None = None) -> Library:
@@ -196,7 +196,7 @@ def build_in(
     terms: Sequence[str] | None = None,
     method: str | None = None,
     profile: str = STANDARD_PROFILE,
-    real: str = "double",
+    real: str | None = "double",
     *,
     start: str = "",
 ) -> Model:
@@ -207,8 +207,8 @@ def build_in(
     ----------
     start : as of ``Selection``, if the model is built for runs or linear models alone
     """
-    terms = checked_terms(terms)
-    return build_model(ModelRequest(*as_document(scene), terms, method, profile, real, start, cache))
+    asked, libraries = checked_terms(terms), Cache(cache) if cache else None
+    return build_model(ModelRequest(*as_document(scene), asked, method, profile, real, start, libraries))
 
 
 def build_for_run(
@@ -236,8 +236,8 @@ def build_for_run(
         from eomgen.integrators.families.register import method_named  # noqa: PLC0415
 
         steps = None if method_named(method_name(described, method)).chooses_steps else steps
-    begun, real = start or described.simulation.start, described.simulation.real
-    return build_model(ModelRequest(document, front_end, None, method, profile, real, begun), steps)
+    start = start or described.simulation.start
+    return build_model(ModelRequest(document, front_end, None, method, profile, None, start), steps)
 
 
 def build_for_rest(scene: Described, profile: str = STANDARD_PROFILE, *, points: int = 1) -> Model:
@@ -251,5 +251,5 @@ def build_for_rest(scene: Described, profile: str = STANDARD_PROFILE, *, points:
         steps of ``build_for_run``
     """
     stored = record_of(scene)
-    document, front_end = as_document(stored.lean if stored else scene)
-    return build_model(ModelRequest(document, front_end, None, None, profile, "double", REST), 50.0 * points)
+    document = as_document(stored.lean if stored else scene)
+    return build_model(ModelRequest(*document, None, None, profile, "double", REST), 50.0 * points)

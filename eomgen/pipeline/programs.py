@@ -45,8 +45,7 @@ def derive_system(document: Document, front_end: FrontEnd, terms: Sequence[str] 
         raise DescriptionError(problems)
     began = time.perf_counter()
     system = front_end.derive(document, terms)
-    seconds, functions = time.perf_counter() - began, ", ".join(system.functions)
-    _LOG.info("derived %s in %.2f s: %s", system.name, seconds, functions)
+    _LOG.info("derived %s in %.2f s: %s", system.name, time.perf_counter() - began, ", ".join(system.functions))
     return system if system.defaults else replace(system, defaults=vars(described.simulation))
 
 

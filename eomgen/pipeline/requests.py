@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from functools import cached_property, partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from eomgen.base.calls import names_of
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
     from eomgen.system.description import Description
     from eomgen.toolchain.builder import Builder
+    from eomgen.toolchain.cache import Cache
     from eomgen.toolchain.library import Library
 
 
@@ -71,7 +71,7 @@ class ModelRequest:
     method : whose stepper is compiled in; None: the scene's
     profile, real : as of ``build``
     start : as of ``Selection``, if the model is built for runs or linear models alone
-    cache : folder of the libraries, None: the user's
+    cache : of the libraries, None: the user's
     stored : libraries of the file from which the model is loaded, by selection and method
     again : the call that loads the file
     """
@@ -81,27 +81,26 @@ class ModelRequest:
     terms: tuple[str, ...] | None
     method: str | None
     profile: str
-    real: str
+    real: str | None
     start: str = ""
-    cache: Path | None = None
+    cache: Cache | None = None
     stored: Mapping[tuple[Selection, str], Library] = field(default_factory=dict)
     again: partial[Model] | None = None
 
     @cached_property
-    def described(self) -> Description:
+    def description(self) -> Description:
         """The description of the document, with the method that the caller has named."""
-        described = self.front_end.describe(self.document)
-        if self.method is None or self.method == described.simulation.method:
-            return described
-        return replace(described, simulation=replace(described.simulation, method=self.method))
+        own = self.front_end.describe(self.document)
+        if self.method is None or self.method == own.simulation.method:
+            return own
+        return replace(own, simulation=replace(own.simulation, method=self.method))
 
     @cached_property
     def builder(self) -> Builder:
         from eomgen.toolchain.builder import Builder  # noqa: PLC0415  # imported when the arguments are known to be fine
-        from eomgen.toolchain.cache import Cache  # noqa: PLC0415
 
         check_real(self.real)
-        return Builder(profile=self.profile, real=self.real, cache=None if self.cache is None else Cache(self.cache))
+        return Builder(self.profile, self.real or self.description.simulation.real, cache=self.cache)
 
     @property
     def whole_library(self) -> LibraryRequest:
@@ -113,7 +112,7 @@ class ModelRequest:
     ) -> LibraryRequest:
         """Return the request for a library of the model; by default with its method, by its builder."""
         own = self.builder
-        name = method_name(self.described, self.method) if method is None else method
+        name = method_name(self.description, self.method) if method is None else method
         stored = self.stored.get((selection, name)) if builder is None else None
         return LibraryRequest(self.document, self.front_end, selection, name, builder or own, stored)
 

@@ -33,7 +33,7 @@ _WHOLE = 30
 _LONG = 30
 
 
-def opened(document: Any) -> Any:
+def open_document(document: Any) -> Any:
     """Return a document, or the scene of a record."""
     return document.scene if isinstance(document, StoredScene) else document
 
@@ -58,8 +58,8 @@ _LAST: list[tuple[Callable[[], Scene | None], Description]] = []
 def _derive(document: Scene | StoredScene, terms: Sequence[str] | None) -> System:
     from eomgen.mechanics import derive as mechanics  # noqa: PLC0415  # imports SymPy
 
-    scene: Scene = opened(document)
-    if not scene.constraints and (scene.coordinates != "absolute" or _unconnected(scene)):
+    scene: Scene = open_document(document)
+    if not scene.constraints and (scene.coordinates != "absolute" or _has_no_connections(scene)):
         return mechanics.derive(scene, terms)
     from eomgen.pipeline.initial_assembly import with_initial_assembly  # noqa: PLC0415
 
@@ -100,7 +100,7 @@ def _with_numbers(error: ModelError, scene: Scene) -> ModelError:
     return ModelError([Problem(place, "; ".join(clauses), hint, first.code), *rest])
 
 
-def _unconnected(scene: Scene) -> bool:
+def _has_no_connections(scene: Scene) -> bool:
     """Return whether no joint or beam of a scene is a constraint in absolute coordinates."""
     from eomgen.scene.forces.cosserat_beams import CosseratBeam  # noqa: PLC0415  # a stored scene needs no classes of scenes
 
@@ -117,9 +117,9 @@ def _calibration(asking: StateFeedback) -> Preparation:
     return next(row for row in rows if row.name == "calibration")
 
 
-def _prepared(document: Scene | StoredScene, build: Build) -> Scene:
+def _prepare(document: Scene | StoredScene, build: Build) -> Scene:
     """Return a scene whose calibrated parameters have values."""
-    scene: Scene = opened(document)
+    scene: Scene = open_document(document)
     asking = next((item for item in scene.feedback if item.calibration), None)
     return scene if asking is None else _calibration(asking).prepared(scene, build)
 
@@ -161,9 +161,9 @@ def _start(scene: Scene | StoredScene) -> Start | None:
 
 def _every_row(scene: Scene | StoredScene) -> EveryRow:
     from eomgen.mechanics import derive as mechanics  # noqa: PLC0415  # imports SymPy
-    from eomgen.pipeline.initial_assembly import constrained  # noqa: PLC0415
+    from eomgen.pipeline.initial_assembly import constraint_equations  # noqa: PLC0415
 
-    return partial(constrained, mechanics.derive(opened(scene), PURPOSES["initial_assembly"], ()))
+    return partial(constraint_equations, mechanics.derive(open_document(scene), PURPOSES["initial_assembly"], ()))
 
 
 def _content(scene: Scene | StoredScene) -> bytes:
@@ -189,5 +189,5 @@ def _program(scene: Scene, derived: Programs) -> tuple[Program, str] | None:
 
 
 SCENES = FrontEnd(
-    "mechanics", StoredScene, _describe, _derive, _prepared, _start, _gains, _every_row, _content, _program
+    "mechanics", StoredScene, _describe, _derive, _prepare, _start, _gains, _every_row, _content, _program
 )

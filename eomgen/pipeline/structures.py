@@ -72,16 +72,16 @@ def structure_of(system: System, functions: Sequence[str], program: Program, fam
     if len({*constants}) < len(constants):
         return None
 
-    def placed(refs: Any) -> Any:
+    def new_refs(refs: Any) -> Any:
         return np.sign(refs) * places[np.abs(refs)]
 
     leaves = (op == Op.CONST) | (op == Op.INPUT)
-    operands = [np.where(leaves, 0, placed(np.array(column)[live])) for column in (tape.a, tape.b, tape.c)]
+    operands = [np.where(leaves, 0, new_refs(np.array(column)[live])) for column in (tape.a, tape.b, tape.c)]
     initial = {name: getattr(program, name) for name in ("initial_q", "initial_v", "initial_z")}
     recorded = {
         "constants": [value if stays_in_text(value) else None for value in constants],
         "inputs": [tape.inputs[tape.a[node]] for node in live[op == Op.INPUT].tolist()],
-        "functions": [functions, *(placed(refs).tolist() for refs in results)],
+        "functions": [functions, *(new_refs(refs).tolist() for refs in results)],
         "blocks": [[int(np.searchsorted(live, node)), label] for node, label in tape.blocks],
         "names": [[int(places[node]), name] for node, name in tape.names.items() if places[node]],
         "program": vars(replace(program, constants=(), notes=(), initial_q=(), initial_v=(), initial_z=())),

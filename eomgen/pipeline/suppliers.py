@@ -12,7 +12,7 @@ from eomgen.compiled.model import Source
 from eomgen.errors import ToolchainError
 from eomgen.pipeline.readings import record_of_document
 from eomgen.pipeline.requests import LibraryRequest, ModelRequest
-from eomgen.pipeline.scenes import opened
+from eomgen.pipeline.scenes import open_document
 from eomgen.system.terms import TERMS, Selection
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ class Supplier(Source):
     @property
     def scene(self) -> Any:
         """The document of the model, such as a scene."""
-        return opened(self.request.document)
+        return open_document(self.request.document)
 
     @functools.cached_property
     def every_row(self) -> EveryRow | None:  # type: ignore[override]
@@ -68,7 +68,7 @@ class Supplier(Source):
         if selection is None:
             from eomgen.integrators.families.register import terms_of  # noqa: PLC0415
 
-            layout, states = self.library.layout, bool(self.request.described.states)
+            layout, states = self.library.layout, bool(self.request.description.states)
             constrained = bool(layout["multipliers"])  # all rows of a scene may follow from its joints
             there = [function["name"] for function in layout["functions"]]
             mass = "mass" in there and not layout["facts"]["ill_scaled"]
@@ -99,7 +99,7 @@ class Supplier(Source):
         """Return the function that decides branches of the equations along runs."""
         from eomgen.system.branches import OF_RUNS, Branches  # noqa: PLC0415  # most scenes have none
 
-        described = self.request.described
+        described = self.request.description
         wanted = [name for name in OF_RUNS if name in TERMS and (name == "residual" or described.states)]
         wanted += ["outputs"] if described.outputs else []
         return Branches(self.request.front_end.derive(self.request.document, wanted))

@@ -14,7 +14,7 @@ import pytest
 import eomgen
 from eomgen.errors import ModelError
 from eomgen.mechanics.derive import derive
-from eomgen.pipeline.initial_assembly import constrained, with_initial_assembly
+from eomgen.pipeline.initial_assembly import constraint_equations, with_initial_assembly
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.joints.model import Constraint, Frame, Joint
 from eomgen.scene.scene import Scene
@@ -67,7 +67,7 @@ def test_redundant_rows_of_a_planar_loop_are_named_and_left_out(coordinates: str
         "loop: z stays perpendicular to x follows from the constraints before it and is left out",
         "loop: z stays perpendicular to y follows from the constraints before it and is left out",
     ]
-    B = constrained(system).jacobian(np.array(system.initial_q), 0.0)
+    B = constraint_equations(system).jacobian(np.array(system.initial_q), 0.0)
     assert np.linalg.matrix_rank(B) == len(system.multipliers) == system.nv - 1
 
 
@@ -75,7 +75,7 @@ def test_redundant_rows_of_a_planar_loop_are_named_and_left_out(coordinates: str
 def test_a_guess_is_corrected_and_the_note_says_by_how_much(coordinates: str) -> None:
     system = assembled(four_bar(coordinates))
     q, v = np.array(system.initial_q), np.array(system.initial_v)
-    equations = constrained(system)
+    equations = constraint_equations(system)
     assert np.abs(equations.constraint(q, 0.0)).max() <= 1e-12
     assert np.abs(equations.velocity(q, v, 0.0)).max() <= 1e-12
     closing = [math.cos(1.2) * CRANK + math.cos(0.2) * COUPLER, math.sin(1.2) * CRANK + math.sin(0.2) * COUPLER]
@@ -152,7 +152,7 @@ def test_a_drive_that_begins_at_zero_leaves_the_other_rows_no_less_exact(length:
     ends = {"body": "base", "position": [0.6, 0.5, 0.9]}, {"body": "top", "position": [0.3, 0.0, 0.5]}
     scene = builder.constraint("rod", "distance", *ends, length=length).build()
     system = with_initial_assembly(partial(derive, scene))
-    assert np.abs(constrained(system).constraint(np.array(system.initial_q), 0.0)).max() < 1e-14
+    assert np.abs(constraint_equations(system).constraint(np.array(system.initial_q), 0.0)).max() < 1e-14
 
 
 def test_references_of_turns_are_not_among_the_corrections() -> None:

@@ -8,7 +8,7 @@ from scipy.sparse import csr_matrix
 
 import eomgen
 from eomgen.mechanics.derive import SharedTape, derive
-from eomgen.pipeline.initial_assembly import NEEDED, SPARSE, constrained, with_initial_assembly
+from eomgen.pipeline.initial_assembly import NEEDED, SPARSE, constraint_equations, with_initial_assembly
 from eomgen.solvers.consistency import assemble
 from eomgen.solvers.constraint_rows import ConstrainedSystem, RowsInMetric
 from eomgen.solvers.redundancy import redundancy
@@ -32,7 +32,7 @@ def chain(count: int, *, closed: bool = False) -> eomgen.Scene:
 
 def systems(scene: eomgen.Scene) -> list[ConstrainedSystem]:
     """Return the constraints of a scene with whole and with sparse matrices."""
-    return [constrained(derive(scene, terms)) for terms in (NEEDED, SPARSE)]
+    return [constraint_equations(derive(scene, terms)) for terms in (NEEDED, SPARSE)]
 
 
 def test_rows_have_the_scales_and_corrections_of_whole_matrices() -> None:
