@@ -35,7 +35,7 @@ class ProgramRequest:
 
 @dataclass(frozen=True)
 class LibraryRequest(ProgramRequest):
-    """The same as a library that a builder makes; ``stored``: the library, if it came from a file."""
+    """The request for a library that a builder makes; ``stored``: the library, if it came from a file."""
 
     method: str
     builder: Builder
