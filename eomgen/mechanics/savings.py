@@ -1,4 +1,4 @@
-"""For ``eomgen info``: operations saved by each simplification, from the scene derived again without it."""
+"""Operations saved by each simplification, from the scene derived again without it, for ``eomgen info``."""
 
 from __future__ import annotations
 

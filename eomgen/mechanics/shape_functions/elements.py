@@ -153,7 +153,7 @@ class Elements:
 
     @property
     def wave_number(self) -> float:
-        """No panel needs to be shorter than an element."""
+        """Wave number 1, since no panel needs to be shorter than an element."""
         return 1.0
 
     def values(self, s: Fixed) -> tuple[Fixed, Fixed, Fixed]:
