@@ -132,7 +132,7 @@ class Connection:
 
     @property
     def sizes(self) -> tuple[int, int]:
-        """Numbers of coordinates and of velocity components."""
+        """Number of coordinates and number of velocity components."""
         return self.q_size, self.v_size
 
     @cached_property
@@ -214,7 +214,7 @@ class Connection:
 
     @property
     def rows(self) -> tuple[int, int]:
-        """Numbers of holonomic and of velocity rows as a constraint."""
+        """Number of holonomic rows and number of velocity rows of the constraint."""
         return self.equations or (6 - self.v_size, 0)
 
     @property

@@ -168,7 +168,7 @@ class SectionReader:
 
     @cached_property
     def shear_modulus(self) -> Formula | None:
-        """As given, or by Poisson's ratio: G = E/(2 (1 + nu))."""
+        """Shear modulus as given, or by Poisson's ratio: G = E/(2 (1 + nu))."""
         given: Formula | None = self._optional("shear_modulus")
         if given is not None or self.section.poisson_ratio is None:
             return given

@@ -136,7 +136,7 @@ def read_mesh(path: Path, most: int = MOST) -> Mesh:
 
 
 def is_readable(path: Path) -> bool:
-    """Return whether a file has the ending and the size of a mesh, and may be read; its content is not looked at."""
+    """Return whether a file has the ending and the size of a mesh and may be read; the content is not examined."""
     try:
         size = path.stat().st_size
     except OSError:

@@ -136,7 +136,7 @@ def _largest(integral: SecondIntegral, parameters: Mapping[str, float]) -> float
 
 
 def _drifts(integral: SecondIntegral, parameters: Mapping[str, float]) -> bool:
-    """Return whether an integral departs from the oscillation that it is meant to be."""
+    """Return whether an integral departs from an oscillation about a mean."""
     if not integral.end > 0.0:
         return False
     speeds = law_and_rate(integral.formula, parameters)(np.linspace(0.0, integral.end, _TIMES))[1]

@@ -253,7 +253,7 @@ class _FormulaReader:
         return self.convert(node, depth)
 
     def defines_condition(self, name: str) -> bool:
-        """Return whether a name is of a definition whose text is a condition, or such a name again."""
+        """Return whether a name has a definition whose text is a condition, or is another such name."""
         seen: set[str] = set()
         while name in self.names.definitions and name not in seen:
             seen.add(name)

@@ -133,7 +133,7 @@ class FormulaText:
         return repr(value)
 
     def beside(self, number: str, word: str, column: int) -> FormulaError:
-        """Return the error of a number that a word follows."""
+        """Return the error for a number that is followed by a word."""
         if word in DEGREES:
             return FormulaError(f"the number {shown(number)} runs into a name [E1580]", column, IN_RADIANS)
         fault, hint = in_formula(number, word)

@@ -360,7 +360,7 @@ def _has_fault(body: Body, values: Values) -> bool:
 
 
 def _followers(joints: Sequence[Joint]) -> dict[str, list[Joint]]:
-    """Return the joints that follow each joint that leads and follows none, directly or by one another."""
+    """Return the joints that follow each leading joint, directly or through other followers."""
     named = {joint.name: joint for joint in joints}
     result: dict[str, list[Joint]] = {}
     for joint in joints:
