@@ -267,7 +267,7 @@ class FinishedRun(EvaluatesOnce):
 
     @property
     def single(self) -> bool:
-        """Whether numbers are of single precision."""
+        """Whether the run computes in single precision."""
         return bool(self.run.model.library.real == "float")
 
     @property

@@ -62,8 +62,7 @@ class SingularPosition:
 def singular_ahead(
     model: CompiledModel, t: Array, q: Array, v: Array, p: Array, step: float
 ) -> SingularPosition | None:
-    """Return the most nearly singular position that the next steps of a run come to; None without such
-    a position.
+    """Return the most nearly singular position of a run's next steps; None without such a position.
 
     If the start is the only row, the start is examined alone.
 
