@@ -41,7 +41,7 @@ _DOT = 3.5
 
 
 class DrawnCrossing(Protocol):
-    """Plotted fields of a ``Crossing``: see there."""
+    """Interface of a ``Crossing`` for drawing."""
 
     @property
     def order(self) -> float: ...
@@ -54,7 +54,7 @@ class DrawnCrossing(Protocol):
 
 
 class DrawnCampbell(Protocol):
-    """Plotted fields of a ``Campbell``: see there."""
+    """Interface of a ``Campbell`` for drawing."""
 
     @property
     def parameter(self) -> str: ...

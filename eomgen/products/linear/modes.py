@@ -140,7 +140,7 @@ class Modes(NamedAttributes):
 
     @property
     def band(self) -> tuple[float, float]:
-        """From a tenth of the lowest frequency of a mode that is not zero to ten times the highest, Hz."""
+        """Frequencies to plot, Hz: from a tenth of the lowest nonzero frequency of a mode to ten times the highest."""
         frequencies = self.frequency[np.abs(self.eigenvalues) > self.uncertainty]
         if not len(frequencies):
             return 0.01, 100.0

@@ -272,7 +272,7 @@ class Chain:
 
     @property
     def numbers(self) -> int:
-        """Numbers of the Jacobians of all nodes."""
+        """Count of numbers in the Jacobians of all nodes."""
         return sum(self.functions[node.function].exported.first for node in self.nodes if node.function >= 0)
 
     @property

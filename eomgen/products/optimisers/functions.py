@@ -106,7 +106,7 @@ class Exported:
 
     @property
     def work_of_hessian(self) -> int:
-        """Numbers of the Hessian."""
+        """Count of numbers in the Hessian."""
         return len(self.lower.rows) if self.components is not None else self.work - self.first
 
     @cached_property

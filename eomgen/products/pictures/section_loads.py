@@ -54,7 +54,7 @@ class ModelWithSections(Protocol):
 
 
 class LoadedSolution(RecordedSolution, Protocol):
-    """A ``Solution``: see there."""
+    """Interface of a ``Solution`` with section loads."""
 
     @property
     def model(self) -> ModelWithSections | None: ...

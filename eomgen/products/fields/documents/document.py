@@ -259,7 +259,7 @@ class Data:
 
 @dataclass(frozen=True)
 class Chains:
-    """The defaults of the arguments of ``sample``; see there."""
+    """Defaults of the arguments of ``sample``."""
 
     method: str = "minimum_norm2"
     step: float = 0.0

@@ -79,7 +79,7 @@ class Method:
 
     @property
     def is_composition(self) -> bool:
-        """Whether steps are of drifts and kicks."""
+        """Whether steps consist of drifts and kicks."""
         return self.stages == 0
 
     @property

@@ -363,7 +363,7 @@ class FieldPosterior:
     def _from_cells(
         self, by: Transforms, size: float, fields: Sequence[Reals], to: Complex, beside: Complex | None = None
     ) -> None:
-        """Add size (beside + sum of the adjoints of fields) to a spectrum."""
+        """Add size (beside + sum of the fields' adjoint transforms) to a spectrum."""
         for number, (symbol, field) in enumerate(zip(self._symbols, fields, strict=True)):
             self._routines.add(size, symbol, by.spectrum(number, field), to, beside)
             beside = None

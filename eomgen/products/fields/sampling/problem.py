@@ -83,7 +83,7 @@ class FieldProblem:
 
     @property
     def watched(self) -> str:
-        """The field whose samples are looked at."""
+        """Name of the field whose samples are recorded."""
         return self.system.sampling.field or self.system.fields[0]
 
     @property

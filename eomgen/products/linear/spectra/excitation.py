@@ -129,7 +129,7 @@ class InputSpectrum:
 
     @property
     def rates(self) -> dict[str, str]:
-        """No input carries a rate."""
+        """Inputs that are time derivatives of other inputs: none."""
         return {}
 
     @property
@@ -145,7 +145,7 @@ class InputSpectrum:
 
     @property
     def name(self) -> str:
-        """In words, for titles: random and the input."""
+        """Name in words, for titles."""
         return f"random {self.input}"
 
     def cross_spectra(self, frequencies: Array) -> Complex:

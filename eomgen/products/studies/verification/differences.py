@@ -138,8 +138,8 @@ def differences(at: ClaimAtStates) -> Differences:
 
 
 def _as_finer(value: Array, bars: Array) -> Array:
-    """Return whether a difference (K, ...) agrees with all at smaller steps, within the error bars: steps across a
-    regularisation, as of dry friction, agree with one another alone."""
+    """Return whether a difference (K, ...) agrees with the differences at all smaller steps, within the error bars;
+    steps across a regularisation, as of dry friction, agree with each other only."""
     low, high = value - BARS * bars, value + BARS * bars
     before = np.full((1, *value.shape[1:]), np.inf)
     least = np.concatenate([np.minimum.accumulate(high[:0:-1], axis=0)[::-1], before])

@@ -114,7 +114,7 @@ class ComparedRun:
 
     @property
     def reference(self) -> Observation | None:
-        """The observation, if it can be a reference: runs that are wrong alike confirm one another."""
+        """The observation, if a reference can be made of it; runs with equal errors would confirm each other."""
         return None if self.unresolved else self.observation
 
 
