@@ -145,6 +145,7 @@ class TransmittedWrenches:
         loads: Loads,
         rows: ConstraintRows | None,
     ) -> None:
+        """Take the loads and constraint rows of a scene, from which wrenches of joints follow."""
         self.scene = scene
         self.tree = tree
         self.quantities = quantities

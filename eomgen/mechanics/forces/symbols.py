@@ -41,6 +41,7 @@ class Quantities:
     """
 
     def __init__(self, scene: Scene, tree: Tree, kinematics: Kinematics, offered: Offers) -> None:
+        """Number the inputs and states of a scene, and name its points, elements and controllers."""
         self.scene = scene
         self.offered = offered
         self.tree = tree
