@@ -145,7 +145,7 @@ class EomgenError(Exception):
         return self.code_of(self.problems[0])
 
     def code_of(self, problem: Problem) -> str:
-        """Return the code of a problem of this error; for a message without a code, the code of its kind of error.
+        """Return a problem's code; for a message without a code, the code for this kind of error.
 
         Parameters
         ----------

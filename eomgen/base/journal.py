@@ -57,6 +57,8 @@ class Journal(Generic[Row]):
         row_of: Callable[[Mapping[str, Any]], Row],
         resume: bool,
     ) -> None:
+        """Open the journal of a study in a folder, with its rows on ``resume``; without a folder rows stay in
+        memory."""
         self.rows: list[Row] = []
         self._path = None if folder is None else make_folder(folder) / file
         if self._path is None:
@@ -82,6 +84,7 @@ class Journal(Generic[Row]):
     def _read(
         self, path: Path, held: str, identity: str, others: str, row_of: Callable[[Mapping[str, Any]], Row]
     ) -> None:
+        """Read the rows of an earlier study, and cut a line that was not finished. Raises FileError."""
         try:
             text = read_file(path).decode()
         except OSError as error:

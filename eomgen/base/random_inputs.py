@@ -64,8 +64,8 @@ WAVES = "waves"
 
 
 def standard_normals(seed: int, count: int, name: str = "") -> Array:
-    """Return independent standard normal variables, (count,), of a seed from 0 on and of a process's name, so that
-    processes of the same seed are independent of one another."""
+    """Return independent standard normal variables, (count,), by a seed from 0 on and a process's name; processes with
+    equal seeds are independent."""
     from statistics import NormalDist  # noqa: PLC0415  # few scenes have random inputs
 
     generator, normal = random.Random(f"{seed} {name}"), NormalDist()

@@ -102,9 +102,9 @@ class ProgramFunction:
 
 @dataclass(frozen=True)
 class Addition:
-    """Addition of elements ``first <= element < end`` of a loop to an output: ``sign`` times column ``columns[j]`` of
-    the row of each element to component ``places[j] + step (element - first)``, or ``places[j] + starts[element]`` if
-    the starts of all elements are given."""
+    """Additions of loop elements ``first <= element < end`` to an output: for each j, ``sign`` times column
+    ``columns[j]`` of the element's row is added to component ``places[j] + step (element - first)``, or to ``places[j]
+    + starts[element]`` if all starts are given."""
 
     first: int
     end: int

@@ -287,6 +287,7 @@ def _layout(functions: Functions, name: str, of: Sequence[str] | None) -> _Layou
 
 
 def _made_layout(functions: Functions, name: str, of: Sequence[str] | None) -> _Layout:
+    """Return the rows, columns and slices of derivatives by the arguments ``of``. Raises UsageError."""
     sizes = {block: size_of(functions, block) for block in ARGUMENTS}
     firsts = dict(zip(sizes, np.cumsum([0, *sizes.values()]).tolist(), strict=False))
     rows, columns = unpacked_places(functions.library.layout["patterns"][name])

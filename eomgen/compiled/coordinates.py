@@ -24,7 +24,7 @@ _UNITS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
 
 
 def coordinate_names(factors: Sequence[Factor]) -> tuple[list[str], list[str]]:
-    """Return the names of all components of q and of v, in the order of the components."""
+    """Return the names of all components in q and in v, in order."""
     by_q, by_v = sorted(factors, key=lambda factor: factor.q_start), sorted(factors, key=lambda factor: factor.v_start)
     q = [name for factor in by_q for name in component_names("q", factor.name, factor.q_size)]
     v = [name for factor in by_v for name in component_names("v", factor.name, factor.v_size)]
@@ -32,7 +32,7 @@ def coordinate_names(factors: Sequence[Factor]) -> tuple[list[str], list[str]]:
 
 
 def coordinate_units(factors: Sequence[Factor], coordinates: Iterable[Coordinates]) -> tuple[list[str], list[str]]:
-    """Return the SI units of all components of q and of v; ``coordinates`` describes the factors of group R."""
+    """Return the SI units of all components in q and in v; ``coordinates`` describes the factors of group R."""
     described = {
         item.name: (item.units, tuple(f"{unit}/s" if unit else "" for unit in item.units)) for item in coordinates
     }

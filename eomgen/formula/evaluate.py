@@ -106,7 +106,7 @@ def quantity_at(formula: Quantity, arguments: Sequence[float]) -> float:
 def evaluate_batch(
     formula: Formula, value_of: Callable[[Symbol], ArrayLike], *, along_motion: bool = False
 ) -> NDArray[np.float64]:
-    """Return the values of a formula for a batch of values of the symbols, in the broadcast shape of these values.
+    """Return the values of a formula for batches of symbol values, in the broadcast shape of these batches.
 
     Operations that make ``evaluate`` raise give NaN; so of a ``select`` only the branch that is taken counts here, too.
 
@@ -122,6 +122,7 @@ def evaluate_batch(
 
 
 def _values(formula: Formula, value_of: Callable[[Symbol], ArrayLike], *, along_motion: bool) -> NDArray[np.float64]:
+    """Return the values of a formula, NaN for operations without a value."""
     if isinstance(formula, Number):
         return np.asarray(formula.value, dtype=np.float64)
     if isinstance(formula, Symbol):

@@ -215,6 +215,7 @@ def _name(symbol: Symbol, sizes: Callable[[Symbol], int]) -> str:
 
 
 def _infix(formula: Operation, sizes: Callable[[Symbol], int]) -> tuple[str, int]:
+    """Return the text of an operation, and its precedence."""
     parts = [_text(argument, sizes) for argument in formula.arguments]
     if isinstance(formula, Quantity):
         index = f"[{formula.component}]" if formula.word.components > 1 else ""

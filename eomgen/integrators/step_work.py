@@ -1,4 +1,4 @@
-"""Work of one step of a method, counted: calls of the model's functions, and the operations of the stepper itself.
+"""Work of a step, counted: calls of the model's functions, and operations of the stepper itself.
 
 Comparisons (tests of pivots are some), copies and changes of sign do not count. If a choice is a branch, as between
 the series and the sines of a rotation, both sides count.

@@ -155,6 +155,7 @@ class EmbeddedRungeKutta(Family):
         return (SINGULAR_MASS, NOT_FINITE, BAD_ARGUMENT, *step_statuses())
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
+        """Return tableau, error weights and extension for the stepper."""
         pair = self.pair
         return {
             **step_data(pair.embedded_order),

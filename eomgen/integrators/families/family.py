@@ -144,8 +144,8 @@ class Status:
 
 
 class LinearStep(NamedTuple):
-    """Coefficients of steps of generalized-alpha, of which derivatives of runs are made; ``rate_alpha_m`` and
-    ``rate_gamma`` belong to equations of first order."""
+    """Coefficients of generalized-alpha steps, for derivatives of runs; ``rate_alpha_m`` and ``rate_gamma`` belong to
+    equations of first order."""
 
     alpha_m: float
     alpha_f: float

@@ -154,7 +154,7 @@ def _remainders(sizes: Sizes) -> tuple[Field, ...]:
 def _products(
     unknowns: Unknowns, packing: Packing, groups: Sequence[Sequence[int]], links: Sequence[tuple[int, int]]
 ) -> list[dict[str, Any]]:
-    """Return for each row of the right side the terms of the product of M with one vector and of K with another vector.
+    """Return the terms of each row in the product of M with one vector, and of K with another vector.
 
     Terms are (number, column, None), and within a group (number, column, row): of the difference of two components,
     with the row sum of K in place of its diagonal. Terms of links occur once, in the row of the link.

@@ -189,6 +189,7 @@ class Rosenbrock(OneFactorization):
         }
 
     def work(self, system: System, method: Mapping[str, Any]) -> tuple[Work, ...]:
+        """Return the work of a step: calls of functions, and the stepper's own operations."""
         from eomgen.integrators.step_work import Work, work_of_groups, work_of_products, work_of_system  # noqa: PLC0415
 
         un, solver = method["unknowns"], method["solver"]

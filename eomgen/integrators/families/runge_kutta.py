@@ -74,6 +74,7 @@ class EmbeddedPair:
     aliases: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        """Check the order conditions of the pair and of its extension."""
         check_shape(self.A, self.b, self.c)
         stage_weights = stage_weights_of(self.A, self.c, self.order)
         check_order(stage_weights, self.b, self.order)

@@ -94,6 +94,7 @@ class Taylor(Family):
     renewal = "expands the motion anew"
 
     def __post_init__(self) -> None:
+        """Check tolerance and order; choose the order by the tolerance. Raises UsageError."""
         if not (math.isfinite(self.tolerance) and 0.0 <= self.tolerance <= 0.1):
             fault = f"the tolerance must lie in 0..0.1, not {self.tolerance:g} [E0353]"
             raise UsageError(Problem("tolerance", fault, "1e-10, or 0 for steps of the time grid"))

@@ -106,7 +106,7 @@ def _of(key: str, section: Section, values: Values) -> Iterator[tuple[str, float
 
 
 def _stiff_stretch(beam: Cosserat, document: Document, values: Values) -> Iterator[str]:
-    """Yield a note on a stiffness of stretch by which rounding of positions exerts forces of the size of loads."""
+    """Yield a note on a stretch stiffness so large that rounded positions exert forces as large as the loads."""
     stretch, bend = (STRAINS.index(strain) for strain in ("stretch", "bending_z"))
     if stretch in beam.absent_strains:
         return

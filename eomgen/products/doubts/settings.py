@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @cache
 def _every_name() -> tuple[str, ...]:
-    """Return the names of notes of scenes, warnings of equilibria and checks of runs."""
+    """Return the names of all scene notes, warnings of equilibria and checks of runs."""
     from eomgen.base.products import rows_of  # noqa: PLC0415
     from eomgen.compiled.rest.state_warnings import GROUP, StateWarning  # noqa: PLC0415  # few scenes silence a doubt
     from eomgen.scene.document.notes import every_note  # noqa: PLC0415

@@ -41,8 +41,8 @@ class Visual:
 
 @dataclass(frozen=True)
 class Link:
-    """A link: mass properties in its frame, visuals, and whether gravity pulls it; ``body`` is the name of its body if
-    the link itself has a name that no body can have, and a ``kept`` link is a body of its own on a fixed joint, too."""
+    """A link: mass properties in its frame, visuals, and whether gravity pulls the link. ``body`` is the name of its
+    body if no body can have the link's own name; a ``kept`` link is a body of its own even on a fixed joint."""
 
     name: str
     place: Place

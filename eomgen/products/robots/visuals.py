@@ -1,4 +1,4 @@
-"""Numbers of XML formats, and solids of visuals as entries of the section of shapes."""
+"""Numbers in XML formats, and solids of visuals as entries in the section of shapes."""
 
 from __future__ import annotations
 

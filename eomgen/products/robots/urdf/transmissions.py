@@ -91,6 +91,7 @@ def _type_of(element: Element) -> str:
 
 
 def _read(element: Element, name: str, kind: str, report: Report) -> Transmission | None:
+    """Read a transmission with its matrix; None for a fault, which is reported."""
     size, matrix = TYPES[kind]
     key = f"transmissions.{name}"
     sides = {}

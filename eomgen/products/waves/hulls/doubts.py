@@ -31,6 +31,7 @@ def doubtful_hulls(facts: SceneFacts) -> Iterator[str]:
 
 
 def _doubts(hull: Hull, places: Mapping[str, tuple[Array, Array]], values: Values) -> Iterator[str]:
+    """Yield notes on density, diameter, area and placement of a hull."""
     density, diameter = values.value(hull.density), values.value(hull.diameter)
     if 0.0 < density < LIGHTEST:
         note = f"the density {density:.6g} kg/m^3 is not a density of water"

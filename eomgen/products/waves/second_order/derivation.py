@@ -115,8 +115,8 @@ def _first_order() -> list[Expr]:
 
 
 def _at_sum_and_difference(expression: Expr, *, odd: bool) -> tuple[Expr, Expr]:
-    """Return the coefficients of products of both components at the sum and at the difference of their phases: of sines
-    if the expression is odd in the phases, else of cosines."""
+    """Return the coefficients at the sum and at the difference of both phases, for products of both components: of
+    sines if the expression is odd in the phases, else cosines."""
     one, other = ((_SI, _CJ), (_CI, _SJ)) if odd else ((_CI, _CJ), (_SI, _SJ))
     expression = sympy.expand(expression)
     x, y = (expression.coeff(u, 1).coeff(v, 1) for u, v in (one, other))
@@ -172,7 +172,7 @@ _MEANING = {
 
 
 def kernels() -> Mapping[str, Kernel]:
-    """Return the kernels of a pair of amplitudes 1 at one depth: coefficients of Phi (of the sine), x and y (sine), z
+    """Return the kernels for a pair with amplitudes 1 at one depth: coefficients of Phi (sine), x and y (sine), z
     (cosine).
 
     ``sum`` and ``difference``: both phases added, subtracted. ``degenerate``: the difference of phases that do not move

@@ -70,6 +70,7 @@ class Sea:
         gravity: float = STANDARD_GRAVITY,
         dispersion: Dispersion = gravity_waves,
     ) -> None:
+        """Check and order the components, and find the current and the restoring acceleration. Raises UsageError."""
         check_sea(components, depth, order, gravity)
         if vorticity not in ("none", "gerstner"):
             raise UsageError(Problem("Sea: vorticity", f"there is no {vorticity!r} [E1168]", "none, or gerstner"))
@@ -158,6 +159,8 @@ class Sea:
         return np.ascontiguousarray(amplitude), np.ascontiguousarray(phase)
 
     def _current_and_restoring(self, columns: Array) -> tuple[Array, float]:
+        """Return the uniform current, m/s, and the restoring acceleration, m/s^2, of a dispersion relation. Raises
+        UsageError."""
         row = dict(zip(COLUMNS, columns, strict=True))
         vectors, doppler = self.vectors, row["doppler"]
         current = np.zeros(2)
