@@ -56,6 +56,8 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
     /* Rotation of link pitching */
     real sin_pitch, cos_pitch;
     EG_SINCOS(q[1], &sin_pitch, &cos_pitch);
+    w[0] = sin_pitch;
+    w[1] = cos_pitch;
 
     /* Twist of link pitching */
     const real v_pitching_z = v[0] * cos_pitch;
@@ -64,309 +66,318 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
     /* Rotation of link body */
     real sin_roll, cos_roll;
     EG_SINCOS(q[2], &sin_roll, &cos_roll);
+    w[2] = sin_roll;
+    w[3] = cos_roll;
 
     /* Twist of link body */
     const real v_body_y = sin_roll * v_pitching_z;
-    const real v_body_z = cos_roll * v_pitching_z;
-    const real omega_body_y = v[1] * cos_roll;
-    const real minus_omega_body_z = v[1] * sin_roll;
+    const real v_body_z = w[4] = cos_roll * v_pitching_z;
+    const real omega_body_y = w[5] = v[1] * cos_roll;
+    const real minus_omega_body_z = w[6] = v[1] * sin_roll;
 
     /* Pose of link body */
-    const real R_body_xy = sin_pitch * sin_roll;
-    const real R_body_xz = sin_pitch * cos_roll;
-    const real R_body_zy = cos_pitch * sin_roll;
-    const real R_body_zz = cos_pitch * cos_roll;
+    const real R_body_xy = w[7] = sin_pitch * sin_roll;
+    const real R_body_xz = w[8] = sin_pitch * cos_roll;
+    const real R_body_zy = w[9] = cos_pitch * sin_roll;
+    const real R_body_zz = w[10] = cos_pitch * cos_roll;
 
     /* Position of link heaving */
     const real p_heaving_z = K(0.4) + q[0];
 
     /* Spring front_left */
-    const real x16 = K(1.4) * cos_pitch;
-    const real x17 = K(0.75) * R_body_xy;
-    const real p_mount_front_left_x = x16 + x17;
-    const real x19 = K(1.4) * sin_pitch;
-    const real x20 = K(0.75) * R_body_zy;
-    const real x21 = x19 - x20;
-    const real x22 = K(0.75) * minus_omega_body_z;
-    const real x23 = K(0.75) * v[2];
-    const real x24 = K(1.4) * omega_body_y;
-    const real x25 = minus_v_pitching_x - x22;
-    const real x26 = v_body_y - K(1.4) * minus_omega_body_z;
-    const real x27 = v_body_z + (x23 - x24);
-    const real x28 = cos_pitch * x25;
-    const real x29 = R_body_xy * x26;
-    const real x30 = R_body_xz * x27;
-    const real minus_v_mount_front_left_x = x28 - x29 - x30;
-    const real x32 = cos_roll * x26;
-    const real v_mount_front_left_y = x32 - sin_roll * x27;
-    const real x34 = sin_pitch * x25;
-    const real x35 = R_body_zy * x26;
-    const real x36 = R_body_zz * x27;
-    const real v_mount_front_left_z = x34 + x35 + x36;
+    const real spring_1 = K(1.4) * cos_pitch;
+    const real spring_2 = K(0.75) * R_body_xy;
+    const real p_mount_front_left_x = spring_1 + spring_2;
+    const real spring_3 = K(1.4) * sin_pitch;
+    const real spring_4 = K(0.75) * R_body_zy;
+    const real spring_5 = spring_3 - spring_4;
+    const real spring_6 = K(0.75) * minus_omega_body_z;
+    const real spring_7 = K(0.75) * v[2];
+    const real spring_8 = K(1.4) * omega_body_y;
+    const real spring_9 = minus_v_pitching_x - spring_6;
+    const real spring_10 = v_body_y - K(1.4) * minus_omega_body_z;
+    const real spring_11 = v_body_z + (spring_7 - spring_8);
+    const real spring_12 = cos_pitch * spring_9;
+    const real spring_13 = R_body_xy * spring_10;
+    const real spring_14 = R_body_xz * spring_11;
+    const real minus_v_mount_front_left_x = spring_12 - spring_13 - spring_14;
+    const real spring_15 = cos_roll * spring_10;
+    const real v_mount_front_left_y = spring_15 - sin_roll * spring_11;
+    const real spring_16 = sin_pitch * spring_9;
+    const real spring_17 = R_body_zy * spring_10;
+    const real spring_18 = R_body_zz * spring_11;
+    const real v_mount_front_left_z = spring_16 + spring_17 + spring_18;
     const real minus_span_front_left_x = K(1.4) - p_mount_front_left_x;
-    const real minus_span_front_left_y = K(0.75) - K(0.75) * cos_roll;
-    const real minus_span_front_left_z = q[3] - (p_heaving_z - x21);
+    const real minus_span_front_left_y = w[11] = K(0.75) - K(0.75) * cos_roll;
+    const real minus_span_front_left_z = q[3] - (p_heaving_z - spring_5);
     const real minus_rate_front_left_z = v[3] - v_mount_front_left_z;
-    const real x42 = minus_span_front_left_y * minus_span_front_left_y;
-    const real length_front_left = EG_SQRT(minus_span_front_left_x * minus_span_front_left_x + x42
+    const real spring_19 = minus_span_front_left_y * minus_span_front_left_y;
+    const real length_front_left = EG_SQRT(minus_span_front_left_x * minus_span_front_left_x + spring_19
         + minus_span_front_left_z * minus_span_front_left_z);
-    const real x44 = K(1.0) / length_front_left;
-    const real minus_direction_front_left_x = minus_span_front_left_x * x44;
-    const real minus_direction_front_left_y = minus_span_front_left_y * x44;
-    const real minus_direction_front_left_z = minus_span_front_left_z * x44;
-    const real x48 = p->p_damper_front * (minus_v_mount_front_left_x * minus_direction_front_left_x
+    const real inverse_length_front_left = K(1.0) / length_front_left;
+    const real minus_direction_front_left_x = minus_span_front_left_x * inverse_length_front_left;
+    const real minus_direction_front_left_y = minus_span_front_left_y * inverse_length_front_left;
+    const real minus_direction_front_left_z = minus_span_front_left_z * inverse_length_front_left;
+    const real spring_20 = p->p_damper_front * (minus_v_mount_front_left_x * minus_direction_front_left_x
         - v_mount_front_left_y * minus_direction_front_left_y + minus_rate_front_left_z * minus_direction_front_left_z);
     const real tension_front_left = p->p_skyhook * v_mount_front_left_z
-        - (K(35000.0) * (K(0.515278801843318) - length_front_left) - x48);
+        - (K(35000.0) * (K(0.515278801843318) - length_front_left) - spring_20);
     const real minus_force_front_left_x = minus_direction_front_left_x * tension_front_left;
     const real minus_force_front_left_y = minus_direction_front_left_y * tension_front_left;
     const real minus_force_front_left_z = minus_direction_front_left_z * tension_front_left;
-    const real force_on_mount_front_left_x = cos_pitch * minus_force_front_left_x
-        - sin_pitch * minus_force_front_left_z;
-    const real x54 = R_body_xy * minus_force_front_left_x;
-    const real x55 = cos_roll * minus_force_front_left_y;
-    const real x56 = R_body_zy * minus_force_front_left_z;
-    const real force_on_mount_front_left_y = x54 + x55 + x56;
-    const real x58 = R_body_xz * minus_force_front_left_x;
-    const real x59 = sin_roll * minus_force_front_left_y;
-    const real x60 = R_body_zz * minus_force_front_left_z;
-    const real force_on_mount_front_left_z = x58 - x59 + x60;
+    const real F_on_mount_front_left_x = cos_pitch * minus_force_front_left_x - sin_pitch * minus_force_front_left_z;
+    const real spring_21 = R_body_xy * minus_force_front_left_x;
+    const real spring_22 = cos_roll * minus_force_front_left_y;
+    const real spring_23 = R_body_zy * minus_force_front_left_z;
+    const real F_on_mount_front_left_y = spring_21 + spring_22 + spring_23;
+    const real spring_24 = R_body_xz * minus_force_front_left_x;
+    const real spring_25 = sin_roll * minus_force_front_left_y;
+    const real spring_26 = R_body_zz * minus_force_front_left_z;
+    const real F_on_mount_front_left_z = spring_24 - spring_25 + spring_26;
 
     /* Spring front_right */
-    const real p_mount_front_right_x = x16 - x17;
-    const real x63 = x19 + x20;
-    const real x64 = minus_v_pitching_x + x22;
-    const real x65 = v_body_z - (x23 + x24);
-    const real x66 = cos_pitch * x64;
-    const real x67 = R_body_xz * x65;
-    const real v_mount_front_right_x = x29 - x66 + x67;
-    const real v_mount_front_right_y = x32 - sin_roll * x65;
-    const real x70 = sin_pitch * x64;
-    const real x71 = R_body_zz * x65;
-    const real v_mount_front_right_z = x35 + x70 + x71;
+    const real p_mount_front_right_x = spring_1 - spring_2;
+    const real spring_27 = spring_3 + spring_4;
+    const real spring_28 = minus_v_pitching_x + spring_6;
+    const real spring_29 = v_body_z - (spring_7 + spring_8);
+    const real spring_30 = cos_pitch * spring_28;
+    const real spring_31 = R_body_xz * spring_29;
+    const real v_mount_front_right_x = spring_13 - spring_30 + spring_31;
+    const real v_mount_front_right_y = spring_15 - sin_roll * spring_29;
+    const real spring_32 = sin_pitch * spring_28;
+    const real spring_33 = R_body_zz * spring_29;
+    const real v_mount_front_right_z = spring_17 + spring_32 + spring_33;
     const real minus_span_front_right_x = K(1.4) - p_mount_front_right_x;
-    const real minus_span_front_right_z = q[4] - (p_heaving_z - x63);
+    const real minus_span_front_right_z = q[4] - (p_heaving_z - spring_27);
     const real minus_rate_front_right_z = v[4] - v_mount_front_right_z;
-    const real length_front_right = EG_SQRT(x42 + minus_span_front_right_x * minus_span_front_right_x
+    const real length_front_right = EG_SQRT(spring_19 + minus_span_front_right_x * minus_span_front_right_x
         + minus_span_front_right_z * minus_span_front_right_z);
-    const real x77 = K(1.0) / length_front_right;
-    const real minus_direction_front_right_x = minus_span_front_right_x * x77;
-    const real direction_front_right_y = minus_span_front_left_y * x77;
-    const real minus_direction_front_right_z = minus_span_front_right_z * x77;
-    const real x81 = p->p_damper_front * (v_mount_front_right_x * minus_direction_front_right_x
+    const real inverse_length_front_right = K(1.0) / length_front_right;
+    const real minus_direction_front_right_x = minus_span_front_right_x * inverse_length_front_right;
+    const real direction_front_right_y = minus_span_front_left_y * inverse_length_front_right;
+    const real minus_direction_front_right_z = minus_span_front_right_z * inverse_length_front_right;
+    const real spring_34 = p->p_damper_front * (v_mount_front_right_x * minus_direction_front_right_x
         - v_mount_front_right_y * direction_front_right_y - minus_rate_front_right_z * minus_direction_front_right_z);
     const real tension_front_right = p->p_skyhook * v_mount_front_right_z
-        - (K(35000.0) * (K(0.515278801843318) - length_front_right) + x81);
+        - (K(35000.0) * (K(0.515278801843318) - length_front_right) + spring_34);
     const real minus_force_front_right_x = minus_direction_front_right_x * tension_front_right;
     const real force_front_right_y = direction_front_right_y * tension_front_right;
     const real minus_force_front_right_z = minus_direction_front_right_z * tension_front_right;
-    const real force_on_mount_front_right_x = cos_pitch * minus_force_front_right_x
-        - sin_pitch * minus_force_front_right_z;
-    const real x87 = R_body_xy * minus_force_front_right_x;
-    const real x88 = cos_roll * force_front_right_y;
-    const real x89 = R_body_zy * minus_force_front_right_z;
-    const real force_on_mount_front_right_y = x87 - x88 + x89;
-    const real x91 = R_body_xz * minus_force_front_right_x;
-    const real x92 = sin_roll * force_front_right_y;
-    const real x93 = R_body_zz * minus_force_front_right_z;
-    const real force_on_mount_front_right_z = x91 + x92 + x93;
-    const real moment_on_mount_front_right_z = K(1.4) * force_on_mount_front_right_y
-        + K(0.75) * force_on_mount_front_right_x;
+    const real F_on_mount_front_right_x = cos_pitch * minus_force_front_right_x - sin_pitch * minus_force_front_right_z;
+    const real spring_35 = R_body_xy * minus_force_front_right_x;
+    const real spring_36 = cos_roll * force_front_right_y;
+    const real spring_37 = R_body_zy * minus_force_front_right_z;
+    const real F_on_mount_front_right_y = spring_35 - spring_36 + spring_37;
+    const real spring_38 = R_body_xz * minus_force_front_right_x;
+    const real spring_39 = sin_roll * force_front_right_y;
+    const real spring_40 = R_body_zz * minus_force_front_right_z;
+    const real F_on_mount_front_right_z = spring_38 + spring_39 + spring_40;
+    const real M_on_mount_front_right_z = K(1.4) * F_on_mount_front_right_y + K(0.75) * F_on_mount_front_right_x;
 
     /* Spring rear_left */
-    const real x96 = K(1.7) * cos_pitch;
-    const real p_mount_rear_left_x = x17 - x96;
-    const real x98 = K(1.7) * sin_pitch;
-    const real x99 = x20 + x98;
-    const real x100 = K(1.7) * omega_body_y;
-    const real x101 = v_body_y + K(1.7) * minus_omega_body_z;
-    const real x102 = v_body_z + (x23 + x100);
-    const real x103 = R_body_xy * x101;
-    const real x104 = R_body_xz * x102;
-    const real minus_v_mount_rear_left_x = x28 - x103 - x104;
-    const real x106 = cos_roll * x101;
-    const real v_mount_rear_left_y = x106 - sin_roll * x102;
-    const real x108 = R_body_zy * x101;
-    const real x109 = R_body_zz * x102;
-    const real v_mount_rear_left_z = x34 + x108 + x109;
-    const real span_rear_left_x = K(1.7) + p_mount_rear_left_x;
-    const real minus_span_rear_left_z = q[5] - (p_heaving_z + x99);
-    const real minus_rate_rear_left_z = v[5] - v_mount_rear_left_z;
-    const real length_rear_left = EG_SQRT(x42 + span_rear_left_x * span_rear_left_x
+    const real spring_41 = K(1.7) * cos_pitch;
+    const real p_mount_rear_left_x = w[12] = spring_2 - spring_41;
+    const real spring_42 = K(1.7) * sin_pitch;
+    const real spring_43 = w[13] = spring_4 + spring_42;
+    const real spring_44 = w[14] = K(1.7) * omega_body_y;
+    const real spring_45 = w[15] = v_body_y + K(1.7) * minus_omega_body_z;
+    const real spring_46 = w[16] = v_body_z + (spring_7 + spring_44);
+    const real spring_47 = w[17] = R_body_xy * spring_45;
+    const real spring_48 = w[18] = R_body_xz * spring_46;
+    const real minus_v_mount_rear_left_x = w[19] = spring_12 - spring_47 - spring_48;
+    const real spring_49 = cos_roll * spring_45;
+    const real v_mount_rear_left_y = w[20] = spring_49 - sin_roll * spring_46;
+    const real spring_50 = w[21] = R_body_zy * spring_45;
+    const real spring_51 = w[22] = R_body_zz * spring_46;
+    const real v_mount_rear_left_z = spring_16 + spring_50 + spring_51;
+    const real span_rear_left_x = w[23] = K(1.7) + p_mount_rear_left_x;
+    const real minus_span_rear_left_z = w[24] = q[5] - (p_heaving_z + spring_43);
+    const real minus_rate_rear_left_z = w[25] = v[5] - v_mount_rear_left_z;
+    const real length_rear_left = w[26] = EG_SQRT(spring_19 + span_rear_left_x * span_rear_left_x
         + minus_span_rear_left_z * minus_span_rear_left_z);
-    const real x115 = K(1.0) / length_rear_left;
-    const real direction_rear_left_x = span_rear_left_x * x115;
-    const real minus_direction_rear_left_y = minus_span_front_left_y * x115;
-    const real minus_direction_rear_left_z = minus_span_rear_left_z * x115;
-    const real x119 = p->p_damper_rear * (minus_v_mount_rear_left_x * direction_rear_left_x
+    const real inverse_length_rear_left = w[27] = K(1.0) / length_rear_left;
+    const real direction_rear_left_x = w[28] = span_rear_left_x * inverse_length_rear_left;
+    const real minus_direction_rear_left_y = w[29] = minus_span_front_left_y * inverse_length_rear_left;
+    const real minus_direction_rear_left_z = w[30] = minus_span_rear_left_z * inverse_length_rear_left;
+    const real spring_52 = p->p_damper_rear * (minus_v_mount_rear_left_x * direction_rear_left_x
         + v_mount_rear_left_y * minus_direction_rear_left_y - minus_rate_rear_left_z * minus_direction_rear_left_z);
-    const real tension_rear_left = p->p_skyhook * v_mount_rear_left_z
-        - (K(38000.0) * (K(0.48744057724957557) - length_rear_left) + x119);
-    const real force_rear_left_x = direction_rear_left_x * tension_rear_left;
+    const real tension_rear_left = w[31] = p->p_skyhook * v_mount_rear_left_z
+        - (K(38000.0) * (K(0.48744057724957557) - length_rear_left) + spring_52);
+    const real force_rear_left_x = w[32] = direction_rear_left_x * tension_rear_left;
     const real minus_force_rear_left_y = minus_direction_rear_left_y * tension_rear_left;
-    const real minus_force_rear_left_z = minus_direction_rear_left_z * tension_rear_left;
-    const real minus_force_on_mount_rear_left_x = cos_pitch * force_rear_left_x + sin_pitch * minus_force_rear_left_z;
-    const real x125 = R_body_xy * force_rear_left_x;
-    const real x126 = cos_roll * minus_force_rear_left_y;
-    const real x127 = R_body_zy * minus_force_rear_left_z;
-    const real minus_force_on_mount_rear_left_y = x125 - x126 - x127;
-    const real x129 = R_body_xz * force_rear_left_x;
-    const real x130 = sin_roll * minus_force_rear_left_y;
-    const real x131 = R_body_zz * minus_force_rear_left_z;
-    const real minus_force_on_mount_rear_left_z = x129 + x130 - x131;
-    const real x133 = K(1.4) * force_on_mount_front_left_y - K(0.75) * force_on_mount_front_left_x
-        + moment_on_mount_front_right_z;
+    const real minus_force_rear_left_z = w[33] = minus_direction_rear_left_z * tension_rear_left;
+    const real minus_F_on_mount_rear_left_x = cos_pitch * force_rear_left_x + sin_pitch * minus_force_rear_left_z;
+    const real spring_53 = w[34] = R_body_xy * force_rear_left_x;
+    const real spring_54 = w[35] = cos_roll * minus_force_rear_left_y;
+    const real spring_55 = w[36] = R_body_zy * minus_force_rear_left_z;
+    const real minus_F_on_mount_rear_left_y = spring_53 - spring_54 - spring_55;
+    const real spring_56 = w[37] = R_body_xz * force_rear_left_x;
+    const real spring_57 = w[38] = sin_roll * minus_force_rear_left_y;
+    const real spring_58 = w[39] = R_body_zz * minus_force_rear_left_z;
+    const real minus_F_on_mount_rear_left_z = spring_56 + spring_57 - spring_58;
+    const real spring_59 = K(1.4) * F_on_mount_front_left_y - K(0.75) * F_on_mount_front_left_x
+        + M_on_mount_front_right_z;
 
     /* Spring rear_right */
-    const real minus_p_mount_rear_right_x = x17 + x96;
-    const real x135 = x20 - x98;
-    const real x136 = v_body_z - (x23 - x100);
-    const real x137 = R_body_xz * x136;
-    const real minus_v_mount_rear_right_x = x66 - x103 - x137;
-    const real v_mount_rear_right_y = x106 - sin_roll * x136;
-    const real x140 = R_body_zz * x136;
-    const real v_mount_rear_right_z = x70 + x108 + x140;
-    const real span_rear_right_x = K(1.7) - minus_p_mount_rear_right_x;
-    const real minus_span_rear_right_z = q[6] - (p_heaving_z - x135);
-    const real minus_rate_rear_right_z = v[6] - v_mount_rear_right_z;
-    const real length_rear_right = EG_SQRT(x42 + span_rear_right_x * span_rear_right_x
+    const real minus_p_mount_rear_right_x = w[40] = spring_2 + spring_41;
+    const real spring_60 = w[41] = spring_4 - spring_42;
+    const real spring_61 = w[42] = v_body_z - (spring_7 - spring_44);
+    const real spring_62 = w[43] = R_body_xz * spring_61;
+    const real minus_v_mount_rear_right_x = w[44] = spring_30 - spring_47 - spring_62;
+    const real v_mount_rear_right_y = w[45] = spring_49 - sin_roll * spring_61;
+    const real spring_63 = w[46] = R_body_zz * spring_61;
+    const real v_mount_rear_right_z = spring_32 + spring_50 + spring_63;
+    const real span_rear_right_x = w[47] = K(1.7) - minus_p_mount_rear_right_x;
+    const real minus_span_rear_right_z = w[48] = q[6] - (p_heaving_z - spring_60);
+    const real minus_rate_rear_right_z = w[49] = v[6] - v_mount_rear_right_z;
+    const real length_rear_right = w[50] = EG_SQRT(spring_19 + span_rear_right_x * span_rear_right_x
         + minus_span_rear_right_z * minus_span_rear_right_z);
-    const real x146 = K(1.0) / length_rear_right;
-    const real direction_rear_right_x = span_rear_right_x * x146;
-    const real direction_rear_right_y = minus_span_front_left_y * x146;
-    const real minus_direction_rear_right_z = minus_span_rear_right_z * x146;
-    const real x150 = p->p_damper_rear * (minus_v_mount_rear_right_x * direction_rear_right_x
+    const real inverse_length_rear_right = w[51] = K(1.0) / length_rear_right;
+    const real direction_rear_right_x = w[52] = span_rear_right_x * inverse_length_rear_right;
+    const real direction_rear_right_y = w[53] = minus_span_front_left_y * inverse_length_rear_right;
+    const real minus_direction_rear_right_z = w[54] = minus_span_rear_right_z * inverse_length_rear_right;
+    const real spring_64 = p->p_damper_rear * (minus_v_mount_rear_right_x * direction_rear_right_x
         - v_mount_rear_right_y * direction_rear_right_y - minus_rate_rear_right_z * minus_direction_rear_right_z);
-    const real tension_rear_right = p->p_skyhook * v_mount_rear_right_z
-        - (K(38000.0) * (K(0.48744057724957557) - length_rear_right) + x150);
-    const real force_rear_right_x = direction_rear_right_x * tension_rear_right;
+    const real tension_rear_right = w[55] = p->p_skyhook * v_mount_rear_right_z
+        - (K(38000.0) * (K(0.48744057724957557) - length_rear_right) + spring_64);
+    const real force_rear_right_x = w[56] = direction_rear_right_x * tension_rear_right;
     const real force_rear_right_y = direction_rear_right_y * tension_rear_right;
-    const real minus_force_rear_right_z = minus_direction_rear_right_z * tension_rear_right;
-    const real x155 = cos_pitch * force_rear_right_x + sin_pitch * minus_force_rear_right_z;
-    const real x156 = R_body_xy * force_rear_right_x;
-    const real x157 = cos_roll * force_rear_right_y;
-    const real x158 = R_body_zy * minus_force_rear_right_z;
-    const real x159 = x156 + x157 - x158;
-    const real x160 = R_body_xz * force_rear_right_x;
-    const real x161 = sin_roll * force_rear_right_y;
-    const real x162 = R_body_zz * minus_force_rear_right_z;
-    const real x163 = x160 - x161 - x162;
-    const real x164 = K(1.4) * force_on_mount_front_left_z + K(1.4) * force_on_mount_front_right_z
-        + K(1.7) * minus_force_on_mount_rear_left_z;
-    const real x165 = x133 + (K(1.7) * minus_force_on_mount_rear_left_y + K(0.75) * minus_force_on_mount_rear_left_x);
-    const real x166 = force_on_mount_front_left_y + force_on_mount_front_right_y - minus_force_on_mount_rear_left_y
-        - x159;
-    const real x167 = force_on_mount_front_left_z + force_on_mount_front_right_z - minus_force_on_mount_rear_left_z
-        - x163;
+    const real minus_force_rear_right_z = w[57] = minus_direction_rear_right_z * tension_rear_right;
+    const real minus_F_on_mount_rear_right_x = cos_pitch * force_rear_right_x + sin_pitch * minus_force_rear_right_z;
+    const real spring_65 = w[58] = R_body_xy * force_rear_right_x;
+    const real spring_66 = w[59] = cos_roll * force_rear_right_y;
+    const real spring_67 = w[60] = R_body_zy * minus_force_rear_right_z;
+    const real minus_F_on_mount_rear_right_y = spring_65 + spring_66 - spring_67;
+    const real spring_68 = w[61] = R_body_xz * force_rear_right_x;
+    const real spring_69 = w[62] = sin_roll * force_rear_right_y;
+    const real spring_70 = w[63] = R_body_zz * minus_force_rear_right_z;
+    const real minus_F_on_mount_rear_right_z = spring_68 - spring_69 - spring_70;
+    const real spring_71 = K(1.4) * F_on_mount_front_left_z + K(1.4) * F_on_mount_front_right_z
+        + K(1.7) * minus_F_on_mount_rear_left_z;
+    const real spring_72 = spring_59 + (K(1.7) * minus_F_on_mount_rear_left_y + K(0.75) * minus_F_on_mount_rear_left_x);
+    const real spring_73 = F_on_mount_front_left_y + F_on_mount_front_right_y - minus_F_on_mount_rear_left_y
+        - minus_F_on_mount_rear_right_y;
+    const real spring_74 = F_on_mount_front_left_z + F_on_mount_front_right_z - minus_F_on_mount_rear_left_z
+        - minus_F_on_mount_rear_right_z;
 
     /* Applied forces at joint roll */
-    const real x168 = sin_roll * (x164 + K(1.7) * x163);
-    const real x169 = cos_roll * (x165 + (K(1.7) * x159 - K(0.75) * x155));
-    const real x170 = cos_roll * x166;
-    const real x171 = sin_roll * x167;
+    w[64] = sin_roll * (spring_71 + K(1.7) * minus_F_on_mount_rear_right_z);
+    w[65] = cos_roll * (spring_72 + (K(1.7) * minus_F_on_mount_rear_right_y - K(0.75) * minus_F_on_mount_rear_right_x));
+    w[66] = cos_roll * spring_73;
+    w[67] = sin_roll * spring_74;
 
     /* Applied forces at joint pitch */
-    const real x172 = sin_pitch * (sin_roll * x166 + cos_roll * x167);
-    const real x173 = cos_pitch * (force_on_mount_front_left_x + force_on_mount_front_right_x
-        - minus_force_on_mount_rear_left_x - x155);
+    w[68] = sin_pitch * (sin_roll * spring_73 + cos_roll * spring_74);
+    w[69] = cos_pitch * (F_on_mount_front_left_x + F_on_mount_front_right_x - minus_F_on_mount_rear_left_x
+        - minus_F_on_mount_rear_right_x);
 
     /* Partials of applied forces */
-    const real p_mount_front_left_x_d2 = K(0.75) * R_body_xz;
-    const real minus_p_mount_front_left_y_d2 = K(0.75) * sin_roll;
-    const real p_mount_front_left_z_d2 = K(0.75) * R_body_zz;
+    const real p_mount_front_left_x_d2 = w[70] = K(0.75) * R_body_xz;
+    const real minus_p_mount_front_left_y_d2 = w[71] = K(0.75) * sin_roll;
+    const real p_mount_front_left_z_d2 = w[72] = K(0.75) * R_body_zz;
     const real minus_v_body_y_d1 = sin_roll * minus_v_pitching_x;
     const real minus_v_body_z_d1 = cos_roll * minus_v_pitching_x;
-    const real x179 = K(0.75) * omega_body_y;
-    const real x180 = K(1.4) * sin_roll;
-    const real x181 = K(1.4) * cos_roll;
-    const real x182 = v_body_z - x24;
-    const real x183 = cos_pitch * v_pitching_z;
-    const real x184 = x34 - x183;
-    const real x185 = cos_pitch * minus_p_mount_front_left_y_d2;
-    const real x186 = cos_pitch * x179;
-    const real x187 = R_body_xy * minus_v_body_y_d1;
-    const real x188 = x35 - x187;
-    const real x189 = R_body_xz * x26;
-    const real x190 = x189 + R_body_xy * x182;
-    const real x191 = R_body_xy * x180;
-    const real x192 = R_body_xz * minus_v_body_z_d1;
-    const real x193 = R_body_xz * x181;
-    const real minus_v_mount_front_left_x_d7 = cos_pitch * sin_pitch - R_body_xy * R_body_zy - R_body_xz * R_body_zz;
-    const real x195 = sin_roll * x26;
-    const real x196 = x195 - cos_roll * x182;
-    const real v_mount_front_left_y_d7 = cos_roll * R_body_zy - sin_roll * R_body_zz;
-    const real minus_v_mount_front_left_y_d1 = cos_roll * minus_v_body_y_d1 - sin_roll * minus_v_body_z_d1;
-    const real minus_v_mount_front_left_y_d8 = cos_roll * x180 - sin_roll * x181;
-    const real x200 = sin_pitch * v_pitching_z;
-    const real x201 = x28 + x200;
-    const real x202 = sin_pitch * minus_p_mount_front_left_y_d2;
-    const real x203 = sin_pitch * x179;
-    const real x204 = R_body_zy * minus_v_body_y_d1;
-    const real x205 = x29 + x204;
-    const real x206 = R_body_zz * x26;
-    const real x207 = x206 + R_body_zy * x182;
-    const real x208 = R_body_zy * x180;
-    const real x209 = R_body_zz * minus_v_body_z_d1;
-    const real x210 = R_body_zz * x181;
-    const real v_mount_front_left_z_d1 = x201 - x205 - (x30 + x209);
-    const real v_mount_front_left_z_d7 = sin_pitch * sin_pitch + R_body_zy * R_body_zy + R_body_zz * R_body_zz;
-    const real minus_v_mount_front_left_z_d8 = x202 + x208 + x210;
-    const real minus_v_mount_front_left_z_d2 = x203 - x207 + (x206 + R_body_zy * x27);
-    const real x215 = p->p_skyhook * v_mount_front_left_z_d7;
-    const real x216 = p->p_skyhook * p_mount_front_left_z_d2;
-    const real x217 = K(2.0) * (minus_span_front_left_y * minus_p_mount_front_left_y_d2);
-    const real x218 = K(0.5) / length_front_left;
-    const real length_front_left_d1 = (K(2.0) * (x21 * minus_span_front_left_x)
-        + K(2.0) * (p_mount_front_left_x * minus_span_front_left_z)) * x218;
-    const real x220 = K(2.0) * (minus_span_front_left_x * p_mount_front_left_x_d2) - x217
+    const real partials_1 = K(0.75) * omega_body_y;
+    const real partials_2 = K(1.4) * sin_roll;
+    const real partials_3 = K(1.4) * cos_roll;
+    const real partials_4 = v_body_z - spring_8;
+    const real partials_5 = cos_pitch * v_pitching_z;
+    const real partials_6 = w[73] = spring_16 - partials_5;
+    const real partials_7 = w[74] = cos_pitch * minus_p_mount_front_left_y_d2;
+    const real partials_8 = w[75] = cos_pitch * partials_1;
+    const real partials_9 = w[76] = R_body_xy * minus_v_body_y_d1;
+    const real partials_10 = spring_17 - partials_9;
+    const real partials_11 = R_body_xz * spring_10;
+    const real partials_12 = partials_11 + R_body_xy * partials_4;
+    const real partials_13 = R_body_xy * partials_2;
+    const real partials_14 = w[77] = R_body_xz * minus_v_body_z_d1;
+    const real partials_15 = R_body_xz * partials_3;
+    const real minus_v_mount_front_left_x_d7 = w[78] = cos_pitch * sin_pitch - R_body_xy * R_body_zy
+        - R_body_xz * R_body_zz;
+    const real partials_16 = sin_roll * spring_10;
+    const real partials_17 = partials_16 - cos_roll * partials_4;
+    const real v_mount_front_left_y_d7 = w[79] = cos_roll * R_body_zy - sin_roll * R_body_zz;
+    const real minus_v_mount_front_left_y_d1 = w[80] = cos_roll * minus_v_body_y_d1 - sin_roll * minus_v_body_z_d1;
+    const real minus_v_mount_front_left_y_d8 = cos_roll * partials_2 - sin_roll * partials_3;
+    const real partials_18 = sin_pitch * v_pitching_z;
+    const real partials_19 = w[81] = spring_12 + partials_18;
+    const real partials_20 = w[82] = sin_pitch * minus_p_mount_front_left_y_d2;
+    const real partials_21 = w[83] = sin_pitch * partials_1;
+    const real partials_22 = w[84] = R_body_zy * minus_v_body_y_d1;
+    const real partials_23 = spring_13 + partials_22;
+    const real partials_24 = R_body_zz * spring_10;
+    const real partials_25 = partials_24 + R_body_zy * partials_4;
+    const real partials_26 = R_body_zy * partials_2;
+    const real partials_27 = w[85] = R_body_zz * minus_v_body_z_d1;
+    const real partials_28 = R_body_zz * partials_3;
+    const real v_mount_front_left_z_d1 = partials_19 - partials_23 - (spring_14 + partials_27);
+    const real v_mount_front_left_z_d7 = w[86] = sin_pitch * sin_pitch + R_body_zy * R_body_zy + R_body_zz * R_body_zz;
+    const real minus_v_mount_front_left_z_d8 = partials_20 + partials_26 + partials_28;
+    const real minus_v_mount_front_left_z_d2 = partials_21 - partials_25 + (partials_24 + R_body_zy * spring_11);
+    const real partials_29 = w[87] = p->p_skyhook * v_mount_front_left_z_d7;
+    const real partials_30 = w[88] = p->p_skyhook * p_mount_front_left_z_d2;
+    const real partials_31 = w[89] = K(2.0) * (minus_span_front_left_y * minus_p_mount_front_left_y_d2);
+    const real partials_32 = K(0.5) / length_front_left;
+    const real length_front_left_d1 = (K(2.0) * (spring_5 * minus_span_front_left_x)
+        + K(2.0) * (p_mount_front_left_x * minus_span_front_left_z)) * partials_32;
+    const real partials_33 = K(2.0) * (minus_span_front_left_x * p_mount_front_left_x_d2) - partials_31
         + K(2.0) * (minus_span_front_left_z * p_mount_front_left_z_d2);
-    const real minus_length_front_left_d2 = x220 * x218;
-    const real length_front_left_d3 = K(2.0) * minus_span_front_left_z * x218;
-    const real x223 = x44 * x44;
-    const real x224 = length_front_left_d1 * x223;
-    const real x225 = minus_length_front_left_d2 * x223;
-    const real x226 = length_front_left_d3 * x223;
-    const real minus_direction_front_left_x_d1 = x21 * x44 - minus_span_front_left_x * x224;
-    const real direction_front_left_x_d2 = x44 * p_mount_front_left_x_d2 - minus_span_front_left_x * x225;
-    const real direction_front_left_x_d3 = minus_span_front_left_x * x226;
-    const real minus_direction_front_left_y_d2 = x44 * minus_p_mount_front_left_y_d2 + minus_span_front_left_y * x225;
-    const real direction_front_left_y_d1 = minus_span_front_left_y * x224;
-    const real direction_front_left_y_d3 = minus_span_front_left_y * x226;
-    const real minus_direction_front_left_z_d3 = x44 - minus_span_front_left_z * x226;
-    const real minus_direction_front_left_z_d1 = p_mount_front_left_x * x44 - minus_span_front_left_z * x224;
-    const real direction_front_left_z_d2 = x44 * p_mount_front_left_z_d2 - minus_span_front_left_z * x225;
-    const real x236 = minus_direction_front_left_x * (x186 + x190 - (x189 + R_body_xy * x27));
-    const real x237 = minus_direction_front_left_x * (x184 + x188 + (x36 - x192))
+    const real minus_length_front_left_d2 = partials_33 * partials_32;
+    const real length_front_left_d3 = K(2.0) * minus_span_front_left_z * partials_32;
+    const real partials_34 = inverse_length_front_left * inverse_length_front_left;
+    const real minus_inverse_length_front_left_d1 = length_front_left_d1 * partials_34;
+    const real inverse_length_front_left_d2 = minus_length_front_left_d2 * partials_34;
+    const real minus_inverse_length_front_left_d3 = length_front_left_d3 * partials_34;
+    const real minus_direction_front_left_x_d1 = spring_5 * inverse_length_front_left
+        - minus_span_front_left_x * minus_inverse_length_front_left_d1;
+    const real direction_front_left_x_d2 = inverse_length_front_left * p_mount_front_left_x_d2
+        - minus_span_front_left_x * inverse_length_front_left_d2;
+    const real direction_front_left_x_d3 = minus_span_front_left_x * minus_inverse_length_front_left_d3;
+    const real minus_direction_front_left_y_d2 = inverse_length_front_left * minus_p_mount_front_left_y_d2
+        + minus_span_front_left_y * inverse_length_front_left_d2;
+    const real direction_front_left_y_d1 = minus_span_front_left_y * minus_inverse_length_front_left_d1;
+    const real direction_front_left_y_d3 = minus_span_front_left_y * minus_inverse_length_front_left_d3;
+    const real minus_direction_front_left_z_d3 = inverse_length_front_left
+        - minus_span_front_left_z * minus_inverse_length_front_left_d3;
+    const real minus_direction_front_left_z_d1 = p_mount_front_left_x * inverse_length_front_left
+        - minus_span_front_left_z * minus_inverse_length_front_left_d1;
+    const real direction_front_left_z_d2 = inverse_length_front_left * p_mount_front_left_z_d2
+        - minus_span_front_left_z * inverse_length_front_left_d2;
+    const real partials_35 = minus_direction_front_left_x * (partials_8 + partials_12
+        - (partials_11 + R_body_xy * spring_11));
+    const real partials_36 = minus_direction_front_left_x * (partials_6 + partials_10 + (spring_18 - partials_14))
         - minus_v_mount_front_left_x * minus_direction_front_left_x_d1;
-    const real x238 = minus_direction_front_left_y * (x196 - (x195 - cos_roll * x27))
+    const real partials_37 = minus_direction_front_left_y * (partials_17 - (partials_16 - cos_roll * spring_11))
         - v_mount_front_left_y * minus_direction_front_left_y_d2;
-    const real x239 = x237 - (minus_direction_front_left_y * minus_v_mount_front_left_y_d1
+    const real partials_38 = partials_36 - (minus_direction_front_left_y * minus_v_mount_front_left_y_d1
         + v_mount_front_left_y * direction_front_left_y_d1);
-    const real x240 = minus_direction_front_left_x * (x185 - x191 - x193)
+    const real partials_39 = minus_direction_front_left_x * (partials_7 - partials_13 - partials_15)
         - minus_direction_front_left_y * minus_v_mount_front_left_y_d8;
-    const real x241 = minus_direction_front_left_z * minus_v_mount_front_left_z_d2
+    const real partials_40 = minus_direction_front_left_z * minus_v_mount_front_left_z_d2
         - minus_rate_front_left_z * direction_front_left_z_d2;
     const real tension_front_left_d10 = p->p_damper_front * minus_direction_front_left_z;
-    const real x243 = p->p_damper_front * (x239 + (minus_direction_front_left_z * v_mount_front_left_z_d1
+    const real partials_41 = p->p_damper_front * (partials_38
+        + (minus_direction_front_left_z * v_mount_front_left_z_d1
         - minus_rate_front_left_z * minus_direction_front_left_z_d1));
-    const real x244 = p->p_damper_front * (x236 + minus_v_mount_front_left_x * direction_front_left_x_d2 - x238 - x241);
-    const real x245 = p->p_damper_front * (minus_v_mount_front_left_x * direction_front_left_x_d3
+    const real partials_42 = p->p_damper_front * (partials_35 + minus_v_mount_front_left_x * direction_front_left_x_d2
+        - partials_37 - partials_40);
+    const real partials_43 = p->p_damper_front * (minus_v_mount_front_left_x * direction_front_left_x_d3
         - v_mount_front_left_y * direction_front_left_y_d3 - minus_rate_front_left_z * minus_direction_front_left_z_d3);
-    const real tension_front_left_d3 = K(35000.0) * length_front_left_d3 - x245;
+    const real tension_front_left_d3 = K(35000.0) * length_front_left_d3 - partials_43;
     const real tension_front_left_d1 = p->p_skyhook * v_mount_front_left_z_d1
-        + (K(35000.0) * length_front_left_d1 - x243);
-    const real x248 = p->p_damper_front * (minus_direction_front_left_x * minus_v_mount_front_left_x_d7
+        + (K(35000.0) * length_front_left_d1 - partials_41);
+    const real partials_44 = p->p_damper_front * (minus_direction_front_left_x * minus_v_mount_front_left_x_d7
         - minus_direction_front_left_y * v_mount_front_left_y_d7
         - minus_direction_front_left_z * v_mount_front_left_z_d7);
-    const real tension_front_left_d7 = x215 + x248;
+    const real tension_front_left_d7 = partials_29 + partials_44;
     const real minus_tension_front_left_d8 = p->p_skyhook * minus_v_mount_front_left_z_d8
-        + p->p_damper_front * (x240 - minus_direction_front_left_z * minus_v_mount_front_left_z_d8);
+        + p->p_damper_front * (partials_39 - minus_direction_front_left_z * minus_v_mount_front_left_z_d8);
     const real minus_tension_front_left_d2 = p->p_skyhook * minus_v_mount_front_left_z_d2
-        + (K(35000.0) * minus_length_front_left_d2 + x244);
-    const real x252 = p->p_damper_front * (minus_direction_front_left_x * p_mount_front_left_x_d2
+        + (K(35000.0) * minus_length_front_left_d2 + partials_42);
+    const real partials_45 = p->p_damper_front * (minus_direction_front_left_x * p_mount_front_left_x_d2
         - minus_direction_front_left_y * minus_p_mount_front_left_y_d2
         + minus_direction_front_left_z * p_mount_front_left_z_d2);
-    const real tension_front_left_d9 = x216 - x252;
+    const real tension_front_left_d9 = partials_30 - partials_45;
     const real minus_force_front_left_x_d1 = tension_front_left * minus_direction_front_left_x_d1
         + minus_direction_front_left_x * tension_front_left_d1;
     const real force_front_left_x_d2 = tension_front_left * direction_front_left_x_d2
@@ -387,7 +398,7 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
     const real force_front_left_y_d8 = minus_direction_front_left_y * minus_tension_front_left_d8;
     const real minus_force_front_left_y_d9 = minus_direction_front_left_y * tension_front_left_d9;
     const real minus_force_front_left_y_d10 = minus_direction_front_left_y * tension_front_left_d10;
-    const real minus_force_front_left_z_d3 = tension_front_left * minus_direction_front_left_z_d3
+    const real minus_force_front_left_z_d3 = w[90] = tension_front_left * minus_direction_front_left_z_d3
         + minus_direction_front_left_z * tension_front_left_d3;
     K[21] = -minus_force_front_left_z_d3;
     const real minus_force_front_left_z_d1 = tension_front_left * minus_direction_front_left_z_d1
@@ -404,132 +415,144 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
     C[23] = minus_force_front_left_z_d9;
     const real minus_force_front_left_z_d10 = minus_direction_front_left_z * tension_front_left_d10;
     C[24] = minus_force_front_left_z_d10;
-    const real x275 = cos_pitch * minus_force_front_left_z + sin_pitch * minus_force_front_left_z_d1;
-    const real x276 = sin_pitch * minus_force_front_left_x - cos_pitch * minus_force_front_left_x_d1 + x275;
-    const real x277 = cos_pitch * force_front_left_x_d2 - sin_pitch * force_front_left_z_d2;
-    const real x278 = cos_pitch * force_front_left_x_d3 + sin_pitch * minus_force_front_left_z_d3;
-    const real force_on_mount_front_left_x_d7 = cos_pitch * minus_force_front_left_x_d7
+    const real partials_46 = cos_pitch * minus_force_front_left_z + sin_pitch * minus_force_front_left_z_d1;
+    const real minus_F_on_mount_front_left_x_d1 = w[91] = sin_pitch * minus_force_front_left_x
+        - cos_pitch * minus_force_front_left_x_d1 + partials_46;
+    const real minus_F_on_mount_front_left_x_d2 = w[92] = cos_pitch * force_front_left_x_d2
+        - sin_pitch * force_front_left_z_d2;
+    const real minus_F_on_mount_front_left_x_d3 = w[93] = cos_pitch * force_front_left_x_d3
+        + sin_pitch * minus_force_front_left_z_d3;
+    const real F_on_mount_front_left_x_d7 = w[94] = cos_pitch * minus_force_front_left_x_d7
         - sin_pitch * minus_force_front_left_z_d7;
-    const real x280 = cos_pitch * force_front_left_x_d8 - sin_pitch * force_front_left_z_d8;
-    const real force_on_mount_front_left_x_d9 = cos_pitch * minus_force_front_left_x_d9
+    const real minus_F_on_mount_front_left_x_d8 = w[95] = cos_pitch * force_front_left_x_d8
+        - sin_pitch * force_front_left_z_d8;
+    const real F_on_mount_front_left_x_d9 = w[96] = cos_pitch * minus_force_front_left_x_d9
         - sin_pitch * minus_force_front_left_z_d9;
-    const real force_on_mount_front_left_x_d10 = cos_pitch * minus_force_front_left_x_d10
+    const real F_on_mount_front_left_x_d10 = w[97] = cos_pitch * minus_force_front_left_x_d10
         - sin_pitch * minus_force_front_left_z_d10;
-    const real x283 = R_body_zy * minus_force_front_left_x + R_body_xy * minus_force_front_left_x_d1
+    const real partials_47 = R_body_zy * minus_force_front_left_x + R_body_xy * minus_force_front_left_x_d1
         - cos_roll * force_front_left_y_d1;
-    const real force_on_mount_front_left_y_d1 = x283 - (R_body_xy * minus_force_front_left_z
-        - R_body_zy * minus_force_front_left_z_d1);
-    const real x285 = x58 - R_body_xy * force_front_left_x_d2 - (x59 - cos_roll * minus_force_front_left_y_d2);
-    const real force_on_mount_front_left_y_d2 = x285 + (x60 - R_body_zy * force_front_left_z_d2);
-    const real x287 = R_body_xy * force_front_left_x_d3 + cos_roll * force_front_left_y_d3
-        - R_body_zy * minus_force_front_left_z_d3;
-    const real force_on_mount_front_left_y_d7 = R_body_xy * minus_force_front_left_x_d7
+    const real F_on_mount_front_left_y_d1 = w[98] = partials_47
+        - (R_body_xy * minus_force_front_left_z - R_body_zy * minus_force_front_left_z_d1);
+    const real partials_48 = spring_24 - R_body_xy * force_front_left_x_d2
+        - (spring_25 - cos_roll * minus_force_front_left_y_d2);
+    const real F_on_mount_front_left_y_d2 = w[99] = partials_48 + (spring_26 - R_body_zy * force_front_left_z_d2);
+    const real minus_F_on_mount_front_left_y_d3 = w[100] = R_body_xy * force_front_left_x_d3
+        + cos_roll * force_front_left_y_d3 - R_body_zy * minus_force_front_left_z_d3;
+    const real F_on_mount_front_left_y_d7 = w[101] = R_body_xy * minus_force_front_left_x_d7
         + cos_roll * minus_force_front_left_y_d7 + R_body_zy * minus_force_front_left_z_d7;
-    const real x289 = R_body_xy * force_front_left_x_d8 + cos_roll * force_front_left_y_d8
-        + R_body_zy * force_front_left_z_d8;
-    const real force_on_mount_front_left_y_d9 = R_body_xy * minus_force_front_left_x_d9
+    const real minus_F_on_mount_front_left_y_d8 = w[102] = R_body_xy * force_front_left_x_d8
+        + cos_roll * force_front_left_y_d8 + R_body_zy * force_front_left_z_d8;
+    const real F_on_mount_front_left_y_d9 = w[103] = R_body_xy * minus_force_front_left_x_d9
         + cos_roll * minus_force_front_left_y_d9 + R_body_zy * minus_force_front_left_z_d9;
-    const real force_on_mount_front_left_y_d10 = R_body_xy * minus_force_front_left_x_d10
+    const real F_on_mount_front_left_y_d10 = w[104] = R_body_xy * minus_force_front_left_x_d10
         + cos_roll * minus_force_front_left_y_d10 + R_body_zy * minus_force_front_left_z_d10;
-    const real x292 = R_body_zz * minus_force_front_left_x + R_body_xz * minus_force_front_left_x_d1
+    const real partials_49 = R_body_zz * minus_force_front_left_x + R_body_xz * minus_force_front_left_x_d1
         + sin_roll * force_front_left_y_d1;
-    const real force_on_mount_front_left_z_d1 = x292 - (R_body_xz * minus_force_front_left_z
-        - R_body_zz * minus_force_front_left_z_d1);
-    const real x294 = x54 + R_body_xz * force_front_left_x_d2 + (x55 + sin_roll * minus_force_front_left_y_d2);
-    const real x295 = x294 + (x56 + R_body_zz * force_front_left_z_d2);
-    const real x296 = R_body_xz * force_front_left_x_d3 - sin_roll * force_front_left_y_d3
-        - R_body_zz * minus_force_front_left_z_d3;
-    const real force_on_mount_front_left_z_d7 = R_body_xz * minus_force_front_left_x_d7
+    const real F_on_mount_front_left_z_d1 = w[105] = partials_49
+        - (R_body_xz * minus_force_front_left_z - R_body_zz * minus_force_front_left_z_d1);
+    const real partials_50 = spring_21 + R_body_xz * force_front_left_x_d2
+        + (spring_22 + sin_roll * minus_force_front_left_y_d2);
+    const real minus_F_on_mount_front_left_z_d2 = w[106] = partials_50
+        + (spring_23 + R_body_zz * force_front_left_z_d2);
+    const real minus_F_on_mount_front_left_z_d3 = w[107] = R_body_xz * force_front_left_x_d3
+        - sin_roll * force_front_left_y_d3 - R_body_zz * minus_force_front_left_z_d3;
+    const real F_on_mount_front_left_z_d7 = w[108] = R_body_xz * minus_force_front_left_x_d7
         - sin_roll * minus_force_front_left_y_d7 + R_body_zz * minus_force_front_left_z_d7;
-    const real x298 = R_body_xz * force_front_left_x_d8 - sin_roll * force_front_left_y_d8
-        + R_body_zz * force_front_left_z_d8;
-    const real force_on_mount_front_left_z_d9 = R_body_xz * minus_force_front_left_x_d9
+    const real minus_F_on_mount_front_left_z_d8 = w[109] = R_body_xz * force_front_left_x_d8
+        - sin_roll * force_front_left_y_d8 + R_body_zz * force_front_left_z_d8;
+    const real F_on_mount_front_left_z_d9 = w[110] = R_body_xz * minus_force_front_left_x_d9
         - sin_roll * minus_force_front_left_y_d9 + R_body_zz * minus_force_front_left_z_d9;
-    const real force_on_mount_front_left_z_d10 = R_body_xz * minus_force_front_left_x_d10
+    const real F_on_mount_front_left_z_d10 = w[111] = R_body_xz * minus_force_front_left_x_d10
         - sin_roll * minus_force_front_left_y_d10 + R_body_zz * minus_force_front_left_z_d10;
-    const real moment_on_mount_front_left_x_d1 = K(0.75) * force_on_mount_front_left_z_d1;
-    const real x302 = K(0.75) * x295;
-    const real x303 = K(0.75) * x296;
-    K[17] = x303;
-    const real moment_on_mount_front_left_x_d7 = K(0.75) * force_on_mount_front_left_z_d7;
-    const real x305 = K(0.75) * x298;
-    const real moment_on_mount_front_left_x_d9 = K(0.75) * force_on_mount_front_left_z_d9;
-    C[17] = -(K(0.75) * force_on_mount_front_left_z_d10);
-    const real x307 = K(1.4) * force_on_mount_front_left_z_d1;
-    const real moment_on_mount_front_left_y_d2 = K(1.4) * x295;
-    const real moment_on_mount_front_left_y_d3 = K(1.4) * x296;
-    const real x310 = K(1.4) * force_on_mount_front_left_z_d7;
-    const real moment_on_mount_front_left_y_d8 = K(1.4) * x298;
-    const real x312 = K(1.4) * force_on_mount_front_left_z_d9;
-    const real x313 = K(1.4) * force_on_mount_front_left_z_d10;
-    const real moment_on_mount_front_left_z_d1 = K(1.4) * force_on_mount_front_left_y_d1 + K(0.75) * x276;
-    const real moment_on_mount_front_left_z_d2 = K(1.4) * force_on_mount_front_left_y_d2 + K(0.75) * x277;
-    const real x316 = K(1.4) * x287 - K(0.75) * x278;
-    const real moment_on_mount_front_left_z_d7 = K(1.4) * force_on_mount_front_left_y_d7
-        - K(0.75) * force_on_mount_front_left_x_d7;
-    const real x318 = K(1.4) * x289 - K(0.75) * x280;
-    const real moment_on_mount_front_left_z_d9 = K(1.4) * force_on_mount_front_left_y_d9
-        - K(0.75) * force_on_mount_front_left_x_d9;
-    const real moment_on_mount_front_left_z_d10 = K(1.4) * force_on_mount_front_left_y_d10
-        - K(0.75) * force_on_mount_front_left_x_d10;
-    const real x321 = x70 - x183;
-    const real x322 = x66 + x200;
-    const real minus_v_mount_front_right_z_d1 = x205 - x322 + (x67 + x209);
-    const real v_mount_front_right_z_d2 = x203 + x207 - (x206 + R_body_zy * x65);
-    const real minus_v_mount_front_right_z_d8 = x210 - (x202 - x208);
-    const real x326 = K(0.5) / length_front_right;
-    const real x327 = x217 + K(2.0) * (minus_span_front_right_x * p_mount_front_left_x_d2)
+    w[112] = K(0.75) * F_on_mount_front_left_z_d1;
+    w[113] = K(0.75) * minus_F_on_mount_front_left_z_d2;
+    const real minus_M_on_mount_front_left_x_d3 = w[114] = K(0.75) * minus_F_on_mount_front_left_z_d3;
+    K[17] = minus_M_on_mount_front_left_x_d3;
+    w[115] = K(0.75) * F_on_mount_front_left_z_d7;
+    w[116] = K(0.75) * minus_F_on_mount_front_left_z_d8;
+    w[117] = K(0.75) * F_on_mount_front_left_z_d9;
+    C[17] = -(K(0.75) * F_on_mount_front_left_z_d10);
+    w[118] = K(1.4) * F_on_mount_front_left_z_d1;
+    w[119] = K(1.4) * minus_F_on_mount_front_left_z_d2;
+    w[120] = K(1.4) * minus_F_on_mount_front_left_z_d3;
+    w[121] = K(1.4) * F_on_mount_front_left_z_d7;
+    w[122] = K(1.4) * minus_F_on_mount_front_left_z_d8;
+    w[123] = K(1.4) * F_on_mount_front_left_z_d9;
+    w[124] = K(1.4) * F_on_mount_front_left_z_d10;
+    w[125] = K(1.4) * F_on_mount_front_left_y_d1 + K(0.75) * minus_F_on_mount_front_left_x_d1;
+    w[126] = K(1.4) * F_on_mount_front_left_y_d2 + K(0.75) * minus_F_on_mount_front_left_x_d2;
+    w[127] = K(1.4) * minus_F_on_mount_front_left_y_d3 - K(0.75) * minus_F_on_mount_front_left_x_d3;
+    w[128] = K(1.4) * F_on_mount_front_left_y_d7 - K(0.75) * F_on_mount_front_left_x_d7;
+    w[129] = K(1.4) * minus_F_on_mount_front_left_y_d8 - K(0.75) * minus_F_on_mount_front_left_x_d8;
+    w[130] = K(1.4) * F_on_mount_front_left_y_d9 - K(0.75) * F_on_mount_front_left_x_d9;
+    w[131] = K(1.4) * F_on_mount_front_left_y_d10 - K(0.75) * F_on_mount_front_left_x_d10;
+    const real partials_51 = w[132] = spring_32 - partials_5;
+    const real partials_52 = w[133] = spring_30 + partials_18;
+    const real minus_v_mount_front_right_z_d1 = partials_23 - partials_52 + (spring_31 + partials_27);
+    const real v_mount_front_right_z_d2 = partials_21 + partials_25 - (partials_24 + R_body_zy * spring_29);
+    const real minus_v_mount_front_right_z_d8 = partials_28 - (partials_20 - partials_26);
+    const real partials_53 = K(0.5) / length_front_right;
+    const real partials_54 = partials_31 + K(2.0) * (minus_span_front_right_x * p_mount_front_left_x_d2)
         + K(2.0) * (minus_span_front_right_z * p_mount_front_left_z_d2);
-    const real length_front_right_d2 = x327 * x326;
-    const real length_front_right_d1 = (K(2.0) * (x63 * minus_span_front_right_x)
-        + K(2.0) * (p_mount_front_right_x * minus_span_front_right_z)) * x326;
-    const real length_front_right_d4 = K(2.0) * minus_span_front_right_z * x326;
-    const real x331 = x77 * x77;
-    const real x332 = length_front_right_d2 * x331;
-    const real x333 = length_front_right_d1 * x331;
-    const real x334 = length_front_right_d4 * x331;
-    const real minus_direction_front_right_x_d1 = x63 * x77 - minus_span_front_right_x * x333;
-    const real minus_direction_front_right_x_d2 = x77 * p_mount_front_left_x_d2 - minus_span_front_right_x * x332;
-    const real direction_front_right_x_d4 = minus_span_front_right_x * x334;
-    const real direction_front_right_y_d2 = x77 * minus_p_mount_front_left_y_d2 - minus_span_front_left_y * x332;
-    const real minus_direction_front_right_y_d1 = minus_span_front_left_y * x333;
-    const real minus_direction_front_right_y_d4 = minus_span_front_left_y * x334;
-    const real minus_direction_front_right_z_d4 = x77 - minus_span_front_right_z * x334;
-    const real minus_direction_front_right_z_d1 = p_mount_front_right_x * x77 - minus_span_front_right_z * x333;
-    const real minus_direction_front_right_z_d2 = x77 * p_mount_front_left_z_d2 - minus_span_front_right_z * x332;
-    const real x344 = minus_direction_front_right_x * (x186 - x190 + (x189 + R_body_xy * x65));
-    const real x345 = minus_direction_front_right_x * (x188 + x321 + (x71 - x192))
+    const real length_front_right_d2 = partials_54 * partials_53;
+    const real length_front_right_d1 = (K(2.0) * (spring_27 * minus_span_front_right_x)
+        + K(2.0) * (p_mount_front_right_x * minus_span_front_right_z)) * partials_53;
+    const real length_front_right_d4 = K(2.0) * minus_span_front_right_z * partials_53;
+    const real partials_55 = inverse_length_front_right * inverse_length_front_right;
+    const real minus_inverse_length_front_right_d2 = length_front_right_d2 * partials_55;
+    const real minus_inverse_length_front_right_d1 = length_front_right_d1 * partials_55;
+    const real minus_inverse_length_front_right_d4 = length_front_right_d4 * partials_55;
+    const real minus_direction_front_right_x_d1 = spring_27 * inverse_length_front_right
+        - minus_span_front_right_x * minus_inverse_length_front_right_d1;
+    const real minus_direction_front_right_x_d2 = inverse_length_front_right * p_mount_front_left_x_d2
+        - minus_span_front_right_x * minus_inverse_length_front_right_d2;
+    const real direction_front_right_x_d4 = minus_span_front_right_x * minus_inverse_length_front_right_d4;
+    const real direction_front_right_y_d2 = inverse_length_front_right * minus_p_mount_front_left_y_d2
+        - minus_span_front_left_y * minus_inverse_length_front_right_d2;
+    const real minus_direction_front_right_y_d1 = minus_span_front_left_y * minus_inverse_length_front_right_d1;
+    const real minus_direction_front_right_y_d4 = minus_span_front_left_y * minus_inverse_length_front_right_d4;
+    const real minus_direction_front_right_z_d4 = inverse_length_front_right
+        - minus_span_front_right_z * minus_inverse_length_front_right_d4;
+    const real minus_direction_front_right_z_d1 = p_mount_front_right_x * inverse_length_front_right
+        - minus_span_front_right_z * minus_inverse_length_front_right_d1;
+    const real minus_direction_front_right_z_d2 = inverse_length_front_right * p_mount_front_left_z_d2
+        - minus_span_front_right_z * minus_inverse_length_front_right_d2;
+    const real partials_56 = minus_direction_front_right_x * (partials_8 - partials_12
+        + (partials_11 + R_body_xy * spring_29));
+    const real partials_57 = minus_direction_front_right_x * (partials_10 + partials_51 + (spring_33 - partials_14))
         + v_mount_front_right_x * minus_direction_front_right_x_d1;
-    const real x346 = direction_front_right_y * (x196 - (x195 - cos_roll * x65))
+    const real partials_58 = direction_front_right_y * (partials_17 - (partials_16 - cos_roll * spring_29))
         - v_mount_front_right_y * direction_front_right_y_d2;
-    const real x347 = x345 + (direction_front_right_y * minus_v_mount_front_left_y_d1
+    const real partials_59 = partials_57 + (direction_front_right_y * minus_v_mount_front_left_y_d1
         + v_mount_front_right_y * minus_direction_front_right_y_d1);
-    const real x348 = minus_direction_front_right_z * v_mount_front_right_z_d2
+    const real partials_60 = minus_direction_front_right_z * v_mount_front_right_z_d2
         - minus_rate_front_right_z * minus_direction_front_right_z_d2;
-    const real x349 = minus_direction_front_right_x * (x193 + (x185 + x191))
+    const real partials_61 = minus_direction_front_right_x * (partials_15 + (partials_7 + partials_13))
         - direction_front_right_y * minus_v_mount_front_left_y_d8;
     const real tension_front_right_d11 = p->p_damper_front * minus_direction_front_right_z;
-    const real x351 = p->p_damper_front * (x344 - v_mount_front_right_x * minus_direction_front_right_x_d2 - x346
-        - x348);
-    const real x352 = p->p_damper_front * (x347 - (minus_direction_front_right_z * minus_v_mount_front_right_z_d1
+    const real partials_62 = p->p_damper_front * (partials_56
+        - v_mount_front_right_x * minus_direction_front_right_x_d2 - partials_58 - partials_60);
+    const real partials_63 = p->p_damper_front * (partials_59
+        - (minus_direction_front_right_z * minus_v_mount_front_right_z_d1
         + minus_rate_front_right_z * minus_direction_front_right_z_d1));
-    const real x353 = p->p_damper_front * (v_mount_front_right_x * direction_front_right_x_d4
+    const real partials_64 = p->p_damper_front * (v_mount_front_right_x * direction_front_right_x_d4
         - v_mount_front_right_y * minus_direction_front_right_y_d4
         + minus_rate_front_right_z * minus_direction_front_right_z_d4);
-    const real tension_front_right_d4 = K(35000.0) * length_front_right_d4 + x353;
+    const real tension_front_right_d4 = K(35000.0) * length_front_right_d4 + partials_64;
     const real minus_tension_front_right_d1 = p->p_skyhook * minus_v_mount_front_right_z_d1
-        - (K(35000.0) * length_front_right_d1 - x352);
+        - (K(35000.0) * length_front_right_d1 - partials_63);
     const real tension_front_right_d2 = p->p_skyhook * v_mount_front_right_z_d2
-        + (K(35000.0) * length_front_right_d2 + x351);
-    const real x357 = p->p_damper_front * (minus_direction_front_right_x * minus_v_mount_front_left_x_d7
+        + (K(35000.0) * length_front_right_d2 + partials_62);
+    const real partials_65 = p->p_damper_front * (minus_direction_front_right_x * minus_v_mount_front_left_x_d7
         + direction_front_right_y * v_mount_front_left_y_d7 - minus_direction_front_right_z * v_mount_front_left_z_d7);
-    const real tension_front_right_d7 = x215 + x357;
+    const real tension_front_right_d7 = partials_29 + partials_65;
     const real minus_tension_front_right_d8 = p->p_skyhook * minus_v_mount_front_right_z_d8
-        - p->p_damper_front * (x349 + minus_direction_front_right_z * minus_v_mount_front_right_z_d8);
-    const real x360 = p->p_damper_front * (minus_direction_front_right_x * p_mount_front_left_x_d2
+        - p->p_damper_front * (partials_61 + minus_direction_front_right_z * minus_v_mount_front_right_z_d8);
+    const real partials_66 = p->p_damper_front * (minus_direction_front_right_x * p_mount_front_left_x_d2
         + direction_front_right_y * minus_p_mount_front_left_y_d2
         + minus_direction_front_right_z * p_mount_front_left_z_d2);
-    const real minus_tension_front_right_d9 = x216 - x360;
+    const real minus_tension_front_right_d9 = partials_30 - partials_66;
     const real minus_force_front_right_x_d1 = tension_front_right * minus_direction_front_right_x_d1
         - minus_direction_front_right_x * minus_tension_front_right_d1;
     const real minus_force_front_right_x_d2 = tension_front_right * minus_direction_front_right_x_d2
@@ -550,7 +573,7 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
     const real minus_force_front_right_y_d8 = direction_front_right_y * minus_tension_front_right_d8;
     const real minus_force_front_right_y_d9 = direction_front_right_y * minus_tension_front_right_d9;
     const real force_front_right_y_d11 = direction_front_right_y * tension_front_right_d11;
-    const real minus_force_front_right_z_d4 = tension_front_right * minus_direction_front_right_z_d4
+    const real minus_force_front_right_z_d4 = w[134] = tension_front_right * minus_direction_front_right_z_d4
         + minus_direction_front_right_z * tension_front_right_d4;
     K[28] = -minus_force_front_right_z_d4;
     const real minus_force_front_right_z_d1 = tension_front_right * minus_direction_front_right_z_d1
@@ -567,286 +590,223 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
     C[30] = -force_front_right_z_d9;
     const real minus_force_front_right_z_d11 = minus_direction_front_right_z * tension_front_right_d11;
     C[32] = minus_force_front_right_z_d11;
-    const real x383 = cos_pitch * minus_force_front_right_z + sin_pitch * minus_force_front_right_z_d1;
-    const real x384 = sin_pitch * minus_force_front_right_x - cos_pitch * minus_force_front_right_x_d1 + x383;
-    const real force_on_mount_front_right_x_d2 = cos_pitch * minus_force_front_right_x_d2
+    const real partials_67 = cos_pitch * minus_force_front_right_z + sin_pitch * minus_force_front_right_z_d1;
+    const real minus_F_on_mount_front_right_x_d1 = w[135] = sin_pitch * minus_force_front_right_x
+        - cos_pitch * minus_force_front_right_x_d1 + partials_67;
+    const real F_on_mount_front_right_x_d2 = w[136] = cos_pitch * minus_force_front_right_x_d2
         - sin_pitch * minus_force_front_right_z_d2;
-    const real x386 = cos_pitch * force_front_right_x_d4 + sin_pitch * minus_force_front_right_z_d4;
-    const real force_on_mount_front_right_x_d7 = cos_pitch * minus_force_front_right_x_d7
-        - sin_pitch * minus_force_front_right_z_d7;
-    const real x388 = cos_pitch * force_front_right_x_d8 - sin_pitch * force_front_right_z_d8;
-    const real x389 = cos_pitch * force_front_right_x_d9 - sin_pitch * force_front_right_z_d9;
-    const real force_on_mount_front_right_x_d11 = cos_pitch * minus_force_front_right_x_d11
-        - sin_pitch * minus_force_front_right_z_d11;
-    const real x391 = R_body_zy * minus_force_front_right_x + R_body_xy * minus_force_front_right_x_d1
+    w[137] = cos_pitch * force_front_right_x_d4 + sin_pitch * minus_force_front_right_z_d4;
+    w[138] = cos_pitch * minus_force_front_right_x_d7 - sin_pitch * minus_force_front_right_z_d7;
+    w[139] = cos_pitch * force_front_right_x_d8 - sin_pitch * force_front_right_z_d8;
+    w[140] = cos_pitch * force_front_right_x_d9 - sin_pitch * force_front_right_z_d9;
+    w[141] = cos_pitch * minus_force_front_right_x_d11 - sin_pitch * minus_force_front_right_z_d11;
+    const real partials_68 = R_body_zy * minus_force_front_right_x + R_body_xy * minus_force_front_right_x_d1
         + cos_roll * minus_force_front_right_y_d1;
-    const real force_on_mount_front_right_y_d1 = x391 - (R_body_xy * minus_force_front_right_z
-        - R_body_zy * minus_force_front_right_z_d1);
-    const real x393 = x91 + R_body_xy * minus_force_front_right_x_d2 + (x92 - cos_roll * force_front_right_y_d2);
-    const real force_on_mount_front_right_y_d2 = x393 + (x93 + R_body_zy * minus_force_front_right_z_d2);
-    const real x395 = R_body_xy * force_front_right_x_d4 - cos_roll * minus_force_front_right_y_d4
-        - R_body_zy * minus_force_front_right_z_d4;
-    const real force_on_mount_front_right_y_d7 = R_body_xy * minus_force_front_right_x_d7
+    const real F_on_mount_front_right_y_d1 = w[142] = partials_68
+        - (R_body_xy * minus_force_front_right_z - R_body_zy * minus_force_front_right_z_d1);
+    const real partials_69 = spring_38 + R_body_xy * minus_force_front_right_x_d2
+        + (spring_39 - cos_roll * force_front_right_y_d2);
+    const real F_on_mount_front_right_y_d2 = w[143] = partials_69
+        + (spring_40 + R_body_zy * minus_force_front_right_z_d2);
+    const real minus_F_on_mount_front_right_y_d4 = w[144] = R_body_xy * force_front_right_x_d4
+        - cos_roll * minus_force_front_right_y_d4 - R_body_zy * minus_force_front_right_z_d4;
+    const real F_on_mount_front_right_y_d7 = w[145] = R_body_xy * minus_force_front_right_x_d7
         - cos_roll * force_front_right_y_d7 + R_body_zy * minus_force_front_right_z_d7;
-    const real x397 = R_body_xy * force_front_right_x_d8 - cos_roll * minus_force_front_right_y_d8
-        + R_body_zy * force_front_right_z_d8;
-    const real x398 = R_body_xy * force_front_right_x_d9 - cos_roll * minus_force_front_right_y_d9
-        + R_body_zy * force_front_right_z_d9;
-    const real force_on_mount_front_right_y_d11 = R_body_xy * minus_force_front_right_x_d11
+    const real minus_F_on_mount_front_right_y_d8 = w[146] = R_body_xy * force_front_right_x_d8
+        - cos_roll * minus_force_front_right_y_d8 + R_body_zy * force_front_right_z_d8;
+    const real minus_F_on_mount_front_right_y_d9 = w[147] = R_body_xy * force_front_right_x_d9
+        - cos_roll * minus_force_front_right_y_d9 + R_body_zy * force_front_right_z_d9;
+    const real F_on_mount_front_right_y_d11 = w[148] = R_body_xy * minus_force_front_right_x_d11
         - cos_roll * force_front_right_y_d11 + R_body_zy * minus_force_front_right_z_d11;
-    const real x400 = R_body_zz * minus_force_front_right_x + R_body_xz * minus_force_front_right_x_d1
+    const real partials_70 = R_body_zz * minus_force_front_right_x + R_body_xz * minus_force_front_right_x_d1
         - sin_roll * minus_force_front_right_y_d1;
-    const real force_on_mount_front_right_z_d1 = x400 - (R_body_xz * minus_force_front_right_z
-        - R_body_zz * minus_force_front_right_z_d1);
-    const real x402 = x87 - R_body_xz * minus_force_front_right_x_d2 - (x88 + sin_roll * force_front_right_y_d2);
-    const real x403 = x402 + (x89 - R_body_zz * minus_force_front_right_z_d2);
-    const real x404 = R_body_xz * force_front_right_x_d4 + sin_roll * minus_force_front_right_y_d4
-        - R_body_zz * minus_force_front_right_z_d4;
-    const real force_on_mount_front_right_z_d7 = R_body_xz * minus_force_front_right_x_d7
+    const real F_on_mount_front_right_z_d1 = w[149] = partials_70
+        - (R_body_xz * minus_force_front_right_z - R_body_zz * minus_force_front_right_z_d1);
+    const real partials_71 = spring_35 - R_body_xz * minus_force_front_right_x_d2
+        - (spring_36 + sin_roll * force_front_right_y_d2);
+    const real minus_F_on_mount_front_right_z_d2 = w[150] = partials_71
+        + (spring_37 - R_body_zz * minus_force_front_right_z_d2);
+    const real minus_F_on_mount_front_right_z_d4 = w[151] = R_body_xz * force_front_right_x_d4
+        + sin_roll * minus_force_front_right_y_d4 - R_body_zz * minus_force_front_right_z_d4;
+    const real F_on_mount_front_right_z_d7 = w[152] = R_body_xz * minus_force_front_right_x_d7
         + sin_roll * force_front_right_y_d7 + R_body_zz * minus_force_front_right_z_d7;
-    const real x406 = R_body_xz * force_front_right_x_d8 + sin_roll * minus_force_front_right_y_d8
-        + R_body_zz * force_front_right_z_d8;
-    const real x407 = R_body_xz * force_front_right_x_d9 + sin_roll * minus_force_front_right_y_d9
-        + R_body_zz * force_front_right_z_d9;
-    const real force_on_mount_front_right_z_d11 = R_body_xz * minus_force_front_right_x_d11
+    const real minus_F_on_mount_front_right_z_d8 = w[153] = R_body_xz * force_front_right_x_d8
+        + sin_roll * minus_force_front_right_y_d8 + R_body_zz * force_front_right_z_d8;
+    const real minus_F_on_mount_front_right_z_d9 = w[154] = R_body_xz * force_front_right_x_d9
+        + sin_roll * minus_force_front_right_y_d9 + R_body_zz * force_front_right_z_d9;
+    const real F_on_mount_front_right_z_d11 = w[155] = R_body_xz * minus_force_front_right_x_d11
         + sin_roll * force_front_right_y_d11 + R_body_zz * minus_force_front_right_z_d11;
-    const real x409 = K(0.75) * force_on_mount_front_right_z_d1;
-    const real moment_on_mount_front_right_x_d2 = K(0.75) * x403;
-    const real moment_on_mount_front_right_x_d4 = K(0.75) * x404;
-    K[18] = -moment_on_mount_front_right_x_d4;
-    const real x412 = K(0.75) * force_on_mount_front_right_z_d7;
-    const real moment_on_mount_front_right_x_d8 = K(0.75) * x406;
-    const real moment_on_mount_front_right_x_d9 = K(0.75) * x407;
-    C[18] = K(0.75) * force_on_mount_front_right_z_d11;
-    const real x415 = K(1.4) * force_on_mount_front_right_z_d1;
-    const real moment_on_mount_front_right_y_d2 = K(1.4) * x403;
-    const real moment_on_mount_front_right_y_d4 = K(1.4) * x404;
-    const real x418 = K(1.4) * force_on_mount_front_right_z_d7;
-    const real moment_on_mount_front_right_y_d8 = K(1.4) * x406;
-    const real moment_on_mount_front_right_y_d9 = K(1.4) * x407;
-    const real x421 = K(1.4) * force_on_mount_front_right_z_d11;
-    const real x422 = K(1.4) * force_on_mount_front_right_y_d1;
-    const real x423 = K(1.4) * force_on_mount_front_right_y_d2;
-    const real x424 = K(1.4) * x395;
-    const real x425 = K(1.4) * force_on_mount_front_right_y_d7;
-    const real x426 = K(1.4) * x397;
-    const real x427 = K(1.4) * x398;
-    const real x428 = K(1.4) * force_on_mount_front_right_y_d11;
-    const real x429 = K(0.75) * x384;
-    const real x430 = K(0.75) * force_on_mount_front_right_x_d2;
-
-    /* Values that later parts read */
-    w[0] = cos_pitch; w[1] = sin_pitch; w[2] = cos_roll; w[3] = sin_roll; w[4] = v_body_z; w[5] = omega_body_y;
-    w[6] = minus_omega_body_z; w[7] = R_body_xy; w[8] = R_body_xz; w[9] = R_body_zy; w[10] = R_body_zz;
-    w[11] = minus_span_front_left_y; w[12] = p_mount_rear_left_x; w[13] = x99; w[14] = x100; w[15] = x101; w[16] = x102;
-    w[17] = x103; w[18] = x104; w[19] = minus_v_mount_rear_left_x; w[20] = v_mount_rear_left_y; w[21] = x108;
-    w[22] = x109; w[23] = span_rear_left_x; w[24] = minus_span_rear_left_z; w[25] = minus_rate_rear_left_z;
-    w[26] = length_rear_left; w[27] = x115; w[28] = direction_rear_left_x; w[29] = minus_direction_rear_left_y;
-    w[30] = minus_direction_rear_left_z; w[31] = tension_rear_left; w[32] = force_rear_left_x;
-    w[33] = minus_force_rear_left_z; w[34] = x125; w[35] = x126; w[36] = x127; w[37] = x129; w[38] = x130; w[39] = x131;
-    w[40] = minus_p_mount_rear_right_x; w[41] = x135; w[42] = x136; w[43] = x137; w[44] = minus_v_mount_rear_right_x;
-    w[45] = v_mount_rear_right_y; w[46] = x140; w[47] = span_rear_right_x; w[48] = minus_span_rear_right_z;
-    w[49] = minus_rate_rear_right_z; w[50] = length_rear_right; w[51] = x146; w[52] = direction_rear_right_x;
-    w[53] = direction_rear_right_y; w[54] = minus_direction_rear_right_z; w[55] = tension_rear_right;
-    w[56] = force_rear_right_x; w[57] = minus_force_rear_right_z; w[58] = x156; w[59] = x157; w[60] = x158;
-    w[61] = x160; w[62] = x161; w[63] = x162; w[64] = x168; w[65] = x169; w[66] = x170; w[67] = x171; w[68] = x172;
-    w[69] = x173; w[70] = p_mount_front_left_x_d2; w[71] = minus_p_mount_front_left_y_d2;
-    w[72] = p_mount_front_left_z_d2; w[73] = x184; w[74] = x185; w[75] = x186; w[76] = x187; w[77] = x192;
-    w[78] = minus_v_mount_front_left_x_d7; w[79] = v_mount_front_left_y_d7; w[80] = minus_v_mount_front_left_y_d1;
-    w[81] = x201; w[82] = x202; w[83] = x203; w[84] = x204; w[85] = x209; w[86] = v_mount_front_left_z_d7; w[87] = x215;
-    w[88] = x216; w[89] = x217; w[90] = minus_force_front_left_z_d3; w[91] = x276; w[92] = x277; w[93] = x278;
-    w[94] = force_on_mount_front_left_x_d7; w[95] = x280; w[96] = force_on_mount_front_left_x_d9;
-    w[97] = force_on_mount_front_left_x_d10; w[98] = force_on_mount_front_left_y_d1;
-    w[99] = force_on_mount_front_left_y_d2; w[100] = x287; w[101] = force_on_mount_front_left_y_d7; w[102] = x289;
-    w[103] = force_on_mount_front_left_y_d9; w[104] = force_on_mount_front_left_y_d10;
-    w[105] = force_on_mount_front_left_z_d1; w[106] = x295; w[107] = x296; w[108] = force_on_mount_front_left_z_d7;
-    w[109] = x298; w[110] = force_on_mount_front_left_z_d9; w[111] = force_on_mount_front_left_z_d10;
-    w[112] = moment_on_mount_front_left_x_d1; w[113] = x302; w[114] = x303; w[115] = moment_on_mount_front_left_x_d7;
-    w[116] = x305; w[117] = moment_on_mount_front_left_x_d9; w[118] = x307; w[119] = moment_on_mount_front_left_y_d2;
-    w[120] = moment_on_mount_front_left_y_d3; w[121] = x310; w[122] = moment_on_mount_front_left_y_d8; w[123] = x312;
-    w[124] = x313; w[125] = moment_on_mount_front_left_z_d1; w[126] = moment_on_mount_front_left_z_d2; w[127] = x316;
-    w[128] = moment_on_mount_front_left_z_d7; w[129] = x318; w[130] = moment_on_mount_front_left_z_d9;
-    w[131] = moment_on_mount_front_left_z_d10; w[132] = x321; w[133] = x322; w[134] = minus_force_front_right_z_d4;
-    w[135] = x384; w[136] = force_on_mount_front_right_x_d2; w[137] = x386; w[138] = force_on_mount_front_right_x_d7;
-    w[139] = x388; w[140] = x389; w[141] = force_on_mount_front_right_x_d11; w[142] = force_on_mount_front_right_y_d1;
-    w[143] = force_on_mount_front_right_y_d2; w[144] = x395; w[145] = force_on_mount_front_right_y_d7; w[146] = x397;
-    w[147] = x398; w[148] = force_on_mount_front_right_y_d11; w[149] = force_on_mount_front_right_z_d1; w[150] = x403;
-    w[151] = x404; w[152] = force_on_mount_front_right_z_d7; w[153] = x406; w[154] = x407;
-    w[155] = force_on_mount_front_right_z_d11; w[156] = x409; w[157] = moment_on_mount_front_right_x_d2;
-    w[158] = moment_on_mount_front_right_x_d4; w[159] = x412; w[160] = moment_on_mount_front_right_x_d8;
-    w[161] = moment_on_mount_front_right_x_d9; w[162] = x415; w[163] = moment_on_mount_front_right_y_d2;
-    w[164] = moment_on_mount_front_right_y_d4; w[165] = x418; w[166] = moment_on_mount_front_right_y_d8;
-    w[167] = moment_on_mount_front_right_y_d9; w[168] = x421; w[169] = x422; w[170] = x423; w[171] = x424;
-    w[172] = x425; w[173] = x426; w[174] = x427; w[175] = x428; w[176] = x429; w[177] = x430;
+    w[156] = K(0.75) * F_on_mount_front_right_z_d1;
+    w[157] = K(0.75) * minus_F_on_mount_front_right_z_d2;
+    const real M_on_mount_front_right_x_d4 = w[158] = K(0.75) * minus_F_on_mount_front_right_z_d4;
+    K[18] = -M_on_mount_front_right_x_d4;
+    w[159] = K(0.75) * F_on_mount_front_right_z_d7;
+    w[160] = K(0.75) * minus_F_on_mount_front_right_z_d8;
+    w[161] = K(0.75) * minus_F_on_mount_front_right_z_d9;
+    C[18] = K(0.75) * F_on_mount_front_right_z_d11;
+    w[162] = K(1.4) * F_on_mount_front_right_z_d1;
+    w[163] = K(1.4) * minus_F_on_mount_front_right_z_d2;
+    w[164] = K(1.4) * minus_F_on_mount_front_right_z_d4;
+    w[165] = K(1.4) * F_on_mount_front_right_z_d7;
+    w[166] = K(1.4) * minus_F_on_mount_front_right_z_d8;
+    w[167] = K(1.4) * minus_F_on_mount_front_right_z_d9;
+    w[168] = K(1.4) * F_on_mount_front_right_z_d11;
+    w[169] = K(1.4) * F_on_mount_front_right_y_d1;
+    w[170] = K(1.4) * F_on_mount_front_right_y_d2;
+    w[171] = K(1.4) * minus_F_on_mount_front_right_y_d4;
+    w[172] = K(1.4) * F_on_mount_front_right_y_d7;
+    w[173] = K(1.4) * minus_F_on_mount_front_right_y_d8;
+    w[174] = K(1.4) * minus_F_on_mount_front_right_y_d9;
+    w[175] = K(1.4) * F_on_mount_front_right_y_d11;
+    w[176] = K(0.75) * minus_F_on_mount_front_right_x_d1;
+    w[177] = K(0.75) * F_on_mount_front_right_x_d2;
 }
 
 EG_NOINLINE void active_vehicle_partials_part2(const active_vehicle_parameters *p, const real *v, const real *a,
     real *restrict w, real *restrict K, real *restrict C, real *restrict M)
 {
     /* Partials of applied forces */
-    const real x431 = w[137];
-    const real force_on_mount_front_right_x_d7 = w[138];
-    const real x433 = w[139];
-    const real x434 = w[140];
-    const real force_on_mount_front_right_x_d11 = w[141];
-    const real x436 = w[171] + K(0.75) * x431;
-    const real moment_on_mount_front_left_x_d1 = w[112];
-    const real x438 = w[156];
-    const real x439 = w[113];
-    const real moment_on_mount_front_right_x_d2 = w[157];
-    const real x441 = w[114];
-    const real moment_on_mount_front_right_x_d4 = w[158];
-    const real moment_on_mount_front_left_x_d7 = w[115];
-    const real x444 = w[159];
-    const real x445 = w[116];
-    const real moment_on_mount_front_right_x_d8 = w[160];
-    const real moment_on_mount_front_left_x_d9 = w[117];
-    const real moment_on_mount_front_right_x_d9 = w[161];
-    const real x449 = w[118];
-    const real x450 = w[162];
-    const real moment_on_mount_front_left_y_d2 = w[119];
-    const real moment_on_mount_front_right_y_d2 = w[163];
-    const real moment_on_mount_front_left_y_d3 = w[120];
-    const real moment_on_mount_front_right_y_d4 = w[164];
-    const real x455 = w[121];
-    const real x456 = w[165];
-    const real moment_on_mount_front_left_y_d8 = w[122];
-    const real moment_on_mount_front_right_y_d8 = w[166];
-    const real x459 = w[123];
-    const real moment_on_mount_front_right_y_d9 = w[167];
-    const real moment_on_mount_front_left_z_d1 = w[125];
-    const real moment_on_mount_front_left_z_d2 = w[126];
-    const real x463 = w[127];
-    const real moment_on_mount_front_left_z_d7 = w[128];
-    const real x465 = w[129];
-    const real moment_on_mount_front_left_z_d9 = w[130];
-    const real x467 = w[91];
-    const real x468 = w[135];
-    const real x469 = w[92];
-    const real force_on_mount_front_right_x_d2 = w[136];
-    const real x471 = w[93];
-    const real force_on_mount_front_left_x_d7 = w[94];
-    const real x473 = w[95];
-    const real force_on_mount_front_left_x_d9 = w[96];
-    const real force_on_mount_front_left_y_d1 = w[98];
-    const real force_on_mount_front_right_y_d1 = w[142];
-    const real force_on_mount_front_left_y_d2 = w[99];
-    const real force_on_mount_front_right_y_d2 = w[143];
-    const real x479 = w[100];
-    const real x480 = w[144];
-    const real force_on_mount_front_left_y_d7 = w[101];
-    const real force_on_mount_front_right_y_d7 = w[145];
-    const real x483 = w[102];
-    const real x484 = w[146];
-    const real force_on_mount_front_left_y_d9 = w[103];
-    const real x486 = w[147];
-    const real force_on_mount_front_left_z_d1 = w[105];
-    const real force_on_mount_front_right_z_d1 = w[149];
-    const real x489 = w[106];
-    const real x490 = w[150];
-    const real x491 = w[107];
-    const real x492 = w[151];
-    const real force_on_mount_front_left_z_d7 = w[108];
-    const real force_on_mount_front_right_z_d7 = w[152];
-    const real x495 = w[109];
-    const real x496 = w[153];
-    const real force_on_mount_front_left_z_d9 = w[110];
-    const real x498 = w[154];
-    const real sin_roll = w[3];
-    const real x500 = K(1.7) * sin_roll;
-    const real cos_roll = w[2];
-    const real x502 = K(1.7) * cos_roll;
-    const real v_body_z = w[4];
-    const real x504 = v_body_z + w[14];
-    const real x505 = w[21] - w[76];
-    const real R_body_xz = w[8];
-    const real x507 = R_body_xz * w[15];
+    const real minus_F_on_mount_front_right_x_d4 = w[137], F_on_mount_front_right_x_d7 = w[138];
+    const real minus_F_on_mount_front_right_x_d8 = w[139], minus_F_on_mount_front_right_x_d9 = w[140];
+    const real F_on_mount_front_right_x_d11 = w[141], partials_72 = w[169], partials_79 = w[176];
+    const real partials_73 = w[170], partials_80 = w[177], partials_74 = w[171];
+    const real minus_M_on_mount_front_right_z_d4 = partials_74 + K(0.75) * minus_F_on_mount_front_right_x_d4;
+    const real partials_75 = w[172], partials_76 = w[173], partials_77 = w[174], partials_78 = w[175];
+    const real M_on_mount_front_left_x_d1 = w[112], minus_M_on_mount_front_right_x_d1 = w[156];
+    const real minus_M_on_mount_front_left_x_d2 = w[113], M_on_mount_front_right_x_d2 = w[157];
+    const real minus_M_on_mount_front_left_x_d3 = w[114], M_on_mount_front_right_x_d4 = w[158];
+    const real M_on_mount_front_left_x_d7 = w[115], minus_M_on_mount_front_right_x_d7 = w[159];
+    const real minus_M_on_mount_front_left_x_d8 = w[116], M_on_mount_front_right_x_d8 = w[160];
+    const real M_on_mount_front_left_x_d9 = w[117], M_on_mount_front_right_x_d9 = w[161];
+    const real minus_M_on_mount_front_left_y_d1 = w[118], minus_M_on_mount_front_right_y_d1 = w[162];
+    const real M_on_mount_front_left_y_d2 = w[119], M_on_mount_front_right_y_d2 = w[163];
+    const real M_on_mount_front_left_y_d3 = w[120], M_on_mount_front_right_y_d4 = w[164];
+    const real minus_M_on_mount_front_left_y_d7 = w[121], minus_M_on_mount_front_right_y_d7 = w[165];
+    const real M_on_mount_front_left_y_d8 = w[122], M_on_mount_front_right_y_d8 = w[166];
+    const real minus_M_on_mount_front_left_y_d9 = w[123], M_on_mount_front_right_y_d9 = w[167];
+    const real M_on_mount_front_left_z_d1 = w[125], M_on_mount_front_left_z_d2 = w[126];
+    const real minus_M_on_mount_front_left_z_d3 = w[127], M_on_mount_front_left_z_d7 = w[128];
+    const real minus_M_on_mount_front_left_z_d8 = w[129], M_on_mount_front_left_z_d9 = w[130];
+    const real minus_F_on_mount_front_left_x_d1 = w[91], minus_F_on_mount_front_right_x_d1 = w[135];
+    const real minus_F_on_mount_front_left_x_d2 = w[92], F_on_mount_front_right_x_d2 = w[136];
+    const real minus_F_on_mount_front_left_x_d3 = w[93], F_on_mount_front_left_x_d7 = w[94];
+    const real minus_F_on_mount_front_left_x_d8 = w[95], F_on_mount_front_left_x_d9 = w[96];
+    const real F_on_mount_front_left_y_d1 = w[98], F_on_mount_front_right_y_d1 = w[142];
+    const real F_on_mount_front_left_y_d2 = w[99], F_on_mount_front_right_y_d2 = w[143];
+    const real minus_F_on_mount_front_left_y_d3 = w[100], minus_F_on_mount_front_right_y_d4 = w[144];
+    const real F_on_mount_front_left_y_d7 = w[101], F_on_mount_front_right_y_d7 = w[145];
+    const real minus_F_on_mount_front_left_y_d8 = w[102], minus_F_on_mount_front_right_y_d8 = w[146];
+    const real F_on_mount_front_left_y_d9 = w[103], minus_F_on_mount_front_right_y_d9 = w[147];
+    const real F_on_mount_front_left_z_d1 = w[105], F_on_mount_front_right_z_d1 = w[149];
+    const real minus_F_on_mount_front_left_z_d2 = w[106], minus_F_on_mount_front_right_z_d2 = w[150];
+    const real minus_F_on_mount_front_left_z_d3 = w[107], minus_F_on_mount_front_right_z_d4 = w[151];
+    const real F_on_mount_front_left_z_d7 = w[108], F_on_mount_front_right_z_d7 = w[152];
+    const real minus_F_on_mount_front_left_z_d8 = w[109], minus_F_on_mount_front_right_z_d8 = w[153];
+    const real F_on_mount_front_left_z_d9 = w[110], minus_F_on_mount_front_right_z_d9 = w[154], sin_roll = w[2];
+    const real partials_81 = K(1.7) * sin_roll;
+    const real cos_roll = w[3];
+    const real partials_82 = K(1.7) * cos_roll;
+    const real v_body_z = w[4], spring_44 = w[14];
+    const real partials_83 = v_body_z + spring_44;
+    const real spring_50 = w[21], partials_9 = w[76];
+    const real partials_84 = spring_50 - partials_9;
+    const real R_body_xz = w[8], spring_45 = w[15];
+    const real partials_85 = R_body_xz * spring_45;
     const real R_body_xy = w[7];
-    const real x509 = x507 + R_body_xy * x504;
-    const real x510 = R_body_xy * x500;
-    const real x511 = R_body_xz * x502;
-    const real x512 = sin_roll * w[15];
-    const real x513 = x512 - cos_roll * x504;
-    const real v_mount_rear_left_y_d8 = cos_roll * x500 - sin_roll * x502;
-    const real x515 = w[17] + w[84];
+    const real partials_86 = partials_85 + R_body_xy * partials_83;
+    const real partials_87 = R_body_xy * partials_81;
+    const real partials_6 = w[73], partials_7 = w[74], partials_8 = w[75], spring_51 = w[22];
+    const real partials_14 = w[77], spring_46 = w[16];
+    const real partials_88 = R_body_xz * partials_82;
+    const real partials_89 = sin_roll * spring_45;
+    const real partials_90 = partials_89 - cos_roll * partials_83;
+    const real v_mount_rear_left_y_d8 = cos_roll * partials_81 - sin_roll * partials_82;
+    const real spring_47 = w[17], partials_22 = w[84];
+    const real partials_91 = spring_47 + partials_22;
     const real R_body_zz = w[10];
-    const real x517 = R_body_zz * w[15];
+    const real partials_92 = R_body_zz * spring_45;
     const real R_body_zy = w[9];
-    const real x519 = x517 + R_body_zy * x504;
-    const real x520 = R_body_zy * x500;
-    const real x521 = R_body_zz * x502;
-    const real v_mount_rear_left_z_d1 = w[81] - x515 - (w[18] + w[85]);
-    const real minus_v_mount_rear_left_z_d8 = w[82] - x520 - x521;
-    const real minus_v_mount_rear_left_z_d2 = w[83] - x519 + (x517 + R_body_zy * w[16]);
-    const real span_rear_left_x = w[23];
-    const real p_mount_front_left_x_d2 = w[70];
-    const real minus_span_rear_left_z = w[24];
-    const real p_mount_rear_left_x = w[12];
-    const real p_mount_front_left_z_d2 = w[72];
+    const real partials_93 = partials_92 + R_body_zy * partials_83;
+    const real partials_94 = R_body_zy * partials_81;
+    const real partials_19 = w[81], partials_20 = w[82], partials_21 = w[83], spring_48 = w[18];
+    const real partials_27 = w[85];
+    const real partials_95 = R_body_zz * partials_82;
+    const real v_mount_rear_left_z_d1 = partials_19 - partials_91 - (spring_48 + partials_27);
+    const real minus_v_mount_rear_left_z_d8 = partials_20 - partials_94 - partials_95;
+    const real minus_v_mount_rear_left_z_d2 = partials_21 - partials_93 + (partials_92 + R_body_zy * spring_46);
+    const real spring_43 = w[13], span_rear_left_x = w[23], p_mount_front_left_x_d2 = w[70], partials_31 = w[89];
+    const real minus_span_rear_left_z = w[24], p_mount_rear_left_x = w[12], p_mount_front_left_z_d2 = w[72];
     const real length_rear_left = w[26];
-    const real x531 = K(0.5) / length_rear_left;
-    const real x532 = w[89] + K(2.0) * (span_rear_left_x * p_mount_front_left_x_d2)
+    const real partials_96 = K(0.5) / length_rear_left;
+    const real partials_97 = partials_31 + K(2.0) * (span_rear_left_x * p_mount_front_left_x_d2)
         - K(2.0) * (minus_span_rear_left_z * p_mount_front_left_z_d2);
-    const real length_rear_left_d2 = x532 * x531;
-    const real length_rear_left_d1 = (K(2.0) * (w[13] * span_rear_left_x)
-        + K(2.0) * (p_mount_rear_left_x * minus_span_rear_left_z)) * x531;
-    const real length_rear_left_d5 = K(2.0) * minus_span_rear_left_z * x531;
-    const real x536 = w[27] * w[27];
-    const real x537 = length_rear_left_d2 * x536;
-    const real x538 = length_rear_left_d1 * x536;
-    const real x539 = length_rear_left_d5 * x536;
-    const real direction_rear_left_x_d1 = w[13] * w[27] - span_rear_left_x * x538;
-    const real direction_rear_left_x_d2 = w[27] * p_mount_front_left_x_d2 - span_rear_left_x * x537;
-    const real minus_direction_rear_left_x_d5 = span_rear_left_x * x539;
-    const real minus_p_mount_front_left_y_d2 = w[71];
-    const real minus_span_front_left_y = w[11];
-    const real minus_direction_rear_left_y_d2 = w[27] * minus_p_mount_front_left_y_d2 - minus_span_front_left_y * x537;
-    const real direction_rear_left_y_d1 = minus_span_front_left_y * x538;
-    const real direction_rear_left_y_d5 = minus_span_front_left_y * x539;
-    const real minus_direction_rear_left_z_d5 = w[27] - minus_span_rear_left_z * x539;
-    const real minus_direction_rear_left_z_d1 = p_mount_rear_left_x * w[27] - minus_span_rear_left_z * x538;
-    const real direction_rear_left_z_d2 = w[27] * p_mount_front_left_z_d2 + minus_span_rear_left_z * x537;
-    const real direction_rear_left_x = w[28];
-    const real minus_v_mount_rear_left_x = w[19];
+    const real length_rear_left_d2 = partials_97 * partials_96;
+    const real length_rear_left_d1 = (K(2.0) * (spring_43 * span_rear_left_x)
+        + K(2.0) * (p_mount_rear_left_x * minus_span_rear_left_z)) * partials_96;
+    const real length_rear_left_d5 = K(2.0) * minus_span_rear_left_z * partials_96;
+    const real inverse_length_rear_left = w[27];
+    const real partials_98 = inverse_length_rear_left * inverse_length_rear_left;
+    const real minus_inverse_length_rear_left_d2 = length_rear_left_d2 * partials_98;
+    const real minus_inverse_length_rear_left_d1 = length_rear_left_d1 * partials_98;
+    const real minus_inverse_length_rear_left_d5 = length_rear_left_d5 * partials_98;
+    const real direction_rear_left_x_d1 = spring_43 * inverse_length_rear_left
+        - span_rear_left_x * minus_inverse_length_rear_left_d1;
+    const real direction_rear_left_x_d2 = inverse_length_rear_left * p_mount_front_left_x_d2
+        - span_rear_left_x * minus_inverse_length_rear_left_d2;
+    const real minus_direction_rear_left_x_d5 = span_rear_left_x * minus_inverse_length_rear_left_d5;
+    const real minus_p_mount_front_left_y_d2 = w[71], minus_span_front_left_y = w[11];
+    const real minus_direction_rear_left_y_d2 = inverse_length_rear_left * minus_p_mount_front_left_y_d2
+        - minus_span_front_left_y * minus_inverse_length_rear_left_d2;
+    const real direction_rear_left_y_d1 = minus_span_front_left_y * minus_inverse_length_rear_left_d1;
+    const real direction_rear_left_y_d5 = minus_span_front_left_y * minus_inverse_length_rear_left_d5;
+    const real minus_direction_rear_left_z_d5 = inverse_length_rear_left
+        - minus_span_rear_left_z * minus_inverse_length_rear_left_d5;
+    const real minus_direction_rear_left_z_d1 = p_mount_rear_left_x * inverse_length_rear_left
+        - minus_span_rear_left_z * minus_inverse_length_rear_left_d1;
+    const real direction_rear_left_z_d2 = inverse_length_rear_left * p_mount_front_left_z_d2
+        + minus_span_rear_left_z * minus_inverse_length_rear_left_d2;
+    const real direction_rear_left_x = w[28], minus_v_mount_rear_left_x = w[19];
     const real minus_v_mount_front_left_x_d7 = w[78];
-    const real x554 = direction_rear_left_x * (w[75] + x509 - (x507 + R_body_xy * w[16]));
-    const real minus_direction_rear_left_y = w[29];
-    const real v_mount_rear_left_y = w[20];
-    const real v_mount_front_left_y_d7 = w[79];
+    const real partials_99 = direction_rear_left_x * (partials_8 + partials_86 - (partials_85 + R_body_xy * spring_46));
+    const real minus_direction_rear_left_y = w[29], v_mount_rear_left_y = w[20], v_mount_front_left_y_d7 = w[79];
     const real minus_v_mount_front_left_y_d1 = w[80];
-    const real x559 = direction_rear_left_x * (w[73] + x505 + (w[22] - w[77]))
+    const real partials_100 = direction_rear_left_x * (partials_6 + partials_84 + (spring_51 - partials_14))
         - minus_v_mount_rear_left_x * direction_rear_left_x_d1;
-    const real x560 = minus_direction_rear_left_y * (x513 - (x512 - cos_roll * w[16]))
+    const real partials_101 = minus_direction_rear_left_y * (partials_90 - (partials_89 - cos_roll * spring_46))
         - v_mount_rear_left_y * minus_direction_rear_left_y_d2;
-    const real minus_direction_rear_left_z = w[30];
-    const real minus_rate_rear_left_z = w[25];
+    const real minus_direction_rear_left_z = w[30], minus_rate_rear_left_z = w[25];
     const real v_mount_front_left_z_d7 = w[86];
-    const real x564 = x559 + (minus_direction_rear_left_y * minus_v_mount_front_left_y_d1
+    const real partials_102 = partials_100 + (minus_direction_rear_left_y * minus_v_mount_front_left_y_d1
         + v_mount_rear_left_y * direction_rear_left_y_d1);
-    const real x565 = direction_rear_left_x * (w[74] + x510 + x511)
+    const real partials_103 = direction_rear_left_x * (partials_7 + partials_87 + partials_88)
         - minus_direction_rear_left_y * v_mount_rear_left_y_d8;
-    const real x566 = minus_direction_rear_left_z * minus_v_mount_rear_left_z_d2
+    const real partials_104 = minus_direction_rear_left_z * minus_v_mount_rear_left_z_d2
         - minus_rate_rear_left_z * direction_rear_left_z_d2;
     const real tension_rear_left_d12 = p->p_damper_rear * minus_direction_rear_left_z;
-    const real x568 = p->p_damper_rear * (x554 - minus_v_mount_rear_left_x * direction_rear_left_x_d2 + x560 + x566);
-    const real x569 = p->p_damper_rear * (x564 - (minus_direction_rear_left_z * v_mount_rear_left_z_d1
+    const real partials_105 = p->p_damper_rear * (partials_99 - minus_v_mount_rear_left_x * direction_rear_left_x_d2
+        + partials_101 + partials_104);
+    const real partials_106 = p->p_damper_rear * (partials_102
+        - (minus_direction_rear_left_z * v_mount_rear_left_z_d1
         - minus_rate_rear_left_z * minus_direction_rear_left_z_d1));
-    const real x570 = p->p_damper_rear * (minus_v_mount_rear_left_x * minus_direction_rear_left_x_d5
+    const real partials_107 = p->p_damper_rear * (minus_v_mount_rear_left_x * minus_direction_rear_left_x_d5
         + v_mount_rear_left_y * direction_rear_left_y_d5 + minus_rate_rear_left_z * minus_direction_rear_left_z_d5);
-    const real tension_rear_left_d5 = K(38000.0) * length_rear_left_d5 + x570;
-    const real tension_rear_left_d1 = p->p_skyhook * v_mount_rear_left_z_d1 + (K(38000.0) * length_rear_left_d1 + x569);
-    const real x573 = p->p_damper_rear * (direction_rear_left_x * minus_v_mount_front_left_x_d7
+    const real tension_rear_left_d5 = K(38000.0) * length_rear_left_d5 + partials_107;
+    const real tension_rear_left_d1 = p->p_skyhook * v_mount_rear_left_z_d1
+        + (K(38000.0) * length_rear_left_d1 + partials_106);
+    const real partials_108 = p->p_damper_rear * (direction_rear_left_x * minus_v_mount_front_left_x_d7
         + minus_direction_rear_left_y * v_mount_front_left_y_d7
         + minus_direction_rear_left_z * v_mount_front_left_z_d7);
-    const real tension_rear_left_d7 = w[87] - x573;
+    const real partials_29 = w[87];
+    const real tension_rear_left_d7 = partials_29 - partials_108;
     const real minus_tension_rear_left_d8 = p->p_skyhook * minus_v_mount_rear_left_z_d8
-        - p->p_damper_rear * (x565 + minus_direction_rear_left_z * minus_v_mount_rear_left_z_d8);
+        - p->p_damper_rear * (partials_103 + minus_direction_rear_left_z * minus_v_mount_rear_left_z_d8);
     const real minus_tension_rear_left_d2 = p->p_skyhook * minus_v_mount_rear_left_z_d2
-        - (K(38000.0) * length_rear_left_d2 + x568);
-    const real x577 = p->p_damper_rear * (direction_rear_left_x * p_mount_front_left_x_d2
+        - (K(38000.0) * length_rear_left_d2 + partials_105);
+    const real partials_109 = p->p_damper_rear * (direction_rear_left_x * p_mount_front_left_x_d2
         + minus_direction_rear_left_y * minus_p_mount_front_left_y_d2
         - minus_direction_rear_left_z * p_mount_front_left_z_d2);
-    const real tension_rear_left_d9 = w[88] + x577;
+    const real partials_30 = w[88];
+    const real tension_rear_left_d9 = partials_30 + partials_109;
     const real tension_rear_left = w[31];
     const real force_rear_left_x_d1 = tension_rear_left * direction_rear_left_x_d1
         + direction_rear_left_x * tension_rear_left_d1;
@@ -885,124 +845,140 @@ EG_NOINLINE void active_vehicle_partials_part2(const active_vehicle_parameters *
     C[37] = minus_force_rear_left_z_d9;
     const real minus_force_rear_left_z_d12 = minus_direction_rear_left_z * tension_rear_left_d12;
     C[40] = minus_force_rear_left_z_d12;
-    const real sin_pitch = w[1];
-    const real force_rear_left_x = w[32];
-    const real cos_pitch = w[0];
-    const real minus_force_rear_left_z = w[33];
-    const real x605 = cos_pitch * minus_force_rear_left_z + sin_pitch * minus_force_rear_left_z_d1;
-    const real force_on_mount_rear_left_x_d1 = sin_pitch * force_rear_left_x - cos_pitch * force_rear_left_x_d1 - x605;
-    const real x607 = cos_pitch * force_rear_left_x_d2 - sin_pitch * force_rear_left_z_d2;
-    const real force_on_mount_rear_left_x_d5 = cos_pitch * minus_force_rear_left_x_d5
+    const real sin_pitch = w[0], force_rear_left_x = w[32], cos_pitch = w[1], minus_force_rear_left_z = w[33];
+    const real partials_110 = cos_pitch * minus_force_rear_left_z + sin_pitch * minus_force_rear_left_z_d1;
+    const real F_on_mount_rear_left_x_d1 = sin_pitch * force_rear_left_x - cos_pitch * force_rear_left_x_d1
+        - partials_110;
+    const real minus_F_on_mount_rear_left_x_d2 = cos_pitch * force_rear_left_x_d2 - sin_pitch * force_rear_left_z_d2;
+    const real F_on_mount_rear_left_x_d5 = cos_pitch * minus_force_rear_left_x_d5
         - sin_pitch * minus_force_rear_left_z_d5;
-    const real x609 = cos_pitch * force_rear_left_x_d7 + sin_pitch * minus_force_rear_left_z_d7;
-    const real force_on_mount_rear_left_x_d8 = cos_pitch * minus_force_rear_left_x_d8
-        + sin_pitch * force_rear_left_z_d8;
-    const real x611 = cos_pitch * force_rear_left_x_d9 + sin_pitch * minus_force_rear_left_z_d9;
-    const real x612 = cos_pitch * force_rear_left_x_d12 + sin_pitch * minus_force_rear_left_z_d12;
-    const real x613 = R_body_zy * force_rear_left_x + R_body_xy * force_rear_left_x_d1
+    const real minus_F_on_mount_rear_left_x_d7 = cos_pitch * force_rear_left_x_d7
+        + sin_pitch * minus_force_rear_left_z_d7;
+    const real F_on_mount_rear_left_x_d8 = cos_pitch * minus_force_rear_left_x_d8 + sin_pitch * force_rear_left_z_d8;
+    const real minus_F_on_mount_rear_left_x_d9 = cos_pitch * force_rear_left_x_d9
+        + sin_pitch * minus_force_rear_left_z_d9;
+    const real minus_F_on_mount_rear_left_x_d12 = cos_pitch * force_rear_left_x_d12
+        + sin_pitch * minus_force_rear_left_z_d12;
+    const real spring_56 = w[37], spring_57 = w[38], spring_58 = w[39];
+    const real partials_111 = R_body_zy * force_rear_left_x + R_body_xy * force_rear_left_x_d1
         + cos_roll * force_rear_left_y_d1;
-    const real x614 = x613 + (R_body_xy * minus_force_rear_left_z - R_body_zy * minus_force_rear_left_z_d1);
-    const real x615 = w[37] + R_body_xy * force_rear_left_x_d2 + (w[38] - cos_roll * minus_force_rear_left_y_d2);
-    const real x616 = x615 - (w[39] - R_body_zy * force_rear_left_z_d2);
-    const real force_on_mount_rear_left_y_d5 = R_body_xy * minus_force_rear_left_x_d5
-        - cos_roll * force_rear_left_y_d5 + R_body_zy * minus_force_rear_left_z_d5;
-    const real x618 = R_body_xy * force_rear_left_x_d7 - cos_roll * minus_force_rear_left_y_d7
-        - R_body_zy * minus_force_rear_left_z_d7;
-    const real force_on_mount_rear_left_y_d8 = R_body_xy * minus_force_rear_left_x_d8
-        - cos_roll * force_rear_left_y_d8 - R_body_zy * force_rear_left_z_d8;
-    const real x620 = R_body_xy * force_rear_left_x_d9 - cos_roll * minus_force_rear_left_y_d9
-        - R_body_zy * minus_force_rear_left_z_d9;
-    const real x621 = R_body_xy * force_rear_left_x_d12 - cos_roll * minus_force_rear_left_y_d12
-        - R_body_zy * minus_force_rear_left_z_d12;
-    const real x622 = R_body_zz * force_rear_left_x + R_body_xz * force_rear_left_x_d1
+    const real minus_F_on_mount_rear_left_y_d1 = partials_111
+        + (R_body_xy * minus_force_rear_left_z - R_body_zy * minus_force_rear_left_z_d1);
+    const real partials_112 = spring_56 + R_body_xy * force_rear_left_x_d2
+        + (spring_57 - cos_roll * minus_force_rear_left_y_d2);
+    const real minus_F_on_mount_rear_left_y_d2 = partials_112 - (spring_58 - R_body_zy * force_rear_left_z_d2);
+    const real F_on_mount_rear_left_y_d5 = R_body_xy * minus_force_rear_left_x_d5 - cos_roll * force_rear_left_y_d5
+        + R_body_zy * minus_force_rear_left_z_d5;
+    const real minus_F_on_mount_rear_left_y_d7 = R_body_xy * force_rear_left_x_d7
+        - cos_roll * minus_force_rear_left_y_d7 - R_body_zy * minus_force_rear_left_z_d7;
+    const real F_on_mount_rear_left_y_d8 = R_body_xy * minus_force_rear_left_x_d8 - cos_roll * force_rear_left_y_d8
+        - R_body_zy * force_rear_left_z_d8;
+    const real minus_F_on_mount_rear_left_y_d9 = R_body_xy * force_rear_left_x_d9
+        - cos_roll * minus_force_rear_left_y_d9 - R_body_zy * minus_force_rear_left_z_d9;
+    const real minus_F_on_mount_rear_left_y_d12 = R_body_xy * force_rear_left_x_d12
+        - cos_roll * minus_force_rear_left_y_d12 - R_body_zy * minus_force_rear_left_z_d12;
+    const real spring_53 = w[34], spring_54 = w[35], spring_55 = w[36];
+    const real partials_113 = R_body_zz * force_rear_left_x + R_body_xz * force_rear_left_x_d1
         - sin_roll * force_rear_left_y_d1;
-    const real x623 = x622 + (R_body_xz * minus_force_rear_left_z - R_body_zz * minus_force_rear_left_z_d1);
-    const real x624 = w[34] - R_body_xz * force_rear_left_x_d2 - (w[35] + sin_roll * minus_force_rear_left_y_d2);
-    const real force_on_mount_rear_left_z_d2 = x624 - (w[36] + R_body_zz * force_rear_left_z_d2);
-    const real force_on_mount_rear_left_z_d5 = R_body_xz * minus_force_rear_left_x_d5
-        + sin_roll * force_rear_left_y_d5 + R_body_zz * minus_force_rear_left_z_d5;
-    const real x627 = R_body_xz * force_rear_left_x_d7 + sin_roll * minus_force_rear_left_y_d7
-        - R_body_zz * minus_force_rear_left_z_d7;
-    const real force_on_mount_rear_left_z_d8 = R_body_xz * minus_force_rear_left_x_d8
-        + sin_roll * force_rear_left_y_d8 - R_body_zz * force_rear_left_z_d8;
-    const real x629 = R_body_xz * force_rear_left_x_d9 + sin_roll * minus_force_rear_left_y_d9
-        - R_body_zz * minus_force_rear_left_z_d9;
-    const real x630 = R_body_xz * force_rear_left_x_d12 + sin_roll * minus_force_rear_left_y_d12
-        - R_body_zz * minus_force_rear_left_z_d12;
-    const real moment_on_mount_rear_left_x_d5 = K(0.75) * force_on_mount_rear_left_z_d5;
-    K[19] = -moment_on_mount_rear_left_x_d5;
-    C[19] = K(0.75) * x630;
-    const real moment_on_mount_rear_left_y_d5 = K(1.7) * force_on_mount_rear_left_z_d5;
-    const real x633 = K(1.7) * force_on_mount_rear_left_y_d5 + K(0.75) * force_on_mount_rear_left_x_d5;
-    const real moment_on_mount_rear_left_z_d7 = K(1.7) * x618 + K(0.75) * x609;
-    const real x635 = K(1.7) * force_on_mount_rear_left_y_d8 + K(0.75) * force_on_mount_rear_left_x_d8;
-    const real moment_on_mount_rear_left_z_d9 = K(1.7) * x620 + K(0.75) * x611;
-    const real v_mount_rear_right_z_d1 = w[133] - x515 - (w[43] + w[85]);
-    const real v_mount_rear_right_z_d8 = x521 + (w[82] + x520);
-    const real v_mount_rear_right_z_d2 = w[83] + x519 - (x517 + R_body_zy * w[42]);
-    const real span_rear_right_x = w[47];
-    const real minus_span_rear_right_z = w[48];
-    const real minus_p_mount_rear_right_x = w[40];
-    const real length_rear_right = w[50];
-    const real x644 = K(0.5) / length_rear_right;
-    const real x645 = w[89] - K(2.0) * (span_rear_right_x * p_mount_front_left_x_d2)
+    const real minus_F_on_mount_rear_left_z_d1 = partials_113
+        + (R_body_xz * minus_force_rear_left_z - R_body_zz * minus_force_rear_left_z_d1);
+    const real partials_114 = spring_53 - R_body_xz * force_rear_left_x_d2
+        - (spring_54 + sin_roll * minus_force_rear_left_y_d2);
+    const real F_on_mount_rear_left_z_d2 = partials_114 - (spring_55 + R_body_zz * force_rear_left_z_d2);
+    const real F_on_mount_rear_left_z_d5 = R_body_xz * minus_force_rear_left_x_d5 + sin_roll * force_rear_left_y_d5
+        + R_body_zz * minus_force_rear_left_z_d5;
+    const real minus_F_on_mount_rear_left_z_d7 = R_body_xz * force_rear_left_x_d7
+        + sin_roll * minus_force_rear_left_y_d7 - R_body_zz * minus_force_rear_left_z_d7;
+    const real F_on_mount_rear_left_z_d8 = R_body_xz * minus_force_rear_left_x_d8 + sin_roll * force_rear_left_y_d8
+        - R_body_zz * force_rear_left_z_d8;
+    const real minus_F_on_mount_rear_left_z_d9 = R_body_xz * force_rear_left_x_d9
+        + sin_roll * minus_force_rear_left_y_d9 - R_body_zz * minus_force_rear_left_z_d9;
+    const real minus_F_on_mount_rear_left_z_d12 = R_body_xz * force_rear_left_x_d12
+        + sin_roll * minus_force_rear_left_y_d12 - R_body_zz * minus_force_rear_left_z_d12;
+    const real M_on_mount_rear_left_x_d5 = K(0.75) * F_on_mount_rear_left_z_d5;
+    K[19] = -M_on_mount_rear_left_x_d5;
+    C[19] = K(0.75) * minus_F_on_mount_rear_left_z_d12;
+    const real M_on_mount_rear_left_y_d5 = K(1.7) * F_on_mount_rear_left_z_d5;
+    const real minus_M_on_mount_rear_left_z_d5 = K(1.7) * F_on_mount_rear_left_y_d5
+        + K(0.75) * F_on_mount_rear_left_x_d5;
+    const real M_on_mount_rear_left_z_d7 = K(1.7) * minus_F_on_mount_rear_left_y_d7
+        + K(0.75) * minus_F_on_mount_rear_left_x_d7;
+    const real minus_M_on_mount_rear_left_z_d8 = K(1.7) * F_on_mount_rear_left_y_d8
+        + K(0.75) * F_on_mount_rear_left_x_d8;
+    const real M_on_mount_rear_left_z_d9 = K(1.7) * minus_F_on_mount_rear_left_y_d9
+        + K(0.75) * minus_F_on_mount_rear_left_x_d9;
+    const real partials_51 = w[132], spring_63 = w[46], spring_61 = w[42], partials_52 = w[133];
+    const real spring_62 = w[43];
+    const real v_mount_rear_right_z_d1 = partials_52 - partials_91 - (spring_62 + partials_27);
+    const real v_mount_rear_right_z_d8 = partials_95 + (partials_20 + partials_94);
+    const real v_mount_rear_right_z_d2 = partials_21 + partials_93 - (partials_92 + R_body_zy * spring_61);
+    const real spring_60 = w[41], span_rear_right_x = w[47], minus_span_rear_right_z = w[48];
+    const real minus_p_mount_rear_right_x = w[40], length_rear_right = w[50];
+    const real partials_115 = K(0.5) / length_rear_right;
+    const real partials_116 = partials_31 - K(2.0) * (span_rear_right_x * p_mount_front_left_x_d2)
         + K(2.0) * (minus_span_rear_right_z * p_mount_front_left_z_d2);
-    const real length_rear_right_d2 = x645 * x644;
-    const real minus_length_rear_right_d1 = (K(2.0) * (w[41] * span_rear_right_x)
-        + K(2.0) * (minus_p_mount_rear_right_x * minus_span_rear_right_z)) * x644;
-    const real length_rear_right_d6 = K(2.0) * minus_span_rear_right_z * x644;
-    const real x649 = w[51] * w[51];
-    const real x650 = length_rear_right_d2 * x649;
-    const real x651 = minus_length_rear_right_d1 * x649;
-    const real x652 = length_rear_right_d6 * x649;
-    const real minus_direction_rear_right_x_d1 = w[41] * w[51] - span_rear_right_x * x651;
-    const real minus_direction_rear_right_x_d2 = w[51] * p_mount_front_left_x_d2 + span_rear_right_x * x650;
-    const real minus_direction_rear_right_x_d6 = span_rear_right_x * x652;
-    const real direction_rear_right_y_d2 = w[51] * minus_p_mount_front_left_y_d2 - minus_span_front_left_y * x650;
-    const real direction_rear_right_y_d1 = minus_span_front_left_y * x651;
-    const real minus_direction_rear_right_y_d6 = minus_span_front_left_y * x652;
-    const real minus_direction_rear_right_z_d6 = w[51] - minus_span_rear_right_z * x652;
-    const real direction_rear_right_z_d1 = minus_p_mount_rear_right_x * w[51] - minus_span_rear_right_z * x651;
-    const real minus_direction_rear_right_z_d2 = w[51] * p_mount_front_left_z_d2 - minus_span_rear_right_z * x650;
-    const real direction_rear_right_x = w[52];
-    const real minus_v_mount_rear_right_x = w[44];
-    const real x664 = direction_rear_right_x * (w[75] - x509 + (x507 + R_body_xy * w[42]));
-    const real direction_rear_right_y = w[53];
-    const real v_mount_rear_right_y = w[45];
-    const real x667 = direction_rear_right_x * (w[132] + x505 + (w[46] - w[77]))
+    const real length_rear_right_d2 = partials_116 * partials_115;
+    const real minus_length_rear_right_d1 = (K(2.0) * (spring_60 * span_rear_right_x)
+        + K(2.0) * (minus_p_mount_rear_right_x * minus_span_rear_right_z)) * partials_115;
+    const real length_rear_right_d6 = K(2.0) * minus_span_rear_right_z * partials_115;
+    const real inverse_length_rear_right = w[51];
+    const real partials_117 = inverse_length_rear_right * inverse_length_rear_right;
+    const real minus_inverse_length_rear_right_d2 = length_rear_right_d2 * partials_117;
+    const real inverse_length_rear_right_d1 = minus_length_rear_right_d1 * partials_117;
+    const real minus_inverse_length_rear_right_d6 = length_rear_right_d6 * partials_117;
+    const real minus_direction_rear_right_x_d1 = spring_60 * inverse_length_rear_right
+        - span_rear_right_x * inverse_length_rear_right_d1;
+    const real minus_direction_rear_right_x_d2 = inverse_length_rear_right * p_mount_front_left_x_d2
+        + span_rear_right_x * minus_inverse_length_rear_right_d2;
+    const real minus_direction_rear_right_x_d6 = span_rear_right_x * minus_inverse_length_rear_right_d6;
+    const real direction_rear_right_y_d2 = inverse_length_rear_right * minus_p_mount_front_left_y_d2
+        - minus_span_front_left_y * minus_inverse_length_rear_right_d2;
+    const real direction_rear_right_y_d1 = minus_span_front_left_y * inverse_length_rear_right_d1;
+    const real minus_direction_rear_right_y_d6 = minus_span_front_left_y * minus_inverse_length_rear_right_d6;
+    const real minus_direction_rear_right_z_d6 = inverse_length_rear_right
+        - minus_span_rear_right_z * minus_inverse_length_rear_right_d6;
+    const real direction_rear_right_z_d1 = minus_p_mount_rear_right_x * inverse_length_rear_right
+        - minus_span_rear_right_z * inverse_length_rear_right_d1;
+    const real minus_direction_rear_right_z_d2 = inverse_length_rear_right * p_mount_front_left_z_d2
+        - minus_span_rear_right_z * minus_inverse_length_rear_right_d2;
+    const real direction_rear_right_x = w[52], minus_v_mount_rear_right_x = w[44];
+    const real partials_118 = direction_rear_right_x * (partials_8 - partials_86
+        + (partials_85 + R_body_xy * spring_61));
+    const real direction_rear_right_y = w[53], v_mount_rear_right_y = w[45];
+    const real partials_119 = direction_rear_right_x * (partials_51 + partials_84 + (spring_63 - partials_14))
         + minus_v_mount_rear_right_x * minus_direction_rear_right_x_d1;
-    const real x668 = direction_rear_right_y * (x513 - (x512 - cos_roll * w[42]))
+    const real partials_120 = direction_rear_right_y * (partials_90 - (partials_89 - cos_roll * spring_61))
         - v_mount_rear_right_y * direction_rear_right_y_d2;
-    const real minus_direction_rear_right_z = w[54];
-    const real minus_rate_rear_right_z = w[49];
-    const real x671 = x667 - (direction_rear_right_y * minus_v_mount_front_left_y_d1
+    const real minus_direction_rear_right_z = w[54], minus_rate_rear_right_z = w[49];
+    const real partials_121 = partials_119 - (direction_rear_right_y * minus_v_mount_front_left_y_d1
         - v_mount_rear_right_y * direction_rear_right_y_d1);
-    const real x672 = direction_rear_right_x * (x511 - (w[74] - x510))
+    const real partials_122 = direction_rear_right_x * (partials_88 - (partials_7 - partials_87))
         + direction_rear_right_y * v_mount_rear_left_y_d8;
-    const real x673 = minus_direction_rear_right_z * v_mount_rear_right_z_d2
+    const real partials_123 = minus_direction_rear_right_z * v_mount_rear_right_z_d2
         - minus_rate_rear_right_z * minus_direction_rear_right_z_d2;
     const real tension_rear_right_d13 = p->p_damper_rear * minus_direction_rear_right_z;
-    const real x675 = p->p_damper_rear * (x664 - minus_v_mount_rear_right_x * minus_direction_rear_right_x_d2 + x668
-        + x673);
-    const real x676 = p->p_damper_rear * (x671 - (minus_direction_rear_right_z * v_mount_rear_right_z_d1
+    const real partials_124 = p->p_damper_rear * (partials_118
+        - minus_v_mount_rear_right_x * minus_direction_rear_right_x_d2 + partials_120 + partials_123);
+    const real partials_125 = p->p_damper_rear * (partials_121
+        - (minus_direction_rear_right_z * v_mount_rear_right_z_d1
         + minus_rate_rear_right_z * direction_rear_right_z_d1));
-    const real x677 = p->p_damper_rear * (minus_v_mount_rear_right_x * minus_direction_rear_right_x_d6
+    const real partials_126 = p->p_damper_rear * (minus_v_mount_rear_right_x * minus_direction_rear_right_x_d6
         - v_mount_rear_right_y * minus_direction_rear_right_y_d6
         + minus_rate_rear_right_z * minus_direction_rear_right_z_d6);
-    const real tension_rear_right_d6 = K(38000.0) * length_rear_right_d6 + x677;
+    const real tension_rear_right_d6 = K(38000.0) * length_rear_right_d6 + partials_126;
     const real tension_rear_right_d1 = p->p_skyhook * v_mount_rear_right_z_d1
-        - (K(38000.0) * minus_length_rear_right_d1 - x676);
-    const real x680 = p->p_damper_rear * (direction_rear_right_x * minus_v_mount_front_left_x_d7
+        - (K(38000.0) * minus_length_rear_right_d1 - partials_125);
+    const real partials_127 = p->p_damper_rear * (direction_rear_right_x * minus_v_mount_front_left_x_d7
         - direction_rear_right_y * v_mount_front_left_y_d7 + minus_direction_rear_right_z * v_mount_front_left_z_d7);
-    const real tension_rear_right_d7 = w[87] - x680;
+    const real tension_rear_right_d7 = partials_29 - partials_127;
     const real tension_rear_right_d8 = p->p_skyhook * v_mount_rear_right_z_d8
-        + p->p_damper_rear * (x672 - minus_direction_rear_right_z * v_mount_rear_right_z_d8);
+        + p->p_damper_rear * (partials_122 - minus_direction_rear_right_z * v_mount_rear_right_z_d8);
     const real tension_rear_right_d2 = p->p_skyhook * v_mount_rear_right_z_d2
-        + (K(38000.0) * length_rear_right_d2 - x675);
-    const real x684 = p->p_damper_rear * (direction_rear_right_x * p_mount_front_left_x_d2
+        + (K(38000.0) * length_rear_right_d2 - partials_124);
+    const real partials_128 = p->p_damper_rear * (direction_rear_right_x * p_mount_front_left_x_d2
         - direction_rear_right_y * minus_p_mount_front_left_y_d2
         - minus_direction_rear_right_z * p_mount_front_left_z_d2);
-    const real minus_tension_rear_right_d9 = w[88] + x684;
+    const real minus_tension_rear_right_d9 = partials_30 + partials_128;
     const real tension_rear_right = w[55];
     const real minus_force_rear_right_x_d1 = tension_rear_right * minus_direction_rear_right_x_d1
         - direction_rear_right_x * tension_rear_right_d1;
@@ -1041,179 +1017,219 @@ EG_NOINLINE void active_vehicle_partials_part2(const active_vehicle_parameters *
     C[44] = -force_rear_right_z_d9;
     const real minus_force_rear_right_z_d13 = minus_direction_rear_right_z * tension_rear_right_d13;
     C[48] = minus_force_rear_right_z_d13;
-    const real force_rear_right_x = w[56];
-    const real minus_force_rear_right_z = w[57];
-    const real x710 = cos_pitch * minus_force_rear_right_z - sin_pitch * force_rear_right_z_d1;
-    const real force_on_mount_rear_right_x_d1 = sin_pitch * force_rear_right_x
-        + cos_pitch * minus_force_rear_right_x_d1 - x710;
-    const real force_on_mount_rear_right_x_d2 = cos_pitch * minus_force_rear_right_x_d2
+    const real force_rear_right_x = w[56], minus_force_rear_right_z = w[57];
+    const real partials_129 = cos_pitch * minus_force_rear_right_z - sin_pitch * force_rear_right_z_d1;
+    const real F_on_mount_rear_right_x_d1 = sin_pitch * force_rear_right_x + cos_pitch * minus_force_rear_right_x_d1
+        - partials_129;
+    const real F_on_mount_rear_right_x_d2 = cos_pitch * minus_force_rear_right_x_d2
         - sin_pitch * minus_force_rear_right_z_d2;
-    const real force_on_mount_rear_right_x_d6 = cos_pitch * minus_force_rear_right_x_d6
+    const real F_on_mount_rear_right_x_d6 = cos_pitch * minus_force_rear_right_x_d6
         - sin_pitch * minus_force_rear_right_z_d6;
-    const real x714 = cos_pitch * force_rear_right_x_d7 + sin_pitch * minus_force_rear_right_z_d7;
-    const real x715 = cos_pitch * force_rear_right_x_d8 + sin_pitch * minus_force_rear_right_z_d8;
-    const real force_on_mount_rear_right_x_d9 = cos_pitch * minus_force_rear_right_x_d9
-        + sin_pitch * force_rear_right_z_d9;
-    const real x717 = cos_pitch * force_rear_right_x_d13 + sin_pitch * minus_force_rear_right_z_d13;
-    const real x718 = R_body_zy * force_rear_right_x - R_body_xy * minus_force_rear_right_x_d1
+    const real minus_F_on_mount_rear_right_x_d7 = cos_pitch * force_rear_right_x_d7
+        + sin_pitch * minus_force_rear_right_z_d7;
+    const real minus_F_on_mount_rear_right_x_d8 = cos_pitch * force_rear_right_x_d8
+        + sin_pitch * minus_force_rear_right_z_d8;
+    const real F_on_mount_rear_right_x_d9 = cos_pitch * minus_force_rear_right_x_d9 + sin_pitch * force_rear_right_z_d9;
+    const real minus_F_on_mount_rear_right_x_d13 = cos_pitch * force_rear_right_x_d13
+        + sin_pitch * minus_force_rear_right_z_d13;
+    const real spring_68 = w[61], spring_69 = w[62], spring_70 = w[63];
+    const real partials_130 = R_body_zy * force_rear_right_x - R_body_xy * minus_force_rear_right_x_d1
         + cos_roll * force_rear_right_y_d1;
-    const real x719 = x718 + (R_body_xy * minus_force_rear_right_z + R_body_zy * force_rear_right_z_d1);
-    const real x720 = w[61] - R_body_xy * minus_force_rear_right_x_d2 - (w[62] - cos_roll * force_rear_right_y_d2);
-    const real x721 = x720 - (w[63] + R_body_zy * minus_force_rear_right_z_d2);
-    const real force_on_mount_rear_right_y_d6 = R_body_xy * minus_force_rear_right_x_d6
+    const real minus_F_on_mount_rear_right_y_d1 = partials_130
+        + (R_body_xy * minus_force_rear_right_z + R_body_zy * force_rear_right_z_d1);
+    const real partials_131 = spring_68 - R_body_xy * minus_force_rear_right_x_d2
+        - (spring_69 - cos_roll * force_rear_right_y_d2);
+    const real minus_F_on_mount_rear_right_y_d2 = partials_131 - (spring_70 + R_body_zy * minus_force_rear_right_z_d2);
+    const real F_on_mount_rear_right_y_d6 = R_body_xy * minus_force_rear_right_x_d6
         + cos_roll * minus_force_rear_right_y_d6 + R_body_zy * minus_force_rear_right_z_d6;
-    const real x723 = R_body_xy * force_rear_right_x_d7 + cos_roll * force_rear_right_y_d7
+    const real minus_F_on_mount_rear_right_y_d7 = R_body_xy * force_rear_right_x_d7 + cos_roll * force_rear_right_y_d7
         - R_body_zy * minus_force_rear_right_z_d7;
-    const real x724 = R_body_xy * force_rear_right_x_d8 + cos_roll * force_rear_right_y_d8
+    const real minus_F_on_mount_rear_right_y_d8 = R_body_xy * force_rear_right_x_d8 + cos_roll * force_rear_right_y_d8
         - R_body_zy * minus_force_rear_right_z_d8;
-    const real force_on_mount_rear_right_y_d9 = R_body_xy * minus_force_rear_right_x_d9
+    const real F_on_mount_rear_right_y_d9 = R_body_xy * minus_force_rear_right_x_d9
         + cos_roll * minus_force_rear_right_y_d9 - R_body_zy * force_rear_right_z_d9;
-    const real x726 = R_body_xy * force_rear_right_x_d13 + cos_roll * force_rear_right_y_d13
-        - R_body_zy * minus_force_rear_right_z_d13;
-    const real x727 = R_body_zz * force_rear_right_x - R_body_xz * minus_force_rear_right_x_d1
+    const real minus_F_on_mount_rear_right_y_d13 = R_body_xy * force_rear_right_x_d13
+        + cos_roll * force_rear_right_y_d13 - R_body_zy * minus_force_rear_right_z_d13;
+    const real spring_65 = w[58], spring_66 = w[59], spring_67 = w[60];
+    const real partials_132 = R_body_zz * force_rear_right_x - R_body_xz * minus_force_rear_right_x_d1
         - sin_roll * force_rear_right_y_d1;
-    const real x728 = x727 + (R_body_xz * minus_force_rear_right_z + R_body_zz * force_rear_right_z_d1);
-    const real x729 = w[58] + R_body_xz * minus_force_rear_right_x_d2 + (w[59] + sin_roll * force_rear_right_y_d2);
-    const real force_on_mount_rear_right_z_d2 = x729 - (w[60] - R_body_zz * minus_force_rear_right_z_d2);
-    const real force_on_mount_rear_right_z_d6 = R_body_xz * minus_force_rear_right_x_d6
+    const real minus_F_on_mount_rear_right_z_d1 = partials_132
+        + (R_body_xz * minus_force_rear_right_z + R_body_zz * force_rear_right_z_d1);
+    const real partials_133 = spring_65 + R_body_xz * minus_force_rear_right_x_d2
+        + (spring_66 + sin_roll * force_rear_right_y_d2);
+    const real F_on_mount_rear_right_z_d2 = partials_133 - (spring_67 - R_body_zz * minus_force_rear_right_z_d2);
+    const real F_on_mount_rear_right_z_d6 = R_body_xz * minus_force_rear_right_x_d6
         - sin_roll * minus_force_rear_right_y_d6 + R_body_zz * minus_force_rear_right_z_d6;
-    const real x732 = R_body_xz * force_rear_right_x_d7 - sin_roll * force_rear_right_y_d7
+    const real minus_F_on_mount_rear_right_z_d7 = R_body_xz * force_rear_right_x_d7 - sin_roll * force_rear_right_y_d7
         - R_body_zz * minus_force_rear_right_z_d7;
-    const real x733 = R_body_xz * force_rear_right_x_d8 - sin_roll * force_rear_right_y_d8
+    const real minus_F_on_mount_rear_right_z_d8 = R_body_xz * force_rear_right_x_d8 - sin_roll * force_rear_right_y_d8
         - R_body_zz * minus_force_rear_right_z_d8;
-    const real force_on_mount_rear_right_z_d9 = R_body_xz * minus_force_rear_right_x_d9
+    const real F_on_mount_rear_right_z_d9 = R_body_xz * minus_force_rear_right_x_d9
         - sin_roll * minus_force_rear_right_y_d9 - R_body_zz * force_rear_right_z_d9;
-    const real x735 = R_body_xz * force_rear_right_x_d13 - sin_roll * force_rear_right_y_d13
-        - R_body_zz * minus_force_rear_right_z_d13;
-    const real x736 = K(0.75) * force_on_mount_rear_right_z_d6;
-    K[20] = x736;
-    C[20] = -(K(0.75) * x735);
-    const real moment_on_mount_rear_right_y_d6 = K(1.7) * force_on_mount_rear_right_z_d6;
-    const real x738 = K(1.7) * force_on_mount_rear_right_y_d6 - K(0.75) * force_on_mount_rear_right_x_d6;
-    K[15] = -(moment_on_mount_front_left_x_d1 - x438 - K(0.75) * x623 + K(0.75) * x728);
-    K[14] = -(x441 - moment_on_mount_front_right_x_d4 - moment_on_mount_rear_left_x_d5 + x736);
-    C[14] = -(moment_on_mount_front_left_x_d7 - x444 - K(0.75) * x627 + K(0.75) * x732);
-    C[16] = -(moment_on_mount_front_left_x_d9 + moment_on_mount_front_right_x_d9 - K(0.75) * x629
-        - K(0.75) * force_on_mount_rear_right_z_d9);
-    const real x739 = moment_on_mount_front_left_z_d1 + (w[169] - w[176])
-        + (K(1.7) * x614 - K(0.75) * force_on_mount_rear_left_x_d1);
-    const real x740 = moment_on_mount_front_left_z_d2 + (w[170] + w[177]) + (K(1.7) * x616 + K(0.75) * x607);
-    const real x741 = moment_on_mount_front_left_z_d7 + (w[172] + K(0.75) * force_on_mount_front_right_x_d7)
-        + moment_on_mount_rear_left_z_d7;
-    const real x742 = x465 + (w[173] + K(0.75) * x433) + x635;
-    const real x743 = moment_on_mount_front_left_z_d9 - (w[174] + K(0.75) * x434) + moment_on_mount_rear_left_z_d9;
-    const real x744 = cos_roll * (moment_on_mount_front_left_y_d2 + moment_on_mount_front_right_y_d2
-        + K(1.7) * force_on_mount_rear_left_z_d2 + K(1.7) * force_on_mount_rear_right_z_d2);
-    const real x745 = w[124];
-    const real x746 = w[168];
-    const real moment_on_mount_front_left_z_d10 = w[131];
-    const real x748 = w[65] + sin_roll * (x740 + (K(1.7) * x721 + K(0.75) * force_on_mount_rear_right_x_d2));
-    const real x749 = cos_roll * (x449 + x450 + K(1.7) * x623 + K(1.7) * x728);
-    K[8] = x749 + sin_roll * (x739 + (K(1.7) * x719 + K(0.75) * force_on_mount_rear_right_x_d1));
-    K[10] = -(cos_roll * moment_on_mount_front_left_y_d3 + sin_roll * x463);
-    const real x750 = sin_roll * (x463 + x436 + x633 + x738);
-    K[7] = cos_roll * (moment_on_mount_front_left_y_d3 + moment_on_mount_front_right_y_d4
-        + moment_on_mount_rear_left_y_d5 + moment_on_mount_rear_right_y_d6) + x750;
-    const real x751 = cos_roll * (x455 + x456 + K(1.7) * x627 + K(1.7) * x732);
-    C[7] = x751 + sin_roll * (x741 + (K(1.7) * x723 - K(0.75) * x714));
-    const real x752 = cos_roll * (moment_on_mount_front_left_y_d8 + moment_on_mount_front_right_y_d8
-        + K(1.7) * force_on_mount_rear_left_z_d8 - K(1.7) * x733);
-    const real x753 = cos_roll * (x459 - moment_on_mount_front_right_y_d9 + K(1.7) * x629
-        - K(1.7) * force_on_mount_rear_right_z_d9);
-    C[10] = cos_roll * x745 + sin_roll * moment_on_mount_front_left_z_d10;
-    K[11] = -(cos_roll * moment_on_mount_front_right_y_d4 + sin_roll * x436);
-    C[11] = cos_roll * x746 + sin_roll * (w[175] + K(0.75) * force_on_mount_front_right_x_d11);
-    K[12] = -(cos_roll * moment_on_mount_rear_left_y_d5 + sin_roll * x633);
-    const real x754 = sin_roll * (K(1.7) * x621 + K(0.75) * x612);
-    C[12] = cos_roll * (K(1.7) * x630) + x754;
-    K[13] = -(cos_roll * moment_on_mount_rear_right_y_d6 + sin_roll * x738);
-    const real x755 = sin_roll * (K(1.7) * x726 - K(0.75) * x717);
-    C[13] = cos_roll * (K(1.7) * x735) + x755;
-    const real force_on_mount_front_left_y_d10 = w[104];
-    const real force_on_mount_front_right_y_d11 = w[148];
-    const real force_on_mount_front_left_z_d10 = w[111];
-    const real force_on_mount_front_right_z_d11 = w[155];
-    const real x760 = w[67] + cos_roll * (x489 + x490 - force_on_mount_rear_left_z_d2 - force_on_mount_rear_right_z_d2);
-    const real x761 = cos_roll * (force_on_mount_front_left_z_d1 + force_on_mount_front_right_z_d1 - x623 - x728);
-    const real x762 = cos_roll * (x491 + x492 - force_on_mount_rear_left_z_d5 - force_on_mount_rear_right_z_d6);
-    const real x763 = cos_roll * (force_on_mount_front_left_z_d7 + force_on_mount_front_right_z_d7 - x627 - x732);
-    const real x764 = cos_roll * (x495 + x496 - force_on_mount_rear_left_z_d8 + x733);
-    const real x765 = cos_roll * (force_on_mount_front_left_z_d9 - x498 - x629 + force_on_mount_rear_right_z_d9);
-    const real x766 = cos_pitch * (sin_roll * (force_on_mount_front_left_y_d1 + force_on_mount_front_right_y_d1 - x614
-        - x719) + x761);
-    const real x767 = w[66] + sin_roll * (force_on_mount_front_left_y_d2 + force_on_mount_front_right_y_d2 - x616
-        - x721) - x760;
-    const real force_on_mount_front_left_x_d10 = w[97];
-    const real x769 = w[69] - sin_pitch * (x467 + x468 - force_on_mount_rear_left_x_d1
-        - force_on_mount_rear_right_x_d1);
-    K[1] = w[68] - x766 + x769;
-    K[2] = -(cos_pitch * x767 + sin_pitch * (x469 - force_on_mount_front_right_x_d2 + x607
-        - force_on_mount_rear_right_x_d2));
-    K[3] = cos_pitch * (sin_roll * x479 + cos_roll * x491) - sin_pitch * x471;
-    const real x770 = cos_pitch * (sin_roll * (x479 + x480 - force_on_mount_rear_left_y_d5
-        - force_on_mount_rear_right_y_d6) + x762);
-    K[0] = -(x770 - sin_pitch * (x471 + x431 - force_on_mount_rear_left_x_d5 - force_on_mount_rear_right_x_d6));
-    const real x771 = cos_pitch * (sin_roll * (force_on_mount_front_left_y_d7 + force_on_mount_front_right_y_d7 - x618
-        - x723) + x763);
-    C[0] = -(x771 - sin_pitch * (force_on_mount_front_left_x_d7 + force_on_mount_front_right_x_d7 - x609 - x714));
-    const real x772 = cos_pitch * (sin_roll * (x483 + x484 - force_on_mount_rear_left_y_d8 + x724) + x764);
-    C[1] = x772 - sin_pitch * (x473 + x433 - force_on_mount_rear_left_x_d8 + x715);
-    const real x773 = cos_pitch * (sin_roll * (force_on_mount_front_left_y_d9 - x486 - x620
-        + force_on_mount_rear_right_y_d9) + x765);
-    C[2] = -(x773 - sin_pitch * (force_on_mount_front_left_x_d9 - x434 - x611 + force_on_mount_rear_right_x_d9));
-    C[3] = -(cos_pitch * (sin_roll * force_on_mount_front_left_y_d10 + cos_roll * force_on_mount_front_left_z_d10)
-        - sin_pitch * force_on_mount_front_left_x_d10);
-    K[4] = cos_pitch * (sin_roll * x480 + cos_roll * x492) - sin_pitch * x431;
-    C[4] = -(cos_pitch * (sin_roll * force_on_mount_front_right_y_d11 + cos_roll * force_on_mount_front_right_z_d11)
-        - sin_pitch * force_on_mount_front_right_x_d11);
-    K[5] = -(cos_pitch * (sin_roll * force_on_mount_rear_left_y_d5 + cos_roll * force_on_mount_rear_left_z_d5)
-        - sin_pitch * force_on_mount_rear_left_x_d5);
-    C[5] = cos_pitch * (sin_roll * x621 + cos_roll * x630) - sin_pitch * x612;
-    K[6] = -(cos_pitch * (sin_roll * force_on_mount_rear_right_y_d6 + cos_roll * force_on_mount_rear_right_z_d6)
-        - sin_pitch * force_on_mount_rear_right_x_d6);
-    C[6] = cos_pitch * (sin_roll * x726 + cos_roll * x735) - sin_pitch * x717;
+    const real minus_F_on_mount_rear_right_z_d13 = R_body_xz * force_rear_right_x_d13
+        - sin_roll * force_rear_right_y_d13 - R_body_zz * minus_force_rear_right_z_d13;
+    const real minus_M_on_mount_rear_right_x_d6 = K(0.75) * F_on_mount_rear_right_z_d6;
+    K[20] = minus_M_on_mount_rear_right_x_d6;
+    C[20] = -(K(0.75) * minus_F_on_mount_rear_right_z_d13);
+    const real M_on_mount_rear_right_y_d6 = K(1.7) * F_on_mount_rear_right_z_d6;
+    const real minus_M_on_mount_rear_right_z_d6 = K(1.7) * F_on_mount_rear_right_y_d6
+        - K(0.75) * F_on_mount_rear_right_x_d6;
+    K[15] = -(M_on_mount_front_left_x_d1 - minus_M_on_mount_front_right_x_d1
+        - K(0.75) * minus_F_on_mount_rear_left_z_d1 + K(0.75) * minus_F_on_mount_rear_right_z_d1);
+    K[14] = -(minus_M_on_mount_front_left_x_d3 - M_on_mount_front_right_x_d4 - M_on_mount_rear_left_x_d5
+        + minus_M_on_mount_rear_right_x_d6);
+    C[14] = -(M_on_mount_front_left_x_d7 - minus_M_on_mount_front_right_x_d7
+        - K(0.75) * minus_F_on_mount_rear_left_z_d7 + K(0.75) * minus_F_on_mount_rear_right_z_d7);
+    C[16] = -(M_on_mount_front_left_x_d9 + M_on_mount_front_right_x_d9 - K(0.75) * minus_F_on_mount_rear_left_z_d9
+        - K(0.75) * F_on_mount_rear_right_z_d9);
+    const real partials_134 = M_on_mount_front_left_z_d1 + (partials_72 - partials_79)
+        + (K(1.7) * minus_F_on_mount_rear_left_y_d1 - K(0.75) * F_on_mount_rear_left_x_d1);
+    const real partials_135 = M_on_mount_front_left_z_d2 + (partials_73 + partials_80)
+        + (K(1.7) * minus_F_on_mount_rear_left_y_d2 + K(0.75) * minus_F_on_mount_rear_left_x_d2);
+    const real partials_136 = M_on_mount_front_left_z_d7 + (partials_75 + K(0.75) * F_on_mount_front_right_x_d7)
+        + M_on_mount_rear_left_z_d7;
+    const real partials_137 = minus_M_on_mount_front_left_z_d8
+        + (partials_76 + K(0.75) * minus_F_on_mount_front_right_x_d8) + minus_M_on_mount_rear_left_z_d8;
+    const real partials_138 = M_on_mount_front_left_z_d9 - (partials_77 + K(0.75) * minus_F_on_mount_front_right_x_d9)
+        + M_on_mount_rear_left_z_d9;
+    const real partials_139 = cos_roll * (M_on_mount_front_left_y_d2 + M_on_mount_front_right_y_d2
+        + K(1.7) * F_on_mount_rear_left_z_d2 + K(1.7) * F_on_mount_rear_right_z_d2);
+    const real applied_1 = w[64], minus_M_on_mount_front_left_y_d10 = w[124];
+    const real minus_M_on_mount_front_right_y_d11 = w[168], applied_2 = w[65];
+    const real M_on_mount_front_left_z_d10 = w[131];
+    const real partials_140 = applied_2 + sin_roll * (partials_135
+        + (K(1.7) * minus_F_on_mount_rear_right_y_d2 + K(0.75) * F_on_mount_rear_right_x_d2));
+    const real partials_141 = cos_roll * (minus_M_on_mount_front_left_y_d1 + minus_M_on_mount_front_right_y_d1
+        + K(1.7) * minus_F_on_mount_rear_left_z_d1 + K(1.7) * minus_F_on_mount_rear_right_z_d1);
+    K[8] = partials_141 + sin_roll * (partials_134 + (K(1.7) * minus_F_on_mount_rear_right_y_d1
+        + K(0.75) * F_on_mount_rear_right_x_d1));
+    K[10] = -(cos_roll * M_on_mount_front_left_y_d3 + sin_roll * minus_M_on_mount_front_left_z_d3);
+    const real partials_142 = sin_roll * (minus_M_on_mount_front_left_z_d3 + minus_M_on_mount_front_right_z_d4
+        + minus_M_on_mount_rear_left_z_d5 + minus_M_on_mount_rear_right_z_d6);
+    K[7] = cos_roll * (M_on_mount_front_left_y_d3 + M_on_mount_front_right_y_d4 + M_on_mount_rear_left_y_d5
+        + M_on_mount_rear_right_y_d6) + partials_142;
+    const real partials_143 = cos_roll * (minus_M_on_mount_front_left_y_d7 + minus_M_on_mount_front_right_y_d7
+        + K(1.7) * minus_F_on_mount_rear_left_z_d7 + K(1.7) * minus_F_on_mount_rear_right_z_d7);
+    C[7] = partials_143 + sin_roll * (partials_136 + (K(1.7) * minus_F_on_mount_rear_right_y_d7
+        - K(0.75) * minus_F_on_mount_rear_right_x_d7));
+    const real partials_144 = cos_roll * (M_on_mount_front_left_y_d8 + M_on_mount_front_right_y_d8
+        + K(1.7) * F_on_mount_rear_left_z_d8 - K(1.7) * minus_F_on_mount_rear_right_z_d8);
+    const real partials_145 = cos_roll * (minus_M_on_mount_front_left_y_d9 - M_on_mount_front_right_y_d9
+        + K(1.7) * minus_F_on_mount_rear_left_z_d9 - K(1.7) * F_on_mount_rear_right_z_d9);
+    C[10] = cos_roll * minus_M_on_mount_front_left_y_d10 + sin_roll * M_on_mount_front_left_z_d10;
+    K[11] = -(cos_roll * M_on_mount_front_right_y_d4 + sin_roll * minus_M_on_mount_front_right_z_d4);
+    C[11] = cos_roll * minus_M_on_mount_front_right_y_d11 + sin_roll * (partials_78
+        + K(0.75) * F_on_mount_front_right_x_d11);
+    K[12] = -(cos_roll * M_on_mount_rear_left_y_d5 + sin_roll * minus_M_on_mount_rear_left_z_d5);
+    const real partials_146 = sin_roll * (K(1.7) * minus_F_on_mount_rear_left_y_d12
+        + K(0.75) * minus_F_on_mount_rear_left_x_d12);
+    C[12] = cos_roll * (K(1.7) * minus_F_on_mount_rear_left_z_d12) + partials_146;
+    K[13] = -(cos_roll * M_on_mount_rear_right_y_d6 + sin_roll * minus_M_on_mount_rear_right_z_d6);
+    const real partials_147 = sin_roll * (K(1.7) * minus_F_on_mount_rear_right_y_d13
+        - K(0.75) * minus_F_on_mount_rear_right_x_d13);
+    C[13] = cos_roll * (K(1.7) * minus_F_on_mount_rear_right_z_d13) + partials_147;
+    const real applied_3 = w[66], F_on_mount_front_left_y_d10 = w[104], F_on_mount_front_right_y_d11 = w[148];
+    const real applied_4 = w[67], F_on_mount_front_left_z_d10 = w[111], F_on_mount_front_right_z_d11 = w[155];
+    const real partials_148 = applied_4 + cos_roll * (minus_F_on_mount_front_left_z_d2
+        + minus_F_on_mount_front_right_z_d2 - F_on_mount_rear_left_z_d2 - F_on_mount_rear_right_z_d2);
+    const real partials_149 = cos_roll * (F_on_mount_front_left_z_d1 + F_on_mount_front_right_z_d1
+        - minus_F_on_mount_rear_left_z_d1 - minus_F_on_mount_rear_right_z_d1);
+    const real partials_150 = cos_roll * (minus_F_on_mount_front_left_z_d3 + minus_F_on_mount_front_right_z_d4
+        - F_on_mount_rear_left_z_d5 - F_on_mount_rear_right_z_d6);
+    const real partials_151 = cos_roll * (F_on_mount_front_left_z_d7 + F_on_mount_front_right_z_d7
+        - minus_F_on_mount_rear_left_z_d7 - minus_F_on_mount_rear_right_z_d7);
+    const real partials_152 = cos_roll * (minus_F_on_mount_front_left_z_d8 + minus_F_on_mount_front_right_z_d8
+        - F_on_mount_rear_left_z_d8 + minus_F_on_mount_rear_right_z_d8);
+    const real partials_153 = cos_roll * (F_on_mount_front_left_z_d9 - minus_F_on_mount_front_right_z_d9
+        - minus_F_on_mount_rear_left_z_d9 + F_on_mount_rear_right_z_d9);
+    const real partials_154 = cos_pitch * (sin_roll * (F_on_mount_front_left_y_d1 + F_on_mount_front_right_y_d1
+        - minus_F_on_mount_rear_left_y_d1 - minus_F_on_mount_rear_right_y_d1) + partials_149);
+    const real applied_5 = w[68];
+    const real partials_155 = applied_3 + sin_roll * (F_on_mount_front_left_y_d2 + F_on_mount_front_right_y_d2
+        - minus_F_on_mount_rear_left_y_d2 - minus_F_on_mount_rear_right_y_d2) - partials_148;
+    const real applied_6 = w[69], F_on_mount_front_left_x_d10 = w[97];
+    const real partials_156 = applied_6 - sin_pitch * (minus_F_on_mount_front_left_x_d1
+        + minus_F_on_mount_front_right_x_d1 - F_on_mount_rear_left_x_d1 - F_on_mount_rear_right_x_d1);
+    K[1] = applied_5 - partials_154 + partials_156;
+    K[2] = -(cos_pitch * partials_155 + sin_pitch * (minus_F_on_mount_front_left_x_d2 - F_on_mount_front_right_x_d2
+        + minus_F_on_mount_rear_left_x_d2 - F_on_mount_rear_right_x_d2));
+    K[3] = cos_pitch * (sin_roll * minus_F_on_mount_front_left_y_d3 + cos_roll * minus_F_on_mount_front_left_z_d3)
+        - sin_pitch * minus_F_on_mount_front_left_x_d3;
+    const real partials_157 = cos_pitch * (sin_roll * (minus_F_on_mount_front_left_y_d3
+        + minus_F_on_mount_front_right_y_d4 - F_on_mount_rear_left_y_d5 - F_on_mount_rear_right_y_d6) + partials_150);
+    K[0] = -(partials_157 - sin_pitch * (minus_F_on_mount_front_left_x_d3 + minus_F_on_mount_front_right_x_d4
+        - F_on_mount_rear_left_x_d5 - F_on_mount_rear_right_x_d6));
+    const real partials_158 = cos_pitch * (sin_roll * (F_on_mount_front_left_y_d7 + F_on_mount_front_right_y_d7
+        - minus_F_on_mount_rear_left_y_d7 - minus_F_on_mount_rear_right_y_d7) + partials_151);
+    C[0] = -(partials_158 - sin_pitch * (F_on_mount_front_left_x_d7 + F_on_mount_front_right_x_d7
+        - minus_F_on_mount_rear_left_x_d7 - minus_F_on_mount_rear_right_x_d7));
+    const real partials_159 = cos_pitch * (sin_roll * (minus_F_on_mount_front_left_y_d8
+        + minus_F_on_mount_front_right_y_d8 - F_on_mount_rear_left_y_d8 + minus_F_on_mount_rear_right_y_d8)
+        + partials_152);
+    C[1] = partials_159 - sin_pitch * (minus_F_on_mount_front_left_x_d8 + minus_F_on_mount_front_right_x_d8
+        - F_on_mount_rear_left_x_d8 + minus_F_on_mount_rear_right_x_d8);
+    const real partials_160 = cos_pitch * (sin_roll * (F_on_mount_front_left_y_d9 - minus_F_on_mount_front_right_y_d9
+        - minus_F_on_mount_rear_left_y_d9 + F_on_mount_rear_right_y_d9) + partials_153);
+    C[2] = -(partials_160 - sin_pitch * (F_on_mount_front_left_x_d9 - minus_F_on_mount_front_right_x_d9
+        - minus_F_on_mount_rear_left_x_d9 + F_on_mount_rear_right_x_d9));
+    C[3] = -(cos_pitch * (sin_roll * F_on_mount_front_left_y_d10 + cos_roll * F_on_mount_front_left_z_d10)
+        - sin_pitch * F_on_mount_front_left_x_d10);
+    K[4] = cos_pitch * (sin_roll * minus_F_on_mount_front_right_y_d4 + cos_roll * minus_F_on_mount_front_right_z_d4)
+        - sin_pitch * minus_F_on_mount_front_right_x_d4;
+    C[4] = -(cos_pitch * (sin_roll * F_on_mount_front_right_y_d11 + cos_roll * F_on_mount_front_right_z_d11)
+        - sin_pitch * F_on_mount_front_right_x_d11);
+    K[5] = -(cos_pitch * (sin_roll * F_on_mount_rear_left_y_d5 + cos_roll * F_on_mount_rear_left_z_d5)
+        - sin_pitch * F_on_mount_rear_left_x_d5);
+    C[5] = cos_pitch * (sin_roll * minus_F_on_mount_rear_left_y_d12 + cos_roll * minus_F_on_mount_rear_left_z_d12)
+        - sin_pitch * minus_F_on_mount_rear_left_x_d12;
+    K[6] = -(cos_pitch * (sin_roll * F_on_mount_rear_right_y_d6 + cos_roll * F_on_mount_rear_right_z_d6)
+        - sin_pitch * F_on_mount_rear_right_x_d6);
+    C[6] = cos_pitch * (sin_roll * minus_F_on_mount_rear_right_y_d13 + cos_roll * minus_F_on_mount_rear_right_z_d13)
+        - sin_pitch * minus_F_on_mount_rear_right_x_d13;
     const real minus_force_front_left_z_d3 = w[90];
     K[24] = K(190000.0) + minus_force_front_left_z_d3;
     const real minus_force_front_right_z_d4 = w[134];
     K[32] = K(190000.0) + minus_force_front_right_z_d4;
     K[40] = K(190000.0) + minus_force_rear_left_z_d5;
     K[48] = K(190000.0) + minus_force_rear_right_z_d6;
-    const real minus_omega_body_z = w[6];
-    const real omega_body_y = w[5];
-    const real x778 = K(60.0) * v[2];
-    const real x779 = K(400.0) * v[2];
+    const real minus_omega_body_z = w[6], omega_body_y = w[5];
+    const real x834 = K(60.0) * v[2];
+    const real x835 = K(400.0) * v[2];
 
     /* Centripetal and Coriolis acceleration of link body */
     const real minus_alpha0_body_y = v[2] * minus_omega_body_z;
     const real minus_alpha0_body_z = v[2] * omega_body_y;
-    const real x782 = omega_body_y * omega_body_y + minus_omega_body_z * minus_omega_body_z;
+    const real centripetal_1 = omega_body_y * omega_body_y + minus_omega_body_z * minus_omega_body_z;
 
     /* Acceleration of link body */
-    const real x783 = a[1] * cos_roll;
-    const real x784 = a[1] * sin_roll;
+    const real a1_cos_roll = a[1] * cos_roll;
+    const real a1_sin_roll = a[1] * sin_roll;
 
     /* Partials, joint roll */
-    const real x785 = K(2.0) * (minus_omega_body_z * (K(400.0) * minus_omega_body_z)
+    const real partials_161 = K(2.0) * (minus_omega_body_z * (K(400.0) * minus_omega_body_z)
         + omega_body_y * (K(60.0) * omega_body_y));
-    const real x786 = K(60.0) * x784 + K(2.0) * (omega_body_y * x778);
-    const real x787 = K(400.0) * x783 - K(2.0) * (minus_omega_body_z * x779);
-    const real x788 = sin_roll * (K(60.0) * (minus_alpha0_body_y + (minus_alpha0_body_y - x783)) + x787);
+    const real partials_162 = K(60.0) * a1_sin_roll + K(2.0) * (omega_body_y * x834);
+    const real partials_163 = K(400.0) * a1_cos_roll - K(2.0) * (minus_omega_body_z * x835);
+    const real partials_164 = sin_roll * (K(60.0) * (minus_alpha0_body_y + (minus_alpha0_body_y - a1_cos_roll))
+        + partials_163);
 
     /* Mass matrix, columns of joint pitch */
     M[8] = K(2100.0) + (K(60.0) + sin_roll * (K(340.0) * sin_roll));
-    const real x789 = cos_roll * (K(400.0) * (minus_alpha0_body_z + (minus_alpha0_body_z + x784)) - x786) + x788;
-    K[9] = x789 - (w[64] + x744 - x748);
-    const real x790 = x752 + sin_roll * (x742 - (K(1.7) * x724 - K(0.75) * x715));
-    C[8] = -(K(2.0) * (sin_roll * (cos_roll * (x778 - x779))) + x790);
-    const real x791 = x753 + sin_roll * (x743 - (K(1.7) * force_on_mount_rear_right_y_d9
-        - K(0.75) * force_on_mount_rear_right_x_d9));
-    C[9] = -(cos_roll * (K(120.0) * minus_omega_body_z) - sin_roll * (K(800.0) * omega_body_y) - x791);
-    const real x792 = x439 - moment_on_mount_front_right_x_d2 - K(0.75) * force_on_mount_rear_left_z_d2
-        + K(0.75) * force_on_mount_rear_right_z_d2;
-    K[16] = -(K(400.0) * x782 + K(60.0) * x782 - x785 - x792);
-    const real x793 = x445 - moment_on_mount_front_right_x_d8 - K(0.75) * force_on_mount_rear_left_z_d8
-        - K(0.75) * x733;
-    C[15] = -(cos_roll * (K(800.0) * minus_omega_body_z) - sin_roll * (K(120.0) * omega_body_y) - x793);
+    const real x845 = cos_roll * (K(400.0) * (minus_alpha0_body_z + (minus_alpha0_body_z + a1_sin_roll))
+        - partials_162) + partials_164;
+    K[9] = x845 - (applied_1 + partials_139 - partials_140);
+    const real x846 = partials_144 + sin_roll * (partials_137
+        - (K(1.7) * minus_F_on_mount_rear_right_y_d8 - K(0.75) * minus_F_on_mount_rear_right_x_d8));
+    C[8] = -(K(2.0) * (sin_roll * (cos_roll * (x834 - x835))) + x846);
+    const real x847 = partials_145 + sin_roll * (partials_138
+        - (K(1.7) * F_on_mount_rear_right_y_d9 - K(0.75) * F_on_mount_rear_right_x_d9));
+    C[9] = -(cos_roll * (K(120.0) * minus_omega_body_z) - sin_roll * (K(800.0) * omega_body_y) - x847);
+    const real x848 = minus_M_on_mount_front_left_x_d2 - M_on_mount_front_right_x_d2
+        - K(0.75) * F_on_mount_rear_left_z_d2 + K(0.75) * F_on_mount_rear_right_z_d2;
+    K[16] = -(K(400.0) * centripetal_1 + K(60.0) * centripetal_1 - partials_161 - x848);
+    const real x849 = minus_M_on_mount_front_left_x_d8 - M_on_mount_front_right_x_d8
+        - K(0.75) * F_on_mount_rear_left_z_d8 - K(0.75) * minus_F_on_mount_rear_right_z_d8;
+    C[15] = -(cos_roll * (K(800.0) * minus_omega_body_z) - sin_roll * (K(120.0) * omega_body_y) - x849);
 }
 
 void active_vehicle_mass(const active_vehicle_parameters *p, const real *q, real *restrict M)
@@ -1251,14 +1267,14 @@ void active_vehicle_coupling(const active_vehicle_parameters *p, const real *q, 
     const real minus_omega_body_z = v[1] * sin_roll;
 
     /* Centripetal and Coriolis acceleration of link body */
-    const real x5 = omega_body_y * minus_omega_body_z;
+    const real centripetal_1 = omega_body_y * minus_omega_body_z;
 
     /* Inertia forces of link body */
-    h[2] = -(K(400.0) * x5 - K(60.0) * x5);
+    h[2] = -(K(400.0) * centripetal_1 - K(60.0) * centripetal_1);
 
     /* Nonlinear coupling at joint roll */
-    const real x6 = sin_roll * (K(800.0) * (v[2] * omega_body_y));
-    h[1] = -(cos_roll * (K(120.0) * (v[2] * minus_omega_body_z)) - x6);
+    const real nonlinear_1 = sin_roll * (K(800.0) * (v[2] * omega_body_y));
+    h[1] = -(cos_roll * (K(120.0) * (v[2] * minus_omega_body_z)) - nonlinear_1);
 }
 
 void active_vehicle_force(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *u,
@@ -1282,10 +1298,10 @@ void active_vehicle_force(const active_vehicle_parameters *p, real t, const real
     const real R_body_zz = cos_pitch * cos_roll;
 
     /* Spring front_left */
-    const real x10 = K(1.4) * cos_pitch;
-    const real x11 = K(0.75) * R_body_xy;
-    const real x12 = K(1.4) * sin_pitch;
-    const real x13 = K(0.75) * R_body_zy;
+    const real spring_1 = K(1.4) * cos_pitch;
+    const real spring_2 = K(0.75) * R_body_xy;
+    const real spring_3 = K(1.4) * sin_pitch;
+    const real spring_4 = K(0.75) * R_body_zy;
 
     /* Twist of link pitching */
     const real v_pitching_z = v[0] * cos_pitch;
@@ -1298,171 +1314,172 @@ void active_vehicle_force(const active_vehicle_parameters *p, real t, const real
     const real minus_omega_body_z = v[1] * sin_roll;
 
     /* Spring front_left */
-    const real x20 = K(0.75) * minus_omega_body_z;
-    const real x21 = K(0.75) * v[2];
-    const real x22 = K(1.4) * omega_body_y;
-    const real x23 = minus_v_pitching_x - x20;
-    const real x24 = v_body_y - K(1.4) * minus_omega_body_z;
-    const real x25 = v_body_z + (x21 - x22);
-    const real x26 = cos_pitch * x23;
-    const real x27 = R_body_xy * x24;
-    const real x28 = cos_roll * x24;
-    const real x29 = sin_pitch * x23;
-    const real x30 = R_body_zy * x24;
-    const real v_mount_front_left_z = x29 + x30 + R_body_zz * x25;
-    const real minus_span_front_left_x = K(1.4) - (x10 + x11);
+    const real spring_5 = K(0.75) * minus_omega_body_z;
+    const real spring_6 = K(0.75) * v[2];
+    const real spring_7 = K(1.4) * omega_body_y;
+    const real spring_8 = minus_v_pitching_x - spring_5;
+    const real spring_9 = v_body_y - K(1.4) * minus_omega_body_z;
+    const real spring_10 = v_body_z + (spring_6 - spring_7);
+    const real spring_11 = cos_pitch * spring_8;
+    const real spring_12 = R_body_xy * spring_9;
+    const real spring_13 = cos_roll * spring_9;
+    const real spring_14 = sin_pitch * spring_8;
+    const real spring_15 = R_body_zy * spring_9;
+    const real v_mount_front_left_z = spring_14 + spring_15 + R_body_zz * spring_10;
+    const real minus_span_front_left_x = K(1.4) - (spring_1 + spring_2);
     const real minus_span_front_left_y = K(0.75) - K(0.75) * cos_roll;
-    const real minus_span_front_left_z = q[3] - (p_heaving_z - (x12 - x13));
-    const real x35 = minus_span_front_left_y * minus_span_front_left_y;
-    const real length_front_left = EG_SQRT(minus_span_front_left_x * minus_span_front_left_x + x35
+    const real minus_span_front_left_z = q[3] - (p_heaving_z - (spring_3 - spring_4));
+    const real spring_16 = minus_span_front_left_y * minus_span_front_left_y;
+    const real length_front_left = EG_SQRT(minus_span_front_left_x * minus_span_front_left_x + spring_16
         + minus_span_front_left_z * minus_span_front_left_z);
-    const real x37 = K(1.0) / length_front_left;
-    const real minus_direction_front_left_x = minus_span_front_left_x * x37;
-    const real minus_direction_front_left_y = minus_span_front_left_y * x37;
-    const real minus_direction_front_left_z = minus_span_front_left_z * x37;
-    const real x41 = (x26 - x27 - R_body_xz * x25) * minus_direction_front_left_x;
-    const real x42 = x41 - (x28 - sin_roll * x25) * minus_direction_front_left_y;
-    const real x43 = p->p_damper_front * (x42 + (v[3] - v_mount_front_left_z) * minus_direction_front_left_z);
+    const real inverse_length_front_left = K(1.0) / length_front_left;
+    const real minus_direction_front_left_x = minus_span_front_left_x * inverse_length_front_left;
+    const real minus_direction_front_left_y = minus_span_front_left_y * inverse_length_front_left;
+    const real minus_direction_front_left_z = minus_span_front_left_z * inverse_length_front_left;
+    const real spring_17 = (spring_11 - spring_12 - R_body_xz * spring_10) * minus_direction_front_left_x;
+    const real spring_18 = spring_17 - (spring_13 - sin_roll * spring_10) * minus_direction_front_left_y;
+    const real spring_19 = p->p_damper_front * (spring_18 + (v[3]
+        - v_mount_front_left_z) * minus_direction_front_left_z);
     const real tension_front_left = p->p_skyhook * v_mount_front_left_z
-        - (K(35000.0) * (K(0.515278801843318) - length_front_left) - x43);
+        - (K(35000.0) * (K(0.515278801843318) - length_front_left) - spring_19);
     const real minus_force_front_left_x = minus_direction_front_left_x * tension_front_left;
     const real minus_force_front_left_y = minus_direction_front_left_y * tension_front_left;
     const real minus_force_front_left_z = minus_direction_front_left_z * tension_front_left;
-    const real force_on_mount_front_left_x = cos_pitch * minus_force_front_left_x
-        - sin_pitch * minus_force_front_left_z;
-    const real force_on_mount_front_left_y = R_body_xy * minus_force_front_left_x
-        + cos_roll * minus_force_front_left_y + R_body_zy * minus_force_front_left_z;
-    const real force_on_mount_front_left_z = R_body_xz * minus_force_front_left_x
-        - sin_roll * minus_force_front_left_y + R_body_zz * minus_force_front_left_z;
+    const real F_on_mount_front_left_x = cos_pitch * minus_force_front_left_x - sin_pitch * minus_force_front_left_z;
+    const real F_on_mount_front_left_y = R_body_xy * minus_force_front_left_x + cos_roll * minus_force_front_left_y
+        + R_body_zy * minus_force_front_left_z;
+    const real F_on_mount_front_left_z = R_body_xz * minus_force_front_left_x - sin_roll * minus_force_front_left_y
+        + R_body_zz * minus_force_front_left_z;
 
     /* Spring front_right */
-    const real x51 = minus_v_pitching_x + x20;
-    const real x52 = v_body_z - (x21 + x22);
-    const real x53 = cos_pitch * x51;
-    const real x54 = sin_pitch * x51;
-    const real v_mount_front_right_z = x30 + x54 + R_body_zz * x52;
-    const real minus_span_front_right_x = K(1.4) - (x10 - x11);
-    const real minus_span_front_right_z = q[4] - (p_heaving_z - (x12 + x13));
-    const real length_front_right = EG_SQRT(x35 + minus_span_front_right_x * minus_span_front_right_x
+    const real spring_20 = minus_v_pitching_x + spring_5;
+    const real spring_21 = v_body_z - (spring_6 + spring_7);
+    const real spring_22 = cos_pitch * spring_20;
+    const real spring_23 = sin_pitch * spring_20;
+    const real v_mount_front_right_z = spring_15 + spring_23 + R_body_zz * spring_21;
+    const real minus_span_front_right_x = K(1.4) - (spring_1 - spring_2);
+    const real minus_span_front_right_z = q[4] - (p_heaving_z - (spring_3 + spring_4));
+    const real length_front_right = EG_SQRT(spring_16 + minus_span_front_right_x * minus_span_front_right_x
         + minus_span_front_right_z * minus_span_front_right_z);
-    const real x59 = K(1.0) / length_front_right;
-    const real minus_direction_front_right_x = minus_span_front_right_x * x59;
-    const real direction_front_right_y = minus_span_front_left_y * x59;
-    const real minus_direction_front_right_z = minus_span_front_right_z * x59;
-    const real x63 = (x27 - x53 + R_body_xz * x52) * minus_direction_front_right_x;
-    const real x64 = x63 - (x28 - sin_roll * x52) * direction_front_right_y;
-    const real x65 = p->p_damper_front * (x64 - (v[4] - v_mount_front_right_z) * minus_direction_front_right_z);
+    const real inverse_length_front_right = K(1.0) / length_front_right;
+    const real minus_direction_front_right_x = minus_span_front_right_x * inverse_length_front_right;
+    const real direction_front_right_y = minus_span_front_left_y * inverse_length_front_right;
+    const real minus_direction_front_right_z = minus_span_front_right_z * inverse_length_front_right;
+    const real spring_24 = (spring_12 - spring_22 + R_body_xz * spring_21) * minus_direction_front_right_x;
+    const real spring_25 = spring_24 - (spring_13 - sin_roll * spring_21) * direction_front_right_y;
+    const real spring_26 = p->p_damper_front * (spring_25 - (v[4]
+        - v_mount_front_right_z) * minus_direction_front_right_z);
     const real tension_front_right = p->p_skyhook * v_mount_front_right_z
-        - (K(35000.0) * (K(0.515278801843318) - length_front_right) + x65);
+        - (K(35000.0) * (K(0.515278801843318) - length_front_right) + spring_26);
     const real minus_force_front_right_x = minus_direction_front_right_x * tension_front_right;
     const real force_front_right_y = direction_front_right_y * tension_front_right;
     const real minus_force_front_right_z = minus_direction_front_right_z * tension_front_right;
-    const real force_on_mount_front_right_x = cos_pitch * minus_force_front_right_x
-        - sin_pitch * minus_force_front_right_z;
-    const real force_on_mount_front_right_y = R_body_xy * minus_force_front_right_x - cos_roll * force_front_right_y
+    const real F_on_mount_front_right_x = cos_pitch * minus_force_front_right_x - sin_pitch * minus_force_front_right_z;
+    const real F_on_mount_front_right_y = R_body_xy * minus_force_front_right_x - cos_roll * force_front_right_y
         + R_body_zy * minus_force_front_right_z;
-    const real force_on_mount_front_right_z = R_body_xz * minus_force_front_right_x + sin_roll * force_front_right_y
+    const real F_on_mount_front_right_z = R_body_xz * minus_force_front_right_x + sin_roll * force_front_right_y
         + R_body_zz * minus_force_front_right_z;
-    const real moment_on_mount_front_right_z = K(1.4) * force_on_mount_front_right_y
-        + K(0.75) * force_on_mount_front_right_x;
+    const real M_on_mount_front_right_z = K(1.4) * F_on_mount_front_right_y + K(0.75) * F_on_mount_front_right_x;
 
     /* Spring rear_left */
-    const real x74 = K(1.7) * cos_pitch;
-    const real x75 = K(1.7) * sin_pitch;
-    const real x76 = K(1.7) * omega_body_y;
-    const real x77 = v_body_y + K(1.7) * minus_omega_body_z;
-    const real x78 = v_body_z + (x21 + x76);
-    const real x79 = R_body_xy * x77;
-    const real x80 = cos_roll * x77;
-    const real x81 = R_body_zy * x77;
-    const real v_mount_rear_left_z = x29 + x81 + R_body_zz * x78;
-    const real span_rear_left_x = K(1.7) + (x11 - x74);
-    const real minus_span_rear_left_z = q[5] - (p_heaving_z + (x13 + x75));
-    const real length_rear_left = EG_SQRT(x35 + span_rear_left_x * span_rear_left_x
+    const real spring_27 = K(1.7) * cos_pitch;
+    const real spring_28 = K(1.7) * sin_pitch;
+    const real spring_29 = K(1.7) * omega_body_y;
+    const real spring_30 = v_body_y + K(1.7) * minus_omega_body_z;
+    const real spring_31 = v_body_z + (spring_6 + spring_29);
+    const real spring_32 = R_body_xy * spring_30;
+    const real spring_33 = cos_roll * spring_30;
+    const real spring_34 = R_body_zy * spring_30;
+    const real v_mount_rear_left_z = spring_14 + spring_34 + R_body_zz * spring_31;
+    const real span_rear_left_x = K(1.7) + (spring_2 - spring_27);
+    const real minus_span_rear_left_z = q[5] - (p_heaving_z + (spring_4 + spring_28));
+    const real length_rear_left = EG_SQRT(spring_16 + span_rear_left_x * span_rear_left_x
         + minus_span_rear_left_z * minus_span_rear_left_z);
-    const real x86 = K(1.0) / length_rear_left;
-    const real direction_rear_left_x = span_rear_left_x * x86;
-    const real minus_direction_rear_left_y = minus_span_front_left_y * x86;
-    const real minus_direction_rear_left_z = minus_span_rear_left_z * x86;
-    const real x90 = (x26 - x79 - R_body_xz * x78) * direction_rear_left_x;
-    const real x91 = x90 + (x80 - sin_roll * x78) * minus_direction_rear_left_y;
-    const real x92 = p->p_damper_rear * (x91 - (v[5] - v_mount_rear_left_z) * minus_direction_rear_left_z);
+    const real inverse_length_rear_left = K(1.0) / length_rear_left;
+    const real direction_rear_left_x = span_rear_left_x * inverse_length_rear_left;
+    const real minus_direction_rear_left_y = minus_span_front_left_y * inverse_length_rear_left;
+    const real minus_direction_rear_left_z = minus_span_rear_left_z * inverse_length_rear_left;
+    const real spring_35 = (spring_11 - spring_32 - R_body_xz * spring_31) * direction_rear_left_x;
+    const real spring_36 = spring_35 + (spring_33 - sin_roll * spring_31) * minus_direction_rear_left_y;
+    const real spring_37 = p->p_damper_rear * (spring_36 - (v[5] - v_mount_rear_left_z) * minus_direction_rear_left_z);
     const real tension_rear_left = p->p_skyhook * v_mount_rear_left_z
-        - (K(38000.0) * (K(0.48744057724957557) - length_rear_left) + x92);
+        - (K(38000.0) * (K(0.48744057724957557) - length_rear_left) + spring_37);
     const real force_rear_left_x = direction_rear_left_x * tension_rear_left;
     const real minus_force_rear_left_y = minus_direction_rear_left_y * tension_rear_left;
     const real minus_force_rear_left_z = minus_direction_rear_left_z * tension_rear_left;
-    const real minus_force_on_mount_rear_left_x = cos_pitch * force_rear_left_x + sin_pitch * minus_force_rear_left_z;
-    const real minus_force_on_mount_rear_left_y = R_body_xy * force_rear_left_x - cos_roll * minus_force_rear_left_y
+    const real minus_F_on_mount_rear_left_x = cos_pitch * force_rear_left_x + sin_pitch * minus_force_rear_left_z;
+    const real minus_F_on_mount_rear_left_y = R_body_xy * force_rear_left_x - cos_roll * minus_force_rear_left_y
         - R_body_zy * minus_force_rear_left_z;
-    const real minus_force_on_mount_rear_left_z = R_body_xz * force_rear_left_x + sin_roll * minus_force_rear_left_y
+    const real minus_F_on_mount_rear_left_z = R_body_xz * force_rear_left_x + sin_roll * minus_force_rear_left_y
         - R_body_zz * minus_force_rear_left_z;
-    const real x100 = K(1.4) * force_on_mount_front_left_y - K(0.75) * force_on_mount_front_left_x
-        + moment_on_mount_front_right_z;
+    const real spring_38 = K(1.4) * F_on_mount_front_left_y - K(0.75) * F_on_mount_front_left_x
+        + M_on_mount_front_right_z;
 
     /* Spring rear_right */
-    const real x101 = v_body_z - (x21 - x76);
-    const real v_mount_rear_right_z = x54 + x81 + R_body_zz * x101;
-    const real span_rear_right_x = K(1.7) - (x11 + x74);
-    const real minus_span_rear_right_z = q[6] - (p_heaving_z - (x13 - x75));
-    const real length_rear_right = EG_SQRT(x35 + span_rear_right_x * span_rear_right_x
+    const real spring_39 = v_body_z - (spring_6 - spring_29);
+    const real v_mount_rear_right_z = spring_23 + spring_34 + R_body_zz * spring_39;
+    const real span_rear_right_x = K(1.7) - (spring_2 + spring_27);
+    const real minus_span_rear_right_z = q[6] - (p_heaving_z - (spring_4 - spring_28));
+    const real length_rear_right = EG_SQRT(spring_16 + span_rear_right_x * span_rear_right_x
         + minus_span_rear_right_z * minus_span_rear_right_z);
-    const real x106 = K(1.0) / length_rear_right;
-    const real direction_rear_right_x = span_rear_right_x * x106;
-    const real direction_rear_right_y = minus_span_front_left_y * x106;
-    const real minus_direction_rear_right_z = minus_span_rear_right_z * x106;
-    const real x110 = (x53 - x79 - R_body_xz * x101) * direction_rear_right_x;
-    const real x111 = x110 - (x80 - sin_roll * x101) * direction_rear_right_y;
-    const real x112 = p->p_damper_rear * (x111 - (v[6] - v_mount_rear_right_z) * minus_direction_rear_right_z);
+    const real inverse_length_rear_right = K(1.0) / length_rear_right;
+    const real direction_rear_right_x = span_rear_right_x * inverse_length_rear_right;
+    const real direction_rear_right_y = minus_span_front_left_y * inverse_length_rear_right;
+    const real minus_direction_rear_right_z = minus_span_rear_right_z * inverse_length_rear_right;
+    const real spring_40 = (spring_22 - spring_32 - R_body_xz * spring_39) * direction_rear_right_x;
+    const real spring_41 = spring_40 - (spring_33 - sin_roll * spring_39) * direction_rear_right_y;
+    const real spring_42 = p->p_damper_rear * (spring_41 - (v[6]
+        - v_mount_rear_right_z) * minus_direction_rear_right_z);
     const real tension_rear_right = p->p_skyhook * v_mount_rear_right_z
-        - (K(38000.0) * (K(0.48744057724957557) - length_rear_right) + x112);
+        - (K(38000.0) * (K(0.48744057724957557) - length_rear_right) + spring_42);
     const real force_rear_right_x = direction_rear_right_x * tension_rear_right;
     const real force_rear_right_y = direction_rear_right_y * tension_rear_right;
     const real minus_force_rear_right_z = minus_direction_rear_right_z * tension_rear_right;
-    const real x117 = cos_pitch * force_rear_right_x + sin_pitch * minus_force_rear_right_z;
-    const real x118 = R_body_xy * force_rear_right_x + cos_roll * force_rear_right_y
+    const real minus_F_on_mount_rear_right_x = cos_pitch * force_rear_right_x + sin_pitch * minus_force_rear_right_z;
+    const real minus_F_on_mount_rear_right_y = R_body_xy * force_rear_right_x + cos_roll * force_rear_right_y
         - R_body_zy * minus_force_rear_right_z;
-    const real x119 = R_body_xz * force_rear_right_x - sin_roll * force_rear_right_y
+    const real minus_F_on_mount_rear_right_z = R_body_xz * force_rear_right_x - sin_roll * force_rear_right_y
         - R_body_zz * minus_force_rear_right_z;
-    const real x120 = K(0.75) * force_on_mount_front_left_z - K(0.75) * force_on_mount_front_right_z
-        - K(0.75) * minus_force_on_mount_rear_left_z;
-    Q[2] = x120 + K(0.75) * x119;
-    const real x121 = K(1.4) * force_on_mount_front_left_z + K(1.4) * force_on_mount_front_right_z
-        + K(1.7) * minus_force_on_mount_rear_left_z;
-    const real x122 = x100 + (K(1.7) * minus_force_on_mount_rear_left_y + K(0.75) * minus_force_on_mount_rear_left_x);
+    const real spring_43 = K(0.75) * F_on_mount_front_left_z - K(0.75) * F_on_mount_front_right_z
+        - K(0.75) * minus_F_on_mount_rear_left_z;
+    Q[2] = spring_43 + K(0.75) * minus_F_on_mount_rear_right_z;
+    const real spring_44 = K(1.4) * F_on_mount_front_left_z + K(1.4) * F_on_mount_front_right_z
+        + K(1.7) * minus_F_on_mount_rear_left_z;
+    const real spring_45 = spring_38 + (K(1.7) * minus_F_on_mount_rear_left_y + K(0.75) * minus_F_on_mount_rear_left_x);
 
     /* Effort front_left */
-    const real x123 = K(2.0) * t;
-    const real x124 = K(1.0) - EG_EXP(-(x123 * x123));
+    const real effort_1 = K(2.0) * t;
+    const real effort_2 = K(1.0) - EG_EXP(-(effort_1 * effort_1));
 
     /* Effort front_right */
-    const real x125 = EG_SQRT(K(1.0) - p->p_coherence * p->p_coherence);
-    const real x126 = x124 * (K(190000.0) * (p->p_coherence * u[0] + x125 * u[2]));
+    const real effort_3 = EG_SQRT(K(1.0) - p->p_coherence * p->p_coherence);
+    const real effort_4 = effort_2 * (K(190000.0) * (p->p_coherence * u[0] + effort_3 * u[2]));
 
     /* Effort rear_right */
-    const real x127 = x124 * (K(190000.0) * (p->p_coherence * u[1] + x125 * u[3]));
+    const real effort_5 = effort_2 * (K(190000.0) * (p->p_coherence * u[1] + effort_3 * u[3]));
 
     /* Applied forces at joint roll */
-    const real x128 = sin_roll * (x122 + (K(1.7) * x118 - K(0.75) * x117));
-    Q[1] = -(cos_roll * (x121 + K(1.7) * x119) + x128);
-    const real x129 = cos_roll * (force_on_mount_front_left_z + force_on_mount_front_right_z
-        - minus_force_on_mount_rear_left_z - x119);
+    const real applied_1 = sin_roll * (spring_45 + (K(1.7) * minus_F_on_mount_rear_right_y
+        - K(0.75) * minus_F_on_mount_rear_right_x));
+    Q[1] = -(cos_roll * (spring_44 + K(1.7) * minus_F_on_mount_rear_right_z) + applied_1);
+    const real applied_2 = cos_roll * (F_on_mount_front_left_z + F_on_mount_front_right_z
+        - minus_F_on_mount_rear_left_z - minus_F_on_mount_rear_right_z);
 
     /* Applied forces at joint pitch */
-    const real x130 = cos_pitch * (sin_roll * (force_on_mount_front_left_y + force_on_mount_front_right_y
-        - minus_force_on_mount_rear_left_y - x118) + x129);
-    Q[0] = -(K(14715.0) - (x130 - sin_pitch * (force_on_mount_front_left_x + force_on_mount_front_right_x
-        - minus_force_on_mount_rear_left_x - x117)));
+    const real applied_3 = cos_pitch * (sin_roll * (F_on_mount_front_left_y + F_on_mount_front_right_y
+        - minus_F_on_mount_rear_left_y - minus_F_on_mount_rear_right_y) + applied_2);
+    Q[0] = -(K(14715.0) - (applied_3 - sin_pitch * (F_on_mount_front_left_x + F_on_mount_front_right_x
+        - minus_F_on_mount_rear_left_x - minus_F_on_mount_rear_right_x)));
     const real x131 = minus_force_front_left_z + (K(190000.0) * (q[3] - K(0.024281831918505945))
-        - K(190000.0) * u[0] * x124);
+        - K(190000.0) * u[0] * effort_2);
     Q[3] = -(K(578.7900000000001) + x131);
     Q[4] = -(K(578.7900000000001) + (minus_force_front_right_z
-        + (K(190000.0) * (q[4] - K(0.024281831918505945)) - x126)));
+        + (K(190000.0) * (q[4] - K(0.024281831918505945)) - effort_4)));
     const real x132 = minus_force_rear_left_z + (K(190000.0) * (q[5] - K(0.020534378607809847))
-        - x124 * (K(190000.0) * u[1]));
+        - effort_2 * (K(190000.0) * u[1]));
     Q[5] = -(K(578.7900000000001) + x132);
     Q[6] = -(K(578.7900000000001) + (minus_force_rear_right_z
-        + (K(190000.0) * (q[6] - K(0.020534378607809847)) - x127)));
+        + (K(190000.0) * (q[6] - K(0.020534378607809847)) - effort_5)));
 }
 
 void active_vehicle_inverse_dynamics(const active_vehicle_parameters *p, real t, const real *q, const real *v,
@@ -1486,10 +1503,10 @@ void active_vehicle_inverse_dynamics(const active_vehicle_parameters *p, real t,
     const real R_body_zz = cos_pitch * cos_roll;
 
     /* Spring front_left */
-    const real x10 = K(1.4) * cos_pitch;
-    const real x11 = K(0.75) * R_body_xy;
-    const real x12 = K(1.4) * sin_pitch;
-    const real x13 = K(0.75) * R_body_zy;
+    const real spring_1 = K(1.4) * cos_pitch;
+    const real spring_2 = K(0.75) * R_body_xy;
+    const real spring_3 = K(1.4) * sin_pitch;
+    const real spring_4 = K(0.75) * R_body_zy;
 
     /* Twist of link pitching */
     const real v_pitching_z = v[0] * cos_pitch;
@@ -1502,183 +1519,184 @@ void active_vehicle_inverse_dynamics(const active_vehicle_parameters *p, real t,
     const real minus_omega_body_z = v[1] * sin_roll;
 
     /* Spring front_left */
-    const real x20 = K(0.75) * minus_omega_body_z;
-    const real x21 = K(0.75) * v[2];
-    const real x22 = K(1.4) * omega_body_y;
-    const real x23 = minus_v_pitching_x - x20;
-    const real x24 = v_body_y - K(1.4) * minus_omega_body_z;
-    const real x25 = v_body_z + (x21 - x22);
-    const real x26 = cos_pitch * x23;
-    const real x27 = R_body_xy * x24;
-    const real x28 = cos_roll * x24;
-    const real x29 = sin_pitch * x23;
-    const real x30 = R_body_zy * x24;
-    const real v_mount_front_left_z = x29 + x30 + R_body_zz * x25;
-    const real minus_span_front_left_x = K(1.4) - (x10 + x11);
+    const real spring_5 = K(0.75) * minus_omega_body_z;
+    const real spring_6 = K(0.75) * v[2];
+    const real spring_7 = K(1.4) * omega_body_y;
+    const real spring_8 = minus_v_pitching_x - spring_5;
+    const real spring_9 = v_body_y - K(1.4) * minus_omega_body_z;
+    const real spring_10 = v_body_z + (spring_6 - spring_7);
+    const real spring_11 = cos_pitch * spring_8;
+    const real spring_12 = R_body_xy * spring_9;
+    const real spring_13 = cos_roll * spring_9;
+    const real spring_14 = sin_pitch * spring_8;
+    const real spring_15 = R_body_zy * spring_9;
+    const real v_mount_front_left_z = spring_14 + spring_15 + R_body_zz * spring_10;
+    const real minus_span_front_left_x = K(1.4) - (spring_1 + spring_2);
     const real minus_span_front_left_y = K(0.75) - K(0.75) * cos_roll;
-    const real minus_span_front_left_z = q[3] - (p_heaving_z - (x12 - x13));
-    const real x35 = minus_span_front_left_y * minus_span_front_left_y;
-    const real length_front_left = EG_SQRT(minus_span_front_left_x * minus_span_front_left_x + x35
+    const real minus_span_front_left_z = q[3] - (p_heaving_z - (spring_3 - spring_4));
+    const real spring_16 = minus_span_front_left_y * minus_span_front_left_y;
+    const real length_front_left = EG_SQRT(minus_span_front_left_x * minus_span_front_left_x + spring_16
         + minus_span_front_left_z * minus_span_front_left_z);
-    const real x37 = K(1.0) / length_front_left;
-    const real minus_direction_front_left_x = minus_span_front_left_x * x37;
-    const real minus_direction_front_left_y = minus_span_front_left_y * x37;
-    const real minus_direction_front_left_z = minus_span_front_left_z * x37;
-    const real x41 = (x26 - x27 - R_body_xz * x25) * minus_direction_front_left_x;
-    const real x42 = x41 - (x28 - sin_roll * x25) * minus_direction_front_left_y;
-    const real x43 = p->p_damper_front * (x42 + (v[3] - v_mount_front_left_z) * minus_direction_front_left_z);
+    const real inverse_length_front_left = K(1.0) / length_front_left;
+    const real minus_direction_front_left_x = minus_span_front_left_x * inverse_length_front_left;
+    const real minus_direction_front_left_y = minus_span_front_left_y * inverse_length_front_left;
+    const real minus_direction_front_left_z = minus_span_front_left_z * inverse_length_front_left;
+    const real spring_17 = (spring_11 - spring_12 - R_body_xz * spring_10) * minus_direction_front_left_x;
+    const real spring_18 = spring_17 - (spring_13 - sin_roll * spring_10) * minus_direction_front_left_y;
+    const real spring_19 = p->p_damper_front * (spring_18 + (v[3]
+        - v_mount_front_left_z) * minus_direction_front_left_z);
     const real tension_front_left = p->p_skyhook * v_mount_front_left_z
-        - (K(35000.0) * (K(0.515278801843318) - length_front_left) - x43);
+        - (K(35000.0) * (K(0.515278801843318) - length_front_left) - spring_19);
     const real minus_force_front_left_x = minus_direction_front_left_x * tension_front_left;
     const real minus_force_front_left_y = minus_direction_front_left_y * tension_front_left;
     const real minus_force_front_left_z = minus_direction_front_left_z * tension_front_left;
-    const real force_on_mount_front_left_x = cos_pitch * minus_force_front_left_x
-        - sin_pitch * minus_force_front_left_z;
-    const real force_on_mount_front_left_y = R_body_xy * minus_force_front_left_x
-        + cos_roll * minus_force_front_left_y + R_body_zy * minus_force_front_left_z;
-    const real force_on_mount_front_left_z = R_body_xz * minus_force_front_left_x
-        - sin_roll * minus_force_front_left_y + R_body_zz * minus_force_front_left_z;
+    const real F_on_mount_front_left_x = cos_pitch * minus_force_front_left_x - sin_pitch * minus_force_front_left_z;
+    const real F_on_mount_front_left_y = R_body_xy * minus_force_front_left_x + cos_roll * minus_force_front_left_y
+        + R_body_zy * minus_force_front_left_z;
+    const real F_on_mount_front_left_z = R_body_xz * minus_force_front_left_x - sin_roll * minus_force_front_left_y
+        + R_body_zz * minus_force_front_left_z;
 
     /* Spring front_right */
-    const real x51 = minus_v_pitching_x + x20;
-    const real x52 = v_body_z - (x21 + x22);
-    const real x53 = cos_pitch * x51;
-    const real x54 = sin_pitch * x51;
-    const real v_mount_front_right_z = x30 + x54 + R_body_zz * x52;
-    const real minus_span_front_right_x = K(1.4) - (x10 - x11);
-    const real minus_span_front_right_z = q[4] - (p_heaving_z - (x12 + x13));
-    const real length_front_right = EG_SQRT(x35 + minus_span_front_right_x * minus_span_front_right_x
+    const real spring_20 = minus_v_pitching_x + spring_5;
+    const real spring_21 = v_body_z - (spring_6 + spring_7);
+    const real spring_22 = cos_pitch * spring_20;
+    const real spring_23 = sin_pitch * spring_20;
+    const real v_mount_front_right_z = spring_15 + spring_23 + R_body_zz * spring_21;
+    const real minus_span_front_right_x = K(1.4) - (spring_1 - spring_2);
+    const real minus_span_front_right_z = q[4] - (p_heaving_z - (spring_3 + spring_4));
+    const real length_front_right = EG_SQRT(spring_16 + minus_span_front_right_x * minus_span_front_right_x
         + minus_span_front_right_z * minus_span_front_right_z);
-    const real x59 = K(1.0) / length_front_right;
-    const real minus_direction_front_right_x = minus_span_front_right_x * x59;
-    const real direction_front_right_y = minus_span_front_left_y * x59;
-    const real minus_direction_front_right_z = minus_span_front_right_z * x59;
-    const real x63 = (x27 - x53 + R_body_xz * x52) * minus_direction_front_right_x;
-    const real x64 = x63 - (x28 - sin_roll * x52) * direction_front_right_y;
-    const real x65 = p->p_damper_front * (x64 - (v[4] - v_mount_front_right_z) * minus_direction_front_right_z);
+    const real inverse_length_front_right = K(1.0) / length_front_right;
+    const real minus_direction_front_right_x = minus_span_front_right_x * inverse_length_front_right;
+    const real direction_front_right_y = minus_span_front_left_y * inverse_length_front_right;
+    const real minus_direction_front_right_z = minus_span_front_right_z * inverse_length_front_right;
+    const real spring_24 = (spring_12 - spring_22 + R_body_xz * spring_21) * minus_direction_front_right_x;
+    const real spring_25 = spring_24 - (spring_13 - sin_roll * spring_21) * direction_front_right_y;
+    const real spring_26 = p->p_damper_front * (spring_25 - (v[4]
+        - v_mount_front_right_z) * minus_direction_front_right_z);
     const real tension_front_right = p->p_skyhook * v_mount_front_right_z
-        - (K(35000.0) * (K(0.515278801843318) - length_front_right) + x65);
+        - (K(35000.0) * (K(0.515278801843318) - length_front_right) + spring_26);
     const real minus_force_front_right_x = minus_direction_front_right_x * tension_front_right;
     const real force_front_right_y = direction_front_right_y * tension_front_right;
     const real minus_force_front_right_z = minus_direction_front_right_z * tension_front_right;
-    const real force_on_mount_front_right_x = cos_pitch * minus_force_front_right_x
-        - sin_pitch * minus_force_front_right_z;
-    const real force_on_mount_front_right_y = R_body_xy * minus_force_front_right_x - cos_roll * force_front_right_y
+    const real F_on_mount_front_right_x = cos_pitch * minus_force_front_right_x - sin_pitch * minus_force_front_right_z;
+    const real F_on_mount_front_right_y = R_body_xy * minus_force_front_right_x - cos_roll * force_front_right_y
         + R_body_zy * minus_force_front_right_z;
-    const real force_on_mount_front_right_z = R_body_xz * minus_force_front_right_x + sin_roll * force_front_right_y
+    const real F_on_mount_front_right_z = R_body_xz * minus_force_front_right_x + sin_roll * force_front_right_y
         + R_body_zz * minus_force_front_right_z;
-    const real moment_on_mount_front_right_z = K(1.4) * force_on_mount_front_right_y
-        + K(0.75) * force_on_mount_front_right_x;
+    const real M_on_mount_front_right_z = K(1.4) * F_on_mount_front_right_y + K(0.75) * F_on_mount_front_right_x;
 
     /* Spring rear_left */
-    const real x74 = K(1.7) * cos_pitch;
-    const real x75 = K(1.7) * sin_pitch;
-    const real x76 = K(1.7) * omega_body_y;
-    const real x77 = v_body_y + K(1.7) * minus_omega_body_z;
-    const real x78 = v_body_z + (x21 + x76);
-    const real x79 = R_body_xy * x77;
-    const real x80 = cos_roll * x77;
-    const real x81 = R_body_zy * x77;
-    const real v_mount_rear_left_z = x29 + x81 + R_body_zz * x78;
-    const real span_rear_left_x = K(1.7) + (x11 - x74);
-    const real minus_span_rear_left_z = q[5] - (p_heaving_z + (x13 + x75));
-    const real length_rear_left = EG_SQRT(x35 + span_rear_left_x * span_rear_left_x
+    const real spring_27 = K(1.7) * cos_pitch;
+    const real spring_28 = K(1.7) * sin_pitch;
+    const real spring_29 = K(1.7) * omega_body_y;
+    const real spring_30 = v_body_y + K(1.7) * minus_omega_body_z;
+    const real spring_31 = v_body_z + (spring_6 + spring_29);
+    const real spring_32 = R_body_xy * spring_30;
+    const real spring_33 = cos_roll * spring_30;
+    const real spring_34 = R_body_zy * spring_30;
+    const real v_mount_rear_left_z = spring_14 + spring_34 + R_body_zz * spring_31;
+    const real span_rear_left_x = K(1.7) + (spring_2 - spring_27);
+    const real minus_span_rear_left_z = q[5] - (p_heaving_z + (spring_4 + spring_28));
+    const real length_rear_left = EG_SQRT(spring_16 + span_rear_left_x * span_rear_left_x
         + minus_span_rear_left_z * minus_span_rear_left_z);
-    const real x86 = K(1.0) / length_rear_left;
-    const real direction_rear_left_x = span_rear_left_x * x86;
-    const real minus_direction_rear_left_y = minus_span_front_left_y * x86;
-    const real minus_direction_rear_left_z = minus_span_rear_left_z * x86;
-    const real x90 = (x26 - x79 - R_body_xz * x78) * direction_rear_left_x;
-    const real x91 = x90 + (x80 - sin_roll * x78) * minus_direction_rear_left_y;
-    const real x92 = p->p_damper_rear * (x91 - (v[5] - v_mount_rear_left_z) * minus_direction_rear_left_z);
+    const real inverse_length_rear_left = K(1.0) / length_rear_left;
+    const real direction_rear_left_x = span_rear_left_x * inverse_length_rear_left;
+    const real minus_direction_rear_left_y = minus_span_front_left_y * inverse_length_rear_left;
+    const real minus_direction_rear_left_z = minus_span_rear_left_z * inverse_length_rear_left;
+    const real spring_35 = (spring_11 - spring_32 - R_body_xz * spring_31) * direction_rear_left_x;
+    const real spring_36 = spring_35 + (spring_33 - sin_roll * spring_31) * minus_direction_rear_left_y;
+    const real spring_37 = p->p_damper_rear * (spring_36 - (v[5] - v_mount_rear_left_z) * minus_direction_rear_left_z);
     const real tension_rear_left = p->p_skyhook * v_mount_rear_left_z
-        - (K(38000.0) * (K(0.48744057724957557) - length_rear_left) + x92);
+        - (K(38000.0) * (K(0.48744057724957557) - length_rear_left) + spring_37);
     const real force_rear_left_x = direction_rear_left_x * tension_rear_left;
     const real minus_force_rear_left_y = minus_direction_rear_left_y * tension_rear_left;
     const real minus_force_rear_left_z = minus_direction_rear_left_z * tension_rear_left;
-    const real minus_force_on_mount_rear_left_x = cos_pitch * force_rear_left_x + sin_pitch * minus_force_rear_left_z;
-    const real minus_force_on_mount_rear_left_y = R_body_xy * force_rear_left_x - cos_roll * minus_force_rear_left_y
+    const real minus_F_on_mount_rear_left_x = cos_pitch * force_rear_left_x + sin_pitch * minus_force_rear_left_z;
+    const real minus_F_on_mount_rear_left_y = R_body_xy * force_rear_left_x - cos_roll * minus_force_rear_left_y
         - R_body_zy * minus_force_rear_left_z;
-    const real minus_force_on_mount_rear_left_z = R_body_xz * force_rear_left_x + sin_roll * minus_force_rear_left_y
+    const real minus_F_on_mount_rear_left_z = R_body_xz * force_rear_left_x + sin_roll * minus_force_rear_left_y
         - R_body_zz * minus_force_rear_left_z;
-    const real x100 = K(1.4) * force_on_mount_front_left_y - K(0.75) * force_on_mount_front_left_x
-        + moment_on_mount_front_right_z;
+    const real spring_38 = K(1.4) * F_on_mount_front_left_y - K(0.75) * F_on_mount_front_left_x
+        + M_on_mount_front_right_z;
 
     /* Spring rear_right */
-    const real x101 = v_body_z - (x21 - x76);
-    const real v_mount_rear_right_z = x54 + x81 + R_body_zz * x101;
-    const real span_rear_right_x = K(1.7) - (x11 + x74);
-    const real minus_span_rear_right_z = q[6] - (p_heaving_z - (x13 - x75));
-    const real length_rear_right = EG_SQRT(x35 + span_rear_right_x * span_rear_right_x
+    const real spring_39 = v_body_z - (spring_6 - spring_29);
+    const real v_mount_rear_right_z = spring_23 + spring_34 + R_body_zz * spring_39;
+    const real span_rear_right_x = K(1.7) - (spring_2 + spring_27);
+    const real minus_span_rear_right_z = q[6] - (p_heaving_z - (spring_4 - spring_28));
+    const real length_rear_right = EG_SQRT(spring_16 + span_rear_right_x * span_rear_right_x
         + minus_span_rear_right_z * minus_span_rear_right_z);
-    const real x106 = K(1.0) / length_rear_right;
-    const real direction_rear_right_x = span_rear_right_x * x106;
-    const real direction_rear_right_y = minus_span_front_left_y * x106;
-    const real minus_direction_rear_right_z = minus_span_rear_right_z * x106;
-    const real x110 = (x53 - x79 - R_body_xz * x101) * direction_rear_right_x;
-    const real x111 = x110 - (x80 - sin_roll * x101) * direction_rear_right_y;
-    const real x112 = p->p_damper_rear * (x111 - (v[6] - v_mount_rear_right_z) * minus_direction_rear_right_z);
+    const real inverse_length_rear_right = K(1.0) / length_rear_right;
+    const real direction_rear_right_x = span_rear_right_x * inverse_length_rear_right;
+    const real direction_rear_right_y = minus_span_front_left_y * inverse_length_rear_right;
+    const real minus_direction_rear_right_z = minus_span_rear_right_z * inverse_length_rear_right;
+    const real spring_40 = (spring_22 - spring_32 - R_body_xz * spring_39) * direction_rear_right_x;
+    const real spring_41 = spring_40 - (spring_33 - sin_roll * spring_39) * direction_rear_right_y;
+    const real spring_42 = p->p_damper_rear * (spring_41 - (v[6]
+        - v_mount_rear_right_z) * minus_direction_rear_right_z);
     const real tension_rear_right = p->p_skyhook * v_mount_rear_right_z
-        - (K(38000.0) * (K(0.48744057724957557) - length_rear_right) + x112);
+        - (K(38000.0) * (K(0.48744057724957557) - length_rear_right) + spring_42);
     const real force_rear_right_x = direction_rear_right_x * tension_rear_right;
     const real force_rear_right_y = direction_rear_right_y * tension_rear_right;
     const real minus_force_rear_right_z = minus_direction_rear_right_z * tension_rear_right;
-    const real x117 = cos_pitch * force_rear_right_x + sin_pitch * minus_force_rear_right_z;
-    const real x118 = R_body_xy * force_rear_right_x + cos_roll * force_rear_right_y
+    const real minus_F_on_mount_rear_right_x = cos_pitch * force_rear_right_x + sin_pitch * minus_force_rear_right_z;
+    const real minus_F_on_mount_rear_right_y = R_body_xy * force_rear_right_x + cos_roll * force_rear_right_y
         - R_body_zy * minus_force_rear_right_z;
-    const real x119 = R_body_xz * force_rear_right_x - sin_roll * force_rear_right_y
+    const real minus_F_on_mount_rear_right_z = R_body_xz * force_rear_right_x - sin_roll * force_rear_right_y
         - R_body_zz * minus_force_rear_right_z;
-    const real x120 = K(0.75) * force_on_mount_front_left_z - K(0.75) * force_on_mount_front_right_z
-        - K(0.75) * minus_force_on_mount_rear_left_z;
-    const real x121 = K(1.4) * force_on_mount_front_left_z + K(1.4) * force_on_mount_front_right_z
-        + K(1.7) * minus_force_on_mount_rear_left_z;
-    const real x122 = x100 + (K(1.7) * minus_force_on_mount_rear_left_y + K(0.75) * minus_force_on_mount_rear_left_x);
+    const real spring_43 = K(0.75) * F_on_mount_front_left_z - K(0.75) * F_on_mount_front_right_z
+        - K(0.75) * minus_F_on_mount_rear_left_z;
+    const real spring_44 = K(1.4) * F_on_mount_front_left_z + K(1.4) * F_on_mount_front_right_z
+        + K(1.7) * minus_F_on_mount_rear_left_z;
+    const real spring_45 = spring_38 + (K(1.7) * minus_F_on_mount_rear_left_y + K(0.75) * minus_F_on_mount_rear_left_x);
 
     /* Effort front_left */
-    const real x123 = K(2.0) * t;
-    const real x124 = K(1.0) - EG_EXP(-(x123 * x123));
+    const real effort_1 = K(2.0) * t;
+    const real effort_2 = K(1.0) - EG_EXP(-(effort_1 * effort_1));
 
     /* Effort front_right */
-    const real x125 = EG_SQRT(K(1.0) - p->p_coherence * p->p_coherence);
-    const real x126 = x124 * (K(190000.0) * (p->p_coherence * u[0] + x125 * u[2]));
+    const real effort_3 = EG_SQRT(K(1.0) - p->p_coherence * p->p_coherence);
+    const real effort_4 = effort_2 * (K(190000.0) * (p->p_coherence * u[0] + effort_3 * u[2]));
 
     /* Effort rear_right */
-    const real x127 = x124 * (K(190000.0) * (p->p_coherence * u[1] + x125 * u[3]));
+    const real effort_5 = effort_2 * (K(190000.0) * (p->p_coherence * u[1] + effort_3 * u[3]));
 
     /* Centripetal and Coriolis acceleration of link body */
     const real minus_alpha0_body_y = v[2] * minus_omega_body_z;
     const real minus_alpha0_body_z = v[2] * omega_body_y;
-    const real x130 = omega_body_y * minus_omega_body_z;
+    const real centripetal_1 = omega_body_y * minus_omega_body_z;
 
     /* Applied forces at joint roll */
-    const real x131 = cos_roll * (force_on_mount_front_left_z + force_on_mount_front_right_z
-        - minus_force_on_mount_rear_left_z - x119);
+    const real applied_1 = cos_roll * (F_on_mount_front_left_z + F_on_mount_front_right_z
+        - minus_F_on_mount_rear_left_z - minus_F_on_mount_rear_right_z);
 
     /* Applied forces at joint pitch */
-    const real x132 = cos_pitch * (sin_roll * (force_on_mount_front_left_y + force_on_mount_front_right_y
-        - minus_force_on_mount_rear_left_y - x118) + x131);
-    const real M_body_x = K(400.0) * (a[2] - x130) + K(60.0) * (a[2] + x130);
-    tau[2] = -(x120 + K(0.75) * x119 - M_body_x);
+    const real applied_2 = cos_pitch * (sin_roll * (F_on_mount_front_left_y + F_on_mount_front_right_y
+        - minus_F_on_mount_rear_left_y - minus_F_on_mount_rear_right_y) + applied_1);
+    const real M_body_x = K(400.0) * (a[2] - centripetal_1) + K(60.0) * (a[2] + centripetal_1);
+    tau[2] = -(spring_43 + K(0.75) * minus_F_on_mount_rear_right_z - M_body_x);
     const real minus_M_body_y = K(60.0) * (minus_alpha0_body_y + (minus_alpha0_body_y - a[1] * cos_roll));
     const real minus_M_body_z = K(400.0) * (minus_alpha0_body_z + (minus_alpha0_body_z + a[1] * sin_roll));
 
     /* Inverse dynamics at joint roll */
-    const real x136 = sin_roll * (x122 + (K(1.7) * x118 - K(0.75) * x117) + minus_M_body_z);
-    const real x137 = cos_roll * (x121 + K(1.7) * x119 - minus_M_body_y) + x136;
-    tau[1] = K(2100.0) * a[1] + x137;
+    const real inverse_1 = sin_roll * (spring_45 + (K(1.7) * minus_F_on_mount_rear_right_y
+        - K(0.75) * minus_F_on_mount_rear_right_x) + minus_M_body_z);
+    const real inverse_2 = cos_roll * (spring_44 + K(1.7) * minus_F_on_mount_rear_right_z - minus_M_body_y) + inverse_1;
+    tau[1] = K(2100.0) * a[1] + inverse_2;
 
     /* Inverse dynamics at joint pitch */
-    const real x138 = x132 - sin_pitch * (force_on_mount_front_left_x + force_on_mount_front_right_x
-        - minus_force_on_mount_rear_left_x - x117);
-    tau[0] = -(x138 - K(1500.0) * (K(9.81) + a[0]));
-    const real x139 = K(190000.0) * (q[3] - K(0.024281831918505945)) - K(190000.0) * u[0] * x124;
+    const real inverse_3 = applied_2 - sin_pitch * (F_on_mount_front_left_x + F_on_mount_front_right_x
+        - minus_F_on_mount_rear_left_x - minus_F_on_mount_rear_right_x);
+    tau[0] = -(inverse_3 - K(1500.0) * (K(9.81) + a[0]));
+    const real x139 = K(190000.0) * (q[3] - K(0.024281831918505945)) - K(190000.0) * u[0] * effort_2;
     tau[3] = x139 + (minus_force_front_left_z + K(59.0) * (K(9.81) + a[3]));
     const real x140 = minus_force_front_right_z + K(59.0) * (K(9.81) + a[4]);
-    tau[4] = K(190000.0) * (q[4] - K(0.024281831918505945)) - x126 + x140;
-    const real x141 = K(190000.0) * (q[5] - K(0.020534378607809847)) - x124 * (K(190000.0) * u[1]);
+    tau[4] = K(190000.0) * (q[4] - K(0.024281831918505945)) - effort_4 + x140;
+    const real x141 = K(190000.0) * (q[5] - K(0.020534378607809847)) - effort_2 * (K(190000.0) * u[1]);
     tau[5] = x141 + (minus_force_rear_left_z + K(59.0) * (K(9.81) + a[5]));
     const real x142 = minus_force_rear_right_z + K(59.0) * (K(9.81) + a[6]);
-    tau[6] = K(190000.0) * (q[6] - K(0.020534378607809847)) - x127 + x142;
+    tau[6] = K(190000.0) * (q[6] - K(0.020534378607809847)) - effort_5 + x142;
 }
 
 void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t, const real *q, const real *v,
@@ -1709,184 +1727,185 @@ void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t,
     const real R_body_zz = cos_pitch * cos_roll;
 
     /* Spring front_left */
-    const real x15 = K(0.75) * R_body_xy;
-    const real x16 = K(1.4) * sin_pitch;
-    const real x17 = K(0.75) * R_body_zy;
-    const real x18 = K(0.75) * minus_omega_body_z;
-    const real x19 = K(0.75) * v[2];
-    const real x20 = K(1.4) * omega_body_y;
-    const real x21 = minus_v_pitching_x - x18;
-    const real x22 = v_body_y - K(1.4) * minus_omega_body_z;
-    const real x23 = cos_pitch * x21;
-    const real x24 = R_body_xy * x22;
-    const real x25 = cos_roll * x22;
-    const real x26 = sin_pitch * x21;
-    const real x27 = R_body_zy * x22;
+    const real spring_1 = K(0.75) * R_body_xy;
+    const real spring_2 = K(1.4) * sin_pitch;
+    const real spring_3 = K(0.75) * R_body_zy;
+    const real spring_4 = K(0.75) * minus_omega_body_z;
+    const real spring_5 = K(0.75) * v[2];
+    const real spring_6 = K(1.4) * omega_body_y;
+    const real spring_7 = minus_v_pitching_x - spring_4;
+    const real spring_8 = v_body_y - K(1.4) * minus_omega_body_z;
+    const real spring_9 = cos_pitch * spring_7;
+    const real spring_10 = R_body_xy * spring_8;
+    const real spring_11 = cos_roll * spring_8;
+    const real spring_12 = sin_pitch * spring_7;
+    const real spring_13 = R_body_zy * spring_8;
     const real minus_span_front_left_y = K(0.75) - K(0.75) * cos_roll;
-    const real x29 = minus_span_front_left_y * minus_span_front_left_y;
+    const real spring_14 = minus_span_front_left_y * minus_span_front_left_y;
 
     /* Spring front_right */
-    const real x30 = minus_v_pitching_x + x18;
-    const real x31 = cos_pitch * x30;
-    const real x32 = sin_pitch * x30;
+    const real spring_15 = minus_v_pitching_x + spring_4;
+    const real spring_16 = cos_pitch * spring_15;
+    const real spring_17 = sin_pitch * spring_15;
 
     /* Position of link heaving */
     const real p_heaving_z = K(0.4) + q[0];
 
     /* Spring front_left */
-    const real x34 = v_body_z + x19;
-    const real x35 = x20 - x34;
-    const real v_mount_front_left_z = x26 + x27 - R_body_zz * x35;
-    const real x37 = K(1.4) - K(1.4) * cos_pitch;
-    const real span_front_left_x = x15 - x37;
-    const real span_front_left_z = x17 - (x16 - (p_heaving_z - q[3]));
+    const real spring_18 = v_body_z + spring_5;
+    const real spring_19 = spring_6 - spring_18;
+    const real v_mount_front_left_z = spring_12 + spring_13 - R_body_zz * spring_19;
+    const real spring_20 = K(1.4) - K(1.4) * cos_pitch;
+    const real span_front_left_x = spring_1 - spring_20;
+    const real span_front_left_z = spring_3 - (spring_2 - (p_heaving_z - q[3]));
     const real length_front_left = EG_SQRT(span_front_left_z * span_front_left_z
-        + (x29 + span_front_left_x * span_front_left_x));
-    const real x41 = K(1.0) / length_front_left;
-    const real direction_front_left_x = span_front_left_x * x41;
-    const real minus_direction_front_left_y = minus_span_front_left_y * x41;
-    const real direction_front_left_z = span_front_left_z * x41;
-    const real x45 = (x23 - x24 + R_body_xz * x35) * direction_front_left_x;
-    const real x46 = x45 + (x25 + sin_roll * x35) * minus_direction_front_left_y;
-    const real x47 = p->p_skyhook * v_mount_front_left_z - K(35000.0) * (K(0.515278801843318) - length_front_left);
+        + (spring_14 + span_front_left_x * span_front_left_x));
+    const real inverse_length_front_left = K(1.0) / length_front_left;
+    const real direction_front_left_x = span_front_left_x * inverse_length_front_left;
+    const real minus_direction_front_left_y = minus_span_front_left_y * inverse_length_front_left;
+    const real direction_front_left_z = span_front_left_z * inverse_length_front_left;
+    const real spring_21 = (spring_9 - spring_10 + R_body_xz * spring_19) * direction_front_left_x;
+    const real spring_22 = spring_21 + (spring_11 + sin_roll * spring_19) * minus_direction_front_left_y;
+    const real spring_23 = p->p_skyhook * v_mount_front_left_z
+        - K(35000.0) * (K(0.515278801843318) - length_front_left);
     const real minus_tension_front_left = p->p_damper_front * ((v[3] - v_mount_front_left_z) * direction_front_left_z
-        + x46) - x47;
+        + spring_22) - spring_23;
     const real minus_force_front_left_x = direction_front_left_x * minus_tension_front_left;
     const real force_front_left_y = minus_direction_front_left_y * minus_tension_front_left;
     const real minus_force_front_left_z = direction_front_left_z * minus_tension_front_left;
-    const real force_on_mount_front_left_x = cos_pitch * minus_force_front_left_x
-        - sin_pitch * minus_force_front_left_z;
-    const real force_on_mount_front_left_y = R_body_zy * minus_force_front_left_z
+    const real F_on_mount_front_left_x = cos_pitch * minus_force_front_left_x - sin_pitch * minus_force_front_left_z;
+    const real F_on_mount_front_left_y = R_body_zy * minus_force_front_left_z
         + (R_body_xy * minus_force_front_left_x - cos_roll * force_front_left_y);
-    const real force_on_mount_front_left_z = R_body_zz * minus_force_front_left_z
+    const real F_on_mount_front_left_z = R_body_zz * minus_force_front_left_z
         + (R_body_xz * minus_force_front_left_x + sin_roll * force_front_left_y);
 
     /* Spring rear_left */
-    const real x55 = K(1.7) * sin_pitch;
-    const real x56 = K(1.7) * omega_body_y;
-    const real x57 = v_body_y + K(1.7) * minus_omega_body_z;
-    const real x58 = R_body_xy * x57;
-    const real x59 = cos_roll * x57;
-    const real x60 = R_body_zy * x57;
-    const real x61 = x56 + x34;
-    const real v_mount_rear_left_z = x26 + x60 + R_body_zz * x61;
-    const real x63 = K(1.7) - K(1.7) * cos_pitch;
-    const real span_rear_left_x = x15 + x63;
-    const real span_rear_left_z = x17 + (x55 + (p_heaving_z - q[5]));
+    const real spring_24 = K(1.7) * sin_pitch;
+    const real spring_25 = K(1.7) * omega_body_y;
+    const real spring_26 = v_body_y + K(1.7) * minus_omega_body_z;
+    const real spring_27 = R_body_xy * spring_26;
+    const real spring_28 = cos_roll * spring_26;
+    const real spring_29 = R_body_zy * spring_26;
+    const real spring_30 = spring_25 + spring_18;
+    const real v_mount_rear_left_z = spring_12 + spring_29 + R_body_zz * spring_30;
+    const real spring_31 = K(1.7) - K(1.7) * cos_pitch;
+    const real span_rear_left_x = spring_1 + spring_31;
+    const real span_rear_left_z = spring_3 + (spring_24 + (p_heaving_z - q[5]));
     const real length_rear_left = EG_SQRT(span_rear_left_z * span_rear_left_z
-        + (x29 + span_rear_left_x * span_rear_left_x));
-    const real x67 = K(1.0) / length_rear_left;
-    const real direction_rear_left_x = span_rear_left_x * x67;
-    const real minus_direction_rear_left_y = minus_span_front_left_y * x67;
-    const real direction_rear_left_z = span_rear_left_z * x67;
-    const real x71 = (x23 - x58 - R_body_xz * x61) * direction_rear_left_x;
-    const real x72 = x71 + (x59 - sin_roll * x61) * minus_direction_rear_left_y;
-    const real x73 = p->p_skyhook * v_mount_rear_left_z - K(38000.0) * (K(0.48744057724957557) - length_rear_left);
+        + (spring_14 + span_rear_left_x * span_rear_left_x));
+    const real inverse_length_rear_left = K(1.0) / length_rear_left;
+    const real direction_rear_left_x = span_rear_left_x * inverse_length_rear_left;
+    const real minus_direction_rear_left_y = minus_span_front_left_y * inverse_length_rear_left;
+    const real direction_rear_left_z = span_rear_left_z * inverse_length_rear_left;
+    const real spring_32 = (spring_9 - spring_27 - R_body_xz * spring_30) * direction_rear_left_x;
+    const real spring_33 = spring_32 + (spring_28 - sin_roll * spring_30) * minus_direction_rear_left_y;
+    const real spring_34 = p->p_skyhook * v_mount_rear_left_z
+        - K(38000.0) * (K(0.48744057724957557) - length_rear_left);
     const real minus_tension_rear_left = p->p_damper_rear * ((v[5] - v_mount_rear_left_z) * direction_rear_left_z
-        + x72) - x73;
+        + spring_33) - spring_34;
     const real minus_force_rear_left_x = direction_rear_left_x * minus_tension_rear_left;
     const real force_rear_left_y = minus_direction_rear_left_y * minus_tension_rear_left;
     const real minus_force_rear_left_z = direction_rear_left_z * minus_tension_rear_left;
-    const real force_on_mount_rear_left_x = cos_pitch * minus_force_rear_left_x - sin_pitch * minus_force_rear_left_z;
-    const real force_on_mount_rear_left_y = R_body_zy * minus_force_rear_left_z
+    const real F_on_mount_rear_left_x = cos_pitch * minus_force_rear_left_x - sin_pitch * minus_force_rear_left_z;
+    const real F_on_mount_rear_left_y = R_body_zy * minus_force_rear_left_z
         + (R_body_xy * minus_force_rear_left_x - cos_roll * force_rear_left_y);
-    const real force_on_mount_rear_left_z = R_body_zz * minus_force_rear_left_z
+    const real F_on_mount_rear_left_z = R_body_zz * minus_force_rear_left_z
         + (R_body_xz * minus_force_rear_left_x + sin_roll * force_rear_left_y);
 
     /* Spring front_right */
-    const real x81 = v_body_z - x19;
-    const real x82 = x20 - x81;
-    const real v_mount_front_right_z = x27 + x32 - R_body_zz * x82;
-    const real minus_span_front_right_x = x15 + x37;
-    const real minus_span_front_right_z = x17 + (x16 - (p_heaving_z - q[4]));
+    const real spring_35 = v_body_z - spring_5;
+    const real spring_36 = spring_6 - spring_35;
+    const real v_mount_front_right_z = spring_13 + spring_17 - R_body_zz * spring_36;
+    const real minus_span_front_right_x = spring_1 + spring_20;
+    const real minus_span_front_right_z = spring_3 + (spring_2 - (p_heaving_z - q[4]));
     const real length_front_right = EG_SQRT(minus_span_front_right_z * minus_span_front_right_z
-        + (x29 + minus_span_front_right_x * minus_span_front_right_x));
-    const real x87 = K(1.0) / length_front_right;
-    const real minus_direction_front_right_x = minus_span_front_right_x * x87;
-    const real direction_front_right_y = minus_span_front_left_y * x87;
-    const real minus_direction_front_right_z = minus_span_front_right_z * x87;
-    const real x91 = (x24 - x31 - R_body_xz * x82) * minus_direction_front_right_x;
-    const real x92 = x91 - (x25 + sin_roll * x82) * direction_front_right_y;
-    const real x93 = p->p_skyhook * v_mount_front_right_z - K(35000.0) * (K(0.515278801843318) - length_front_right);
+        + (spring_14 + minus_span_front_right_x * minus_span_front_right_x));
+    const real inverse_length_front_right = K(1.0) / length_front_right;
+    const real minus_direction_front_right_x = minus_span_front_right_x * inverse_length_front_right;
+    const real direction_front_right_y = minus_span_front_left_y * inverse_length_front_right;
+    const real minus_direction_front_right_z = minus_span_front_right_z * inverse_length_front_right;
+    const real spring_37 = (spring_10 - spring_16 - R_body_xz * spring_36) * minus_direction_front_right_x;
+    const real spring_38 = spring_37 - (spring_11 + sin_roll * spring_36) * direction_front_right_y;
+    const real spring_39 = p->p_skyhook * v_mount_front_right_z
+        - K(35000.0) * (K(0.515278801843318) - length_front_right);
     const real tension_front_right = p->p_damper_front * ((v[4]
-        - v_mount_front_right_z) * minus_direction_front_right_z - x92) + x93;
+        - v_mount_front_right_z) * minus_direction_front_right_z - spring_38) + spring_39;
     const real minus_force_front_right_x = minus_direction_front_right_x * tension_front_right;
     const real force_front_right_y = direction_front_right_y * tension_front_right;
     const real minus_force_front_right_z = minus_direction_front_right_z * tension_front_right;
-    const real force_on_mount_front_right_x = cos_pitch * minus_force_front_right_x
-        - sin_pitch * minus_force_front_right_z;
-    const real force_on_mount_front_right_y = R_body_zy * minus_force_front_right_z
+    const real F_on_mount_front_right_x = cos_pitch * minus_force_front_right_x - sin_pitch * minus_force_front_right_z;
+    const real F_on_mount_front_right_y = R_body_zy * minus_force_front_right_z
         + (R_body_xy * minus_force_front_right_x - cos_roll * force_front_right_y);
-    const real force_on_mount_front_right_z = R_body_zz * minus_force_front_right_z
+    const real F_on_mount_front_right_z = R_body_zz * minus_force_front_right_z
         + (R_body_xz * minus_force_front_right_x + sin_roll * force_front_right_y);
 
     /* Spring rear_right */
-    const real x101 = x56 + x81;
-    const real v_mount_rear_right_z = x32 + x60 + R_body_zz * x101;
-    const real minus_span_rear_right_x = x15 - x63;
-    const real minus_span_rear_right_z = x17 - (x55 + (p_heaving_z - q[6]));
+    const real spring_40 = spring_25 + spring_35;
+    const real v_mount_rear_right_z = spring_17 + spring_29 + R_body_zz * spring_40;
+    const real minus_span_rear_right_x = spring_1 - spring_31;
+    const real minus_span_rear_right_z = spring_3 - (spring_24 + (p_heaving_z - q[6]));
     const real length_rear_right = EG_SQRT(minus_span_rear_right_z * minus_span_rear_right_z
-        + (x29 + minus_span_rear_right_x * minus_span_rear_right_x));
-    const real x106 = K(1.0) / length_rear_right;
-    const real minus_direction_rear_right_x = minus_span_rear_right_x * x106;
-    const real direction_rear_right_y = minus_span_front_left_y * x106;
-    const real minus_direction_rear_right_z = minus_span_rear_right_z * x106;
-    const real x110 = (x31 - x58 - R_body_xz * x101) * minus_direction_rear_right_x;
-    const real x111 = x110 + (x59 - sin_roll * x101) * direction_rear_right_y;
-    const real x112 = p->p_skyhook * v_mount_rear_right_z - K(38000.0) * (K(0.48744057724957557) - length_rear_right);
+        + (spring_14 + minus_span_rear_right_x * minus_span_rear_right_x));
+    const real inverse_length_rear_right = K(1.0) / length_rear_right;
+    const real minus_direction_rear_right_x = minus_span_rear_right_x * inverse_length_rear_right;
+    const real direction_rear_right_y = minus_span_front_left_y * inverse_length_rear_right;
+    const real minus_direction_rear_right_z = minus_span_rear_right_z * inverse_length_rear_right;
+    const real spring_41 = (spring_16 - spring_27 - R_body_xz * spring_40) * minus_direction_rear_right_x;
+    const real spring_42 = spring_41 + (spring_28 - sin_roll * spring_40) * direction_rear_right_y;
+    const real spring_43 = p->p_skyhook * v_mount_rear_right_z
+        - K(38000.0) * (K(0.48744057724957557) - length_rear_right);
     const real tension_rear_right = p->p_damper_rear * ((v[6] - v_mount_rear_right_z) * minus_direction_rear_right_z
-        + x111) + x112;
+        + spring_42) + spring_43;
     const real minus_force_rear_right_x = minus_direction_rear_right_x * tension_rear_right;
     const real force_rear_right_y = direction_rear_right_y * tension_rear_right;
     const real minus_force_rear_right_z = minus_direction_rear_right_z * tension_rear_right;
-    const real force_on_mount_rear_right_x = cos_pitch * minus_force_rear_right_x
-        - sin_pitch * minus_force_rear_right_z;
-    const real force_on_mount_rear_right_y = R_body_zy * minus_force_rear_right_z
+    const real F_on_mount_rear_right_x = cos_pitch * minus_force_rear_right_x - sin_pitch * minus_force_rear_right_z;
+    const real F_on_mount_rear_right_y = R_body_zy * minus_force_rear_right_z
         + (R_body_xy * minus_force_rear_right_x - cos_roll * force_rear_right_y);
-    const real force_on_mount_rear_right_z = R_body_zz * minus_force_rear_right_z
+    const real F_on_mount_rear_right_z = R_body_zz * minus_force_rear_right_z
         + (R_body_xz * minus_force_rear_right_x + sin_roll * force_rear_right_y);
 
     /* Applied forces at joint roll */
-    const real x120 = cos_roll * (force_on_mount_front_left_z + force_on_mount_front_right_z
-        + (force_on_mount_rear_left_z + force_on_mount_rear_right_z));
-    const real x121 = cos_pitch * (sin_roll * (force_on_mount_front_left_y + force_on_mount_front_right_y
-        + (force_on_mount_rear_left_y + force_on_mount_rear_right_y)) + x120);
+    const real applied_1 = cos_roll * (F_on_mount_front_left_z + F_on_mount_front_right_z
+        + (F_on_mount_rear_left_z + F_on_mount_rear_right_z));
+    const real x121 = cos_pitch * (sin_roll * (F_on_mount_front_left_y + F_on_mount_front_right_y
+        + (F_on_mount_rear_left_y + F_on_mount_rear_right_y)) + applied_1);
 
     /* Acceleration of joint heave */
-    const real x122 = x121 - (K(14715.0) + sin_pitch * (force_on_mount_front_left_x + force_on_mount_front_right_x
-        + (force_on_mount_rear_left_x + force_on_mount_rear_right_x)));
-    vdot[0] = K(0.0006666666666666666) * x122;
+    const real acceleration_1 = x121 - (K(14715.0) + sin_pitch * (F_on_mount_front_left_x + F_on_mount_front_right_x
+        + (F_on_mount_rear_left_x + F_on_mount_rear_right_x)));
+    vdot[0] = K(0.0006666666666666666) * acceleration_1;
 
     /* Effort front_left */
-    const real x123 = K(2.0) * t;
-    const real x124 = K(1.0) - EG_EXP(-(x123 * x123));
+    const real effort_1 = K(2.0) * t;
+    const real effort_2 = K(1.0) - EG_EXP(-(effort_1 * effort_1));
 
     /* Effort front_right */
-    const real x125 = EG_SQRT(K(1.0) - p->p_coherence * p->p_coherence);
-    const real x126 = K(190000.0) * u[0] * x124 - (K(578.7900000000001)
+    const real effort_3 = EG_SQRT(K(1.0) - p->p_coherence * p->p_coherence);
+    const real x126 = K(190000.0) * u[0] * effort_2 - (K(578.7900000000001)
         + K(190000.0) * (q[3] - K(0.024281831918505945)));
-    const real x127 = x124 * (K(190000.0) * (p->p_coherence * u[0] + x125 * u[2]));
-    const real x128 = x124 * (K(190000.0) * u[1]) - (K(578.7900000000001)
+    const real x127 = effort_2 * (K(190000.0) * (p->p_coherence * u[0] + effort_3 * u[2]));
+    const real x128 = effort_2 * (K(190000.0) * u[1]) - (K(578.7900000000001)
         + K(190000.0) * (q[5] - K(0.020534378607809847)));
-    const real x129 = x124 * (K(190000.0) * (p->p_coherence * u[1] + x125 * u[3]));
+    const real x129 = effort_2 * (K(190000.0) * (p->p_coherence * u[1] + effort_3 * u[3]));
 
     /* Centripetal and Coriolis acceleration of link body */
-    const real x130 = omega_body_y * minus_omega_body_z;
-    const real x131 = K(1.7) * force_on_mount_rear_right_z + (K(120.0) * (v[2] * minus_omega_body_z)
-        - K(1.4) * force_on_mount_front_left_z);
-    const real x132 = K(1.4) * force_on_mount_front_left_y + K(0.75) * force_on_mount_rear_right_x;
-    const real x133 = K(1.7) * force_on_mount_rear_right_y - (K(800.0) * (v[2] * omega_body_y)
-        - K(0.75) * force_on_mount_front_left_x);
-    const real x134 = K(1.4) * force_on_mount_front_right_y - K(1.7) * force_on_mount_rear_left_y - x133;
+    const real centripetal_1 = omega_body_y * minus_omega_body_z;
+    const real x131 = K(1.7) * F_on_mount_rear_right_z + (K(120.0) * (v[2] * minus_omega_body_z)
+        - K(1.4) * F_on_mount_front_left_z);
+    const real x132 = K(1.4) * F_on_mount_front_left_y + K(0.75) * F_on_mount_rear_right_x;
+    const real x133 = K(1.7) * F_on_mount_rear_right_y - (K(800.0) * (v[2] * omega_body_y)
+        - K(0.75) * F_on_mount_front_left_x);
+    const real x134 = K(1.4) * F_on_mount_front_right_y - K(1.7) * F_on_mount_rear_left_y - x133;
 
     /* Bias force at joint roll */
-    const real x135 = sin_roll * (K(0.75) * force_on_mount_front_right_x - K(0.75) * force_on_mount_rear_left_x + x132
+    const real bias_1 = sin_roll * (K(0.75) * F_on_mount_front_right_x - K(0.75) * F_on_mount_rear_left_x + x132
         + x134);
 
     /* Elimination of the mass matrix from the tips to the root */
-    const real x136 = cos_roll * (K(1.4) * force_on_mount_front_right_z - K(1.7) * force_on_mount_rear_left_z - x131)
-        + x135;
-    vdot[1] = -(K(1.0) / (K(2160.0) + sin_roll * (K(340.0) * sin_roll)) * x136);
+    const real elimination_1 = cos_roll * (K(1.4) * F_on_mount_front_right_z - K(1.7) * F_on_mount_rear_left_z - x131)
+        + bias_1;
+    vdot[1] = -(K(1.0) / (K(2160.0) + sin_roll * (K(340.0) * sin_roll)) * elimination_1);
     vdot[3] = -(K(0.01694915254237288) * (minus_force_front_left_z - x126));
     vdot[4] = -(K(0.01694915254237288) * (minus_force_front_right_z
         - (x127 - (K(578.7900000000001) + K(190000.0) * (q[4] - K(0.024281831918505945))))));
@@ -1895,12 +1914,12 @@ void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t,
         - (x129 - (K(578.7900000000001) + K(190000.0) * (q[6] - K(0.020534378607809847))))));
 
     /* Inertia forces of link body at rest of its joints */
-    const real x137 = K(400.0) * x130 - K(60.0) * x130 + K(0.75) * force_on_mount_front_left_z;
+    const real inertia_1 = K(400.0) * centripetal_1 - K(60.0) * centripetal_1 + K(0.75) * F_on_mount_front_left_z;
 
     /* Acceleration of joint roll */
-    const real x138 = K(0.75) * force_on_mount_front_right_z - K(0.75) * force_on_mount_rear_left_z
-        + (K(0.75) * force_on_mount_rear_right_z - x137);
-    vdot[2] = -(K(0.002173913043478261) * x138);
+    const real acceleration_2 = K(0.75) * F_on_mount_front_right_z - K(0.75) * F_on_mount_rear_left_z
+        + (K(0.75) * F_on_mount_rear_right_z - inertia_1);
+    vdot[2] = -(K(0.002173913043478261) * acceleration_2);
 }
 
 void active_vehicle_residual(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *a,

@@ -552,10 +552,10 @@ void active_vehicle_outputs(const active_vehicle_parameters *p, real t, const re
     const real R_body_zz = cos_pitch * cos_roll;
 
     /* Spring front_left */
-    const real x10 = K(1.4) * cos_pitch;
-    const real x11 = K(0.75) * R_body_xy;
-    const real x12 = K(1.4) * sin_pitch;
-    const real x13 = K(0.75) * R_body_zy;
+    const real spring_1 = K(1.4) * cos_pitch;
+    const real spring_2 = K(0.75) * R_body_xy;
+    const real spring_3 = K(1.4) * sin_pitch;
+    const real spring_4 = K(0.75) * R_body_zy;
 
     /* Twist of link pitching */
     const real v_pitching_z = v[0] * cos_pitch;
@@ -568,145 +568,158 @@ void active_vehicle_outputs(const active_vehicle_parameters *p, real t, const re
     const real minus_omega_body_z = v[1] * sin_roll;
 
     /* Spring front_left */
-    const real x20 = K(0.75) * minus_omega_body_z;
-    const real x21 = K(0.75) * v[2];
-    const real x22 = K(1.4) * omega_body_y;
-    const real x23 = minus_v_pitching_x - x20;
-    const real x24 = v_body_y - K(1.4) * minus_omega_body_z;
-    const real x25 = v_body_z + (x21 - x22);
-    const real x26 = cos_pitch * x23;
-    const real x27 = R_body_xy * x24;
-    const real x28 = cos_roll * x24;
-    const real x29 = sin_pitch * x23;
-    const real x30 = R_body_zy * x24;
-    const real v_mount_front_left_z = x29 + x30 + R_body_zz * x25;
-    const real x32 = p->p_skyhook * v_mount_front_left_z;
-    y[10] = x32;
-    const real minus_span_front_left_x = K(1.4) - (x10 + x11);
+    const real spring_5 = K(0.75) * minus_omega_body_z;
+    const real spring_6 = K(0.75) * v[2];
+    const real spring_7 = K(1.4) * omega_body_y;
+    const real spring_8 = minus_v_pitching_x - spring_5;
+    const real spring_9 = v_body_y - K(1.4) * minus_omega_body_z;
+    const real spring_10 = v_body_z + (spring_6 - spring_7);
+    const real spring_11 = cos_pitch * spring_8;
+    const real spring_12 = R_body_xy * spring_9;
+    const real spring_13 = cos_roll * spring_9;
+    const real spring_14 = sin_pitch * spring_8;
+    const real spring_15 = R_body_zy * spring_9;
+    const real v_mount_front_left_z = spring_14 + spring_15 + R_body_zz * spring_10;
+    const real spring_16 = p->p_skyhook * v_mount_front_left_z;
+    y[10] = spring_16;
+    const real minus_span_front_left_x = K(1.4) - (spring_1 + spring_2);
     const real minus_span_front_left_y = K(0.75) - K(0.75) * cos_roll;
-    const real minus_span_front_left_z = q[3] - (p_heaving_z - (x12 - x13));
-    const real x36 = minus_span_front_left_y * minus_span_front_left_y;
-    const real length_front_left = EG_SQRT(minus_span_front_left_x * minus_span_front_left_x + x36
+    const real minus_span_front_left_z = q[3] - (p_heaving_z - (spring_3 - spring_4));
+    const real spring_17 = minus_span_front_left_y * minus_span_front_left_y;
+    const real length_front_left = EG_SQRT(minus_span_front_left_x * minus_span_front_left_x + spring_17
         + minus_span_front_left_z * minus_span_front_left_z);
-    const real x38 = K(1.0) / length_front_left;
-    const real x39 = (x26 - x27 - R_body_xz * x25) * (minus_span_front_left_x * x38);
-    const real x40 = x39 - (x28 - sin_roll * x25) * (minus_span_front_left_y * x38);
-    const real rate_front_left = x40 + (v[3] - v_mount_front_left_z) * (minus_span_front_left_z * x38);
-    const real x42 = K(0.515278801843318) - length_front_left;
+    const real inverse_length_front_left = K(1.0) / length_front_left;
+    const real spring_18 = (spring_11 - spring_12
+        - R_body_xz * spring_10) * (minus_span_front_left_x * inverse_length_front_left);
+    const real spring_19 = spring_18 - (spring_13
+        - sin_roll * spring_10) * (minus_span_front_left_y * inverse_length_front_left);
+    const real rate_front_left = spring_19 + (v[3]
+        - v_mount_front_left_z) * (minus_span_front_left_z * inverse_length_front_left);
+    const real spring_20 = K(0.515278801843318) - length_front_left;
 
     /* Spring front_right */
-    const real x43 = minus_v_pitching_x + x20;
-    const real x44 = v_body_z - (x21 + x22);
-    const real x45 = cos_pitch * x43;
-    const real x46 = sin_pitch * x43;
-    const real v_mount_front_right_z = x30 + x46 + R_body_zz * x44;
-    const real x48 = p->p_skyhook * v_mount_front_right_z;
-    y[11] = x48;
-    const real minus_span_front_right_x = K(1.4) - (x10 - x11);
-    const real minus_span_front_right_z = q[4] - (p_heaving_z - (x12 + x13));
-    const real length_front_right = EG_SQRT(x36 + minus_span_front_right_x * minus_span_front_right_x
+    const real spring_21 = minus_v_pitching_x + spring_5;
+    const real spring_22 = v_body_z - (spring_6 + spring_7);
+    const real spring_23 = cos_pitch * spring_21;
+    const real spring_24 = sin_pitch * spring_21;
+    const real v_mount_front_right_z = spring_15 + spring_24 + R_body_zz * spring_22;
+    const real spring_25 = p->p_skyhook * v_mount_front_right_z;
+    y[11] = spring_25;
+    const real minus_span_front_right_x = K(1.4) - (spring_1 - spring_2);
+    const real minus_span_front_right_z = q[4] - (p_heaving_z - (spring_3 + spring_4));
+    const real length_front_right = EG_SQRT(spring_17 + minus_span_front_right_x * minus_span_front_right_x
         + minus_span_front_right_z * minus_span_front_right_z);
-    const real x52 = K(1.0) / length_front_right;
-    const real x53 = (x27 - x45 + R_body_xz * x44) * (minus_span_front_right_x * x52);
-    const real x54 = x53 - (x28 - sin_roll * x44) * (minus_span_front_left_y * x52);
-    const real minus_rate_front_right = x54 - (v[4] - v_mount_front_right_z) * (minus_span_front_right_z * x52);
-    const real x56 = K(0.515278801843318) - length_front_right;
-    const real x57 = minus_rate_front_right * (x48 - p->p_damper_front * minus_rate_front_right);
+    const real inverse_length_front_right = K(1.0) / length_front_right;
+    const real spring_26 = (spring_12 - spring_23
+        + R_body_xz * spring_22) * (minus_span_front_right_x * inverse_length_front_right);
+    const real spring_27 = spring_26 - (spring_13
+        - sin_roll * spring_22) * (minus_span_front_left_y * inverse_length_front_right);
+    const real minus_rate_front_right = spring_27 - (v[4]
+        - v_mount_front_right_z) * (minus_span_front_right_z * inverse_length_front_right);
+    const real spring_28 = K(0.515278801843318) - length_front_right;
+    const real spring_29 = minus_rate_front_right * (spring_25 - p->p_damper_front * minus_rate_front_right);
 
     /* Spring rear_left */
-    const real x58 = K(1.7) * cos_pitch;
-    const real x59 = K(1.7) * sin_pitch;
-    const real x60 = K(1.7) * omega_body_y;
-    const real x61 = v_body_y + K(1.7) * minus_omega_body_z;
-    const real x62 = v_body_z + (x21 + x60);
-    const real x63 = R_body_xy * x61;
-    const real x64 = cos_roll * x61;
-    const real x65 = R_body_zy * x61;
-    const real v_mount_rear_left_z = x29 + x65 + R_body_zz * x62;
-    const real x67 = p->p_skyhook * v_mount_rear_left_z;
-    y[12] = x67;
-    const real span_rear_left_x = K(1.7) + (x11 - x58);
-    const real minus_span_rear_left_z = q[5] - (p_heaving_z + (x13 + x59));
-    const real length_rear_left = EG_SQRT(x36 + span_rear_left_x * span_rear_left_x
+    const real spring_30 = K(1.7) * cos_pitch;
+    const real spring_31 = K(1.7) * sin_pitch;
+    const real spring_32 = K(1.7) * omega_body_y;
+    const real spring_33 = v_body_y + K(1.7) * minus_omega_body_z;
+    const real spring_34 = v_body_z + (spring_6 + spring_32);
+    const real spring_35 = R_body_xy * spring_33;
+    const real spring_36 = cos_roll * spring_33;
+    const real spring_37 = R_body_zy * spring_33;
+    const real v_mount_rear_left_z = spring_14 + spring_37 + R_body_zz * spring_34;
+    const real spring_38 = p->p_skyhook * v_mount_rear_left_z;
+    y[12] = spring_38;
+    const real span_rear_left_x = K(1.7) + (spring_2 - spring_30);
+    const real minus_span_rear_left_z = q[5] - (p_heaving_z + (spring_4 + spring_31));
+    const real length_rear_left = EG_SQRT(spring_17 + span_rear_left_x * span_rear_left_x
         + minus_span_rear_left_z * minus_span_rear_left_z);
-    const real x71 = K(1.0) / length_rear_left;
-    const real x72 = (x26 - x63 - R_body_xz * x62) * (span_rear_left_x * x71);
-    const real x73 = x72 + (x64 - sin_roll * x62) * (minus_span_front_left_y * x71);
-    const real minus_rate_rear_left = x73 - (v[5] - v_mount_rear_left_z) * (minus_span_rear_left_z * x71);
-    const real x75 = K(0.48744057724957557) - length_rear_left;
-    const real x76 = K(17500.0) * (x42 * x42) + K(17500.0) * (x56 * x56);
-    const real x77 = rate_front_left * (x32 + p->p_damper_front * rate_front_left) - x57;
+    const real inverse_length_rear_left = K(1.0) / length_rear_left;
+    const real spring_39 = (spring_11 - spring_35
+        - R_body_xz * spring_34) * (span_rear_left_x * inverse_length_rear_left);
+    const real spring_40 = spring_39 + (spring_36
+        - sin_roll * spring_34) * (minus_span_front_left_y * inverse_length_rear_left);
+    const real minus_rate_rear_left = spring_40 - (v[5]
+        - v_mount_rear_left_z) * (minus_span_rear_left_z * inverse_length_rear_left);
+    const real spring_41 = K(0.48744057724957557) - length_rear_left;
+    const real spring_42 = K(17500.0) * (spring_20 * spring_20) + K(17500.0) * (spring_28 * spring_28);
+    const real spring_43 = rate_front_left * (spring_16 + p->p_damper_front * rate_front_left) - spring_29;
 
     /* Spring rear_right */
-    const real x78 = v_body_z - (x21 - x60);
-    const real v_mount_rear_right_z = x46 + x65 + R_body_zz * x78;
-    const real x80 = p->p_skyhook * v_mount_rear_right_z;
-    y[13] = x80;
-    const real span_rear_right_x = K(1.7) - (x11 + x58);
-    const real minus_span_rear_right_z = q[6] - (p_heaving_z - (x13 - x59));
-    const real length_rear_right = EG_SQRT(x36 + span_rear_right_x * span_rear_right_x
+    const real spring_44 = v_body_z - (spring_6 - spring_32);
+    const real v_mount_rear_right_z = spring_24 + spring_37 + R_body_zz * spring_44;
+    const real spring_45 = p->p_skyhook * v_mount_rear_right_z;
+    y[13] = spring_45;
+    const real span_rear_right_x = K(1.7) - (spring_2 + spring_30);
+    const real minus_span_rear_right_z = q[6] - (p_heaving_z - (spring_4 - spring_31));
+    const real length_rear_right = EG_SQRT(spring_17 + span_rear_right_x * span_rear_right_x
         + minus_span_rear_right_z * minus_span_rear_right_z);
-    const real x84 = K(1.0) / length_rear_right;
-    const real x85 = (x45 - x63 - R_body_xz * x78) * (span_rear_right_x * x84);
-    const real x86 = x85 - (x64 - sin_roll * x78) * (minus_span_front_left_y * x84);
-    const real minus_rate_rear_right = x86 - (v[6] - v_mount_rear_right_z) * (minus_span_rear_right_z * x84);
-    const real x88 = K(0.48744057724957557) - length_rear_right;
-    const real x89 = x77 - minus_rate_rear_left * (x67 - p->p_damper_rear * minus_rate_rear_left);
+    const real inverse_length_rear_right = K(1.0) / length_rear_right;
+    const real spring_46 = (spring_23 - spring_35
+        - R_body_xz * spring_44) * (span_rear_right_x * inverse_length_rear_right);
+    const real spring_47 = spring_46 - (spring_36
+        - sin_roll * spring_44) * (minus_span_front_left_y * inverse_length_rear_right);
+    const real minus_rate_rear_right = spring_47 - (v[6]
+        - v_mount_rear_right_z) * (minus_span_rear_right_z * inverse_length_rear_right);
+    const real spring_48 = K(0.48744057724957557) - length_rear_right;
+    const real spring_49 = spring_43 - minus_rate_rear_left * (spring_38 - p->p_damper_rear * minus_rate_rear_left);
 
     /* Spring and damper of joint front_left */
-    const real x90 = q[3] - K(0.024281831918505945);
-    const real x91 = x76 + K(19000.0) * (x75 * x75) + K(19000.0) * (x88 * x88);
+    const real spring_50 = q[3] - K(0.024281831918505945);
+    const real spring_51 = spring_42 + K(19000.0) * (spring_41 * spring_41) + K(19000.0) * (spring_48 * spring_48);
 
     /* Spring and damper of joint front_right */
-    const real x92 = q[4] - K(0.024281831918505945);
+    const real spring_52 = q[4] - K(0.024281831918505945);
 
     /* Spring and damper of joint rear_left */
-    const real x93 = q[5] - K(0.020534378607809847);
-    const real x94 = x91 + K(95000.0) * (x90 * x90) + K(95000.0) * (x92 * x92);
+    const real spring_53 = q[5] - K(0.020534378607809847);
+    const real spring_54 = spring_51 + K(95000.0) * (spring_50 * spring_50) + K(95000.0) * (spring_52 * spring_52);
 
     /* Spring and damper of joint rear_right */
-    const real x95 = q[6] - K(0.020534378607809847);
+    const real spring_55 = q[6] - K(0.020534378607809847);
 
     /* Effort front_left */
-    const real x96 = K(2.0) * t;
-    const real x97 = K(1.0) - EG_EXP(-(x96 * x96));
-    const real x98 = x89 - minus_rate_rear_right * (x80 - p->p_damper_rear * minus_rate_rear_right);
+    const real effort_1 = K(2.0) * t;
+    const real effort_2 = K(1.0) - EG_EXP(-(effort_1 * effort_1));
+    const real effort_3 = spring_49 - minus_rate_rear_right * (spring_45 - p->p_damper_rear * minus_rate_rear_right);
 
     /* Effort front_right */
-    const real x99 = EG_SQRT(K(1.0) - p->p_coherence * p->p_coherence);
-    const real x100 = p->p_coherence * u[0] + x99 * u[2];
-    const real x101 = x98 - v[3] * (K(190000.0) * u[0] * x97);
+    const real effort_4 = EG_SQRT(K(1.0) - p->p_coherence * p->p_coherence);
+    const real effort_5 = p->p_coherence * u[0] + effort_4 * u[2];
+    const real effort_6 = effort_3 - v[3] * (K(190000.0) * u[0] * effort_2);
 
     /* Effort rear_left */
-    const real x102 = x101 - v[4] * (x97 * (K(190000.0) * x100));
+    const real effort_7 = effort_6 - v[4] * (effort_2 * (K(190000.0) * effort_5));
 
     /* Effort rear_right */
-    const real x103 = p->p_coherence * u[1] + x99 * u[3];
-    const real x104 = x102 - v[5] * (x97 * (K(190000.0) * u[1]));
-    y[5] = -(x104 - v[6] * (x97 * (K(190000.0) * x103)));
+    const real effort_8 = p->p_coherence * u[1] + effort_4 * u[3];
+    const real effort_9 = effort_7 - v[5] * (effort_2 * (K(190000.0) * u[1]));
+    y[5] = -(effort_9 - v[6] * (effort_2 * (K(190000.0) * effort_8)));
 
     /* Centripetal and Coriolis acceleration of link body */
     const real minus_alpha0_body_z = v[2] * omega_body_y;
-    const real x106 = v[2] * v[2];
-    const real x107 = minus_omega_body_z * minus_omega_body_z;
+    const real v2_v2 = v[2] * v[2];
+    const real centripetal_1 = minus_omega_body_z * minus_omega_body_z;
 
     /* Energy of link body */
-    const real x108 = K(0.5) * (omega_body_y * omega_body_y);
-    const real x109 = K(0.5) * x107;
-    const real x110 = K(0.5) * x106;
-    const real x111 = K(0.5) * (minus_v_pitching_x * minus_v_pitching_x) + K(0.5) * (v_body_y * v_body_y);
-    const real x112 = K(2100.0) * (x108 + x109) + K(400.0) * (x109 + x110);
-    const real x113 = K(1500.0) * (K(0.5) * (v_body_z * v_body_z) + x111);
-    const real x114 = x94 + K(95000.0) * (x93 * x93) + K(95000.0) * (x95 * x95);
+    const real energy_1 = K(0.5) * (omega_body_y * omega_body_y);
+    const real energy_2 = K(0.5) * centripetal_1;
+    const real energy_3 = K(0.5) * v2_v2;
+    const real energy_4 = K(0.5) * (minus_v_pitching_x * minus_v_pitching_x) + K(0.5) * (v_body_y * v_body_y);
+    const real energy_5 = K(2100.0) * (energy_1 + energy_2) + K(400.0) * (energy_2 + energy_3);
+    const real energy_6 = K(1500.0) * (K(0.5) * (v_body_z * v_body_z) + energy_4);
+    const real energy_7 = spring_54 + K(95000.0) * (spring_53 * spring_53) + K(95000.0) * (spring_55 * spring_55);
 
     /* Energy of link wheel_front_left */
-    const real x115 = x113 + (K(60.0) * (x108 + x110) + x112);
+    const real energy_8 = energy_6 + (K(60.0) * (energy_1 + energy_3) + energy_5);
 
     /* Energy of link wheel_rear_left */
-    const real x116 = x115 + K(29.5) * (v[3] * v[3]) + K(29.5) * (v[4] * v[4]);
-    const real x117 = x114 + K(14715.0) * p_heaving_z + K(578.7900000000001) * q[3] + K(578.7900000000001) * q[4];
-    const real x118 = x116 + K(29.5) * (v[5] * v[5]) + K(29.5) * (v[6] * v[6]);
-    y[4] = x118 + (x117 + K(578.7900000000001) * q[5] + K(578.7900000000001) * q[6]);
+    const real energy_9 = energy_8 + K(29.5) * (v[3] * v[3]) + K(29.5) * (v[4] * v[4]);
+    const real energy_10 = energy_7 + K(14715.0) * p_heaving_z + K(578.7900000000001) * q[3]
+        + K(578.7900000000001) * q[4];
+    const real x118 = energy_9 + K(29.5) * (v[5] * v[5]) + K(29.5) * (v[6] * v[6]);
+    y[4] = x118 + (energy_10 + K(578.7900000000001) * q[5] + K(578.7900000000001) * q[6]);
 
     /* Acceleration of link pitching */
     const real acc_pitching_z = a[0] * cos_pitch;
@@ -720,10 +733,10 @@ void active_vehicle_outputs(const active_vehicle_parameters *p, real t, const re
     y[0] = sin_pitch * minus_acc_pitching_x + R_body_zy * acc_body_y + R_body_zz * acc_body_z;
 
     /* Output driver_acceleration */
-    const real x123 = sin_pitch * (minus_acc_pitching_x - K(0.35) * (minus_alpha0_body_z
+    const real output_1 = sin_pitch * (minus_acc_pitching_x - K(0.35) * (minus_alpha0_body_z
         + (minus_alpha0_body_z + a[1] * sin_roll)));
-    const real x124 = R_body_zz * (acc_body_z + K(0.35) * (a[2] - omega_body_y * minus_omega_body_z));
-    y[1] = x123 + R_body_zy * (acc_body_y - K(0.35) * (x106 + x107)) + x124;
+    const real output_2 = R_body_zz * (acc_body_z + K(0.35) * (a[2] - omega_body_y * minus_omega_body_z));
+    y[1] = output_1 + R_body_zy * (acc_body_y - K(0.35) * (v2_v2 + centripetal_1)) + output_2;
 
     /* Output suspension_travel */
     y[6] = -(K(0.4) - length_front_left);
@@ -732,20 +745,20 @@ void active_vehicle_outputs(const active_vehicle_parameters *p, real t, const re
     y[9] = -(K(0.4) - length_rear_right);
 
     /* Output road */
-    const real x125 = u[0] * x97;
-    y[14] = x125;
-    const real x126 = x97 * x100;
-    y[15] = x126;
-    const real x127 = x97 * u[1];
-    y[16] = x127;
-    const real x128 = x97 * x103;
-    y[17] = x128;
+    const real u0_effort_2 = u[0] * effort_2;
+    y[14] = u0_effort_2;
+    const real effort_2_5 = effort_2 * effort_5;
+    y[15] = effort_2_5;
+    const real effort_2_u1 = effort_2 * u[1];
+    y[16] = effort_2_u1;
+    const real effort_2_8 = effort_2 * effort_8;
+    y[17] = effort_2_8;
 
     /* Output tyre_load */
-    y[18] = -(K(190000.0) * (q[3] - x125));
-    y[19] = -(K(190000.0) * (q[4] - x126));
-    y[20] = -(K(190000.0) * (q[5] - x127));
-    y[21] = -(K(190000.0) * (q[6] - x128));
+    y[18] = -(K(190000.0) * (q[3] - u0_effort_2));
+    y[19] = -(K(190000.0) * (q[4] - effort_2_5));
+    y[20] = -(K(190000.0) * (q[5] - effort_2_u1));
+    y[21] = -(K(190000.0) * (q[6] - effort_2_8));
 }
 
 void active_vehicle_energy(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *u,
@@ -771,10 +784,10 @@ void active_vehicle_energy(const active_vehicle_parameters *p, real t, const rea
     const real R_body_zz = cos_pitch * cos_roll;
 
     /* Spring front_left */
-    const real x10 = K(1.4) * cos_pitch;
-    const real x11 = K(0.75) * R_body_xy;
-    const real x12 = K(1.4) * sin_pitch;
-    const real x13 = K(0.75) * R_body_zy;
+    const real spring_1 = K(1.4) * cos_pitch;
+    const real spring_2 = K(0.75) * R_body_xy;
+    const real spring_3 = K(1.4) * sin_pitch;
+    const real spring_4 = K(0.75) * R_body_zy;
 
     /* Twist of link pitching */
     const real v_pitching_z = v[0] * cos_pitch;
@@ -787,136 +800,149 @@ void active_vehicle_energy(const active_vehicle_parameters *p, real t, const rea
     const real minus_omega_body_z = v[1] * sin_roll;
 
     /* Spring front_left */
-    const real x20 = K(0.75) * minus_omega_body_z;
-    const real x21 = K(0.75) * v[2];
-    const real x22 = K(1.4) * omega_body_y;
-    const real x23 = minus_v_pitching_x - x20;
-    const real x24 = v_body_y - K(1.4) * minus_omega_body_z;
-    const real x25 = v_body_z + (x21 - x22);
-    const real x26 = cos_pitch * x23;
-    const real x27 = R_body_xy * x24;
-    const real x28 = cos_roll * x24;
-    const real x29 = sin_pitch * x23;
-    const real x30 = R_body_zy * x24;
-    const real v_mount_front_left_z = x29 + x30 + R_body_zz * x25;
-    const real minus_span_front_left_x = K(1.4) - (x10 + x11);
+    const real spring_5 = K(0.75) * minus_omega_body_z;
+    const real spring_6 = K(0.75) * v[2];
+    const real spring_7 = K(1.4) * omega_body_y;
+    const real spring_8 = minus_v_pitching_x - spring_5;
+    const real spring_9 = v_body_y - K(1.4) * minus_omega_body_z;
+    const real spring_10 = v_body_z + (spring_6 - spring_7);
+    const real spring_11 = cos_pitch * spring_8;
+    const real spring_12 = R_body_xy * spring_9;
+    const real spring_13 = cos_roll * spring_9;
+    const real spring_14 = sin_pitch * spring_8;
+    const real spring_15 = R_body_zy * spring_9;
+    const real v_mount_front_left_z = spring_14 + spring_15 + R_body_zz * spring_10;
+    const real minus_span_front_left_x = K(1.4) - (spring_1 + spring_2);
     const real minus_span_front_left_y = K(0.75) - K(0.75) * cos_roll;
-    const real minus_span_front_left_z = q[3] - (p_heaving_z - (x12 - x13));
-    const real x35 = minus_span_front_left_y * minus_span_front_left_y;
-    const real length_front_left = EG_SQRT(minus_span_front_left_x * minus_span_front_left_x + x35
+    const real minus_span_front_left_z = q[3] - (p_heaving_z - (spring_3 - spring_4));
+    const real spring_16 = minus_span_front_left_y * minus_span_front_left_y;
+    const real length_front_left = EG_SQRT(minus_span_front_left_x * minus_span_front_left_x + spring_16
         + minus_span_front_left_z * minus_span_front_left_z);
-    const real x37 = K(1.0) / length_front_left;
-    const real x38 = (x26 - x27 - R_body_xz * x25) * (minus_span_front_left_x * x37);
-    const real x39 = x38 - (x28 - sin_roll * x25) * (minus_span_front_left_y * x37);
-    const real rate_front_left = x39 + (v[3] - v_mount_front_left_z) * (minus_span_front_left_z * x37);
-    const real x41 = K(0.515278801843318) - length_front_left;
+    const real inverse_length_front_left = K(1.0) / length_front_left;
+    const real spring_17 = (spring_11 - spring_12
+        - R_body_xz * spring_10) * (minus_span_front_left_x * inverse_length_front_left);
+    const real spring_18 = spring_17 - (spring_13
+        - sin_roll * spring_10) * (minus_span_front_left_y * inverse_length_front_left);
+    const real rate_front_left = spring_18 + (v[3]
+        - v_mount_front_left_z) * (minus_span_front_left_z * inverse_length_front_left);
+    const real spring_19 = K(0.515278801843318) - length_front_left;
 
     /* Spring front_right */
-    const real x42 = minus_v_pitching_x + x20;
-    const real x43 = v_body_z - (x21 + x22);
-    const real x44 = cos_pitch * x42;
-    const real x45 = sin_pitch * x42;
-    const real v_mount_front_right_z = x30 + x45 + R_body_zz * x43;
-    const real minus_span_front_right_x = K(1.4) - (x10 - x11);
-    const real minus_span_front_right_z = q[4] - (p_heaving_z - (x12 + x13));
-    const real length_front_right = EG_SQRT(x35 + minus_span_front_right_x * minus_span_front_right_x
+    const real spring_20 = minus_v_pitching_x + spring_5;
+    const real spring_21 = v_body_z - (spring_6 + spring_7);
+    const real spring_22 = cos_pitch * spring_20;
+    const real spring_23 = sin_pitch * spring_20;
+    const real v_mount_front_right_z = spring_15 + spring_23 + R_body_zz * spring_21;
+    const real minus_span_front_right_x = K(1.4) - (spring_1 - spring_2);
+    const real minus_span_front_right_z = q[4] - (p_heaving_z - (spring_3 + spring_4));
+    const real length_front_right = EG_SQRT(spring_16 + minus_span_front_right_x * minus_span_front_right_x
         + minus_span_front_right_z * minus_span_front_right_z);
-    const real x50 = K(1.0) / length_front_right;
-    const real x51 = (x27 - x44 + R_body_xz * x43) * (minus_span_front_right_x * x50);
-    const real x52 = x51 - (x28 - sin_roll * x43) * (minus_span_front_left_y * x50);
-    const real minus_rate_front_right = x52 - (v[4] - v_mount_front_right_z) * (minus_span_front_right_z * x50);
-    const real x54 = K(0.515278801843318) - length_front_right;
-    const real x55 = minus_rate_front_right * (p->p_skyhook * v_mount_front_right_z
+    const real inverse_length_front_right = K(1.0) / length_front_right;
+    const real spring_24 = (spring_12 - spring_22
+        + R_body_xz * spring_21) * (minus_span_front_right_x * inverse_length_front_right);
+    const real spring_25 = spring_24 - (spring_13
+        - sin_roll * spring_21) * (minus_span_front_left_y * inverse_length_front_right);
+    const real minus_rate_front_right = spring_25 - (v[4]
+        - v_mount_front_right_z) * (minus_span_front_right_z * inverse_length_front_right);
+    const real spring_26 = K(0.515278801843318) - length_front_right;
+    const real spring_27 = minus_rate_front_right * (p->p_skyhook * v_mount_front_right_z
         - p->p_damper_front * minus_rate_front_right);
 
     /* Spring rear_left */
-    const real x56 = K(1.7) * cos_pitch;
-    const real x57 = K(1.7) * sin_pitch;
-    const real x58 = K(1.7) * omega_body_y;
-    const real x59 = v_body_y + K(1.7) * minus_omega_body_z;
-    const real x60 = v_body_z + (x21 + x58);
-    const real x61 = R_body_xy * x59;
-    const real x62 = cos_roll * x59;
-    const real x63 = R_body_zy * x59;
-    const real v_mount_rear_left_z = x29 + x63 + R_body_zz * x60;
-    const real span_rear_left_x = K(1.7) + (x11 - x56);
-    const real minus_span_rear_left_z = q[5] - (p_heaving_z + (x13 + x57));
-    const real length_rear_left = EG_SQRT(x35 + span_rear_left_x * span_rear_left_x
+    const real spring_28 = K(1.7) * cos_pitch;
+    const real spring_29 = K(1.7) * sin_pitch;
+    const real spring_30 = K(1.7) * omega_body_y;
+    const real spring_31 = v_body_y + K(1.7) * minus_omega_body_z;
+    const real spring_32 = v_body_z + (spring_6 + spring_30);
+    const real spring_33 = R_body_xy * spring_31;
+    const real spring_34 = cos_roll * spring_31;
+    const real spring_35 = R_body_zy * spring_31;
+    const real v_mount_rear_left_z = spring_14 + spring_35 + R_body_zz * spring_32;
+    const real span_rear_left_x = K(1.7) + (spring_2 - spring_28);
+    const real minus_span_rear_left_z = q[5] - (p_heaving_z + (spring_4 + spring_29));
+    const real length_rear_left = EG_SQRT(spring_16 + span_rear_left_x * span_rear_left_x
         + minus_span_rear_left_z * minus_span_rear_left_z);
-    const real x68 = K(1.0) / length_rear_left;
-    const real x69 = (x26 - x61 - R_body_xz * x60) * (span_rear_left_x * x68);
-    const real x70 = x69 + (x62 - sin_roll * x60) * (minus_span_front_left_y * x68);
-    const real minus_rate_rear_left = x70 - (v[5] - v_mount_rear_left_z) * (minus_span_rear_left_z * x68);
-    const real x72 = K(0.48744057724957557) - length_rear_left;
-    const real x73 = K(17500.0) * (x41 * x41) + K(17500.0) * (x54 * x54);
-    const real x74 = rate_front_left * (p->p_skyhook * v_mount_front_left_z + p->p_damper_front * rate_front_left)
-        - x55;
+    const real inverse_length_rear_left = K(1.0) / length_rear_left;
+    const real spring_36 = (spring_11 - spring_33
+        - R_body_xz * spring_32) * (span_rear_left_x * inverse_length_rear_left);
+    const real spring_37 = spring_36 + (spring_34
+        - sin_roll * spring_32) * (minus_span_front_left_y * inverse_length_rear_left);
+    const real minus_rate_rear_left = spring_37 - (v[5]
+        - v_mount_rear_left_z) * (minus_span_rear_left_z * inverse_length_rear_left);
+    const real spring_38 = K(0.48744057724957557) - length_rear_left;
+    const real spring_39 = K(17500.0) * (spring_19 * spring_19) + K(17500.0) * (spring_26 * spring_26);
+    const real spring_40 = rate_front_left * (p->p_skyhook * v_mount_front_left_z
+        + p->p_damper_front * rate_front_left) - spring_27;
 
     /* Spring rear_right */
-    const real x75 = v_body_z - (x21 - x58);
-    const real v_mount_rear_right_z = x45 + x63 + R_body_zz * x75;
-    const real span_rear_right_x = K(1.7) - (x11 + x56);
-    const real minus_span_rear_right_z = q[6] - (p_heaving_z - (x13 - x57));
-    const real length_rear_right = EG_SQRT(x35 + span_rear_right_x * span_rear_right_x
+    const real spring_41 = v_body_z - (spring_6 - spring_30);
+    const real v_mount_rear_right_z = spring_23 + spring_35 + R_body_zz * spring_41;
+    const real span_rear_right_x = K(1.7) - (spring_2 + spring_28);
+    const real minus_span_rear_right_z = q[6] - (p_heaving_z - (spring_4 - spring_29));
+    const real length_rear_right = EG_SQRT(spring_16 + span_rear_right_x * span_rear_right_x
         + minus_span_rear_right_z * minus_span_rear_right_z);
-    const real x80 = K(1.0) / length_rear_right;
-    const real x81 = (x44 - x61 - R_body_xz * x75) * (span_rear_right_x * x80);
-    const real x82 = x81 - (x62 - sin_roll * x75) * (minus_span_front_left_y * x80);
-    const real minus_rate_rear_right = x82 - (v[6] - v_mount_rear_right_z) * (minus_span_rear_right_z * x80);
-    const real x84 = K(0.48744057724957557) - length_rear_right;
-    const real x85 = x74 - minus_rate_rear_left * (p->p_skyhook * v_mount_rear_left_z
+    const real inverse_length_rear_right = K(1.0) / length_rear_right;
+    const real spring_42 = (spring_22 - spring_33
+        - R_body_xz * spring_41) * (span_rear_right_x * inverse_length_rear_right);
+    const real spring_43 = spring_42 - (spring_34
+        - sin_roll * spring_41) * (minus_span_front_left_y * inverse_length_rear_right);
+    const real minus_rate_rear_right = spring_43 - (v[6]
+        - v_mount_rear_right_z) * (minus_span_rear_right_z * inverse_length_rear_right);
+    const real spring_44 = K(0.48744057724957557) - length_rear_right;
+    const real spring_45 = spring_40 - minus_rate_rear_left * (p->p_skyhook * v_mount_rear_left_z
         - p->p_damper_rear * minus_rate_rear_left);
 
     /* Spring and damper of joint front_left */
-    const real x86 = q[3] - K(0.024281831918505945);
-    const real x87 = x73 + K(19000.0) * (x72 * x72) + K(19000.0) * (x84 * x84);
+    const real spring_46 = q[3] - K(0.024281831918505945);
+    const real spring_47 = spring_39 + K(19000.0) * (spring_38 * spring_38) + K(19000.0) * (spring_44 * spring_44);
 
     /* Spring and damper of joint front_right */
-    const real x88 = q[4] - K(0.024281831918505945);
+    const real spring_48 = q[4] - K(0.024281831918505945);
 
     /* Spring and damper of joint rear_left */
-    const real x89 = q[5] - K(0.020534378607809847);
-    const real x90 = x87 + K(95000.0) * (x86 * x86) + K(95000.0) * (x88 * x88);
+    const real spring_49 = q[5] - K(0.020534378607809847);
+    const real spring_50 = spring_47 + K(95000.0) * (spring_46 * spring_46) + K(95000.0) * (spring_48 * spring_48);
 
     /* Spring and damper of joint rear_right */
-    const real x91 = q[6] - K(0.020534378607809847);
+    const real spring_51 = q[6] - K(0.020534378607809847);
 
     /* Effort front_left */
-    const real x92 = K(2.0) * t;
-    const real x93 = K(1.0) - EG_EXP(-(x92 * x92));
-    const real x94 = x85 - minus_rate_rear_right * (p->p_skyhook * v_mount_rear_right_z
+    const real effort_1 = K(2.0) * t;
+    const real effort_2 = K(1.0) - EG_EXP(-(effort_1 * effort_1));
+    const real effort_3 = spring_45 - minus_rate_rear_right * (p->p_skyhook * v_mount_rear_right_z
         - p->p_damper_rear * minus_rate_rear_right);
 
     /* Effort front_right */
-    const real x95 = EG_SQRT(K(1.0) - p->p_coherence * p->p_coherence);
-    const real x96 = v[4] * (x93 * (K(190000.0) * (p->p_coherence * u[0] + x95 * u[2])));
+    const real effort_4 = EG_SQRT(K(1.0) - p->p_coherence * p->p_coherence);
+    const real effort_5 = v[4] * (effort_2 * (K(190000.0) * (p->p_coherence * u[0] + effort_4 * u[2])));
 
     /* Effort rear_left */
-    const real x97 = x94 - v[3] * (K(190000.0) * u[0] * x93) - x96;
+    const real effort_6 = effort_3 - v[3] * (K(190000.0) * u[0] * effort_2) - effort_5;
 
     /* Effort rear_right */
-    const real x98 = v[6] * (x93 * (K(190000.0) * (p->p_coherence * u[1] + x95 * u[3])));
-    energy[2] = -(x97 - v[5] * (x93 * (K(190000.0) * u[1])) - x98);
+    const real effort_7 = v[6] * (effort_2 * (K(190000.0) * (p->p_coherence * u[1] + effort_4 * u[3])));
+    energy[2] = -(effort_6 - v[5] * (effort_2 * (K(190000.0) * u[1])) - effort_7);
 
     /* Energy of link body */
-    const real x99 = K(0.5) * (omega_body_y * omega_body_y);
-    const real x100 = K(0.5) * (minus_omega_body_z * minus_omega_body_z);
-    const real x101 = K(0.5) * (v[2] * v[2]);
-    const real x102 = K(0.5) * (minus_v_pitching_x * minus_v_pitching_x) + K(0.5) * (v_body_y * v_body_y);
-    const real x103 = K(2100.0) * (x99 + x100) + K(400.0) * (x100 + x101);
-    const real x104 = K(1500.0) * (K(0.5) * (v_body_z * v_body_z) + x102);
-    const real x105 = x90 + K(95000.0) * (x89 * x89) + K(95000.0) * (x91 * x91);
+    const real energy_1 = K(0.5) * (omega_body_y * omega_body_y);
+    const real energy_2 = K(0.5) * (minus_omega_body_z * minus_omega_body_z);
+    const real energy_3 = K(0.5) * (v[2] * v[2]);
+    const real energy_4 = K(0.5) * (minus_v_pitching_x * minus_v_pitching_x) + K(0.5) * (v_body_y * v_body_y);
+    const real energy_5 = K(2100.0) * (energy_1 + energy_2) + K(400.0) * (energy_2 + energy_3);
+    const real energy_6 = K(1500.0) * (K(0.5) * (v_body_z * v_body_z) + energy_4);
+    const real energy_7 = spring_50 + K(95000.0) * (spring_49 * spring_49) + K(95000.0) * (spring_51 * spring_51);
 
     /* Energy of link wheel_front_left */
-    const real x106 = x104 + (K(60.0) * (x99 + x101) + x103);
+    const real energy_8 = energy_6 + (K(60.0) * (energy_1 + energy_3) + energy_5);
 
     /* Energy of link wheel_rear_left */
-    const real x107 = x106 + K(29.5) * (v[3] * v[3]) + K(29.5) * (v[4] * v[4]);
-    const real x108 = x105 + K(14715.0) * p_heaving_z + K(578.7900000000001) * q[3] + K(578.7900000000001) * q[4];
+    const real energy_9 = energy_8 + K(29.5) * (v[3] * v[3]) + K(29.5) * (v[4] * v[4]);
+    const real energy_10 = energy_7 + K(14715.0) * p_heaving_z + K(578.7900000000001) * q[3]
+        + K(578.7900000000001) * q[4];
 
     /* Energy of link wheel_rear_right */
-    energy[0] = x107 + K(29.5) * (v[5] * v[5]) + K(29.5) * (v[6] * v[6]);
-    energy[1] = x108 + K(578.7900000000001) * q[5] + K(578.7900000000001) * q[6];
+    energy[0] = energy_9 + K(29.5) * (v[5] * v[5]) + K(29.5) * (v[6] * v[6]);
+    energy[1] = energy_10 + K(578.7900000000001) * q[5] + K(578.7900000000001) * q[6];
 }
 
 void active_vehicle_inputs(const active_vehicle_parameters *p, real t, real *restrict u)

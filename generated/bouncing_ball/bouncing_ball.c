@@ -140,21 +140,21 @@ void bouncing_ball_events(const bouncing_ball_parameters *p, real t, const real 
     event_rate[3] = v[0];
 
     /* Output plate */
-    real x1, x2;
-    EG_SINCOS(K(12.0) * t, &x1, &x2);
+    real output_1, output_2;
+    EG_SINCOS(K(12.0) * t, &output_1, &output_2);
 
     /* Functions of the events */
-    const real x3 = EG_LT(q[0], K(1.2));
-    const real x4 = K(1.0) + q[1];
-    event[0] = EG_SELECT(x3, q[1] - p->p_shake * x1, x4);
-    const real x5 = EG_LT(p->p_mode_caught, K(0.5));
-    event[1] = EG_SELECT(x5, v[1], K(1.0));
-    event[2] = EG_SELECT(EG_LE(K(1.2), q[0]), q[1], x4);
+    const real functions_1 = EG_LT(q[0], K(1.2));
+    const real functions_2 = K(1.0) + q[1];
+    event[0] = EG_SELECT(functions_1, q[1] - p->p_shake * output_1, functions_2);
+    const real functions_3 = EG_LT(p->p_mode_caught, K(0.5));
+    event[1] = EG_SELECT(functions_3, v[1], K(1.0));
+    event[2] = EG_SELECT(EG_LE(K(1.2), q[0]), q[1], functions_2);
     event[3] = -(K(1.2) - q[0]);
 
     /* Rates of the events' functions */
-    event_rate[0] = EG_SELECT(x3, v[1] - p->p_shake * (K(12.0) * x2), v[1]);
-    event_rate[1] = EG_SELECT(x5, a[1], K(0.0));
+    event_rate[0] = EG_SELECT(functions_1, v[1] - p->p_shake * (K(12.0) * output_2), v[1]);
+    event_rate[1] = EG_SELECT(functions_3, a[1], K(0.0));
 }
 
 void bouncing_ball_event_actions(const bouncing_ball_parameters *p, real t, const real *q, const real *v,
@@ -187,8 +187,8 @@ void bouncing_ball_energy(const bouncing_ball_parameters *p, real t, const real 
     energy[3] = K(0.0);
 
     /* Effort bed */
-    const real x1 = v[1] * (p->p_mode_caught * (K(400.0) * q[1] + K(12.0) * v[1]));
-    energy[2] = -(v[0] * (v[0] * (K(20.0) * p->p_mode_caught)) + x1);
+    const real effort_1 = v[1] * (p->p_mode_caught * (K(400.0) * q[1] + K(12.0) * v[1]));
+    energy[2] = -(v[0] * (v[0] * (K(20.0) * p->p_mode_caught)) + effort_1);
 
     /* Energy of link ball */
     energy[0] = K(0.2) * (K(0.5) * (v[0] * v[0]) + K(0.5) * (v[1] * v[1]));

@@ -51,12 +51,12 @@ void free_spinning_body_coupling(const real *q, const real *v, real *restrict h)
 {
     (void)q;
     /* Centripetal and Coriolis acceleration of link nut */
-    const real x1 = v[0] * v[1];
+    const real v0_v1 = v[0] * v[1];
 
     /* Inertia forces of link nut */
     h[0] = K(0.009999999999999998) * (v[1] * v[2]);
     h[1] = -(K(0.019999999999999997) * (v[0] * v[2]));
-    h[2] = K(0.019999999999999997) * x1 - K(0.009999999999999998) * x1;
+    h[2] = K(0.019999999999999997) * v0_v1 - K(0.009999999999999998) * v0_v1;
     h[3] = K(0.4) * (v[1] * v[5] - v[2] * v[4]);
     h[4] = K(0.4) * (v[2] * v[3] - v[0] * v[5]);
     h[5] = K(0.4) * (v[0] * v[4] - v[1] * v[3]);
@@ -73,12 +73,12 @@ void free_spinning_body_inverse_dynamics(const real *q, const real *v, const rea
 {
     (void)q;
     /* Centripetal and Coriolis acceleration of link nut */
-    const real x1 = v[0] * v[1];
+    const real v0_v1 = v[0] * v[1];
 
     /* Inertia forces of link nut */
     tau[0] = K(0.009999999999999998) * (a[0] + v[1] * v[2]);
     tau[1] = K(0.019999999999999997) * (a[1] - v[0] * v[2]);
-    tau[2] = K(0.019999999999999997) * (a[2] + x1) + K(0.009999999999999998) * (a[2] - x1);
+    tau[2] = K(0.019999999999999997) * (a[2] + v0_v1) + K(0.009999999999999998) * (a[2] - v0_v1);
     tau[3] = K(0.4) * (a[3] + (v[1] * v[5] - v[2] * v[4]));
     tau[4] = K(0.4) * (a[4] + (v[2] * v[3] - v[0] * v[5]));
     tau[5] = K(0.4) * (a[5] + (v[0] * v[4] - v[1] * v[3]));
@@ -91,12 +91,12 @@ void free_spinning_body_forward_dynamics(const real *q, const real *v, real *res
     vdot[3] = -(v[1] * v[5] - v[2] * v[4]);
     vdot[4] = -(v[2] * v[3] - v[0] * v[5]);
     vdot[5] = -(v[0] * v[4] - v[1] * v[3]);
-    const real x1 = v[0] * v[1];
+    const real v0_v1 = v[0] * v[1];
     vdot[1] = v[0] * v[2];
     vdot[0] = -(v[1] * v[2]);
 
     /* Acceleration of joint free */
-    vdot[2] = -(K(33.333333333333336) * (K(0.019999999999999997) * x1 - K(0.009999999999999998) * x1));
+    vdot[2] = -(K(33.333333333333336) * (K(0.019999999999999997) * v0_v1 - K(0.009999999999999998) * v0_v1));
 }
 
 void free_spinning_body_residual(const real *q, const real *v, const real *a, real *restrict r)
@@ -127,32 +127,32 @@ void free_spinning_body_partials(const real *q, const real *v, const real *a, re
     const real x1 = K(0.019999999999999997) * v[2];
 
     /* Partials, joint free */
-    const real x2 = K(0.009999999999999998) * v[1];
-    C[2] = x2;
+    const real partials_1 = K(0.009999999999999998) * v[1];
+    C[2] = partials_1;
     C[6] = x1 - K(0.039999999999999994) * v[2];
-    C[12] = -(K(0.019999999999999997) * v[1] + x2 - K(0.039999999999999994) * v[1]);
-    const real x3 = K(0.4) * v[5] - K(0.8) * v[5];
-    C[19] = -x3;
-    C[24] = x3;
-    const real x4 = K(0.4) * v[4] - K(0.8) * v[4];
-    C[20] = x4;
-    C[30] = -x4;
-    const real x5 = K(0.019999999999999997) * v[0];
-    C[8] = -x5;
+    C[12] = -(K(0.019999999999999997) * v[1] + partials_1 - K(0.039999999999999994) * v[1]);
+    const real partials_2 = K(0.4) * v[5] - K(0.8) * v[5];
+    C[19] = -partials_2;
+    C[24] = partials_2;
+    const real partials_3 = K(0.4) * v[4] - K(0.8) * v[4];
+    C[20] = partials_3;
+    C[30] = -partials_3;
+    const real partials_4 = K(0.019999999999999997) * v[0];
+    C[8] = -partials_4;
     C[1] = -(K(0.009999999999999998) * v[2] - x1);
-    C[13] = -(x5 - (K(0.009999999999999998) * v[0] + x5));
-    const real x6 = K(0.4) * v[3] - K(0.8) * v[3];
-    C[26] = -x6;
-    C[31] = x6;
-    const real x7 = K(0.4) * v[2];
-    C[22] = -x7;
-    C[27] = x7;
-    const real x8 = K(0.4) * v[1];
-    C[23] = x8;
-    C[33] = -x8;
-    const real x9 = K(0.4) * v[0];
-    C[29] = -x9;
-    C[34] = x9;
+    C[13] = -(partials_4 - (K(0.009999999999999998) * v[0] + partials_4));
+    const real partials_5 = K(0.4) * v[3] - K(0.8) * v[3];
+    C[26] = -partials_5;
+    C[31] = partials_5;
+    const real partials_6 = K(0.4) * v[2];
+    C[22] = -partials_6;
+    C[27] = partials_6;
+    const real partials_7 = K(0.4) * v[1];
+    C[23] = partials_7;
+    C[33] = -partials_7;
+    const real partials_8 = K(0.4) * v[0];
+    C[29] = -partials_8;
+    C[34] = partials_8;
 }
 
 void free_spinning_body_poses(const real *q, real *restrict pose)
@@ -184,16 +184,16 @@ void free_spinning_body_outputs(const real *q, const real *v, real *restrict y)
     y[5] = v[2];
 
     /* Energy of link nut */
-    const real x1 = K(0.5) * (v[2] * v[2]);
-    const real x2 = K(0.5) * (v[3] * v[3]) + K(0.5) * (v[4] * v[4]);
-    const real x3 = K(0.009999999999999998) * (x1 + K(0.5) * (v[0] * v[0]));
-    const real x4 = K(0.019999999999999997) * (K(0.5) * (v[1] * v[1]) + x1) + x3;
-    y[6] = K(0.4) * (K(0.5) * (v[5] * v[5]) + x2) + x4;
+    const real energy_1 = K(0.5) * (v[2] * v[2]);
+    const real energy_2 = K(0.5) * (v[3] * v[3]) + K(0.5) * (v[4] * v[4]);
+    const real energy_3 = K(0.009999999999999998) * (energy_1 + K(0.5) * (v[0] * v[0]));
+    const real energy_4 = K(0.019999999999999997) * (K(0.5) * (v[1] * v[1]) + energy_1) + energy_3;
+    y[6] = K(0.4) * (K(0.5) * (v[5] * v[5]) + energy_2) + energy_4;
 
     /* Output handle */
     y[0] = q[4] + K(0.2) * (q[1] * q[2] - q[0] * q[3]);
-    const real x5 = K(0.1) * (K(1.0) - K(2.0) * (q[3] * q[3] + q[1] * q[1]));
-    y[1] = q[5] + x5;
+    const real output_1 = K(0.1) * (K(1.0) - K(2.0) * (q[3] * q[3] + q[1] * q[1]));
+    y[1] = q[5] + output_1;
     y[2] = q[6] + K(0.2) * (q[2] * q[3] + q[0] * q[1]);
 }
 
@@ -203,10 +203,10 @@ void free_spinning_body_energy(const real *q, const real *v, real *restrict ener
     energy[1] = energy[2] = energy[3] = K(0.0);
 
     /* Energy of link nut */
-    const real x1 = K(0.5) * (v[2] * v[2]);
-    const real x2 = K(0.5) * (v[3] * v[3]) + K(0.5) * (v[4] * v[4]);
-    const real x3 = K(0.009999999999999998) * (x1 + K(0.5) * (v[0] * v[0]));
-    const real x4 = K(0.019999999999999997) * (K(0.5) * (v[1] * v[1]) + x1) + x3;
-    energy[0] = K(0.4) * (K(0.5) * (v[5] * v[5]) + x2) + x4;
+    const real energy_1 = K(0.5) * (v[2] * v[2]);
+    const real energy_2 = K(0.5) * (v[3] * v[3]) + K(0.5) * (v[4] * v[4]);
+    const real energy_3 = K(0.009999999999999998) * (energy_1 + K(0.5) * (v[0] * v[0]));
+    const real energy_4 = K(0.019999999999999997) * (K(0.5) * (v[1] * v[1]) + energy_1) + energy_3;
+    energy[0] = K(0.4) * (K(0.5) * (v[5] * v[5]) + energy_2) + energy_4;
 }
 

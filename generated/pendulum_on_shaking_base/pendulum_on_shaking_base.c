@@ -137,19 +137,19 @@ void pendulum_on_shaking_base_energy(const real *q, const real *v, const real *a
     EG_SINCOS(q[0], &sin_hinge, &cos_hinge);
 
     /* Centripetal and Coriolis acceleration of link bob */
-    const real x3 = v[0] * v[0];
+    const real v0_v0 = v[0] * v[0];
     const real x4 = K(9.81) + base->velocity_dot[2];
     const real x5 = sin_hinge * base->velocity[2];
     const real x6 = cos_hinge * base->velocity[2];
 
     /* Energy of link bob */
-    const real x7 = K(0.3) * (K(0.5) * (x5 * x5) + K(0.5) * (x6 * x6));
-    energy[0] = x7 + (K(0.009375) * x3 + K(0.075) * (v[0] * x5));
+    const real energy_1 = K(0.3) * (K(0.5) * (x5 * x5) + K(0.5) * (x6 * x6));
+    energy[0] = energy_1 + (K(0.009375) * v0_v0 + K(0.075) * (v[0] * x5));
     energy[1] = -(K(9.81) * (K(0.075) * cos_hinge - K(0.3) * base->position[2]));
 
     /* Load that the base carries through joint hinge */
-    const real x8 = sin_hinge * (K(0.075) * a[0] + K(0.3) * (sin_hinge * x4));
-    const real x9 = cos_hinge * (K(0.075) * x3 + K(0.3) * (cos_hinge * x4)) + x8;
+    const real load_1 = sin_hinge * (K(0.075) * a[0] + K(0.3) * (sin_hinge * x4));
+    const real x9 = cos_hinge * (K(0.075) * v0_v0 + K(0.3) * (cos_hinge * x4)) + load_1;
     energy[3] = base->velocity[2] * x9;
 }
 

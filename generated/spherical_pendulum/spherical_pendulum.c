@@ -42,12 +42,12 @@ void spherical_pendulum_coupling(const real *q, const real *v, real *restrict h)
     h[2] = K(0.0);
 
     /* Centripetal and Coriolis acceleration of link rod */
-    const real x1 = v[0] * v[2];
-    const real x2 = v[1] * v[2];
+    const real v0_v2 = v[0] * v[2];
+    const real v1_v2 = v[1] * v[2];
 
     /* Inertia forces of link rod */
-    h[0] = K(0.0040000000000000036) * x2 - K(1.0059999999999998) * x2;
-    h[1] = K(1.0059999999999998) * x1 - K(0.0040000000000000036) * x1;
+    h[0] = K(0.0040000000000000036) * v1_v2 - K(1.0059999999999998) * v1_v2;
+    h[1] = K(1.0059999999999998) * v0_v2 - K(0.0040000000000000036) * v0_v2;
 }
 
 void spherical_pendulum_force(const real *q, const real *v, real *restrict Q)
@@ -63,14 +63,14 @@ void spherical_pendulum_force(const real *q, const real *v, real *restrict Q)
 void spherical_pendulum_inverse_dynamics(const real *q, const real *v, const real *a, real *restrict tau)
 {
     /* Centripetal and Coriolis acceleration of link rod */
-    const real x1 = v[0] * v[2];
-    const real x2 = v[1] * v[2];
+    const real v0_v2 = v[0] * v[2];
+    const real v1_v2 = v[1] * v[2];
 
     /* Inertia forces of link rod */
-    const real x3 = K(27.468) * (q[2] * q[3] + q[0] * q[1]);
-    tau[0] = K(1.0059999999999998) * (a[0] - x2) + (x3 + K(0.0040000000000000036) * (a[0] + x2));
-    const real x4 = K(27.468) * (q[0] * q[2] - q[1] * q[3]);
-    tau[1] = K(0.0040000000000000036) * (a[1] - x1) + (x4 + K(1.0059999999999998) * (a[1] + x1));
+    const real inertia_1 = K(27.468) * (q[2] * q[3] + q[0] * q[1]);
+    tau[0] = K(1.0059999999999998) * (a[0] - v1_v2) + (inertia_1 + K(0.0040000000000000036) * (a[0] + v1_v2));
+    const real inertia_2 = K(27.468) * (q[0] * q[2] - q[1] * q[3]);
+    tau[1] = K(0.0040000000000000036) * (a[1] - v0_v2) + (inertia_2 + K(1.0059999999999998) * (a[1] + v0_v2));
     tau[2] = K(0.008000000000000007) * a[2];
 }
 
@@ -79,14 +79,16 @@ void spherical_pendulum_forward_dynamics(const real *q, const real *v, real *res
     vdot[2] = K(0.0);
 
     /* Centripetal and Coriolis acceleration of link rod */
-    const real x1 = v[0] * v[2];
-    const real x2 = v[1] * v[2];
+    const real v0_v2 = v[0] * v[2];
+    const real v1_v2 = v[1] * v[2];
 
     /* Acceleration of joint ball */
-    const real x3 = K(27.468) * (q[2] * q[3] + q[0] * q[1]);
-    vdot[0] = -(K(0.9900990099009903) * (K(0.0040000000000000036) * x2 - K(1.0059999999999998) * x2 + x3));
-    const real x4 = K(27.468) * (q[0] * q[2] - q[1] * q[3]);
-    vdot[1] = -(K(0.9900990099009903) * (K(1.0059999999999998) * x1 - K(0.0040000000000000036) * x1 + x4));
+    const real acceleration_1 = K(27.468) * (q[2] * q[3] + q[0] * q[1]);
+    vdot[0] = -(K(0.9900990099009903) * (K(0.0040000000000000036) * v1_v2 - K(1.0059999999999998) * v1_v2
+        + acceleration_1));
+    const real acceleration_2 = K(27.468) * (q[0] * q[2] - q[1] * q[3]);
+    vdot[1] = -(K(0.9900990099009903) * (K(1.0059999999999998) * v0_v2 - K(0.0040000000000000036) * v0_v2
+        + acceleration_2));
 }
 
 void spherical_pendulum_residual(const real *q, const real *v, const real *a, real *restrict r)
@@ -111,12 +113,13 @@ void spherical_pendulum_partials(const real *q, const real *v, const real *a, re
     K[2] = K(27.468) * (q[0] * q[2] - q[1] * q[3]);
 
     /* Partials, joint ball */
-    const real x1 = K(13.734) * (K(1.0) - K(2.0) * (q[2] * q[2] + q[1] * q[1]));
-    K[0] = x1;
-    K[4] = x1;
-    const real x2 = K(0.0040000000000000036) * v[2] + K(1.0059999999999998) * v[2] - K(0.008000000000000007) * v[2];
-    C[1] = -x2;
-    C[3] = x2;
+    const real partials_1 = K(13.734) * (K(1.0) - K(2.0) * (q[2] * q[2] + q[1] * q[1]));
+    K[0] = partials_1;
+    K[4] = partials_1;
+    const real partials_2 = K(0.0040000000000000036) * v[2] + K(1.0059999999999998) * v[2]
+        - K(0.008000000000000007) * v[2];
+    C[1] = -partials_2;
+    C[3] = partials_2;
     C[2] = -(K(2.0119999999999996) * v[1] - (K(1.0059999999999998) * v[1] + K(0.0040000000000000036) * v[1]));
     C[5] = K(2.0119999999999996) * v[0] - (K(1.0059999999999998) * v[0] + K(0.0040000000000000036) * v[0]);
 }
@@ -145,11 +148,12 @@ void spherical_pendulum_outputs(const real *q, const real *v, real *restrict y)
     const real R_rod_zz = K(1.0) - K(2.0) * (q[2] * q[2] + q[1] * q[1]);
 
     /* Energy of link rod */
-    const real x2 = K(0.5) * (v[1] * v[1]);
-    const real x3 = K(0.5) * (v[2] * v[2]);
-    const real x4 = K(0.5) * (v[0] * v[0]);
-    const real x5 = K(0.0040000000000000036) * (x2 + x3) + K(0.0040000000000000036) * (x3 + x4);
-    y[3] = -(K(13.734) * R_rod_zz - (K(1.0059999999999998) * (x2 + x4) + x5));
+    const real energy_1 = K(0.5) * (v[1] * v[1]);
+    const real energy_2 = K(0.5) * (v[2] * v[2]);
+    const real energy_3 = K(0.5) * (v[0] * v[0]);
+    const real energy_4 = K(0.0040000000000000036) * (energy_1 + energy_2)
+        + K(0.0040000000000000036) * (energy_2 + energy_3);
+    y[3] = -(K(13.734) * R_rod_zz - (K(1.0059999999999998) * (energy_1 + energy_3) + energy_4));
 
     /* Output bob */
     y[0] = -(K(1.4) * (q[0] * q[2] + q[1] * q[3]));
@@ -165,10 +169,11 @@ void spherical_pendulum_energy(const real *q, const real *v, real *restrict ener
     energy[1] = -(K(13.734) * (K(1.0) - K(2.0) * (q[2] * q[2] + q[1] * q[1])));
 
     /* Energy of link rod */
-    const real x1 = K(0.5) * (v[1] * v[1]);
-    const real x2 = K(0.5) * (v[2] * v[2]);
-    const real x3 = K(0.5) * (v[0] * v[0]);
-    const real x4 = K(0.0040000000000000036) * (x1 + x2) + K(0.0040000000000000036) * (x2 + x3);
-    energy[0] = K(1.0059999999999998) * (x1 + x3) + x4;
+    const real energy_1 = K(0.5) * (v[1] * v[1]);
+    const real energy_2 = K(0.5) * (v[2] * v[2]);
+    const real energy_3 = K(0.5) * (v[0] * v[0]);
+    const real energy_4 = K(0.0040000000000000036) * (energy_1 + energy_2)
+        + K(0.0040000000000000036) * (energy_2 + energy_3);
+    energy[0] = K(1.0059999999999998) * (energy_1 + energy_3) + energy_4;
 }
 

@@ -31,6 +31,7 @@ class Plan:
     ----------
     live : all operations, in order; ``order`` : without operations computed together with an earlier one.
     members : from an operation to the operations computed together with it: cosine with sine, results of a loop.
+    by_part : the operations of each part.
     part_of, last_part : the part that computes an operation, and the last part that reads the result.
     uses : number of reads and stores of an operation.
     stores : places of stored operations: output number, component, sign.
@@ -127,10 +128,6 @@ class Plan:
         before = accumulate(weights, initial=0)
         return {node: begun // length for node, begun in zip(self.order, before, strict=False)}
 
-    def part(self, number: int) -> list[int]:
-        """Return the operations of a part."""
-        return self.by_part[number]
-
     def weight(self, node: int) -> int:
         """Return the number of operations written for an entry of ``order``."""
         if node in self.stretches:
@@ -141,16 +138,6 @@ class Plan:
         """Return an operation and the operations computed together with it, in order."""
         others = self.members.get(node)
         return [node] if others is None else sorted([node, *others])
-
-    def crossing(self, number: int) -> list[int]:
-        """Return the operations of a part that later parts read; results of loops are in the workspace already."""
-        return [
-            node
-            for first in self.part(number)
-            if self.tape.op[first] is not Op.MAP and first not in self.loops and first not in self.stretches
-            for node in self.group(first)
-            if self.last_part[node] > number
-        ]
 
     def last_reads(self) -> dict[int, int]:
         """Return the last position in ``order`` at which each operation or input is read, also by expressions that are

@@ -29,6 +29,7 @@ from eomgen.codegen.scheduling.rerolling import (
     rule,
     runs,
 )
+from eomgen.codegen.scheduling.roles import Roles
 from eomgen.codegen.scheduling.sharing import NUMBER, Stretch
 from eomgen.codegen.scheduling.stretches import counted
 from eomgen.symbolic.external import Call
@@ -96,6 +97,7 @@ class Writer:
         self.shared = shared
         self.plan = plan
         self.tape = plan.tape
+        self.roles = Roles(plan.tape)
         self.outputs = outputs
         self.input_order = input_order
         self.nest_limit = nest_limit
@@ -154,15 +156,14 @@ class Writer:
         return [self._operand(ref) for ref in refs], total
 
     def _operand(self, ref: Ref) -> Expression:
-        """Return a leaf; a value of an earlier part that has a name in mechanics is a local value with this name."""
-        node = abs(ref)
-        if node in self.crossed and node in self.tape.names:
-            loaded = self.open.loaded
-            if node not in loaded:
-                self._emit("let", self._local(node), self._leaf(node))
-                loaded[node] = self.locals
-            return loaded[node] if ref > 0 else -loaded[node]
-        return self._leaf(ref)
+        """Return a leaf; a value of an earlier part that has a name is a local value with this name."""
+        node, loaded = abs(ref), self.open.loaded
+        if node not in self.crossed or isinstance(self.expressions[node], int) or not self.roles.names[node]:
+            return self._leaf(ref)
+        if node not in loaded:
+            self._emit("let", self._local(node), self._leaf(node))
+            loaded[node] = self.locals
+        return loaded[node] if ref > 0 else -loaded[node]
 
     def _write(self, node: int) -> None:
         """Give a waiting node a separate statement."""
@@ -173,8 +174,8 @@ class Writer:
     def _local(self, node: int) -> int:
         """Return the number of a new local value, named after the operation."""
         self.locals += 1
-        if node in self.tape.names:
-            self.open.names.append((self.locals, self.tape.names[node]))
+        if name := self.roles.name(node, self.label):
+            self.open.names.append((self.locals, name))
         return self.locals
 
     def _emit(self, kind: str, *data: object) -> None:
@@ -190,8 +191,18 @@ class Writer:
         for data in counted(count, statements, read, given):
             self._emit("repeat", *data)
 
+    def reserve(self, count: int) -> int:
+        """Return the first of ``count`` new slots of the workspace."""
+        self.slots += count
+        return self.slots - count
+
     def _store(self, node: int) -> None:
-        """Store an output value, by a loop if the value occurs many times in an output."""
+        """Store a value that later parts read, and an output value, by a loop if the value occurs many times in an
+        output."""
+        if self.plan.last_part[node] > self.plan.part_of[node]:
+            self.crossed[node] = self.free.pop() if self.free else self.reserve(1)
+            self.open.workspace = True
+            self._emit("save", self.crossed[node], self.expressions[node])
         stores = self.plan.stores.get(node, ())
         if len(stores) >= REPEATED_FROM:
             stores = self._store_repeated(node, stores)
@@ -252,11 +263,6 @@ class LoopWriter(Writer):
         symbol = self.tape.inputs[self.tape.a[leaf]]
         return symbol.block, symbol.index
 
-    def reserve(self, count: int) -> int:
-        """Return the first of ``count`` new slots of the workspace."""
-        self.slots += count
-        return self.slots - count
-
     def leaf(self, ref: Ref) -> Expression:
         """Return the expression of a value that all iterations share."""
         return self._leaf(ref)
@@ -268,6 +274,8 @@ class LoopWriter(Writer):
             expression = expression[1]
         if isinstance(expression, tuple) and expression[0] == "w":
             return int(expression[1])
+        if node in self.crossed:
+            return self.crossed[node]
         if node not in self.kept:
             self.kept[node] = self._slot_of(node)
             self._emit("save", self.kept[node], self._leaf(node))
@@ -456,9 +464,8 @@ class _Scheduler(LoopWriter):
         if tape.a[node] in self.additions:
             self._add(node, loop, self.additions[tape.a[node]])
             return
-        first = self.slots
+        first = self.reserve(len(loop.gathered) + loop.size)
         results = first + len(loop.gathered)
-        self.slots = results + loop.size
         self.open.workspace = True
         self._gather(loop.gathered, first)
         self._emit("loop", self._loop_number(RunLoop(loop)), first, results)
@@ -469,9 +476,8 @@ class _Scheduler(LoopWriter):
 
     def _call(self, node: int, call: Call) -> None:
         """Call an external function: gather its operands into the workspace, and leave the results there."""
-        first = self.slots
+        first = self.reserve(len(call.operands) + call.size)
         results = first + len(call.operands)
-        self.slots = results + call.size
         self.open.workspace = True
         self._gather(call.operands, first)
         number = next((k for k, known in enumerate(self.calls) if known.routine == call.routine), len(self.calls))
@@ -485,8 +491,7 @@ class _Scheduler(LoopWriter):
 
     def _add(self, node: int, loop: Map, additions: Sequence[Addition]) -> None:
         """Run a loop with elements that add to outputs; all else of the function has been done."""
-        first = self.slots
-        self.slots += len(loop.gathered)
+        first = self.reserve(len(loop.gathered))
         self.open.workspace = True
         self.label = self.tape.label(node)
         self._gather(loop.gathered, first)
@@ -608,46 +613,30 @@ class _Scheduler(LoopWriter):
     def run(self, may_fill: bool) -> Schedule:
         plan = self.plan
         parts: list[FunctionPart] = []
-        free = self.free
         for number in range(plan.parts):
             self.open = OpenPart()
             if number == 0:
                 self._leaves_out(may_fill)
             if not plan.loops:
-                self._angles(plan.part(number))
+                self._angles(plan.by_part[number])
             elif number == 0:
                 self._circular()
             begin = end = 0
-            for node in plan.part(number):
+            for node in plan.by_part[number]:
                 if not begin <= node < end:
                     begin, end, self.label = self.tape.labelled(node)
                 self._node(node)
-                free += self.ends.pop(self.step, ())
+                self.free += self.ends.pop(self.step, ())
                 self.step += 1
             for node in [node for node in self.crossed if plan.last_part[node] <= number]:
-                free.append(self.crossed.pop(node))
-            saved: list[Statement] = []
-            for node in plan.crossing(number):
-                if node in self.circular or node in self.kept:
-                    self.expressions[node] = ("w", self.kept[node]) if node in self.kept else self.expressions[node]
-                    continue
-                if not free:
-                    free.append(self.slots)
-                    self.slots += 1
-                self.crossed[node] = free.pop()
-                saved.append(Statement("save", (self.crossed[node], self.expressions[node])))
-                self.expressions[node] = ("w", self.crossed[node])
-            if saved:
-                self.open.statements += [Statement("label", ("Values that later parts read",)), *saved]
-                self.open.workspace = True
-            length = sum(plan.weight(node) for node in plan.part(number))
+                self.free.append(self.crossed.pop(node))
+            for node, kept in (self.kept | self.crossed).items():
+                self.expressions[node] = ("w", kept)
+            length = sum(plan.weight(node) for node in plan.by_part[number])
             inputs = tuple(block for block in self.input_order if block in self.open.inputs)
             outputs = tuple(sorted(self.open.outputs))
-            parts.append(
-                FunctionPart(
-                    tuple(self.open.statements), inputs, outputs, self.open.workspace, length, tuple(self.open.names)
-                )
-            )
+            statements, names = tuple(self.open.statements), tuple(self.open.names)
+            parts.append(FunctionPart(statements, inputs, outputs, self.open.workspace, length, names))
         return Schedule(tuple(parts), self.slots, sum(plan.weight(node) for node in plan.order))
 
 

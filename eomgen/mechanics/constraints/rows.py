@@ -169,7 +169,7 @@ def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> lis
     """Return the rows at position level of a constraint between two frames, by type, with the row of the drive."""
     # a table of the types of joints: each branch picks from the same rows of the two frames
     first, second, unit = pair.first, pair.second, quantities.algebra.one
-    gap = minus(first.origin, second.origin)
+    gap = quantities.algebra.named(f"gap_{item.name}", minus(first.origin, second.origin))
     local = apply(transpose(second.axes), gap)
     z1 = first.axis(2)
 

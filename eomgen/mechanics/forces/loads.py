@@ -79,8 +79,8 @@ def push(wrenches: list[Wrench | None], quantities: Quantities, name: str, force
     link, s = quantities.kinematics.local(*quantities.at(quantities.points[name]))
     if link >= 0:
         force = apply(transpose(quantities.kinematics.pose(link)[0]), force_in_base)
-        force = quantities.algebra.named(f"force_on_{name}", force)
-        moment = quantities.algebra.named(f"moment_on_{name}", cross(s, force))
+        force = quantities.algebra.named(f"F_on_{name}", force)
+        moment = quantities.algebra.named(f"M_on_{name}", cross(s, force))
         add_wrench(wrenches, link, (moment, force))
 
 

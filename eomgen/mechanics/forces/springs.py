@@ -192,8 +192,9 @@ def stretch(quantities: Quantities, spring: Spring) -> tuple[Scalar, Scalar, Vec
     """Return length, m, rate of length, m/s, and unit vector from first to second point, (3,), in base axes."""
     span, speed = _span(quantities, spring)
     length = quantities.algebra.length(span)
-    direction = scaled(quantities.algebra.one / length, span)
-    quantities.algebra.named(f"direction_{spring.name}", direction)
+    inverse = quantities.algebra.one / length
+    inverse.tape.name(inverse.ref, f"inverse_length_{spring.name}")
+    direction = quantities.algebra.named(f"direction_{spring.name}", scaled(inverse, span))
     return length, dot(direction, speed), direction
 
 

@@ -50,6 +50,8 @@ def rates_along(tape: Tape, seeds: Mapping[Ref | InputSymbol, Tangent]) -> dict[
         for direction, ref in tangent.items():
             total = tape.add(total, tape.mul(ref, tape.input("v", direction)))
         rates[key] = total
+        if isinstance(key, int) and key in tape.names:
+            tape.name(total, f"{tape.names[key]}_dot")
     return rates
 
 

@@ -112,7 +112,7 @@ def output_name(name: str, inputs: tuple[str, ...]) -> str:
 
 
 #: Largest number of characters in the name of a local value; longer names make statements harder to read, not easier.
-_LONGEST_LOCAL = 32
+_LONGEST_LOCAL = 40
 
 
 def local_names(names: Sequence[tuple[int, str]], taken: Collection[str]) -> dict[int, str]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, cast
 
@@ -36,6 +37,10 @@ _BREAK = re.compile(
 )
 #: A part of a table of numbers.
 _NUMBERS = re.compile(r"[\d{},.e+ -]*")
+#: Declaration of values of earlier parts.
+_LOADS = re.compile(r"const real (?:\w+ = w\[\d+\](?:, |;))+")
+#: A value that later parts read: its name stands here if it is read in this part, too.
+_KEPT = re.compile(r"const real (\w+) = (w\[\d+\] = )")
 #: Tokens without breaks inside: texts and comments.
 _CLOSED = re.compile(r'"(?:[^"\\]|\\.)*"|/\*.*?\*/')
 
@@ -207,8 +212,6 @@ _COMMON = frozenset({0.0, 0.5, 1.0, 2.0})
 _COUNTED = frozenset({"row", "numbers", "cell", "cells", "choice", "neg"})
 #: Entries of a table in one line.
 _ROW = 16
-#: Stands for the workspace among the numbers of outputs.
-_SAVED = -1
 
 
 def counts(statement: Statement) -> bool:
@@ -217,26 +220,10 @@ def counts(statement: Statement) -> bool:
 
 
 def _joined(statement: Statement) -> int | None:
-    """Return a key that neighbours in one line share, None for a line of its own.
-
-    The key is the number of the output in which a statement stores zero, or ``_SAVED``.
-    """
+    """Return the number of the output in which a statement stores zero, which neighbours in one line share, or None."""
     kind, data = statement.kind, statement.data
-    if kind == "save":
-        return _SAVED
     is_zero = kind == "out" and data[2] == ("K", 0.0) and math.copysign(1.0, data[2][1]) > 0.0
     return data[0] if is_zero else None
-
-
-def _filled(texts: Iterable[str]) -> list[str]:
-    """Return statements as lines of up to a whole width, without indentation."""
-    lines: list[str] = []
-    for text in texts:
-        if lines and len(lines[-1]) + len(text) < WIDTH - len(_INDENT):
-            lines[-1] += f" {text}"
-        else:
-            lines.append(text)
-    return lines
 
 
 @dataclass
@@ -390,21 +377,18 @@ class Printer:
         for output, group in itertools.groupby(statements, _joined):
             if output is None:
                 lines += self._lines(group, first=not lines)
-            elif output == _SAVED:
-                lines += _filled(
-                    f"w[{statement.data[0]}] = {self._print(statement.data[1])[0]};" for statement in group
-                )
             else:
                 targets = [self._target(output, statement.data[1]) for statement in group]
                 lines.append(f"{' = '.join(targets)} = K(0.0);")
-        return lines
+        used = Counter(re.findall(r"\w+", " ".join(lines)))
+        return [_KEPT.sub(lambda made: made[0 if used[made[1]] > 1 else 2], line) for line in lines]
 
     def _lines(self, statements: Iterable[Statement], *, first: bool) -> list[str]:
         lines: list[str] = []
         for statement in statements:
             kind, data = statement.kind, statement.data
-            if kind == "let":
-                lines.append(f"const real {self._local(data[0])} = {self._print(data[1])[0]};")
+            if kind in ("let", "save"):
+                self._add_value(lines, kind, data)
             elif kind == "out":
                 lines.append(f"{self._target(data[0], data[1])} = {self._print(data[2])[0]};")
             elif kind == "label":
@@ -446,6 +430,20 @@ class Printer:
             else:
                 raise ValueError(f"no C for a statement of kind {kind!r}")
         return lines
+
+    def _add_value(self, lines: list[str], kind: str, data: Sequence[Any]) -> None:
+        """Append a local value, or the copy of a value in the workspace; the line before is joined if both are values
+        of the workspace, or the value and its copy."""
+        value, last = self._print(data[1])[0], lines[-1] if lines else ""
+        if kind == "save":
+            made, line = f"const real {value} = ", f"w[{data[0]}] = {value};"
+            if last.startswith(made):
+                line = f"{made}w[{data[0]}] = {lines.pop()[len(made) :]}"
+        else:
+            line = f"const real {self._local(data[0])} = {value};"
+            if _LOADS.fullmatch(line) and _LOADS.fullmatch(last) and len(last + line) < WIDTH:
+                line = f"{lines.pop()[:-1]}, {line.removeprefix('const real ')}"
+        lines.append(line)
 
     def _share(self, number_: int, places: Sequence[int], outputs: Sequence[int], values: Sequence[float]) -> list[str]:
         """Return the call of a shared stretch, with tables of places and numbers."""
