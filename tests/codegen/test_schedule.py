@@ -11,8 +11,9 @@ import pytest
 
 from eomgen.codegen import convert
 from eomgen.codegen.convert import to_program
-from eomgen.codegen.program import Program
+from eomgen.codegen.program import Program, Statement
 from eomgen.codegen.scheduling.scheduler import schedule
+from eomgen.codegen.targets.c.printer import Printer
 from eomgen.codegen.targets.c.target import generate_files
 from eomgen.errors import ModelError
 from eomgen.symbolic.evaluate import evaluate
@@ -245,3 +246,32 @@ def test_named_values_of_earlier_parts_keep_the_names() -> None:
     (load,) = (item.data for item in second.statements if item.kind == "let" and item.data[0] == again)
     assert load == (again, ("w", saved[number]))  # once, though three products read the value
     assert sum(str(item.data).count(f"('w', {saved[number]})") for item in second.statements) == 1
+
+
+def test_products_are_named_by_their_factors_and_other_values_by_their_paragraph() -> None:
+    tape = Tape()
+    q = [tape.input("q", k) for k in range(4)]
+    with tape.block("energy of link top"):
+        xx, xz = (tape.add(q[0], q[k]) for k in (1, 2))
+        tape.name(xx, "R_top_xx")
+        tape.name(xz, "R_top_xz")
+        values = [tape.mul(q[1], q[2]), tape.mul(xx, xz), tape.add(q[2], q[3]), tape.add(q[1], q[3])]
+    outputs = tuple(tape.add(x, y) for x in (xx, xz) for y in values)
+    text = text_of(tape, ("q",), Block("y", (8,), outputs))
+    assert "const real q1_q2 = q[1] * q[2];" in text
+    assert "const real R_top_xx_xz = R_top_xx * R_top_xz;" in text
+    assert "const real energy_1 = q[2] + q[3];" in text and "const real energy_2 = q[1] + q[3];" in text
+    assert "y[0] = R_top_xx + q1_q2;" in text and "y[7] = R_top_xz + energy_2;" in text
+
+
+def test_values_for_later_parts_are_stored_where_they_are_made() -> None:
+    added = ("ADD", ("in", "q", 0), ("in", "q", 1))
+    kept = Statement("let", (1, added)), Statement("save", (3, 1))
+    loaded = tuple(Statement("let", (k, ("w", k))) for k in (1, 2))
+    printer = Printer({"q": "q[{}]"}, ["y"], names={1: "sum_1", 2: "sum_2"})
+    assert printer.lines(kept) == ["w[3] = q[0] + q[1];"]  # compilers warn of a name that is not read
+    assert printer.lines((*kept, Statement("out", (0, 0, 1)))) == [
+        "const real sum_1 = w[3] = q[0] + q[1];",
+        "y[0] = sum_1;",
+    ]
+    assert printer.lines(loaded) == ["const real sum_1 = w[1], sum_2 = w[2];"]
