@@ -8,7 +8,7 @@ from collections import defaultdict
 from itertools import count
 
 from eomgen.symbolic.operations import Op
-from eomgen.symbolic.tape import Ref, Tape
+from eomgen.symbolic.tape import ZERO, Ref, Tape
 
 #: Inputs that are called by the letter of their block and a number, and words of a label.
 _INPUT, _WORD = re.compile(r"[qvauz]|lam"), re.compile(r"[a-z]+")
@@ -35,15 +35,12 @@ class Roles:
 
     def _product(self, node: int) -> str:
         """Return the name of a product of values with names, in which words that both begin with stand once."""
-        if self.tape.op[node] is not Op.MUL:
-            return ""
-        first, second = map(self._operand, self.tape.operands(node))
+        first, second = map(self._operand, self.tape.operands(node) if self.tape.op[node] is Op.MUL else (ZERO, ZERO))
         start, _, last = second.rpartition("_")
         name = f"{first}_{last if start and first.startswith(f'{start}_') else second}"
         return name if first and second and len(name) <= _LONGEST else ""
 
     def _operand(self, ref: Ref) -> str:
-        symbol = self.tape.symbol(ref)
-        if symbol is None or ref < 0:
-            return self.names.get(ref, "")
-        return f"{symbol.block}{symbol.index}" if _INPUT.fullmatch(symbol.block) else ""
+        if (symbol := self.tape.symbol(ref)) and ref > 0 and _INPUT.fullmatch(symbol.block):
+            return f"{symbol.block}{symbol.index}"
+        return self.names.get(ref, "")

@@ -586,11 +586,8 @@ class _Scheduler(LoopWriter):
             ]
             if self.plan.loops or len(left) >= REPEATED_FROM:
                 numbers = [item for item in left if self.tape.number(item[1]) is not None]
-                left = (
-                    [item for item in left if self.tape.number(item[1]) is None]
-                    if self._copy(number, numbers)
-                    else left
-                )
+                if self._copy(number, numbers):
+                    left = [item for item in left if self.tape.number(item[1]) is None]
             for component, ref in self._without_inputs(number, left):
                 self.open.outputs.add(number)
                 self._emit("out", number, component, self._leaf(ref))
