@@ -41,16 +41,12 @@ _FUNCTIONS: Mapping[str, tuple[Callable[..., float], Callable[..., NDArray[np.fl
 SymbolValues = Mapping[tuple[str, str, int], float]
 
 
-def known_value(values: SymbolValues) -> Callable[[Symbol], float]:
-    """Return the function of the values of symbols, which raises ArithmeticError for a symbol without a value."""
-
-    def value_of(symbol: Symbol) -> float:
-        try:
-            return values[symbol.kind, symbol.name, symbol.index]
-        except KeyError:
-            raise ArithmeticError(f"{symbol.kind} {symbol.name}") from None
-
-    return value_of
+def value_in(values: SymbolValues, symbol: Symbol) -> float:
+    """Return the value of a symbol. Raises ArithmeticError for a symbol without a value."""
+    try:
+        return values[symbol.kind, symbol.name, symbol.index]
+    except KeyError:
+        raise ArithmeticError(f"{symbol.kind} {symbol.name}") from None
 
 
 def apply(name: str, arguments: Sequence[float]) -> float:

@@ -77,7 +77,7 @@ class Execution:
         if self.estimated and report is not None:
             from eomgen.simulation.accuracy.error_estimation import ErrorEstimation  # noqa: PLC0415  # on request
 
-            report = ErrorEstimation(report).shown(run, steps)
+            report = ErrorEstimation(report).run_progress(run, steps)
 
         def watch(done: int, total: int) -> None:
             if own_steps(stepper.statistics) > most_steps:

@@ -106,7 +106,7 @@ class Motions:
             moved[self._columns[name]] = [t, *piece(self.now(name, p, t), ends[name], step)]
         return moved, ends
 
-    def started(self, p: Array, t: float, given: Mapping[str, Target]) -> Array:
+    def start(self, p: Array, t: float, given: Mapping[str, Target]) -> Array:
         """Return parameters (np,) for motions that start at given targets, at a time in s."""
         moved = p.copy()
         for name, target in given.items():

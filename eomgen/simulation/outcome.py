@@ -122,7 +122,7 @@ class Outcome(FinishedRun):
         if beginning is not None:
             of_scene = [*map(Message, starts_beyond_limits(model, model.initial_q, model.parameter_array()))]
             notes = [note for note in notes if note not in of_scene]
-            at_start, of_call = (map(str, self._verdict.noted(place)) for place in ("start", "call"))
+            at_start, of_call = (map(str, self._verdict.notes(place)) for place in ("start", "call"))
             notes += [*at_start, *beginning.notes, *of_call, *UNCHECKED]
         profile = self.stepper.library.profile
         return {

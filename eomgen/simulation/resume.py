@@ -128,7 +128,7 @@ def resume(
 def _controllers(library: Library, given: Mapping[str, Controller] | None) -> CallerControllers | None:
     """Return the caller's functions. Raises UsageError if a function may keep data outside of the internal states."""
     functions = read_controllers(given, library.layout)
-    if functions is not None and (names := functions.undeclared):
+    if functions is not None and (names := functions.undeclared_names):
         fault = f"the function of {names} may keep something that no checkpoint holds [E2004]"
         hint = "memory = 0, or how many numbers it keeps, in the scene's controller"
         raise UsageError(Problem("controllers", fault, hint))

@@ -89,7 +89,7 @@ def between_of(run: Run, library: Library, events: Events | None) -> StepsBetwee
     if run.method.dense_output != "steps":
         return None
     called = called_by(library.layout)
-    if called and (run.controllers is None or run.controllers.undeclared):
+    if called and (run.controllers is None or run.controllers.undeclared_names):
         return None
     present = partial(parameters_over, events, run.model, run.parameters)
     return StepsBetween(library, run.settings, present, run.signals if run.takes_rows else None, run.controllers)

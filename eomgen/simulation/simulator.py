@@ -386,7 +386,7 @@ class Simulator(NamedAttributes):
         if self._given:
             shares = stepper.input_times[:, np.newaxis]
             table = np.ascontiguousarray((1.0 - shares) * first + shares * last)
-        elif driven := self._driven:
+        elif driven := self._input_rows:
             table = np.ascontiguousarray(driven(t + stepper.step_size * stepper.input_times))
         status = stepper.initialize(t, state.q, state.v, table, state.z)
         if status:
@@ -608,7 +608,7 @@ class Simulator(NamedAttributes):
                 Problem("state", f"a state of a simulator is needed, not {type(state).__name__} [E2038]", hint)
             )
         state.check(self.model.name, self._library)
-        if self._run.controllers is not None and (names := self._run.controllers.undeclared):
+        if self._run.controllers is not None and (names := self._run.controllers.undeclared_names):
             fault = f"the function of {names} may keep something that no state holds [E2039]"
             hint = "memory = 0, or how many numbers it keeps, in the scene's controller"
             raise UsageError(Problem("state", fault, hint))
@@ -680,13 +680,13 @@ class Simulator(NamedAttributes):
         self._cleared = 0
 
     @property
-    def _driven(self) -> Callable[[Array], Array] | None:
+    def _input_rows(self) -> Callable[[Array], Array] | None:
         return replace(self._run, signals=self._signals).driven
 
     def _inputs_of(self, name: str, u: StepInputs) -> Array:
         """Return inputs that are all given, (nu,)."""
         if isinstance(u, Mapping):
-            given: Any = self._named(u)
+            given: Any = self._checked_signals(u)
             u = [given[key] for key in self.model.inputs] if len(given) == self.model.nu else None
         if u is None:
             hint = f"u and end as lists of {self.model.nu}, in the order of model.inputs, or both by all names"
@@ -727,7 +727,7 @@ class Simulator(NamedAttributes):
             )
         signals = self._run.signals
         if isinstance(u, Mapping):
-            signals = replace(signals, given={**signals.given, **self._named(u)})
+            signals = replace(signals, given={**signals.given, **self._checked_signals(u)})
         self._look_ahead(n, signals.given if first is None else dict.fromkeys(self.model.inputs, 0.0))
         self._signals, self._given, self._found = signals, first is not None, ()
         if self._begun is not None and (u is not None or self._moved):  # the start was with other inputs
@@ -736,7 +736,7 @@ class Simulator(NamedAttributes):
         self._begun = None
         steps = self._compiled
         try:
-            status = steps.follow(n, self._driven) if first is None else steps.move(n, first, last)
+            status = steps.follow(n, self._input_rows) if first is None else steps.move(n, first, last)
         finally:
             self._found = tuple(StepEvent(self._events[k], t) for k, t in steps.events)
         if status:
@@ -801,7 +801,7 @@ class Simulator(NamedAttributes):
         self._rule(p)
         self._cleared = 0 if self._motions.rough else cleared
 
-    def _named(self, u: Mapping[str, Signal]) -> dict[str, CheckedSignal]:
+    def _checked_signals(self, u: Mapping[str, Signal]) -> dict[str, CheckedSignal]:
         refuse_as_inputs(u, tuple(self._motions))
         read = read_signals(u, self.model.inputs, 0, self.model.input_units)
         for name, signal in read.items():

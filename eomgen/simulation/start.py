@@ -101,7 +101,7 @@ def start(
     request = read_request(model, step, t_start, parameters, initial, start, instead_of_batches=remedy)
     t, size = request.t, request.step
     if targets := moves.check(motions):
-        request = request._replace(p=moves.started(request.p, t, targets), changed=True)
+        request = request._replace(p=moves.start(request.p, t, targets), changed=True)
     options = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": order, "tolerance": tolerance}
     chosen, choice = request.choose_stepper(method, options, settings)
     library = chosen.library

@@ -56,7 +56,7 @@ def test_lanes_gain_energy_beyond_a_part_of_the_energies_that_move(
     total[1, 2] += gain * side_by_side._GAIN * (2.0 + 3.0)
     values = {"total": total.ravel(), "potential": potential.ravel(), "kinetic": kinetic.ravel()}
     monkeypatch.setattr(side_by_side, "_LOOKED_AT", count)
-    monkeypatch.setattr(side_by_side, "evaluated", lambda *given: values)
+    monkeypatch.setattr(side_by_side, "row_values", lambda *given: values)
     facts = {"facts": {"conservative": True}}
     model = SimpleNamespace(functions={"energy": None}, library=SimpleNamespace(layout=facts))
     lanes: Any = SimpleNamespace(model=model, _states=lambda rows: rows, _prescribe=lambda *given: None)

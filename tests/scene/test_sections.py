@@ -23,7 +23,6 @@ from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.evaluate import evaluate_batch
 from eomgen.formula.nodes import infix
 from eomgen.formula.words import other_words
-from eomgen.mechanics.forces import applied
 from eomgen.pipeline.scenes import SCENES
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.document.reference import renew, schema
@@ -309,11 +308,9 @@ def fogs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     (information / "entry_points.txt").write_text("[eomgen.sections]\ndrags = fog_section:DRAGS\n", "utf-8")
     monkeypatch.syspath_prepend(tmp_path)
     others.cache_clear()
-    applied._load.cache_clear()
     (tmp_path / "fall.toml").write_text(FALL.replace('"drag.air"', "1"), encoding="utf-8")
     yield tmp_path
     others.cache_clear()
-    applied._load.cache_clear()
     for name in ("fog_section", "fog_law", "fog_sizes"):
         sys.modules.pop(name, None)
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +16,7 @@ from eomgen.base.messages import listed
 from eomgen.errors import EomgenError, UsageError
 from eomgen.formula.curves import EDGE, Curve
 from eomgen.formula.discontinuities import applications
-from eomgen.formula.evaluate import SymbolValues, apply, evaluate, known_value
+from eomgen.formula.evaluate import SymbolValues, apply, evaluate, value_in
 from eomgen.formula.features import WITH_EDGE
 from eomgen.formula.nodes import Application, Formula, Operation, Quantity, Symbol
 from eomgen.lie.numeric import rotated
@@ -87,7 +88,7 @@ def operations_without_value(description: Description, values: SymbolValues) -> 
     values : numbers by kind, name and index of a symbol; operations that need further symbols are left out
     """
 
-    result, value_of = dict[str, None](), known_value(values)
+    result, value_of = dict[str, None](), partial(value_in, values)
     formulas = (item.formula for item in description.inputs if item.formula is not None)
     for formula in (*formulas, *description.formulas):
         result |= dict.fromkeys(_without_value(formula, value_of))
@@ -257,7 +258,7 @@ def curves_outside_range(description: Description, values: SymbolValues) -> str:
     ``values`` are numbers by kind, name and index of a symbol; arguments that need further symbols are left out.
     """
 
-    result, value_of = dict[str, str](), known_value(values)
+    result, value_of = dict[str, str](), partial(value_in, values)
     formulas = [item.formula for item in description.inputs if item.formula is not None]
     for formula in (*formulas, *description.formulas):
         for used in applications(formula):

@@ -33,8 +33,8 @@ from eomgen.simulation.stepping.settings import chosen_stepper, followed_laws
 from eomgen.simulation.stepping.states import (
     PrescribedInputs,
     States,
-    evaluated,
-    prescribed,
+    inputs_at_rows,
+    row_values,
     start_of,
     starts_at_equilibrium,
 )
@@ -343,7 +343,7 @@ class SideBySide:
                 *(None if part is None else np.tile(part, (lanes, 1)) for part in of_one)
             )
         else:
-            prescribed_inputs = prescribed(self.model, states.t, _at_each(present, t.shape[1]), None)
+            prescribed_inputs = inputs_at_rows(self.model, states.t, _at_each(present, t.shape[1]), None)
         if inputs is None or prescribed_inputs.u is None:
             return prescribed_inputs
         return PrescribedInputs(np.where(np.isnan(inputs), prescribed_inputs.u, inputs), prescribed_inputs.base)
@@ -361,7 +361,7 @@ class SideBySide:
         """Return inputs and the base at times (rows,), at the parameters of the run that all have in common."""
         known = self._common_before.get(len(t))
         if known is None or not np.array_equal(known[0], t):
-            known = t.copy(), prescribed(self.model, t, self.run.parameters, None)
+            known = t.copy(), inputs_at_rows(self.model, t, self.run.parameters, None)
             self._common_before[len(t)] = known
         return known[1]
 
@@ -380,7 +380,7 @@ class SideBySide:
             prescribed_inputs = self._prescribe(states, present, u)
         for kind, prefix in (("outputs", "output."), ("energy", "energy.")):
             if any(group.startswith(prefix) for group in needed):
-                of_model = evaluated(kind, self.model, states, prescribed_inputs, p)
+                of_model = row_values(kind, self.model, states, prescribed_inputs, p)
                 groups |= {f"{prefix}{name}": value for name, value in of_model.items()}
         for k, name in enumerate(self.columns):
             group, index = self.places[name]
@@ -442,7 +442,7 @@ class SideBySide:
         states = self._states(rows[:, chosen].reshape(-1, width))
         looked = present if present.ndim == 2 else present[:, chosen]
         p = _at_each(looked, len(chosen))
-        energy = evaluated("energy", self.model, states, self._prescribe(states, looked, None), p)
+        energy = row_values("energy", self.model, states, self._prescribe(states, looked, None), p)
         total, potential, kinetic = (energy[name].reshape(lanes, -1) for name in ("total", "potential", "kinetic"))
         moving = np.ptp(potential, axis=1) + kinetic.max(axis=1)
         gain: NDArray[np.bool_] = (total - total[:, :1]).max(axis=1) > _GAIN * moving

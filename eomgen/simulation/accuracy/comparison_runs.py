@@ -136,7 +136,7 @@ def comparison_run(
     return Comparison(result.rows, present, stopped, result.interrupted, events, stepper.statistics)
 
 
-def counted(progress: Progress | None, before: int, total: int) -> Progress | None:
+def progress_after(progress: Progress | None, before: int, total: int) -> Progress | None:
     """Return a callback of progress for a run after ``before`` steps of other runs, of ``total`` steps in all."""
     if progress is None:
         return None
@@ -272,7 +272,7 @@ class ComparisonRuns:
         """
         before = self._steps
         self._steps += math.ceil(self.span.steps / multiple)
-        report = counted(self._progress, before, max(self._all, self._steps))
+        report = progress_after(self._progress, before, max(self._all, self._steps))
         result = comparison_run(
             self.run,
             self._library,

@@ -30,8 +30,8 @@ from eomgen.simulation.accuracy.comparison_runs import (
     ComparisonRuns,
     MotionDifference,
     NoEstimateError,
-    counted,
     planned_steps,
+    progress_after,
 )
 from eomgen.simulation.accuracy.fastest_rates import FastestRates
 from eomgen.simulation.accuracy.motion_size import motion_size, shares
@@ -94,10 +94,10 @@ class ErrorEstimation:
 
     progress: Progress | None = None
 
-    def shown(self, run: Run, steps: int) -> Progress | None:
+    def run_progress(self, run: Run, steps: int) -> Progress | None:
         """Return the callback that reports the progress of the run, of which ``steps`` steps are left."""
         more = planned_steps(run, steps)
-        return counted(self.progress, 0, run.grid.steps + more)
+        return progress_after(self.progress, 0, run.grid.steps + more)
 
     def of(
         self,
@@ -204,7 +204,7 @@ def _by_tolerance(runs: ComparisonRuns) -> ErrorEstimate:
                 continue
             shorter = f" and {_part(multiple)} the step" if multiple < 1.0 else ""
             gain = gain_of_shorter(-power) if power < 0.0 else gain_of_longer(power)
-            pair = Pair(apart, partial(_known, gain), f"a run at a tolerance of {tolerance:.2g}{shorter}")
+            pair = Pair(apart, partial(_fixed_gain, gain), f"a run at a tolerance of {tolerance:.2g}{shorter}")
             return replace(estimate(runs, pair, math.nan), passed_over=_passed_over(runs, result))
     if result is not None and not result.stopped:
         where = "its steps end where forces jump, states are sampled or rows of inputs end, and " if bound else ""
@@ -237,7 +237,7 @@ def _part(multiple: float) -> str:
     return "half" if multiple == 0.5 else f"1/{1.0 / multiple:.0f} of"
 
 
-def _known(gain: float, order: float) -> Array:
+def _fixed_gain(gain: float, order: float) -> Array:
     return np.full((1, 1), gain)
 
 
@@ -279,7 +279,7 @@ def _by_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates] | None = N
         pair = Pair(apart, gain_by(runs.ratio(0.5, apart.t)), words, apart, near, _refinement(runs, (0.5, 1, 2)))
         if rounding:  # which grows towards shorter steps, and of which two runs may have as much
             both = _largest_of([(near, 1.0), (apart, 1.0)])
-            pair = Pair(both, partial(_known, 1.0), words, near, far, _refinement(runs, (1, 2, 4)))
+            pair = Pair(both, partial(_fixed_gain, 1.0), words, near, far, _refinement(runs, (1, 2, 4)))
         result = replace(estimate(runs, pair, order), passed_over=passed_over)
         return result if resolved else _with_first_rows(runs, result, order)
     if result is None or not result.relative < _EXPLODED:
@@ -343,7 +343,7 @@ def _by_prime_parts(runs: ComparisonRuns, twice: ComparedMotion) -> ErrorEstimat
     words = f"runs at {' and '.join(f'1/{parts}' for parts in _PRIME_PARTS)} of the step"
     far, near = differing[-2][0], runs.apart(*shorter)
     refinement = _refinement(runs, (1.0 / _PRIME_PARTS[1], 1.0 / _PRIME_PARTS[0], 1.0))
-    pair = Pair(_largest_of(differing), partial(_known, 1.0), words, near, far, refinement)
+    pair = Pair(_largest_of(differing), partial(_fixed_gain, 1.0), words, near, far, refinement)
     return replace(estimate(runs, pair, order), passed_over=passed_over)
 
 

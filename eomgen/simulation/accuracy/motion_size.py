@@ -297,7 +297,7 @@ def size_of(
     if work is not None:  # the least share of the energy at work that counts as motion
         rates, ways = REST * work.rates, np.maximum(reach, work.duration * work.rates)
     sizes = {"increment": _measure(size, units, REST * ways)}
-    sizes["q"] = _of_coordinates(model, sizes["increment"])
+    sizes["q"] = _coordinate_sizes(model, sizes["increment"])
     sizes["v"] = _measure(np.abs(column["v"]).max(axis=0), model.v_units, rates)
     sizes["z"] = _measure(np.ptp(column["z"], axis=0), model.z_units, REST * np.abs(column["z"]).max(axis=0))
     sizes["multipliers"] = _measure(np.abs(column["multipliers"]).max(axis=0))
@@ -406,7 +406,7 @@ def _reach(q: Array, q_units: Sequence[str], units: Sequence[str]) -> Array:
     return np.array([largest[unit] for unit in units])
 
 
-def _of_coordinates(model: Components, increment: Array) -> Array:
+def _coordinate_sizes(model: Components, increment: Array) -> Array:
     """Return the sizes of the components in q from the sizes of the increment; references of angles have size 1."""
     size = np.ones(len(model.q_units))
     for factor in model.factors:

@@ -174,7 +174,7 @@ def _lost_increments(runs: ComparisonRuns, factor: Factor, times: Array) -> Arra
     t, q, v, a, *_ = states_of(runs.own.rows.astype(float), runs.run.model)
     q, v, a = q[:, factor.q], v[:, factor.v], np.nan_to_num(a[:, factor.v])
 
-    def lost(every: int) -> Array:
+    def loss(every: int) -> Array:
         h = np.diff(t[::every])[:, np.newaxis]
         one, two = slice(0, -every, every), slice(every, None, every)
         parts = 0.5 * h * (v[one] + v[two]) + h**2 / 12.0 * (a[one] - a[two])
@@ -182,7 +182,7 @@ def _lost_increments(runs: ComparisonRuns, factor: Factor, times: Array) -> Arra
         result: Array = q[:covered:every][1:] - q[0] - np.cumsum(parts, axis=0)
         return result
 
-    single, double = lost(1)[1::2], lost(2)
+    single, double = loss(1)[1::2], loss(2)
     known = np.maximum(np.abs(single) - np.abs(single - double), 0.0)
     columns = [np.interp(times, t[2::2], column, left=0.0) for column in known.T]
     return np.stack(columns, axis=1)

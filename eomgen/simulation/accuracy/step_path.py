@@ -112,7 +112,7 @@ class StepPath:
             if item.formula is not None and item.name not in self.run.signals.given and may_be_fast(item.formula)
         }
         columns = {k: known[name] for k, name in enumerate(self.run.model.inputs) if name in known}
-        return {k: one for k, one in columns.items() if self.knows(one) and not _of_inputs(one)}
+        return {k: one for k, one in columns.items() if self.knows(one) and not _uses_inputs(one)}
 
     @cached_property
     def slopes(self) -> Array:
@@ -228,7 +228,7 @@ class StepPath:
             return np.hstack([a, model.internal_rates(q, v, t=blocks.t, **given)]) if model.nz else a
 
 
-def _of_inputs(formula: Formula) -> bool:
+def _uses_inputs(formula: Formula) -> bool:
     return any(symbol.kind == "input" for symbol in symbols(formula))
 
 

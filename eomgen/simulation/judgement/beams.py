@@ -34,12 +34,12 @@ def turned_elements(model: CompiledModel, t: Array, q: Array, p: Array) -> Findi
         return None
     for start in range(0, len(t) - 1, _BATCH):
         rows = slice(start, start + _BATCH + 1)  # the last row is the first row of the next batch
-        if result := _passed(model, t[rows], q[rows], p):
+        if result := _passage(model, t[rows], q[rows], p):
             return result
     return None
 
 
-def _passed(model: CompiledModel, t: Array, q: Array, p: Array) -> Finding | None:
+def _passage(model: CompiledModel, t: Array, q: Array, p: Array) -> Finding | None:
     """Return a finding on the first element that turns by more than half a turn between rows; None if there is none."""
     beams = model.description.exact_beams
     quaternion = model.evaluate("poses", q, t=t, parameters=p)["pose"][..., :4]

@@ -151,10 +151,10 @@ def _growth(run: Run, stepper: Stepper, trajectory: Trajectory) -> Finding | Non
             " step helps"
         )
         return Finding(text=str(growth), hint=hint)
-    return _grown(run, stepper, trajectory)
+    return _endless_growth(run, stepper, trajectory)
 
 
-def _grown(run: Run, stepper: Stepper, trajectory: Trajectory) -> Finding | None:
+def _endless_growth(run: Run, stepper: Stepper, trajectory: Trajectory) -> Finding | None:
     """Return a finding on a motion that grows without end, unless the growth is due to the method."""
     result = unbounded_growth(run, states_of(trajectory.rows, run.model))
     return None if result is None or unstable_growth(run, stepper.library, trajectory) else result
@@ -182,7 +182,7 @@ def _own_steps(statistics: Mapping[str, int | float], model: CompiledModel | Non
     return f"{text})"
 
 
-def _stopped(run: FinishedRun) -> Iterator[Finding]:
+def _early_end(run: FinishedRun) -> Iterator[Finding]:
     if not run.complete:
         yield Finding.of(end_of(run), time=run.trajectory.rows[-1, 0])
 
@@ -217,7 +217,7 @@ def _broken_constraint(run: FinishedRun) -> Iterator[Finding]:
 
 
 ROWS = (
-    Check("stopped [W0209]", _stopped, needs=(), severity=FAILURE),
+    Check("stopped [W0209]", _early_end, needs=(), severity=FAILURE),
     Check("checkpoint [W0210]", _checkpoint, needs=("checkpoint",), severity=NOTE),
     Check("unstable [W0211]", _unstable, needs=("complete", "fixed steps"), severity=FAILURE),
     Check("infinite_energy [W0212]", _infinite_energy, severity=FAILURE, unless=("unstable",)),

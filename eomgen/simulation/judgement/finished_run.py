@@ -26,7 +26,7 @@ from eomgen.results.finding import WARNING, Finding, Severity
 from eomgen.simulation.stepping.chunks import Trajectory
 from eomgen.simulation.stepping.events import acting, parameters_over, table_of
 from eomgen.simulation.stepping.run import Run
-from eomgen.simulation.stepping.states import PrescribedInputs, States, evaluated, prescribed, states_of
+from eomgen.simulation.stepping.states import PrescribedInputs, States, inputs_at_rows, row_values, states_of
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.simulation.stepping.time_grid import StepParts, step_parts
 
@@ -203,15 +203,15 @@ class FinishedRun(EvaluatesOnce):
     @cached_property
     def prescribed(self) -> PrescribedInputs:
         run = self.run
-        return prescribed(run.model, self.states.t, self.present, run.signals if run.takes_rows else None)
+        return inputs_at_rows(run.model, self.states.t, self.present, run.signals if run.takes_rows else None)
 
     @cached_property
     def outputs(self) -> dict[str, Array]:
-        return evaluated("outputs", self.run.model, self.states, self.prescribed, self.present)
+        return row_values("outputs", self.run.model, self.states, self.prescribed, self.present)
 
     @cached_property
     def energy(self) -> dict[str, Array]:
-        return evaluated("energy", self.run.model, self.states, self.prescribed, self.present)
+        return row_values("energy", self.run.model, self.states, self.prescribed, self.present)
 
     def _at_rows(self, name: str) -> Mapping[str, Array]:
         return self.outputs if name == "outputs" else self.energy

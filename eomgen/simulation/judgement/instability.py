@@ -115,13 +115,13 @@ def _unstable_growth(run: Run, library: Library, trajectory: Trajectory) -> Grow
     before, after, middle = end[: max(half, 1)], end[half:], trajectory.middle
     late = _sizes(run, after[1:])
     growth = _growth(_sizes(run, before), late)
-    sudden = _grown(run, growth, late[0], _SUDDEN)
+    sudden = _growing_components(run, growth, late[0], _SUDDEN)
     if len(sudden):
         return _by_method(run, library, after, before, sudden, _FINER)
     if middle is None:
         return None
     growth = _growth(_sizes(run, middle), late)
-    slow = _grown(run, growth, late[0], _SLOW)
+    slow = _growing_components(run, growth, late[0], _SLOW)
     if not len(slow):
         return None
     steps = round((after[-1, 0] - middle[0, 0]) / run.settings["step"])
@@ -167,7 +167,7 @@ def _own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
     # a component at rest has no ratio
     with np.errstate(over="ignore"):
         behind = np.divide(sizes[-1], largest, out=np.zeros_like(sizes), where=largest > _rounding_of_rest(run, rows))
-    grown = _grown(run, np.max(behind, axis=0), sizes[-1], _SUDDEN)
+    grown = _growing_components(run, np.max(behind, axis=0), sizes[-1], _SUDDEN)
     if not len(grown):
         return None
     component = int(grown[np.argmax(np.max(behind[:, grown], axis=0))])
@@ -188,7 +188,7 @@ def _own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
             math.inf if repeated is None else float(_sizes(run, repeated[-1:])[0][component]) for repeated in again
         ]
         if all(size > 0.0 and abs(math.log(size / after)) < _EQUAL * math.log(after / before) for size in finer):
-            return _described(run, (first[0], last[0]), component, before, after, step / _FINER_OF_SLOW[-1], finer[-1])
+            return _as_growth(run, (first[0], last[0]), component, before, after, step / _FINER_OF_SLOW[-1], finer[-1])
     return None
 
 
@@ -216,8 +216,8 @@ def at_rest(run: Run, rows: Array) -> bool:
     longest = _longest(run, rows)
     sizes = np.array([longest if unit == "m" else 1.0 for unit in run.model.q_units])
     between = float(np.max(np.ptp(q, axis=0) / np.where(sizes > 0.0, sizes, 1.0), initial=0.0))
-    if np.any(_moved(run, rows, _REST)[: run.model.nv]):
-        hardly = not np.any(_moved(run, rows, _SETTLED * (len(rows) - 1))[: run.model.nv])  # from row to row
+    if np.any(_travelling(run, rows, _REST)[: run.model.nv]):
+        hardly = not np.any(_travelling(run, rows, _SETTLED * (len(rows) - 1))[: run.model.nv])  # from row to row
         return hardly and between <= _REST
     return between <= _SETTLED
 
@@ -243,7 +243,7 @@ def _by_method(
     small, large = (_sizes(run, rows)[0][components] for rows in (before, window[-tail:]))
     sizes = np.full(len(components), math.inf)
     agreeing = np.zeros(len(components), dtype=int)
-    moved = _moved(run, window, _ROUNDING)[components]
+    moved = _travelling(run, window, _ROUNDING)[components]
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         growth = np.log(np.minimum(large / small, _LARGEST))
         moved &= growth > _RISEN
@@ -255,8 +255,8 @@ def _by_method(
             if len(worst):
                 one = worst[np.argmax(excess[worst])]
                 rest = finer[finer.index(parts) :]
-                held, size = _held(run, library, window, components[one], rest, _EQUAL * growth[one])
-                return _described(run, times, components[one], small[one], large[one], step / held, size)
+                held, size = _refined_size(run, library, window, components[one], rest, _EQUAL * growth[one])
+                return _as_growth(run, times, components[one], small[one], large[one], step / held, size)
             agreeing = np.where(np.abs(np.log(coarser / sizes)) < _EQUAL * growth, agreeing + 1, 0)
             if np.all(((agreeing > 1) & (excess > -_UNEQUAL * growth)) | ~moved):
                 return None
@@ -264,10 +264,10 @@ def _by_method(
     if finer is _FINER_OF_SLOW or not len(left):
         return None
     one = left[np.argmax(growth[left])]
-    return _described(run, times, components[one], small[one], large[one], step / finer[-1], math.inf)
+    return _as_growth(run, times, components[one], small[one], large[one], step / finer[-1], math.inf)
 
 
-def _held(
+def _refined_size(
     run: Run, library: Library, window: Array, component: int, finer: Sequence[int], equal: float
 ) -> tuple[int, float]:
     """Return the number of parts of a step for which the next refinement agrees on the size of a component, and this
@@ -282,7 +282,7 @@ def _held(
     return parts, float(size)
 
 
-def _described(
+def _as_growth(
     run: Run, times: tuple[float, float], component: int, before: float, after: float, finer: float, finer_after: float
 ) -> Growth:
     names, units = [*run.model.v_names, *run.model.z_names], [*run.model.v_units, *run.model.z_units]
@@ -292,7 +292,7 @@ def _described(
     )
 
 
-def _grown(run: Run, growth: Array, size: Array, least: float) -> Components:
+def _growing_components(run: Run, growth: Array, size: Array, least: float) -> Components:
     """Return the components of v and z that grow at least so much and are more than rounding.
 
     Parameters
@@ -331,7 +331,7 @@ def _sizes(run: Run, rows: Array) -> Array:
     return np.hstack([moving, np.broadcast_to(size[len(size) - nz :], (2, nz))]) if nz else moving
 
 
-def _moved(run: Run, rows: Array, part: float) -> NDArray[np.bool_]:
+def _travelling(run: Run, rows: Array, part: float) -> NDArray[np.bool_]:
     """Return a mask of the components in v and z, (nv + nz,), that travel over the rows by more than ``part`` of a
     coordinate's length or of a radian."""
     model = run.model
@@ -356,7 +356,7 @@ def _again(run: Run, library: Library, row: Array, steps: int, parts: int) -> Ar
     """Return a row after each of some steps from a row, every step in equal parts; None if not all steps can be
     taken."""
     model = run.model
-    if run.controllers is not None and run.controllers.undeclared:
+    if run.controllers is not None and run.controllers.undeclared_names:
         raise _NotRepeatedError
     settings = {**run.settings, "step": run.settings["step"] / parts}
     stepper = Stepper(library, settings, run.parameters, run.controllers)

@@ -66,9 +66,9 @@ class Verdict:
         if self._run.has((ESTIMATED,)):
             return tuple(chain.from_iterable(self.of(check.name) for check in CHECKS if check.alike))
         checks = [check for check in CHECKS if check.alike and self._run.has({*check.needs} - {ESTIMATED})]
-        return tuple(chain.from_iterable(map(self._evaluated, checks)))
+        return tuple(chain.from_iterable(map(self._evaluate, checks)))
 
-    def noted(self, place: str) -> tuple[Finding, ...]:
+    def notes(self, place: str) -> tuple[Finding, ...]:
         """Return the findings that are notes of the metadata at a place, ``start`` or ``call``."""
         names = (check.name for check in CHECKS if check.noted == place and check.name not in self._settings.quiet)
         return tuple(chain.from_iterable(map(self.of, names)))
@@ -78,10 +78,10 @@ class Verdict:
         result = self._known.get(name)
         if result is None:
             check = BY_NAME[name]
-            result = self._known[name] = self._evaluated(check) if self._run.has(check.needs) else ()
+            result = self._known[name] = self._evaluate(check) if self._run.has(check.needs) else ()
         return result
 
-    def _evaluated(self, check: Check) -> tuple[Finding, ...]:
+    def _evaluate(self, check: Check) -> tuple[Finding, ...]:
         """Return the findings of one check with its facts."""
         run, name = self._run, check.name
         for other in check.unless:

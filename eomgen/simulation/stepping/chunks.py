@@ -117,7 +117,7 @@ def run_chunks(
                 progress(recorder.done, grid.steps)
             if status == 0 and recorder.done == done:
                 raise RuntimeError("the stepper made no step and gave no reason")
-            pace.measured(elapsed, size, recorder.done - done)
+            pace.adapt(elapsed, size, recorder.done - done)
         done = recorder.done
         stopped = interrupted.heard and done < grid.steps
         if writer is not None and status == 0:
@@ -135,7 +135,7 @@ def run_chunks(
             progress(done, grid.steps)
     elif recorder.last != done or status in AT_EVENTS:
         recorder.pieces.append(stepper.row[np.newaxis])
-    rows, middle, end = recorder.finished(done)
+    rows, middle, end = recorder.recorded_rows(done)
     events = [log for log in recorder.logs if len(log)]
     return Trajectory(rows, status, stopped, done, failure, middle, end, events, modes)
 
@@ -151,7 +151,7 @@ class _ChunkSize:
             pace *= self.step / self.plan.paced_step
         self.chunk = max(1, min(_LARGEST_CHUNK, int(_CAUTION * CHUNK_SECONDS / pace)))
 
-    def measured(self, seconds: float, size: int, steps: int) -> None:
+    def adapt(self, seconds: float, size: int, steps: int) -> None:
         """Adapt the chunk size to a measured duration, s, of ``steps`` steps in a chunk of ``size`` steps."""
         pace = max(seconds, 1e-9) / max(steps, 1)
         self.plan.pace, self.plan.paced_step, self.plan.paced_by = pace, self.step, self.settings
@@ -177,7 +177,7 @@ class _Rows:
             self._used += len(part)
             rows = rows[len(part) :]
 
-    def joined(self) -> Array:
+    def join(self) -> Array:
         *full, last = self._blocks
         last = last[: self._used]
         return np.concatenate([*full, last]) if full else last
@@ -239,9 +239,9 @@ class _Recorder:
             self.last = self.done - self.done % self.every
         return status
 
-    def finished(self, done: int) -> tuple[Array, Array | None, Array | None]:
+    def recorded_rows(self, done: int) -> tuple[Array, Array | None, Array | None]:
         """Return the recorded rows, and all rows of the windows in the middle and at the end."""
-        recorded, kept = self._block.joined() if self._block else np.concatenate(self._few), self.kept
+        recorded, kept = self._block.join() if self._block else np.concatenate(self._few), self.kept
         if not self.windows:
             return recorded, None, None
         if self.every == 1:

@@ -44,7 +44,7 @@ class CallerControllers:
     functions: tuple[Controller, ...]
 
     @property
-    def undeclared(self) -> str:
+    def undeclared_names(self) -> str:
         """The names of the controllers that may keep data outside of the states; empty: all go on from any state."""
         return ", ".join(row["name"] for row in self.rows if not row["declared"])
 
@@ -63,7 +63,7 @@ class CallerControllers:
             A class cannot be called without arguments, or its objects cannot be called.
         """
         made = [
-            _made(row["name"], given) if _makes(given) else given
+            _make_function(row["name"], given) if _makes(given) else given
             for row, given in zip(self.rows, self.functions, strict=True)
         ]
         return BoundControllers(self.rows, made, library)
@@ -191,7 +191,7 @@ def _makes(given: Controller) -> bool:
     return isinstance(given.func if isinstance(given, functools.partial) else given, type)
 
 
-def _made(name: str, given: Controller) -> Controller:
+def _make_function(name: str, given: Controller) -> Controller:
     kind = given.func if isinstance(given, functools.partial) else given
     label = getattr(kind, "__name__", str(kind))
     try:

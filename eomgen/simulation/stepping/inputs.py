@@ -68,7 +68,7 @@ class InputSignals:
             if isinstance(signal, LawOverTime):
                 table[:, column] = _finite(name, signal.over(times), times)
             elif callable(signal):
-                table[:, column] = _called(name, signal, times)
+                table[:, column] = _call_at(name, signal, times)
             elif isinstance(signal, np.ndarray):
                 position = (times - self.start) / self.step
                 table[:, column] = np.interp(position, np.arange(len(signal)), signal)
@@ -221,7 +221,7 @@ def read_signals(
     return read
 
 
-def _called(name: str, signal: Function, times: Array) -> Array:
+def _call_at(name: str, signal: Function, times: Array) -> Array:
     """Return the values of an input's function at times. Raises UsageError."""
     values = np.empty(len(times))
     for index, t in enumerate(times):

@@ -15,7 +15,7 @@ from eomgen.base.data import dataclass, field
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import ModelError, Problem, UsageError
-from eomgen.formula.evaluate import SymbolValues, evaluate, known_value
+from eomgen.formula.evaluate import SymbolValues, evaluate, value_in
 from eomgen.formula.nodes import Application, Formula, Operation, Symbol
 from eomgen.integrators.families.register import Method, canonical_name, method_named, method_parameters, terms_of
 from eomgen.integrators.stepper_layout import checked_setting, default_settings
@@ -42,7 +42,7 @@ def large_angles(description: Description, values: SymbolValues, given: Collecti
     given : inputs whose formulas are replaced
     """
 
-    t, value_of = values["time", "", 0], known_value(values)
+    t, value_of = values["time", "", 0], functools.partial(value_in, values)
     result: dict[str, None] = {}
     for item in description.inputs:
         if item.name in given:

@@ -60,7 +60,7 @@ def states_of(rows: Array, model: CompiledModel, *, views: bool = False) -> Stat
     return States(one.copy(), two.copy(), three.copy(), four.copy(), five.copy(), six.copy())
 
 
-def prescribed(model: CompiledModel, t: Array, p: Array, signals: InputSignals | None) -> PrescribedInputs:
+def inputs_at_rows(model: CompiledModel, t: Array, p: Array, signals: InputSignals | None) -> PrescribedInputs:
     """Return inputs and the base at times (n,); evaluated once, since a road of many harmonics costs more than all else
     of a row.
 
@@ -75,7 +75,7 @@ def prescribed(model: CompiledModel, t: Array, p: Array, signals: InputSignals |
     return PrescribedInputs(u, model.evaluator.functions("base", drivers)[0] if model.evaluator.moving_base else None)
 
 
-def evaluated(name: str, model: CompiledModel, states: States, given: PrescribedInputs, p: Array) -> dict[str, Array]:
+def row_values(name: str, model: CompiledModel, states: States, given: PrescribedInputs, p: Array) -> dict[str, Array]:
     """Return the outputs, or the energy, at all rows; empty if the model was built without the term.
 
     Parameters
