@@ -97,9 +97,9 @@ class Conversion:
             nodes = [
                 (path, name) for path, model in self.world.every() for part in sections for name in getattr(model, part)
             ]
-            self.scene.keep(kind, map(self.called, nodes))
+            self.scene.keep(kind, map(self.name_of, nodes))
 
-    def called(self, node: Node) -> str:
+    def name_of(self, node: Node) -> str:
         """Return the name of a link, frame or joint in the file, from its only model."""
         path, key = node
         model = self.frames.models[path]
@@ -110,7 +110,7 @@ class Conversion:
     @property
     def joints(self) -> dict[str, Node]:
         """Joints by their names in the file."""
-        return {self.called((path, key)): (path, key) for path, model in self.world.every() for key in model.joints}
+        return {self.name_of((path, key)): (path, key) for path, model in self.world.every() for key in model.joints}
 
     def connect(self, held: Mapping[Node, float], weld: Sequence[str] = ()) -> None:
         """Find the links that all joints connect; check all frames.
@@ -141,17 +141,17 @@ class Conversion:
                 self.frames.link(path, MODEL_FRAME)
         for path, model in self.world.every():
             for name, joint in model.joints.items():
-                self.connected((path, name), joint, held)
+                self.add_edge((path, name), joint, held)
         for written in weld:
-            self.edges.append(self.welded(written))
+            self.edges.append(self.weld(written))
         self.scene.report.raise_problems()
 
-    def connected(self, key: Node, joint: Joint, held: Mapping[Node, float]) -> None:
+    def add_edge(self, key: Node, joint: Joint, held: Mapping[Node, float]) -> None:
         """Add the edge of a joint."""
         path, _ = key
         ends = []
         for attribute, name in (("parent", joint.parent), ("child", joint.child)):
-            if not self.frames.known(path, name, joint.place, attribute):
+            if not self.frames.check_frame(path, name, joint.place, attribute):
                 return
             link = self.frames.link(path, name)
             ends.append(WORLD_NODE if link in self.static else link)
@@ -164,15 +164,15 @@ class Conversion:
             return
         edge = Edge(key, joint, ends[0], ends[1], held.get(key))
         for axis in joint.axes:
-            self.frames.known(path, axis.expressed_in or key[1], axis.place, "expressed_in")
+            self.frames.check_frame(path, axis.expressed_in or key[1], axis.place, "expressed_in")
         self.edges.append(edge)
 
-    def welded(self, written: str) -> Edge:
+    def weld(self, written: str) -> Edge:
         """Return the joint that fixes a frame to the world."""
         path = (self.only,) if self.only else ()
         place = Place(self.file, 1)
-        if not self.frames.known(path, written, place, "") or written == WORLD_FRAME:
-            every = [self.called((path, name)) for path, model in self.world.every() for name in model.names]
+        if not self.frames.check_frame(path, written, place, "") or written == WORLD_FRAME:
+            every = [self.name_of((path, name)) for path, model in self.world.every() for name in model.names]
             fault = f"{self.file} has no link or frame {shown(written)} [E1940]"
             raise OptionError("weld", fault, nearest(written, every))
         link = self.frames.link(path, written)
@@ -192,7 +192,7 @@ class Conversion:
         following = Followers(self.scene, self.frames, steps, self.joint_names, self.places).add(gears)
         for gear in gears:
             for axis in gear.joint.axes:
-                self.leave_dynamics(axis, self.called(gear.key), "gearboxes")
+                self.leave_dynamics(axis, self.name_of(gear.key), "gearboxes")
         driven = {*following, *actuators.efforts}
         units = {name: unit for name, unit in self.units.items() if name not in driven} if actuated else {}
         for section, entries in effort_inputs(units, actuators).items():
@@ -231,13 +231,15 @@ class Conversion:
             note = f"no joint holds these links, so they move freely: {names}"
             notes.append(f"{note}; weld={self.free[:1]!r} fixes one [W0167]")
         if self.merged:
-            one = len(self.merged) == 1
+            only = len(self.merged) == 1
             many = (
                 "1 link is merged into the body it is"
-                if one
+                if only
                 else f"{len(self.merged)} links are merged into the bodies they are"
             )
-            notes.append(f"{many} fixed to and kept as {'a frame' if one else 'frames'}: {listed(self.merged)} [W0180]")
+            notes.append(
+                f"{many} fixed to and kept as {'a frame' if only else 'frames'}: {listed(self.merged)} [W0180]"
+            )
         if self.shifted:
             note = "links whose joints are not at their origins are frames of bodies NAME_body"
             notes.append(f"{note}: {listed(self.shifted)} [W0170]")
@@ -262,16 +264,16 @@ class Conversion:
         """Add the mass properties of all bodies."""
         data = self.scene.data
         for body, parts in self.parts.items():
-            own = next((link for link in parts if link[1] in self.draft.tunable), None)
+            tunable = next((link for link in parts if link[1] in self.draft.tunable), None)
             if body == BASE:
                 self.scene.carry_mass(body_entry(combine_inertias([*parts.values()])))
-            elif own is None:
+            elif tunable is None:
                 data["bodies"][body] |= body_entry(combine_inertias([*parts.values()]))
             else:
-                name = self.called(own)
-                parameters, data["bodies"][body] = tunable_body(name, self.links[own].inertia)
+                name = self.name_of(tunable)
+                parameters, data["bodies"][body] = tunable_body(name, self.links[tunable].inertia)
                 self.scene.section("parameters").update(parameters)
-                others = combine_inertias([part for link, part in parts.items() if link != own])
+                others = combine_inertias([part for link, part in parts.items() if link != tunable])
                 if others.mass or np.any(others.about_center):
                     rest = f"{body}_others"
                     data["bodies"][rest] = body_entry(others)
@@ -287,7 +289,7 @@ class Conversion:
             raise OptionError("tunable", fault, "a link that a joint moves")
         fault = impossible(float(link.inertia.mass), link.inertia.about_center)
         if fault:
-            self.scene.leave_out(link.place, f"link {self.called(node)}: {fault}")
+            self.scene.leave_out(link.place, f"link {self.name_of(node)}: {fault}")
         gravity = np.array(self.scene.data.get("gravity", (0.0, 0.0, -9.81)))
         if not link.pulled and link.inertia.mass and gravity.any() and place.body != BASE:
             at = place.of(np.array(link.inertia.center))
@@ -296,22 +298,22 @@ class Conversion:
 
     def legal(self, node: Node) -> str:
         """Return the name of a link, frame or joint in the scene, unless it is taken."""
-        name = self.called(node)
+        name = self.name_of(node)
         if self.draft.legal:
             return name
         name = name.replace("::", "__")
         return f"{name}_link" if name in (BASE, WORLD) else name
 
-    def named(self, kind: str, node: Node, ending: str = "") -> str:
+    def new_name(self, kind: str, node: Node, ending: str = "") -> str:
         """Return a new name for a link, frame or joint of the file."""
         if self.draft.legal:
-            return self.called(node)
-        return self.scene.name(kind, self.legal(node) + ending, "", joined=bool(ending) or "::" in self.called(node))
+            return self.name_of(node)
+        return self.scene.name(kind, self.legal(node) + ending, "", joined=bool(ending) or "::" in self.name_of(node))
 
     def body(self, node: Node, ending: str = "") -> str:
         """Return a new body for a link."""
         link = self.links[node]
-        name = link.body or self.named("body", node, ending)
+        name = link.body or self.new_name("body", node, ending)
         if link.body:
             note = f"the link {link.name} is the body {name}, because {link.name} is the name of"
             self.scene.notes.append(f"{note} {_RESERVED[link.name]} [W0179]")
@@ -320,7 +322,7 @@ class Conversion:
 
     def frame(self, node: Node, place: LinkPlace, line: Place) -> None:
         """Add a frame."""
-        self.scene.put("frames", self.named("body", node), {"body": place.body, **place.pose}, line)
+        self.scene.put("frames", self.new_name("body", node), {"body": place.body, **place.pose}, line)
 
     def rest(self, link: Node) -> None:
         """Put a link of a static model on the base."""
@@ -339,7 +341,7 @@ class Conversion:
             turned = quaternion_of_matrix(pose.orientation.tolist())
             entry["initial"] = {"position": pose.position.tolist(), "orientation": list(turned)}
         self.scene.put("joints", name, entry, self.links[link].place)
-        self.free.append(self.called(link))
+        self.free.append(self.name_of(link))
         self.add_part(link)
 
     def step(self, step: Step) -> None:
@@ -350,17 +352,17 @@ class Conversion:
             turn, shift = displacement(joint, (step.edge.held or 0.0) - joint.reference)
             position = rest.position + rest.orientation @ shift
             rest = LinkPlace(rest.body, snapped_rotation(rest.orientation @ turn), position)
-        if not step.edge.fixed:
+        if not step.edge.is_fixed:
             self.carry(step, start, rest)
         elif self.links[end].kept or (end[1] in self.draft.tunable and rest.body != BASE):
-            body, name = self.body(end), self.named("joint", step.edge.key)
+            body, name = self.body(end), self.new_name("joint", step.edge.key)
             self.places[end] = LinkPlace(body, np.eye(3), np.zeros(3))
             fixed = {"type": "fixed", "parent": rest.body, "child": body, **rest.pose}
             self.scene.put("joints", name, fixed, joint.place)
         else:
             self.places[end] = rest
             self.frame(end, rest, self.links[end].place)
-            self.merged.append(self.called(end))
+            self.merged.append(self.name_of(end))
         self.add_part(end)
 
     def carry(self, step: Step, start: LinkPlace, rest: LinkPlace) -> None:
@@ -376,14 +378,14 @@ class Conversion:
         self.places[end] = LinkPlace(body, np.eye(3), np.zeros(3) if at_origin else -offset)
         if not at_origin:
             self.frame(end, self.places[end], self.links[end].place)
-            self.shifted.append(self.called(end))
+            self.shifted.append(self.name_of(end))
         anchor = self.frames.between(step.start, key).position
         placed = rest if at_origin else LinkPlace(rest.body, rest.orientation, start.of(anchor).position)
         axes = axes_in_link(self.frames, edge, end)
         written = list(joint.axes)
-        if step.turned:
+        if step.is_reversed:
             axes, written = [-axis for axis in axes[::-1]], written[::-1]
-        name = self.joint_names[key] = self.named("joint", key)
+        name = self.joint_names[key] = self.new_name("joint", key)
         self.scene.lines[f"joints.{name}"] = str(joint.place)
         kind = joint.type
         entry: dict[str, Any] = {"type": kind, "parent": placed.body, "child": body, **joint.entry}
@@ -409,28 +411,28 @@ class Conversion:
         middle = self.scene.name("body", "", f"{name}_between")
         self.scene.data["bodies"][middle] = {"mass": 0.0}
         names, ends = (name, self.scene.name("joint", "", f"{name}_second")), (placed.body, middle, entry["child"])
-        for own, parent, child, axis, dynamics in zip(names, ends, ends[1:], axes, written, strict=False):
+        for joint, parent, child, axis, dynamics in zip(names, ends, ends[1:], axes, written, strict=False):
             part = {"type": "revolute", "parent": parent, "child": child, "axis": axis.tolist()}
-            part |= placed.pose if own == name else {}
-            self.add_forces(own, None, part, [dynamics])
-            self.scene.data["joints"][own] = part
+            part |= placed.pose if joint == name else {}
+            self.add_forces(joint, None, part, [dynamics])
+            self.scene.data["joints"][joint] = part
         note = f"axes of {name} are not perpendicular: revolute joints {name} and {name}_second take its place [W0165]"
         self.scene.notes.append(note)
 
     def add_forces(self, name: str, joint: Joint | None, entry: dict[str, Any], axes: Sequence[Any]) -> None:
         """Add springs and dampers, and friction and stops if asked for; note the omissions."""
         row = JOINTS["revolute" if joint is None else joint.type]
-        unit, own = row.units[0] if row.units else "", len(axes) == row.v_size
-        if own and len(axes) == 1:
+        unit, whole = row.units[0] if row.units else "", len(axes) == row.v_size
+        if whole and len(axes) == 1:
             self.units[name] = unit
         entry |= forces_of(axes)
-        friction = friction_of(axes, unit) if self.friction and own else None
+        friction = friction_of(axes, unit) if self.friction and whole else None
         if friction is not None:
             entry["friction"] = friction
         elif any(axis.friction for axis in axes):
             self.scene.left_out("dry friction", name)
         stops, turns_on = None, joint is not None and joint.written == "continuous"
-        for axis in axes if self.limits and own and not turns_on else ():
+        for axis in axes if self.limits and whole and not turns_on else ():
             if axis.lower > axis.upper:
                 fault = f"the lower limit, {axis.lower:.9g}, is above the upper one, {axis.upper:.9g} {unit} [E1696]"
                 self.scene.refuse(axis.place, f"joints.{name}.limit", fault, "the smaller number as lower")
@@ -459,14 +461,14 @@ class Conversion:
     def close(self, edge: Edge) -> None:
         """Make a constraint of a joint that closes a loop."""
         joint, key = edge.joint, edge.key
-        name = self.joint_names[key] = self.named("constraint", key)
+        name = self.joint_names[key] = self.new_name("constraint", key)
         sides = [self.places[edge.parent], self.places[edge.child]]
         self.scene.lines[f"constraints.{name}"] = str(joint.place)
         if sides[0].body == sides[1].body:
             self.draft.leftovers.count("joints within one body")
             return
-        kind = "fixed" if edge.fixed else joint.type
-        axes = [] if edge.fixed else axes_in_world(self.frames, edge)
+        kind = "fixed" if edge.is_fixed else joint.type
+        axes = [] if edge.is_fixed else axes_in_world(self.frames, edge)
         if kind == "universal" and not are_perpendicular(axes):
             fault = f"the axes of {shown(joint.name)}, which closes a loop, are not perpendicular [E1941]"
             self.scene.refuse(joint.place, f"joints.{name}", fault, "another joint of the loop with must_be_loop_joint")
@@ -556,9 +558,9 @@ class Conversion:
         if not written.relative_to:
             return pose_of(written)
         path, _ = node
-        if not self.frames.known(path, written.relative_to, written.place, ""):
+        if not self.frames.check_frame(path, written.relative_to, written.place, ""):
             reason = f"there is no frame {shown(written.relative_to)}"
-            self.draft.undrawn.setdefault(reason, []).append(self.called(node))
+            self.draft.undrawn.setdefault(reason, []).append(self.name_of(node))
             return None
         return self.frames.between(node, (path, written.relative_to)) @ pose_of(written)
 

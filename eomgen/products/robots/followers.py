@@ -39,7 +39,7 @@ class Followers:
         places: Mapping[Node, LinkPlace],
     ) -> None:
         self.draft, self.frames, self.names, self.places = draft, frames, names, places
-        self.moving = {step.edge.key: step for step in steps if not step.edge.fixed}
+        self.moving = {step.edge.key: step for step in steps if not step.edge.is_fixed}
         self.following: set[str] = set()
 
     def add(self, gears: Sequence[Edge]) -> set[str]:
@@ -60,19 +60,19 @@ class Followers:
         if count == 1:
             return f"q.{name}"
         if self.draft.data["joints"][name]["type"] != "universal":  # two revolute joints in its place
-            index = count - 1 - index if step.turned else index
+            index = count - 1 - index if step.is_reversed else index
             return f"q.{name}" if index == 0 else f"q.{name}_second"
-        return f"q.{name}[{count - 1 - index if step.turned else index}]"
+        return f"q.{name}[{count - 1 - index if step.is_reversed else index}]"
 
     def mimic(self, step: Step, index: int, mimic: Mimic) -> None:
         """Couple an axis with the axis of another joint."""
-        path, own = step.edge.key
+        path, joint = step.edge.key
         *outer, last = mimic.joint.split("::")
         model = self.frames.models.get((*path, *outer))
         merged = model.merged.get(last, "") if model is not None else ""
         key = ((*path, *outer, *((merged,) if merged else ())), last)
         place = f"joints.{self.names[step.edge.key]}"
-        known = model is not None and self.frames.known(path, mimic.joint, mimic.place, "")
+        known = model is not None and self.frames.check_frame(path, mimic.joint, mimic.place, "")
         if not known or last not in self.frames.models[key[0]].joints:
             fault = f"there is no joint {shown(mimic.joint)} to mimic [E1688]"
             self.draft.refuse(mimic.place, place, fault, nearest(mimic.joint, self.frames.models[path].joints))
@@ -80,7 +80,7 @@ class Followers:
         place_of_axis = {"axis": 0, "axis2": 1}.get(mimic.axis, -1)
         leader = self.moving.get(key)
         if leader is None:
-            fault = f"the joint {shown(mimic.joint)}, which {shown(own)} mimics, has no coordinate of its own [E1944]"
+            fault = f"the joint {shown(mimic.joint)}, which {shown(joint)} mimics, has no coordinate of its own [E1944]"
             self.draft.refuse(mimic.place, place, fault, "a joint that moves and closes no loop")
             return
         if not 0 <= place_of_axis < len(leader.edge.joint.axes):
@@ -109,7 +109,7 @@ class Followers:
         path, name = edge.key
         assert gear is not None  # of edges of gearboxes alone
         reference = gear.reference or joint.parent
-        if not self.frames.known(path, reference, joint.place, "gearbox_reference_body"):
+        if not self.frames.check_frame(path, reference, joint.place, "gearbox_reference_body"):
             return
         body = self.places[self.frames.link(path, reference)].body
         axes = axes_in_world(self.frames, edge)

@@ -37,11 +37,11 @@ class Pose:
         """Return the pose of a frame that is given in this one."""
         return Pose(self.orientation @ inner.orientation, self.orientation @ inner.position + self.position)
 
-    def seen_from(self, other: Pose) -> Pose:
+    def seen_from(self, frame: Pose) -> Pose:
         """Return the pose in another frame; both are given in the same one. Rounding of differences is zero."""
-        turned = other.orientation.T
-        size = _ROUNDING * float(np.max(np.abs(self.position) + np.abs(other.position)))
-        position = turned @ (self.position - other.position)
+        turned = frame.orientation.T
+        size = _ROUNDING * float(np.max(np.abs(self.position) + np.abs(frame.position)))
+        position = turned @ (self.position - frame.position)
         return Pose(
             snapped_rotation(turned @ self.orientation), np.where(np.abs(position) <= size, 0.0, position) + 0.0
         )
@@ -113,12 +113,12 @@ class Frames:
         if not self._enter("relative_to", node):
             self._bases[node] = WORLD_NODE, IDENTITY  # the circle ends here, for the search for further faults
             return
-        self._bases[node] = self._resolved(*node)
+        self._bases[node] = self._resolve(*node)
         self.resolve(self._bases[node][0])
         self._waiting.pop()
         self._resolved_to_world.add(node)
 
-    def _resolved(self, path: tuple[str, ...], name: str) -> tuple[Node, Pose]:
+    def _resolve(self, path: tuple[str, ...], name: str) -> tuple[Node, Pose]:
         """Return the frame in which a frame is given, and its pose in it."""
         model = self.models[path]
         origin = MODEL_FRAME if path else WORLD_FRAME
@@ -134,10 +134,10 @@ class Frames:
         result = Pose(written.orientation, written.position)
         inner = model.models.get(name)
         if inner is not None and inner.placement:
-            own = (*path, name)
-            if self.known(own, inner.placement, inner.place, "placement_frame"):
-                result @= IDENTITY.seen_from(self._within(own, self.node(own, inner.placement)))
-        if not self.known(path, named, written.place, "relative_to" if written.relative_to else ""):
+            inside = (*path, name)
+            if self.check_frame(inside, inner.placement, inner.place, "placement_frame"):
+                result @= IDENTITY.seen_from(self._within(inside, self.node(inside, inner.placement)))
+        if not self.check_frame(path, named, written.place, "relative_to" if written.relative_to else ""):
             return WORLD_NODE, result
         return self.node(path, named), result
 
@@ -151,13 +151,13 @@ class Frames:
             if node not in self._bases:
                 if not self._enter("relative_to", node):
                     break
-                self._bases[node] = self._resolved(*node)
+                self._bases[node] = self._resolve(*node)
                 self._waiting.pop()
             node, pose = self._bases[node]
             poses.append((node, pose))
         return self._along(poses)
 
-    def known(self, path: tuple[str, ...], name: str, place: Place, attribute: str) -> bool:
+    def check_frame(self, path: tuple[str, ...], name: str, place: Place, attribute: str) -> bool:
         """Return whether a name means a frame of a model; report one that does not."""
         *outer, last = name.split("::")
         here = (*path, *outer)
@@ -166,7 +166,7 @@ class Frames:
         if model is not None and (model.has(last) or (last == MODEL_FRAME and here) or world_here):
             return True
         if attribute and (place, name) not in self._refused:
-            fault = f"{attribute}: there is no frame {shown(name)} in {self._called(path)} [E1721]"
+            fault = f"{attribute}: there is no frame {shown(name)} in {self._label(path)} [E1721]"
             hint = nearest(name, self.models[path].names)
             if last == WORLD_FRAME and not outer:
                 fault = f"{attribute}: a model cannot name the frame 'world', which is the world's [E1722]"
@@ -174,7 +174,7 @@ class Frames:
             self._refuse(place, name, fault, hint)
         return False
 
-    def _called(self, path: Sequence[str]) -> str:
+    def _label(self, path: Sequence[str]) -> str:
         return f"the model {shown('::'.join(path))}" if path else "the world"
 
     def link(self, path: tuple[str, ...], name: str) -> Node:
@@ -196,12 +196,16 @@ class Frames:
             return path, name
         if name in model.joints:
             joint = model.joints[name]
-            return self.link(path, joint.child) if self.known(path, joint.child, joint.place, "child") else WORLD_NODE
+            return (
+                self.link(path, joint.child)
+                if self.check_frame(path, joint.child, joint.place, "child")
+                else WORLD_NODE
+            )
         if name in model.frames:
             frame = model.frames[name]
             if not frame.attached_to:
                 return self.link(path, MODEL_FRAME) if path else WORLD_NODE
-            known = self.known(path, frame.attached_to, frame.place, "attached_to")
+            known = self.check_frame(path, frame.attached_to, frame.place, "attached_to")
             return self.link(path, frame.attached_to) if known else WORLD_NODE
         return self._canonical((*path, name))
 
@@ -215,7 +219,7 @@ class Frames:
                 outer, there = [*outer, there.merged[last]], there.models[there.merged[last]]
             if there is not None and last in there.links:
                 return (*path, *outer), last
-            fault = f"canonical_link: there is no link {shown(model.canonical)} in {self._called(path)} [E1723]"
+            fault = f"canonical_link: there is no link {shown(model.canonical)} in {self._label(path)} [E1723]"
             self._refuse(model.place, model.canonical, fault, nearest(model.canonical, model.links))
             return WORLD_NODE
         if model.links:
@@ -232,7 +236,7 @@ class Frames:
         if step not in self._waiting:
             self._waiting.append(step)
             return True
-        circle = [other for _, other in self._waiting[self._waiting.index(step) :]]
+        circle = [frame for _, frame in self._waiting[self._waiting.index(step) :]]
         path, first = node
         owner = self.models[path]
         place = next(

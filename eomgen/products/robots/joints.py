@@ -29,11 +29,11 @@ _ACROSS = 1e-9
 
 def axes_in_world(frames: Frames, edge: Edge) -> list[Array]:
     """Return the unit vectors of the axes of a joint in the world, in the configuration of the file."""
-    path, own = edge.key
+    path, joint = edge.key
     result = []
     for axis in edge.joint.axes:
-        name = axis.expressed_in or own
-        known = frames.known(path, name, axis.place, "expressed_in")
+        name = axis.expressed_in or joint
+        known = frames.check_frame(path, name, axis.place, "expressed_in")
         vector = unit_axis(axis.vector)
         turned = frames.pose((path, name)).orientation if known else np.eye(3)
         result.append(turned @ (np.array([0.0, 0.0, 1.0]) if vector is None else vector))

@@ -93,7 +93,7 @@ class Leftovers:
         elif status == NOTED:
             self.noted.setdefault(name, []).append(at)
         else:
-            self.unread.setdefault(f"{kind}{_meant(name, [*known])}", []).append(at)
+            self.unread.setdefault(f"{kind}{_suggestion(name, [*known])}", []).append(at)
 
     def warnings(self) -> list[tuple[Place, str]]:
         """Return one note for each kind of part that is not read or not modelled, with its first place."""
@@ -125,6 +125,6 @@ def beginning(texts: Sequence[str]) -> str:
     return f"{', '.join(texts[:8])}{f' and {len(texts) - 8} more' if len(texts) > 8 else ''}"
 
 
-def _meant(name: str, known: Sequence[str]) -> str:
-    hint = nearest(name, [one for one in known if one != name])
+def _suggestion(name: str, known: Sequence[str]) -> str:
+    hint = nearest(name, [candidate for candidate in known if candidate != name])
     return "" if hint.startswith("one of ") or not hint else f" (is {hint} meant?)"

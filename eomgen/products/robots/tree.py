@@ -27,7 +27,7 @@ class Edge:
     held: float | None
 
     @property
-    def fixed(self) -> bool:
+    def is_fixed(self) -> bool:
         """Whether its links do not move against each other."""
         return self.held is not None or self.joint.type == "fixed"
 
@@ -36,7 +36,7 @@ class Edge:
         """Order of choice: joints that are fixed come first, joints that the file cuts last."""
         if self.joint.cut:
             return 3
-        if self.fixed:
+        if self.is_fixed:
             return 0
         forces = any(axis.damping or axis.stiffness or axis.friction or axis.mimic for axis in self.joint.axes)
         return 1 if forces else 2
@@ -44,14 +44,14 @@ class Edge:
 
 @dataclass(frozen=True)
 class Step:
-    """A step from a link to one that the joint carries; ``turned`` if this is the parent of the joint."""
+    """A step from a link to one that the joint carries; ``is_reversed`` if this is the parent of the joint."""
 
     edge: Edge
     start: Node
     end: Node
 
     @property
-    def turned(self) -> bool:
+    def is_reversed(self) -> bool:
         return self.end == self.edge.parent
 
 
@@ -115,16 +115,16 @@ def tree_of(links: Sequence[Node], edges: Sequence[Edge], roots: Mapping[Node, N
 def _walk(start: Node, beside: Mapping[Node, Sequence[Edge]], reached: set[Node], result: Tree) -> None:
     steps: list[Step] = []
     reached.add(start)
-    waiting = [Step(edge, start, _other(edge, start)) for edge in beside.get(start, ())][::-1]
+    waiting = [Step(edge, start, _far_end(edge, start)) for edge in beside.get(start, ())][::-1]
     while waiting:
         step = waiting.pop()
         if step.end in reached:
             continue
         reached.add(step.end)
         steps.append(step)
-        waiting += [Step(edge, step.end, _other(edge, step.end)) for edge in beside.get(step.end, ())][::-1]
+        waiting += [Step(edge, step.end, _far_end(edge, step.end)) for edge in beside.get(step.end, ())][::-1]
     result.walks[start] = steps
 
 
-def _other(edge: Edge, link: Node) -> Node:
+def _far_end(edge: Edge, link: Node) -> Node:
     return edge.child if edge.parent == link else edge.parent

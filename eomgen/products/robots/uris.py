@@ -32,7 +32,7 @@ def package_folders(packages: Sequence[str]) -> dict[str, Path]:
     return result
 
 
-def located(address: str, folder: Path, packages: Mapping[str, Path]) -> Path:
+def locate(address: str, folder: Path, packages: Mapping[str, Path]) -> Path:
     """Return the file or folder of an address, which may be missing.
 
     Parameters

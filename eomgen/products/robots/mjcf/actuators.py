@@ -9,7 +9,7 @@ import numpy as np
 from eomgen.products.robots.leftovers import Place
 from eomgen.products.robots.mjcf import quaternions
 from eomgen.products.robots.mjcf.controllers import SIGNALS, ControlledDrive, motor_force, nearest, pid_force
-from eomgen.products.robots.mjcf.draft import Draft, clipped, odd_power, polynomial, times, total
+from eomgen.products.robots.mjcf.draft import Draft, clip, odd_power, polynomial, times, total
 from eomgen.products.robots.mjcf.muscles import Muscle, activation_rate
 from eomgen.products.robots.mjcf.tendons import add_armature, add_tension
 from eomgen.products.robots.mjcf.transmissions import moved_joints, transmission
@@ -26,23 +26,23 @@ def convert_actuators(draft: Draft) -> None:
     count = len(model.actuator_trntype)
     for index in range(count):
         place = draft.place("actuator", index, count)
-        name = draft.name("signal", draft.written("actuator", index), f"actuator_{index + 1}")
+        name = draft.name("signal", draft.element_name("actuator", index), f"actuator_{index + 1}")
         group = int(model.actuator_group[index])
         actuator = _Actuator(draft, name, index, place, efforts)
-        if draft.disabled("ACTUATION") or (0 <= group <= 30 and off & (1 << group)):
+        if draft.is_disabled("ACTUATION") or (0 <= group <= 30 and off & (1 << group)):
             draft.leave_out(place, f"not modelled: the actuator {name}, which the file switches off [W0148]")
             actuator.add_inertia_and_damping()  # an actuator without force has these in MuJoCo
             continue
         actuator.convert()
         for joint in list(efforts)[len(first) :]:  # joints that no actuator before drives
             first[joint] = place
-    driven = count > 0 and not draft.disabled("ACTUATION")
+    driven = count > 0 and not draft.is_disabled("ACTUATION")
     for joint in range(model.njnt):
         effort = _effort_on(draft, joint, efforts.get(joint, []), driven=driven)
         if effort:
             name = draft.joints[joint]
-            own = draft.add("efforts", "effort", f"{name}_actuation", {"joint": name, "effort": effort})
-            draft.lines[f"efforts.{own}"] = str(first.get(joint, draft.place("joint", joint, model.njnt)))
+            added = draft.add("efforts", "effort", f"{name}_actuation", {"joint": name, "effort": effort})
+            draft.lines[f"efforts.{added}"] = str(first.get(joint, draft.place("joint", joint, model.njnt)))
 
 
 def _effort_on(draft: Draft, joint: int, terms: list[str], *, driven: bool) -> str:
@@ -65,7 +65,7 @@ def _effort_on(draft: Draft, joint: int, terms: list[str], *, driven: bool) -> s
             draft.report.add_place(at.file, at.line, f"joints.{name}", fault, "no actuatorgravcomp there")
     low, high = (float(value) for value in model.jnt_actfrcrange[joint])
     if limited and (terms or support or not low <= 0.0 <= high):
-        effort = clipped(total([*terms, *([support] if support else [])]), low, high)
+        effort = clip(total([*terms, *([support] if support else [])]), low, high)
         return f"({effort} - {support})" if support else effort
     return f"(-{support})" if support else total(terms) if terms else ""
 
@@ -104,7 +104,7 @@ class _Actuator(ControlledDrive):
         model, draft, target, square = self.model, self.draft, self.targets()[0], self.gear[0] ** 2
         armature = square * float(model.actuator_armature[self.index])
         damping = [float(model.actuator_damping[self.index]), *map(float, model.actuator_dampingpoly[self.index])]
-        damping = [0.0 if draft.disabled("DAMPER") else square * c for c in damping]
+        damping = [0.0 if draft.is_disabled("DAMPER") else square * c for c in damping]
         if not (armature or any(damping)):
             return
         if self.is_of("trn", "TENDON"):
@@ -156,8 +156,8 @@ class _Actuator(ControlledDrive):
             value = float(model.key_ctrl[draft.key][address])
             entry |= {"formula": value} if value else {}
         draft.put("inputs", name, entry, self.place)
-        if model.actuator_ctrllimited[address] and not draft.disabled("CLAMPCTRL"):
-            return clipped(name, *map(float, model.actuator_ctrlrange[address]))
+        if model.actuator_ctrllimited[address] and not draft.is_disabled("CLAMPCTRL"):
+            return clip(name, *map(float, model.actuator_ctrlrange[address]))
         return name
 
     def driving(self) -> str:
@@ -221,7 +221,7 @@ class _Actuator(ControlledDrive):
             terms.append(times(gain[0], driving))
         if any(bias):
             terms.append(_affine(bias, self.path.length, self.path.rate))
-        return self.limited(total(terms))
+        return self.limit(total(terms))
 
     def controlled_force(self) -> str:
         """Return the force of a PID controller or a DC motor; empty for a fault."""
@@ -231,23 +231,23 @@ class _Actuator(ControlledDrive):
             return ""
         self.add_controls()
         if self.is_of("gain", "PID"):
-            return self.limited(pid_force(self))
+            return self.limit(pid_force(self))
         if self.parameters("dyn")[5] > 0.0 and min(self.parameters("bias")[3:5]) <= 0.0:
             fault = "lugre: bristles without friction have an infinite rate [E2211]"
             self.refuse(fault, "kinetic and static friction above 0")
             return ""
-        return motor_force(self, self.limited)
+        return motor_force(self, self.limit)
 
-    def limited(self, force: str) -> str:
+    def limit(self, force: str) -> str:
         """Return a force within the ranges of forces of its tendon and its own."""
         model = self.model
         if self.is_of("trn", "TENDON"):
-            force = self.limited_by_tendon(force, int(model.actuator_trnid[self.index][0]))
+            force = self.limit_by_tendon(force, int(model.actuator_trnid[self.index][0]))
         if not model.actuator_forcelimited[self.index]:
             return force
-        return clipped(force, *map(float, model.actuator_forcerange[self.index]))
+        return clip(force, *map(float, model.actuator_forcerange[self.index]))
 
-    def limited_by_tendon(self, force: str, tendon: int) -> str:
+    def limit_by_tendon(self, force: str, tendon: int) -> str:
         model = self.model
         if not model.tendon_actfrclimited[tendon]:
             return force
@@ -255,7 +255,7 @@ class _Actuator(ControlledDrive):
         if np.count_nonzero(on_tendons & (np.array(model.actuator_trnid)[:, 0] == tendon)) > 1:
             fault = "actuatorfrcrange of a tendon with several actuators is not supported [E1918]"
             self.refuse(fault, "forcerange of each")
-        return clipped(force, *map(float, model.tendon_actfrcrange[tendon]))
+        return clip(force, *map(float, model.tendon_actfrcrange[tendon]))
 
     def muscle_force(self) -> str:
         """Return the force of a muscle; empty for a fault."""
@@ -270,9 +270,9 @@ class _Actuator(ControlledDrive):
             self.refuse(fault, "force of the muscle")
             return ""
         gain, passive = (Muscle(self.parameters(kind)[:9], (low, high), acceleration) for kind in ("gain", "bias"))
-        own = self.define("length", gain.length(f"({self.path.length})"))
+        length = self.define("length", gain.length(f"({self.path.length})"))
         pace = self.define("rate", gain.rate(f"({self.path.rate})"))
-        return self.limited(f"({gain.gain(own, pace)} * {driving} + {passive.passive(own)})")
+        return self.limit(f"({gain.gain(length, pace)} * {driving} + {passive.passive(length)})")
 
     def orient(self) -> None:
         """Add the torque that turns a ball joint to an orientation."""

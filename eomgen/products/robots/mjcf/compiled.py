@@ -118,19 +118,19 @@ def _walk(result: Elements, element: Element, path: str, file: str, folder: Path
     for child in sorted(element.children(), key=lambda child: child.tag == "body"):
         if child.tag == "include":
             result.includes[child.get("file")] = Place(file, child.line)
-            for included, name in _included(result, child, folder):
+            for included, name in _included_roots(result, child, folder):
                 _walk(result, included, path, name, folder)
             continue
-        own = f"{path}/{child.tag}" if path else child.tag
-        result.every.append((own, child, file))
+        inner = f"{path}/{child.tag}" if path else child.tag
+        result.every.append((inner, child, file))
         kind, place = _kind(path, child.tag), Place(file, child.line)
-        if own == "worldbody":
+        if inner == "worldbody":
             result.ordered.setdefault("body", [place])  # the body 0, of all such sections together
         elif kind:
             result.ordered.setdefault(kind, []).append(place)
             if child.get("name"):
                 result.named.setdefault((kind, child.get("name")), place)
-        _walk(result, child, own, file, folder)
+        _walk(result, child, inner, file, folder)
 
 
 def _kind(path: str, tag: str) -> str:
@@ -139,7 +139,7 @@ def _kind(path: str, tag: str) -> str:
     return _OF_BODIES.get(tag, "") if path.startswith("worldbody") else ""
 
 
-def _included(result: Elements, element: Element, folder: Path | None) -> Iterator[tuple[Element, str]]:
+def _included_roots(result: Elements, element: Element, folder: Path | None) -> Iterator[tuple[Element, str]]:
     """Yield the root of an included file with its name; none of a file that is missing or that is read already: MuJoCo
     refuses these. Raises DescriptionError for a file that is not XML."""
     path = None if folder is None else (folder / element.get("file")).absolute()
@@ -176,7 +176,7 @@ def _caught(mujoco: Any) -> Iterator[list[str]]:
         mujoco.set_mju_user_warning(before)
 
 
-def compiled(text: str, file: str, path: Path | None, elements: Elements) -> tuple[Any, list[str]]:
+def compile_model(text: str, file: str, path: Path | None, elements: Elements) -> tuple[Any, list[str]]:
     """Return the ``mujoco.MjModel`` of a file, static bodies kept, and MuJoCo's warnings.
 
     Raises

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from math import pi
 from typing import Any
 
-from eomgen.products.robots.mjcf.draft import clipped, times, total
+from eomgen.products.robots.mjcf.draft import clip, times, total
 from eomgen.products.robots.mjcf.transmissions import Drive
 from eomgen.products.robots.scene_draft import number
 
@@ -48,13 +48,13 @@ class ControlledDrive(Drive):
         if limit <= 0.0 or not self.controls:
             return
         word = next(iter(self.controls))
-        own, step = self.state("setpoint"), float(self.model.opt.timestep)
+        goal, step = self.state("setpoint"), float(self.model.opt.timestep)
         control = self.controls[word]
         if self.path.period:
-            control = f"({own} + {nearest(f'({control} - {own})', self.path.period)})"
+            control = f"({goal} + {nearest(f'({control} - {goal})', self.path.period)})"
         reach = number(limit * step)
-        self.controls[word] = self.define("effective", f"max({own} - {reach}, min({own} + {reach}, {control}))")
-        self.set_rate(own, f"({self.controls[word]} - {own}) / {number(step)}")
+        self.controls[word] = self.define("effective", f"max({goal} - {reach}, min({goal} + {reach}, {control}))")
+        self.set_rate(goal, f"({self.controls[word]} - {goal}) / {number(step)}")
 
     def error(self) -> str:
         """Return the distance of the position from its setpoint."""
@@ -63,13 +63,13 @@ class ControlledDrive(Drive):
 
     def integral(self, limit: float) -> str:
         """Add the integral of the error of position, which stops at a positive limit."""
-        own = self.state("integral")
+        state = self.state("integral")
         bound = number(limit)
         rate = self.define("error", self.error())
         if limit > 0.0:
-            rate = f"(min({rate}, 0.0) if {own} >= {bound} else max({rate}, 0.0) if {own} <= -{bound} else {rate})"
-        self.set_rate(own, rate)
-        return own
+            rate = f"(min({rate}, 0.0) if {state} >= {bound} else max({rate}, 0.0) if {state} <= -{bound} else {rate})"
+        self.set_rate(state, rate)
+        return state
 
 
 def nearest(error: str, period: float) -> str:
@@ -109,7 +109,7 @@ def motor_force(drive: ControlledDrive, limited: Callable[[str], str]) -> str:
     if winding:
         current = drive.state("current")
         rate = f"((({voltage} - {back}) / {heated} - {current}) / {number(winding)})"
-        drive.set_rate(current, clipped(rate, -dynamics[1], dynamics[1]) if dynamics[1] > 0.0 else rate)
+        drive.set_rate(current, clip(rate, -dynamics[1], dynamics[1]) if dynamics[1] > 0.0 else rate)
     else:
         current = drive.define("current", f"({voltage} - {back}) / {heated}")
     if temperature:
@@ -145,8 +145,8 @@ def _voltage(drive: ControlledDrive, gains: Sequence[float], integral: str) -> s
         torques += [times(gains[6], f"({drive.control('vel')} - {drive.path.rate})")] if gains[6] else []
         torques += [times(gains[5], integral)] if integral else []
         torques += [drive.controls["ff"]] if "ff" in drive.controls else []
-        own = f"({number(gains[0] / gains[1])} * {total(torques)} + {times(gains[1], drive.path.rate)})"
-        terms.append(clipped(own, -gains[7], gains[7]) if gains[7] > 0.0 else own)
+        voltage = f"({number(gains[0] / gains[1])} * {total(torques)} + {times(gains[1], drive.path.rate)})"
+        terms.append(clip(voltage, -gains[7], gains[7]) if gains[7] > 0.0 else voltage)
     if "voltage" in drive.controls:
         terms.append(drive.controls["voltage"])
     return total(terms)

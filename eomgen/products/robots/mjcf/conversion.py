@@ -14,7 +14,7 @@ from eomgen.base.messages import listed, nearest, shown
 from eomgen.products.robots.conversion import Conversion
 from eomgen.products.robots.leftovers import Place
 from eomgen.products.robots.mjcf.actuators import convert_actuators
-from eomgen.products.robots.mjcf.compiled import compiled, elements_of, mujoco_module, out_of_range
+from eomgen.products.robots.mjcf.compiled import compile_model, elements_of, mujoco_module, out_of_range
 from eomgen.products.robots.mjcf.coverage import note_unknown_attributes
 from eomgen.products.robots.mjcf.draft import Draft
 from eomgen.products.robots.mjcf.equalities import convert_equalities
@@ -76,13 +76,13 @@ def mjcf_data(
     """
     mujoco = mujoco_module()
     elements = elements_of(text, file, path)
-    model, warnings = compiled(text, file, path, elements)
+    model, warnings = compile_model(text, file, path, elements)
     draft = Draft(Report(file, {}), {}, mujoco=mujoco, model=model, elements=elements)
     draft.moving_targets, draft.folder = mocap, None if path is None else path.parent
     draft.included = included
     for kind, objects in _NAMED.items():
         for word, count in objects.items():
-            draft.keep(kind, (draft.written(word, index) for index in range(len(getattr(model, count)))))
+            draft.keep(kind, (draft.element_name(word, index) for index in range(len(getattr(model, count)))))
     draft.key = _keyframe(draft, keyframe, file)
     draft.qpos = np.array(model.qpos0 if draft.key < 0 else model.key_qpos[draft.key])
     draft.qvel = np.zeros(model.nv) if draft.key < 0 else np.array(model.key_qvel[draft.key])
@@ -120,7 +120,7 @@ def _name_of(mujoco: Any, model: Any) -> str:
 def _keyframe(draft: Draft, wanted: str, file: str) -> int:
     """Return the number of the keyframe; -1 for none."""
     count = int(draft.model.nkey)
-    names = [draft.written("key", index) or str(index) for index in range(count)]
+    names = [draft.element_name("key", index) or str(index) for index in range(count)]
     if not wanted:
         if count:
             note = "the start is the configuration of the file"
@@ -182,8 +182,8 @@ def _note_the_rest(draft: Draft) -> None:
     """Note contact."""
     model, file = draft.model, draft.report.file
     touching = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0))
-    if len(touching) > 1 and not draft.disabled("CONTACT"):
+    if len(touching) > 1 and not draft.is_disabled("CONTACT"):
         place = draft.place("geom", int(touching[0]), model.ngeom)
         draft.leave_out(place, f"not modelled: contact ({len(touching)} geoms) [W0151]")
-    if model.npair and not draft.disabled("CONTACT"):
+    if model.npair and not draft.is_disabled("CONTACT"):
         draft.leave_out(Place(file, 1), f"not modelled: contact of {model.npair} pairs [W0152]")

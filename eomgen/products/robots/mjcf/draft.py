@@ -41,7 +41,7 @@ def cross(first: Sequence[str], second: Sequence[str]) -> list[str]:
     return [f"({first[i]} * {second[j]} - {first[j]} * {second[i]})" for i, j in pairs]
 
 
-def clipped(term: str, low: float, high: float) -> str:
+def clip(term: str, low: float, high: float) -> str:
     """Return a term within a range."""
     return f"max({number(low)}, min({number(high)}, {term}))"
 
@@ -103,7 +103,7 @@ class Draft(SceneDraft):
     branches: dict[int, list[tuple[str, float]]] = field(default_factory=dict)
     pulls: dict[int, list[str]] = field(default_factory=dict)
 
-    def written(self, kind: str, index: int) -> str:
+    def element_name(self, kind: str, index: int) -> str:
         """Return the name of an element in the file; empty without one."""
         kinds = self.mujoco.mjtObj
         return self.mujoco.mj_id2name(self.model, getattr(kinds, f"mjOBJ_{kind.upper()}"), index) or ""
@@ -140,14 +140,14 @@ class Draft(SceneDraft):
 
     def place(self, kind: str, index: int, count: int) -> Place:
         """Return file and line of an element."""
-        return self.elements.place(kind, self.written(kind, index), index, count, self.report.file)
+        return self.elements.place(kind, self.element_name(kind, index), index, count, self.report.file)
 
     def sum_of(self, word: str, terms: Sequence[str]) -> str:
         """Return the sum of any number of terms, in parts that are as short as texts of formulas may be."""
         parts = [total(terms[k : k + _TERMS]) for k in range(0, len(terms), _TERMS)]
         return parts[0] if len(parts) == 1 else total([self.define(f"{word}_of_part", part) for part in parts])
 
-    def disabled(self, flag: str) -> bool:
+    def is_disabled(self, flag: str) -> bool:
         """Return whether the file switches a part of the physics off, alone or with all constraints."""
         flags = (flag, "CONSTRAINT") if flag in _CONSTRAINTS else (flag,)
         bits = self.mujoco.mjtDisableBit
@@ -156,4 +156,4 @@ class Draft(SceneDraft):
     @property
     def without_passive_forces(self) -> bool:
         """Whether there are no passive forces at all: as in MuJoCo if springs and dampers are both off."""
-        return self.disabled("SPRING") and self.disabled("DAMPER")
+        return self.is_disabled("SPRING") and self.is_disabled("DAMPER")

@@ -12,11 +12,11 @@ from eomgen.products.robots.scene_draft import LinkPlace, number
 def convert_equalities(draft: Draft) -> None:
     """Add the active equalities of a file to the scene."""
     model, kinds = draft.model, draft.mujoco.mjtEq
-    if draft.disabled("EQUALITY"):
+    if draft.is_disabled("EQUALITY"):
         return
     for index in range(model.neq):
         place = draft.place("equality", index, model.neq)
-        written = draft.written("equality", index)
+        written = draft.element_name("equality", index)
         kind = int(model.eq_type[index])
         word = kinds(kind).name.removeprefix("mjEQ_").lower()
         name = draft.name("constraint", written, f"{word}_{index + 1}")
@@ -58,13 +58,13 @@ def _join(draft: Draft, index: int, name: str, *, welded: bool) -> None:
     """Add a constraint between two frames; none within one body, which MuJoCo's forces do not move either."""
     model = draft.model
     first, second = int(model.eq_obj1id[index]), int(model.eq_obj2id[index])
-    anchor, other, quaternion = (np.array(model.eq_data[index][part]) for part in (slice(3), slice(3, 6), slice(6, 10)))
+    anchor, mate, quaternion = (np.array(model.eq_data[index][part]) for part in (slice(3), slice(3, 6), slice(6, 10)))
     if int(model.eq_objtype[index]) == int(draft.mujoco.mjtObj.mjOBJ_SITE):
         places = [site_place(draft, first), site_place(draft, second)]
     elif welded:
-        places = [draft.places[first].of(other, quaternion), draft.places[second].of(anchor)]
+        places = [draft.places[first].of(mate, quaternion), draft.places[second].of(anchor)]
     else:
-        places = [draft.places[first].of(anchor), draft.places[second].of(other)]
+        places = [draft.places[first].of(anchor), draft.places[second].of(mate)]
     if places[0].body == places[1].body:
         draft.notes.append(f"the equality {name} is left out: both ends are on one body [W0270]")
         return
@@ -76,7 +76,7 @@ def _couple(draft: Draft, index: int, name: str, variables: list[str], zeros: li
     coefficients = [float(value) for value in draft.model.eq_data[index][:5]]
     right = number(coefficients[0] + zeros[0])
     if len(variables) == 2 and any(coefficients[1:]):
-        other = variables[1] if zeros[1] == 0.0 else f"({variables[1]} - {number(zeros[1])})"
-        right += f" + {polynomial(other, coefficients[1:], plain_power)}"
+        leader = variables[1] if zeros[1] == 0.0 else f"({variables[1]} - {number(zeros[1])})"
+        right += f" + {polynomial(leader, coefficients[1:], plain_power)}"
     entry = {"type": "formula", "equation": f"{variables[0]} - ({right})", "unit": unit}
     draft.section("constraints")[name] = entry

@@ -49,7 +49,7 @@ def _motion(draft: Draft, written: str, place: LinkPlace) -> tuple[list[str], li
 
 
 def _add(draft: Draft, written: str, place: LinkPlace, forces: list[str], torques: list[str]) -> None:
-    load = {"force": _turned(place.orientation, forces), "torque": _turned(place.orientation, torques)}
+    load = {"force": _rotate(place.orientation, forces), "torque": _rotate(place.orientation, torques)}
     at = {"body": place.body, "point": place.position.tolist(), "axes": "body"}
     draft.add("forces", "force", f"{written}_drag", at | load)
 
@@ -62,7 +62,7 @@ def _add_drag(draft: Draft, body: int) -> None:
     inertia, mass = np.array(model.body_inertia[body]), float(model.body_mass[body])
     # the edges of the homogeneous box with this inertia; of a plate the thickness is of MuJoCo's smallest moment
     box = np.sqrt(6.0 * np.maximum(draft.mujoco.mjMINVAL, float(np.sum(inertia)) - 2.0 * inertia) / mass)
-    written = draft.written("body", body) or f"body_{body}"
+    written = draft.element_name("body", body) or f"body_{body}"
     linear, angular = _motion(draft, written, place)
     mean = float(np.mean(box))
     forces: list[str] = []
@@ -90,31 +90,31 @@ def _add_ellipsoid(draft: Draft, body: int, geom: int) -> None:
     axes = _semi_axes(draft, geom)
     blunt, slender, turning, kutta, magnus = (float(value) for value in model.geom_fluid[geom][1:6])
     mass, inertia = (density * np.array(model.geom_fluid[geom][k : k + 3]) for k in (6, 9))
-    written = draft.written("geom", geom) or f"geom_{geom}"
+    written = draft.element_name("geom", geom) or f"geom_{geom}"
     v, w = _motion(draft, written, place)
 
-    def own(word: str, formula: str) -> str:
+    def add(word: str, formula: str) -> str:
         return draft.define(f"{written}_{word}", formula)
 
-    speed = own("speed", _norm(v))
+    speed = add("speed", _norm(v))
     small, middle, large = (float(axis) for axis in np.sort(axes))
     widest = pi * large * middle
     # areas of the projections along the axes by the widest one; all terms below are of sizes and units of speeds
     shares = [small / float(axis) for axis in axes]
-    cast = own("cast", f"max({total(_squares(shares, v, 4))}, {_AT_REST})")
-    seen = own("seen", f"max({total(_squares(shares, v, 2))}, {_AT_REST})")
-    narrow = own("narrow", f"sqrt({cast} / {seen})")
-    area = own("area", f"{number(widest)} * {narrow}")
+    cast = add("cast", f"max({total(_squares(shares, v, 4))}, {_AT_REST})")
+    seen = add("seen", f"max({total(_squares(shares, v, 2))}, {_AT_REST})")
+    narrow = add("narrow", f"sqrt({cast} / {seen})")
+    area = add("area", f"{number(widest)} * {narrow}")
     wide = _sum([(blunt - slender, area), (slender * widest, "")])
     mean = float(np.sum(axes)) / 3.0
-    drag = own("drag", f"{number(6.0 * pi * mean * viscosity)} + {number(density)} * {speed} * {wide}")
+    drag = add("drag", f"{number(6.0 * pi * mean * viscosity)} + {number(density)} * {speed} * {wide}")
     swept = [8.0 / 15.0 * pi * float(axes[k] * max(axes[k - 1], axes[k - 2]) ** 4) for k in range(3)]
     most = 8.0 / 15.0 * pi * middle * large**4
     parts = [turning * part / most + slender * (1.0 - part / most) for part in swept]
     moments = [times(part, x) for part, x in zip(parts, w, strict=True)]
-    slowing = own("slowing", f"{number(8.0 * pi * mean**3 * viscosity)} + {number(density * most)} * {_norm(moments)}")
+    slowing = add("slowing", f"{number(8.0 * pi * mean**3 * viscosity)} + {number(density * most)} * {_norm(moments)}")
     normal = [times(share**2, x) for share, x in zip(shares, v, strict=True)]
-    lift = own("lift", f"{number(kutta * density * widest)} / ({narrow} * {speed})")
+    lift = add("lift", f"{number(kutta * density * widest)} / ({narrow} * {speed})")
     circulation = draft.define_each(f"{written}_circulation", [f"{lift} * {part}" for part in cross(normal, v)])
     momentum = [times(float(m), x) for m, x in zip(mass, v, strict=True)]
     spin = [times(float(m), x) for m, x in zip(inertia, w, strict=True)]
@@ -155,7 +155,7 @@ def _sum(parts: Sequence[tuple[float, str]]) -> str:
     return total([times(factor, term) if term else number(factor) for factor, term in parts])
 
 
-def _turned(orientation: Array, components: list[str]) -> list[str]:
+def _rotate(orientation: Array, components: list[str]) -> list[str]:
     """Return the components of a vector of formulas in the axes of the body."""
     return [
         total([f"{number(float(x))} * ({part})" for x, part in zip(row, components, strict=True) if x])

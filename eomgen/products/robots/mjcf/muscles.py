@@ -68,7 +68,7 @@ class Muscle:
 
     def gain(self, length: str, rate: str) -> str:
         """Return the force by the activation, over normalized length and rate, which are names."""
-        return f"{number(-self._strength)} * {self._of_length(length)} * {self._of_rate(rate)}"
+        return f"{number(-self._strength)} * {self._force_length(length)} * {self._force_velocity(rate)}"
 
     def passive(self, length: str) -> str:
         """Return the passive force over the normalized length, which is a name."""
@@ -79,7 +79,7 @@ class Muscle:
         share = f"(0.0 if {length} <= 1.0 else {parabola} if {length} <= {number(middle)} else {line})"
         return f"{number(-self._strength * largest)} * {share}"
 
-    def _of_length(self, length: str) -> str:
+    def _force_length(self, length: str) -> str:
         low, high = self.parameters[4], self.parameters[5]
         before, behind = 0.5 * (low + 1.0), 0.5 * (1.0 + high)
         pieces = (
@@ -94,7 +94,7 @@ class Muscle:
             text += f" else {'1.0 - ' if top else ''}{parabola} if {length} <= {number(end)}"
         return f"{text} else 0.0)"
 
-    def _of_rate(self, rate: str) -> str:
+    def _force_velocity(self, rate: str) -> str:
         largest = self.parameters[8]
         end = largest - 1.0
         text = f"(0.0 if {rate} <= -1.0 else ({rate} + 1.0)**2 if {rate} <= 0.0"

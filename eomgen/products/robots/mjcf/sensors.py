@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from eomgen.base.messages import listed
-from eomgen.products.robots.mjcf.draft import Draft, clipped, times, total
+from eomgen.products.robots.mjcf.draft import Draft, clip, times, total
 from eomgen.products.robots.mjcf.equalities import site_place
 from eomgen.products.robots.mjcf.tree import bodies_above
 from eomgen.products.robots.scene_draft import LinkPlace, number
@@ -23,7 +23,7 @@ from eomgen.system.description import BASE
 def convert_sensors(draft: Draft) -> None:
     """Add the sensors of a file as outputs of their names; list the sensors that no scene has in a note."""
     model = draft.model
-    if model.nsensor and draft.disabled("SENSOR"):
+    if model.nsensor and draft.is_disabled("SENSOR"):
         place = draft.place("sensor", 0, model.nsensor)
         draft.leave_out(place, f"not modelled: sensors ({model.nsensor}), which the file switches off [W0252]")
         return
@@ -31,13 +31,13 @@ def convert_sensors(draft: Draft) -> None:
     for index in range(model.nsensor):
         kind = draft.mujoco.mjtSensor(int(model.sensor_type[index])).name.removeprefix("mjSENS_")
         components = _KINDS[kind](draft, index) if kind in _KINDS and _is_plain(draft, index) else None
-        written = draft.written("sensor", index)
+        written = draft.element_name("sensor", index)
         if components is None:
             absent.append(written or kind.lower())
             continue
         bound = float(model.sensor_cutoff[index])
         if bound > 0.0 and int(model.sensor_datatype[index]) == int(draft.mujoco.mjtDataType.mjDATATYPE_REAL):
-            components = [clipped(component, -bound, bound) for component in components]
+            components = [clip(component, -bound, bound) for component in components]
         name = draft.name("output", written, f"sensor_{index + 1}")
         formula = components if len(components) > 1 else components[0]
         draft.put("outputs", name, {"formula": formula}, draft.place("sensor", index, model.nsensor))
@@ -92,7 +92,7 @@ def _frame(draft: Draft, index: int) -> _Frame | None:
     model, kinds, target = draft.model, draft.mujoco.mjtObj, _object(draft, index)
     kind = int(model.sensor_objtype[index])
     if kind == kinds.mjOBJ_SITE:
-        name, place = f"site_{draft.written('site', target) or target}", site_place(draft, target)
+        name, place = f"site_{draft.element_name('site', target) or target}", site_place(draft, target)
     elif kind == kinds.mjOBJ_XBODY:
         name, place = f"body_{target}", draft.places[target].of(np.zeros(3))
     elif kind == kinds.mjOBJ_BODY:
@@ -109,7 +109,7 @@ def _inertial_place(draft: Draft, body: int) -> LinkPlace:
     return draft.places[body].of(np.array(draft.model.body_ipos[body]), draft.model.body_iquat[body])
 
 
-def _of_frame(vector: Callable[[Draft, _Frame], Sequence[str]], *, local: bool) -> _Components:
+def _frame_components(vector: Callable[[Draft, _Frame], Sequence[str]], *, local: bool) -> _Components:
     """Return the components of a vector at a frame, in world axes or in the axes of the frame."""
 
     def components(draft: Draft, index: int) -> list[str] | None:
@@ -144,10 +144,10 @@ def _magnetic(draft: Draft, frame: _Frame) -> list[str]:
 
 
 def _axis(k: int) -> _Components:
-    return _of_frame(lambda draft, frame: draft.along(frame.center, frame.ends[k]), local=False)
+    return _frame_components(lambda draft, frame: draft.along(frame.center, frame.ends[k]), local=False)
 
 
-def _of_tree(word: str) -> _Components:
+def _subtree_mean(word: str) -> _Components:
     """Return the mean of a quantity of the centres of mass of all bodies of a tree, weighted by mass."""
 
     def components(draft: Draft, index: int) -> list[str] | None:
@@ -177,19 +177,19 @@ _KINDS: dict[str, _Components] = {
     "ACTUATORPOS": _part(lambda draft: draft.actuator_motions, itemgetter(0)),
     "ACTUATORVEL": _part(lambda draft: draft.actuator_motions, itemgetter(1)),
     "ACTUATORFRC": _part(lambda draft: draft.actuator_forces, str),
-    "FRAMEPOS": _of_frame(_motion("position"), local=False),
+    "FRAMEPOS": _frame_components(_motion("position"), local=False),
     "FRAMEXAXIS": _axis(0),
     "FRAMEYAXIS": _axis(1),
     "FRAMEZAXIS": _axis(2),
-    "FRAMELINVEL": _of_frame(_motion("velocity"), local=False),
-    "FRAMEANGVEL": _of_frame(_angular_velocity, local=False),
-    "FRAMELINACC": _of_frame(_acceleration, local=False),
-    "ACCELEROMETER": _of_frame(_acceleration, local=True),
-    "VELOCIMETER": _of_frame(_motion("velocity"), local=True),
-    "GYRO": _of_frame(_angular_velocity, local=True),
-    "MAGNETOMETER": _of_frame(_magnetic, local=True),
-    "SUBTREECOM": _of_tree("position"),
-    "SUBTREELINVEL": _of_tree("velocity"),
+    "FRAMELINVEL": _frame_components(_motion("velocity"), local=False),
+    "FRAMEANGVEL": _frame_components(_angular_velocity, local=False),
+    "FRAMELINACC": _frame_components(_acceleration, local=False),
+    "ACCELEROMETER": _frame_components(_acceleration, local=True),
+    "VELOCIMETER": _frame_components(_motion("velocity"), local=True),
+    "GYRO": _frame_components(_angular_velocity, local=True),
+    "MAGNETOMETER": _frame_components(_magnetic, local=True),
+    "SUBTREECOM": _subtree_mean("position"),
+    "SUBTREELINVEL": _subtree_mean("velocity"),
     "CLOCK": lambda draft, index: ["t"],
     "E_KINETIC": lambda draft, index: ["energy.kinetic"],
 }

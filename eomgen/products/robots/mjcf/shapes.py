@@ -32,9 +32,9 @@ def convert_geoms(draft: Draft) -> None:
         color = _color(draft, geom)
         if int(model.geom_group[geom]) >= _SHOWN or color[3] == 0.0:
             continue
-        written = draft.written("geom", geom)
+        written = draft.element_name("geom", geom)
         carrier = draft.places[int(model.geom_bodyid[geom])]
-        name = written or draft.written("body", int(model.geom_bodyid[geom])) or "world"
+        name = written or draft.element_name("body", int(model.geom_bodyid[geom])) or "world"
         place = carrier.of(np.array(model.geom_pos[geom]), model.geom_quat[geom])
         solid = _solid(draft, geom, place)
         if isinstance(solid, str):
@@ -54,11 +54,11 @@ def convert_geoms(draft: Draft) -> None:
 
 def _color(draft: Draft, geom: int) -> tuple[float, ...]:
     model = draft.model
-    own = tuple(float(part) for part in model.geom_rgba[geom])
+    color = tuple(float(part) for part in model.geom_rgba[geom])
     material = int(model.geom_matid[geom])
-    if material >= 0 and np.allclose(own, _PLAIN):
-        own = tuple(float(part) for part in model.mat_rgba[material])
-    return tuple(round(min(max(part, 0.0), 1.0), 4) for part in own)
+    if material >= 0 and np.allclose(color, _PLAIN):
+        color = tuple(float(part) for part in model.mat_rgba[material])
+    return tuple(round(min(max(part, 0.0), 1.0), 4) for part in color)
 
 
 def _solid(draft: Draft, geom: int, place: LinkPlace) -> tuple[LinkPlace, dict[str, Any]] | str:

@@ -10,7 +10,7 @@ import numpy as np
 
 from eomgen.products.robots.mjcf.draft import (
     Draft,
-    clipped,
+    clip,
     odd_power,
     plain_power,
     polynomial,
@@ -32,7 +32,7 @@ def convert_tendons(draft: Draft) -> None:
     wrap_joint = int(draft.mujoco.mjtWrap.mjWRAP_JOINT)
     for index in range(model.ntendon):
         place = draft.place("tendon", index, model.ntendon)
-        written = draft.written("tendon", index)
+        written = draft.element_name("tendon", index)
         first, count = int(model.tendon_adr[index]), int(model.tendon_num[index])
         wraps = range(first, first + count)
         if int(model.wrap_type[first]) != wrap_joint:
@@ -59,27 +59,27 @@ def _add_measures(draft: Draft, index: int, words: tuple[str, str], parts: Seque
     """Add length and rate of a tendon as definitions, sums of parts with factors, and the forces of the tendon."""
     model, place = draft.model, draft.place("tendon", index, draft.model.ntendon)
     name = draft.tendons[index]
-    for own, word in zip((name, f"{name}_rate"), words, strict=True):
+    for measure, word in zip((name, f"{name}_rate"), words, strict=True):
         terms = [times(factor, f"{word}.{part}") for part, factor in parts]
-        draft.put("definitions", own, {"formula": total(terms)}, place)
+        draft.put("definitions", measure, {"formula": total(terms)}, place)
     if not add_armature(draft, index, float(model.tendon_armature[index])):
         fault = "armature of a tendon along several joints is not supported [E1928]"
         draft.refuse(place, f"tendon {name}", fault, "armature of its joints")
     if model.tendon_springyield[index]:
         fault = "springyield makes the spring plastic, and no scene has such springs [E1929]"
         draft.refuse(place, f"tendon {name}", fault, "springyield 0")
-    if model.tendon_frictionloss[index] and not draft.disabled("FRICTIONLOSS"):
+    if model.tendon_frictionloss[index] and not draft.is_disabled("FRICTIONLOSS"):
         draft.left_out("dry friction of tendons (frictionloss)", name)
-    if model.tendon_limited[index] and not draft.disabled("LIMIT"):
+    if model.tendon_limited[index] and not draft.is_disabled("LIMIT"):
         draft.left_out("limits of tendons (range)", name)
     stiffness = [float(model.tendon_stiffness[index]), *map(float, model.tendon_stiffnesspoly[index])]
     damping = [float(model.tendon_damping[index]), *map(float, model.tendon_dampingpoly[index])]
     terms = []
-    if any(stiffness) and not draft.disabled("SPRING"):
+    if any(stiffness) and not draft.is_disabled("SPRING"):
         low, high = (float(value) for value in model.tendon_lengthspring[index])
-        slack = number(low) if low == high else clipped(name, low, high)
+        slack = number(low) if low == high else clip(name, low, high)
         terms.append(polynomial(f"({name} - {slack})", stiffness, plain_power))
-    if any(damping) and not draft.disabled("DAMPER"):
+    if any(damping) and not draft.is_disabled("DAMPER"):
         terms.append(polynomial(f"{name}_rate", damping, odd_power))
     draft.pulls[index] = []
     add_tension(draft, index, terms)
@@ -139,9 +139,9 @@ def _spatial(draft: Draft, index: int, written: str) -> None:
     kept = [(entry, divisor) for entry, divisor in branches if len(entry["points"]) > 1]
     draft.branches[index] = []
     for number_of_branch, (entry, divisor) in enumerate(kept, 1):
-        own = draft.add("tendons", "tendon", title if len(kept) == 1 else f"{title}_branch_{number_of_branch}", entry)
-        draft.lines[f"tendons.{own}"] = str(place)
-        draft.branches[index].append((own, divisor))
+        added = draft.add("tendons", "tendon", title if len(kept) == 1 else f"{title}_branch_{number_of_branch}", entry)
+        draft.lines[f"tendons.{added}"] = str(place)
+        draft.branches[index].append((added, divisor))
     draft.tendons[index] = name
     parts = [(branch, 1.0 / divisor) for branch, divisor in draft.branches[index]]
     _add_measures(draft, index, ("path_length", "path_rate"), parts)
@@ -150,7 +150,7 @@ def _spatial(draft: Draft, index: int, written: str) -> None:
 def _point(draft: Draft, site: int, passed: Sequence[str] = ()) -> str:
     """Return the name of a point at a site, which is added; of a site that a path has passed, a point of its own."""
     if site not in draft.points or draft.points[site] in passed:
-        written = draft.written("site", site) or f"site_{site + 1}"
+        written = draft.element_name("site", site) or f"site_{site + 1}"
         draft.points[site] = draft.add_point(f"at_{written}", site_place(draft, site))
     return draft.points[site]
 
@@ -169,7 +169,7 @@ def _obstacle(draft: Draft, index: int, title: str, k: int) -> dict[str, Any] | 
     if side >= 0:
         away = site_place(draft, side)
         if away.body != at.body:
-            fault = f"the sidesite {draft.written('site', side)} is not on the body of its geom [E1930]"
+            fault = f"the sidesite {draft.element_name('site', side)} is not on the body of its geom [E1930]"
             place = draft.place("tendon", index, model.ntendon)
             draft.refuse(place, f"tendon {title}", fault, "a site on the body of the geom")
             return None

@@ -75,7 +75,7 @@ class Drive:
         values = getattr(self.draft.mujoco, f"mjt{kind.capitalize()}")
         known = [getattr(values, f"mj{kind.upper()}_{name}", None) for name in names]
         return int(getattr(self.model, f"actuator_{kind}type")[self.index]) in [
-            int(one) for one in known if one is not None
+            int(kind_number) for kind_number in known if kind_number is not None
         ]
 
     def define(self, word: str, formula: str) -> str:
@@ -143,12 +143,12 @@ def _on_tendon(drive: Drive, tendon: int) -> Transmission:
     length = draft.tendons[tendon]
 
     def load(force: str) -> None:
-        own = drive.define("force", force)
+        pull = drive.define("force", force)
         if tendon in draft.branches:
-            draft.pulls[tendon].append(times(-gear, own))
+            draft.pulls[tendon].append(times(-gear, pull))
             return
         for joint, coefficient in draft.tendon_joints[tendon]:
-            drive.efforts.setdefault(joint, []).append(times(gear * coefficient, own))
+            drive.efforts.setdefault(joint, []).append(times(gear * coefficient, pull))
 
     return Transmission(times(gear, length), times(gear, f"{length}_rate"), load)
 
@@ -201,7 +201,7 @@ def _on_free(drive: Drive, joint: int, in_parent: bool) -> Transmission:
 
 def _on_site(drive: Drive, site: int) -> Transmission:
     draft, place = drive.draft, site_place(drive.draft, site)
-    center, ends = draft.frame_points(f"site_{draft.written('site', site) or site}", place)
+    center, ends = draft.frame_points(f"site_{draft.element_name('site', site) or site}", place)
     rates = []
     for k, end in enumerate(ends):
         for factor, word in (
@@ -231,7 +231,7 @@ def _between_sites(drive: Drive, site: int, reference: int) -> Transmission:
     body takes the moment by which both ends' forces are out of line."""
     draft = drive.draft
     places = [site_place(draft, site), site_place(draft, reference)]
-    words = [f"site_{draft.written('site', number_of_site) or number_of_site}" for number_of_site in (site, reference)]
+    words = [f"site_{draft.element_name('site', end) or end}" for end in (site, reference)]
     lengths: list[str] = []
     rates: list[str] = []
     axis: list[str] = []
@@ -248,9 +248,12 @@ def _between_sites(drive: Drive, site: int, reference: int) -> Transmission:
         rates.append(dot(axis, relative))
     if drive.turns:
         turn = _in_world(drive, "turn_axis", origin, ends, drive.gear[3:])
-        _, own = draft.frame_points(words[0], places[0])
-        own_axes, axes = [draft.along(center, end) for end in own], [draft.along(origin, end) for end in ends]
-        vector = _relative_turn(drive, axes, own_axes)
+        _, near_ends = draft.frame_points(words[0], places[0])
+        near_axes, axes = (
+            [draft.along(center, end) for end in near_ends],
+            [draft.along(origin, end) for end in ends],
+        )
+        vector = _relative_turn(drive, axes, near_axes)
         lengths.append(total([times(c, x) for c, x in zip(drive.gear[3:], vector, strict=True) if c]))
         spins = [f"({a} - {b})" for a, b in zip(_spin(places[0].body), _spin(places[1].body), strict=True)]
         rates.append(dot(turn, spins))
@@ -268,7 +271,7 @@ def _between_sites(drive: Drive, site: int, reference: int) -> Transmission:
 
 def _relative_turn(drive: Drive, axes: Sequence[Sequence[str]], others: Sequence[Sequence[str]]) -> list[str]:
     """Return the names of the rotation vector from axes to others, by less than half a turn, in both axes."""
-    cosines = [[dot(axis, other) for other in others] for axis in axes]
+    cosines = [[dot(axis, second) for second in others] for axis in axes]
     pairs = ((2, 1), (0, 2), (1, 0))
     sines = drive.define_each("sine", [f"0.5 * ({cosines[i][j]} - {cosines[j][i]})" for i, j in pairs])
     size = drive.define("size", f"sqrt(max({dot(sines, sines)}, 1e-32))")
@@ -329,8 +332,8 @@ def _slider_crank(drive: Drive, crank: int, slider: int) -> Transmission:
     """Return the transmission of a rod between the site of a crank and a slider along z of another site."""
     draft, model = drive.draft, drive.draft.model
     places = [site_place(draft, crank), site_place(draft, slider)]
-    center = draft.point(f"site_{draft.written('site', crank) or crank}", places[0])
-    origin, ends = draft.frame_points(f"site_{draft.written('site', slider) or slider}", places[1])
+    center = draft.point(f"site_{draft.element_name('site', crank) or crank}", places[0])
+    origin, ends = draft.frame_points(f"site_{draft.element_name('site', slider) or slider}", places[1])
     rod, gear = float(model.actuator_cranklength[drive.index]), drive.gear[0]
     offset = drive.define_each("offset", draft.along(origin, center))
     axis = drive.define_each("slide", draft.along(origin, ends[2]))

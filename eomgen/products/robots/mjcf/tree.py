@@ -42,12 +42,12 @@ class BodyReader:
         for body in range(1, model.nbody):
             self.add(body)
         for site in range(model.nsite):
-            if written := scene.written("site", site):
+            if written := scene.element_name("site", site):
                 at = scene.place("site", site, model.nsite)
                 pose = self.pose(at, model.site_pos[site], model.site_quat[site], int(model.site_bodyid[site]))
                 frame = Frame(scene.name("body", written, ""), at, pose, pose.relative_to)
                 self.world.frames[f"site {written}"] = frame
-        gravity = [0.0] * 3 if scene.disabled("GRAVITY") else model.opt.gravity.tolist()
+        gravity = [0.0] * 3 if scene.is_disabled("GRAVITY") else model.opt.gravity.tolist()
         return Bodies(name, self.world, Leftovers({}), gravity, notes=notes, legal=True)
 
     def pose(self, place: Place, position: Array, quaternion: Array, body: int) -> WrittenPose:
@@ -68,15 +68,15 @@ class BodyReader:
         key, place = f"body {name}", pose.place  # keys differ from names of sites
         self.world.links[key] = Link(name, place, inertia, pose, pulled, kept=kept)
         if joint is None:
-            own = self.scene.name("joint", "", f"{name}_fixed") if kept else name
-            joint = Joint(own, place, WrittenPose(place), "fixed", "fixed", "", "")
+            joint_name = self.scene.name("joint", "", f"{name}_fixed") if kept else name
+            joint = Joint(joint_name, place, WrittenPose(place), "fixed", "fixed", "", "")
         self.world.joints[f"joint of {name}"] = replace(joint, parent=pose.relative_to, child=key)
         return key
 
     def add(self, body: int) -> None:
         """Add a body with its joints."""
         scene, model = self.scene, self.model
-        name = scene.name("body", scene.written("body", body), f"body_{body}")
+        name = scene.name("body", scene.element_name("body", body), f"body_{body}")
         place = scene.place("body", body, model.nbody)
         turned = rotation_matrix(np.array(model.body_iquat[body]))
         about = turned @ np.diag(model.body_inertia[body]) @ turned.T
@@ -94,11 +94,11 @@ class BodyReader:
             pose = WrittenPose(place, relative_to=pose.relative_to)
         before = np.zeros(3)
         for index, (joint, anchor) in enumerate(joints, 1):
-            own = index == len(joints) and not anchor.any()
-            link = name if own else scene.name("body", "", joint.name if target else f"{name}_{joint.name}")
+            carries = index == len(joints) and not anchor.any()
+            link = name if carries else scene.name("body", "", joint.name if target else f"{name}_{joint.name}")
             at = replace(pose, position=pose.position + pose.orientation @ (anchor - before))
             pose = WrittenPose(
-                place, relative_to=self.attach(link, at, inertia if own else combine_inertias(()), joint)
+                place, relative_to=self.attach(link, at, inertia if carries else combine_inertias(()), joint)
             )
             before = anchor
         key = f"body {name}"
@@ -111,17 +111,17 @@ class BodyReader:
     def joint(self, joint: int, body: str) -> tuple[Joint, Array]:
         """Return a joint, and its anchor in the body."""
         scene, model, kind = self.scene, self.model, int(self.model.jnt_type[joint])
-        name = scene.joints[joint] = scene.name("joint", scene.written("joint", joint), f"{body}_{_WORDS[kind]}")
+        name = scene.joints[joint] = scene.name("joint", scene.element_name("joint", joint), f"{body}_{_WORDS[kind]}")
         start, rate = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
         place = scene.place("joint", joint, model.njnt)
         q, v = scene.qpos[start:], scene.qvel[rate:]
         stiffness, damping = coefficients(scene, joint)
-        limited = bool(model.jnt_limited[joint]) and not scene.disabled("LIMIT") and kind != FREE
+        limited = bool(model.jnt_limited[joint]) and not scene.is_disabled("LIMIT") and kind != FREE
         axis = Axis(
             place,
             tuple(model.jnt_axis[joint].tolist()),
             damping=damping[0],
-            friction=0.0 if scene.disabled("FRICTIONLOSS") else float(model.dof_frictionloss[rate]),
+            friction=0.0 if scene.is_disabled("FRICTIONLOSS") else float(model.dof_frictionloss[rate]),
             limited=("position",) if limited else (),
         )
         result = Joint(name, place, WrittenPose(place), _TYPES[kind], _WORDS[kind], "", "")
@@ -157,10 +157,10 @@ class BodyReader:
         for word, letter, value in zip(words, "xyzzyx", [*position[:3], *angles], strict=True):
             motion = scene.name("signal", "", f"{name}_{word}")
             scene.section("inputs")[motion] = {"motion": True, "initial": float(value)}
-            axis = Axis(place, tuple(float(letter == other) for other in "xyz"))
+            axis = Axis(place, tuple(float(letter == direction) for direction in "xyz"))
             kind = "prismatic" if len(result) < 3 else "revolute"
-            own = scene.name("joint", "", f"{name}_{word}")
-            joint = Joint(own, place, WrittenPose(place), kind, kind, "", "", (axis,), entry={"drive": motion})
+            joint_name = scene.name("joint", "", f"{name}_{word}")
+            joint = Joint(joint_name, place, WrittenPose(place), kind, kind, "", "", (axis,), entry={"drive": motion})
             result.append((joint, np.zeros(3)))
         return result
 
@@ -186,7 +186,7 @@ def coefficients(scene: Draft, joint: int) -> tuple[list[float], list[float]]:
     model, rate = scene.model, int(scene.model.jnt_dofadr[joint])
     stiffness = [float(model.jnt_stiffness[joint]), *map(float, model.jnt_stiffnesspoly[joint])]
     damping = [float(model.dof_damping[rate]), *map(float, model.dof_dampingpoly[rate])]
-    off = scene.disabled("SPRING"), scene.disabled("DAMPER")
+    off = scene.is_disabled("SPRING"), scene.is_disabled("DAMPER")
     return [0.0] * len(stiffness) if off[0] else stiffness, [0.0] * len(damping) if off[1] else damping
 
 
@@ -245,7 +245,7 @@ def add_forces(scene: Draft) -> None:
             scene.notes.append(note)
     for body, (at, force) in _gravity_compensation(scene).items():
         entry = {"body": at.body, "point": at.position.tolist(), "force": force.tolist()}
-        scene.add("forces", "force", f"gravity_compensation_{scene.written('body', body) or body}", entry)
+        scene.add("forces", "force", f"gravity_compensation_{scene.element_name('body', body) or body}", entry)
 
 
 def _add_bushing(scene: Draft, joint: int, entry: dict[str, Any], stiffness: float) -> None:

@@ -29,7 +29,7 @@ from eomgen.products.robots.leftovers import Leftovers, Place
 from eomgen.products.robots.sdf.coverage import STATUSES
 from eomgen.products.robots.sdf.values import NEWEST, SINCE_FRAMES, Values
 from eomgen.products.robots.sdf.visuals import VisualReader
-from eomgen.products.robots.uris import is_remote, is_there, located
+from eomgen.products.robots.uris import is_remote, is_there, locate
 from eomgen.scene.inertia import Inertia, tensor
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import Element, read_xml
@@ -231,7 +231,7 @@ class _FileReader:
             self.reader.leftovers.keep(decay, "velocity_decay", self.file, name)
         pulled = values.flag(element, "gravity", default=True)
         pose = values.pose(element, name)
-        visuals = self.reader.visuals.of_link(name, element, values, self.folder, self.reader.packages)
+        visuals = self.reader.visuals.link_visuals(name, element, values, self.folder, self.reader.packages)
         self.reader.leftovers.keep(element, "link", self.file, name)
         return Link(name, self.place(element), inertia, pose, pulled, visuals)
 
@@ -396,7 +396,7 @@ class _FileReader:
         pose, placement = values.pose(element, name or address), values.text(element, "placement_frame")
         moved = element.first("pose") is not None
         self.reader.leftovers.keep(element, "include", self.file, name or address)
-        inner = self.included(element, address)
+        inner = self.read_include(element, address)
         if inner is None:
             return
         inner.name = name or inner.name
@@ -406,7 +406,7 @@ class _FileReader:
         if not merge:
             self.add(into, "models", inner, element)
             return
-        twice = [one for one in inner.names if one in into.names]
+        twice = [twin for twin in inner.names if twin in into.names]
         if twice:
             fault = f"the included file has the name {shown(twice[0])}, which is there already [E1964]"
             values.refuse(element, fault, "the include without merge, or another name")
@@ -418,7 +418,7 @@ class _FileReader:
         into.models[inner.name] = inner
         into.merged |= dict.fromkeys(inner.names, inner.name)
 
-    def included(self, element: Element, address: str) -> Model | None:
+    def read_include(self, element: Element, address: str) -> Model | None:
         """Return the model of an included file; None for a fault."""
         values = self.values
         if not address:
@@ -428,7 +428,7 @@ class _FileReader:
             fault = f"{shown(address)} lies in a network, and only local files are read [E1966]"
             values.refuse(element, fault, "a local path")
             return None
-        path = located(address, self.folder, self.reader.packages)
+        path = locate(address, self.folder, self.reader.packages)
         path = _file_of_model(path) if is_there(path) and path.is_dir() else path
         if path.resolve() in self.chain or len(self.chain) >= _DEEPEST:
             values.refuse(element, f"files include one another in a circle: {shown(address)} [E1590]", "another file")

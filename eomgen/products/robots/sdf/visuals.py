@@ -11,7 +11,7 @@ from eomgen.products.robots.draft import Visual
 from eomgen.products.robots.leftovers import Leftovers
 from eomgen.products.robots.sdf.coverage import STATUSES
 from eomgen.products.robots.sdf.values import Values
-from eomgen.products.robots.uris import is_remote, located
+from eomgen.products.robots.uris import is_remote, locate
 from eomgen.products.robots.visuals import SDF_SIZES, NotDrawnError, color_of, solid_of
 from eomgen.scene.bodies.mesh_files import ENDINGS
 from eomgen.scene.reading.report import Report
@@ -31,7 +31,7 @@ class VisualReader:
         self.home = home
         self.left_out: dict[str, list[str]] = {}
 
-    def of_link(
+    def link_visuals(
         self, link: str, element: Element, values: Values, folder: Path, packages: Mapping[str, Path]
     ) -> tuple[Visual, ...]:
         """Return the visuals of a link that can be drawn.
@@ -47,16 +47,16 @@ class VisualReader:
         def path(address: str) -> str:
             if "://" not in address and folder == self.home:
                 return address
-            return os.path.relpath(located(address, folder, packages), self.home)
+            return os.path.relpath(locate(address, folder, packages), self.home)
 
         result = []
         for visual in element.children_with_tag("visual"):
             # faults of visuals are notes, so they have a report of their own
-            own = Values(values.file, Report(values.file, {}), Leftovers(STATUSES), values.minor)
+            reader = Values(values.file, Report(values.file, {}), Leftovers(STATUSES), values.minor)
             try:
-                drawn = _visual(visual, own, path)
-                if own.report.noted:
-                    _, problem = own.report.noted[0]
+                drawn = _visual(visual, reader, path)
+                if reader.report.noted:
+                    _, problem = reader.report.noted[0]
                     raise NotDrawnError(problem.what)
                 result.append(drawn)
             except NotDrawnError as error:

@@ -59,9 +59,9 @@ def held_and_following(
             report.add_at(line, key, fault, nearest(mimic.joint, by_written))
             continue
         leader = robot.joints[by_written[mimic.joint]]
-        for role, one in (("mimic another", joint), ("be mimicked", leader)):
-            if one.components > 1:
-                fault = f"the {one.written} joint {one.name} cannot {role}: it has not one coordinate [E1689]"
+        for role, part in (("mimic another", joint), ("be mimicked", leader)):
+            if part.components > 1:
+                fault = f"the {part.written} joint {part.name} cannot {role}: it has not one coordinate [E1689]"
                 *most, last = (name for name, kind in JOINT_TYPES.items() if JOINTS[kind].v_size == 1)
                 report.add_at(line, key, fault, f"a {', '.join(most)} or {last} joint")
         leaders[joint.name] = leader.name
@@ -127,12 +127,12 @@ def urdf_data(
     robot = read_robot(root_element, report)
     joints = {robot.original.get(name, name): name for name in robot.joints}
     locked = {joints[name] for name in joints_to_hold(lock, joints, file)}
-    own = _tunable_links(robot, (tunable,) if isinstance(tunable, str) else tunable, file)
+    tunable_links = _tunable_links(robot, (tunable,) if isinstance(tunable, str) else tunable, file)
     report.raise_problems()
     root_link = _root_of(robot, report)
     held, leaders = held_and_following(robot, locked, report)
     draft = _draft_of(robot, held, leaders, file)
-    draft.tunable = own
+    draft.tunable = tunable_links
     draft.notes = [*root_element.liberties, *robot.notes]
     rests = root == "fixed" and not included
     if rests:
@@ -218,8 +218,8 @@ def _root_of(robot: Robot, report: Report) -> str:
     children: dict[str, list[Joint]] = {key: [] for key in robot.links}
     for joint in robot.joints.values():
         if joint.child in carrier:
-            link, other = robot.links[joint.child].name, carrier[joint.child].name
-            fault = f"the link {link} is already carried by the joint {other} [E1694]"
+            link, carrying = robot.links[joint.child].name, carrier[joint.child].name
+            fault = f"the link {link} is already carried by the joint {carrying} [E1694]"
             hint = "one joint for each link; a <loop_joint> closes a loop"
             report.add_at(joint.place.line, f"joints.{joint.name}", fault, hint)
         carrier.setdefault(joint.child, joint)

@@ -271,16 +271,16 @@ class _UrdfReader:
         inertial = element.first("inertial")
         if inertial is None:
             return self.bare_link(name, element.line)
-        (mass,) = self.required(inertial, "mass", ("value",), key)
+        (mass,) = self.required_numbers(inertial, "mass", ("value",), key)
         if mass < 0.0:
             fault = f"the mass {mass:.6g} is negative [E1709]"
             self.report.add_at(inertial.line, key, fault, "a positive number of kg")
-        entries = self.required(inertial, "inertia", ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), key)
+        entries = self.required_numbers(inertial, "inertia", ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), key)
         orientation, center, _, _ = self.placement(inertial, key, name)
         inertia = Inertia(mass, np.zeros(3), tensor(entries)).transform(orientation, center)
         return self.bare_link(name, element.line, inertia)
 
-    def required(self, inertial: Element, tag: str, attributes: Sequence[str], key: str) -> list[float]:
+    def required_numbers(self, inertial: Element, tag: str, attributes: Sequence[str], key: str) -> list[float]:
         """Return numbers that mass properties need; zeros if missing, which is reported."""
         element = inertial.first(tag)
         if element is None:

@@ -50,13 +50,13 @@ class VisualReader:
     def link(self, name: str, element: Element) -> Sequence[Visual]:
         """Return the visuals of a link, or its collision geometry if no visual can be drawn."""
         visuals = list(element.children_with_tag("visual"))
-        drawn, reasons = self._drawn(name, visuals)
-        instead = self._drawn(name, list(element.children_with_tag("collision")))[0] if visuals and not drawn else []
+        drawn, reasons = self._draw(name, visuals)
+        instead = self._draw(name, list(element.children_with_tag("collision")))[0] if visuals and not drawn else []
         for reason in reasons:
             self.reasons["substituted" if instead else "left out"].setdefault(reason, []).append(name)
         return drawn or instead
 
-    def _drawn(self, name: str, elements: Sequence[Element]) -> tuple[list[Visual], list[str]]:
+    def _draw(self, name: str, elements: Sequence[Element]) -> tuple[list[Visual], list[str]]:
         drawn, reasons = [], []
         for element in elements:
             try:
@@ -75,10 +75,10 @@ class VisualReader:
 
     def _color(self, name: str, element: Element) -> dict[str, Any]:
         """Return colour and opacity of the material of a visual of a link, given there, by name, or by neither."""
-        own = element.first("material")
-        if own is not None and own.first("color") is not None:
-            self.materials[own.get("name")] = own
-        named = self.materials.get(own.get("name")) if own is not None else None
+        material = element.first("material")
+        if material is not None and material.first("color") is not None:
+            self.materials[material.get("name")] = material
+        named = self.materials.get(material.get("name")) if material is not None else None
         color = named.first("color") if named is not None else None
         if color is None:
             return {}
