@@ -381,7 +381,7 @@ def aliased(off: float = 1.0, ends: float = 0.0, part: float = 1.0) -> Change:
     inside = off * np.array([1.0, 1.0, -1.0, -1.0] * 25)
     inside[round(100 * part) :] = 0.0
     laws = [(inside, ends * np.array([1.0, -1.0] * 51)[:101])]
-    known = {"_steps": np.arange(100), "_met": np.zeros(100, dtype=bool), "_grid": np.array([0.0, 0.5, 1.0])}
+    known = {"_steps": np.arange(100), "_met_steps": np.zeros(100, dtype=bool), "_grid": np.array([0.0, 0.5, 1.0])}
     known |= {"_samples": None, "_path": SimpleNamespace(at_rows=None), "_features": [], "_arguments": []}
     looked = examination(**known, _laws=lambda *_: laws)
     return unseen(looked.looked_at and looked._aliased)
@@ -393,7 +393,7 @@ def understated(effect: float) -> Change:
     error = SimpleNamespace(relative=0.01, available=True)
     known = {"looked_at": [0], "_whole": [0], "_steps": [0], "_aliased": True, "_least": unseen_laws.DEFECT}
     looked = examination(**known, _path=path, _finished=SimpleNamespace(error=error))
-    looked._judged = lambda *_: 0.01 * effect > looked._least or None
+    looked._judge = lambda *_: 0.01 * effect > looked._least or None
     return unseen(looked.finding())
 
 

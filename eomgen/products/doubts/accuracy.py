@@ -57,11 +57,11 @@ def unresolved_coordinates(run: FinishedRun) -> list[UnresolvedComponent]:
     """
     if not run.error.available:
         return []
-    result = _hidden(run, run.states.q, run.states.z)
-    return _hidden(run, *run.once(SampledRun).between_rows) if result and run.rows_are_sparse else result
+    result = _hidden_components(run, run.states.q, run.states.z)
+    return _hidden_components(run, *run.once(SampledRun).between_rows) if result and run.rows_are_sparse else result
 
 
-def _hidden(run: FinishedRun, q: Array, z: Array) -> list[UnresolvedComponent]:
+def _hidden_components(run: FinishedRun, q: Array, z: Array) -> list[UnresolvedComponent]:
     """Return the coordinates and internal states with large errors in parts of the motions of q, (n, nq), and z,
     (n, nz)."""
     model, error = run.run.model, run.error

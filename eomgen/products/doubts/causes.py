@@ -126,7 +126,7 @@ def _without_value(formula: Formula, value_of: Callable[[Symbol], float]) -> Ite
                     said = f"{texts[0]} / {texts[1]}" if formula.name == "div" else _SAID[formula.name].format(*texts)
                     of = parts[-1:] if formula.name == "div" else parts
                     named = (symbol for part in of for symbol in _symbols(part))
-                    names = dict.fromkeys(_named(symbol, value_of) for symbol in named)
+                    names = dict.fromkeys(_value_text(symbol, value_of) for symbol in named)
                     yield f"{said} has no value{' at ' if names else ''}{', '.join(list(names)[:3])}"
     except ArithmeticError:  # of something that is not known here
         pass
@@ -142,7 +142,7 @@ def _symbols(formula: Formula) -> Iterator[Symbol]:
             yield from _symbols(part)
 
 
-def _named(symbol: Symbol, value_of: Callable[[Symbol], float]) -> str:
+def _value_text(symbol: Symbol, value_of: Callable[[Symbol], float]) -> str:
     name = {"time": "t", "q": f"q.{symbol.name}", "v": f"v.{symbol.name}"}.get(symbol.kind, symbol.name)
     return f"{name} = {value_of(symbol):.6g}"
 

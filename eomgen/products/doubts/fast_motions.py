@@ -139,7 +139,7 @@ class _UnresolvedModes:
     def largest(self) -> _Swing | None:
         """Return the mode with the largest oscillation; None if no oscillation is noticeable."""
         place, result = self.place, []
-        frequencies, forms, mass = self._unresolved()
+        frequencies, forms, mass = self._fast_modes()
         energies = np.einsum("ni,ij,nj->n", self.accelerations, mass, self.accelerations)
         energies = np.nan_to_num(energies, nan=_LARGEST, posinf=_LARGEST)
         usual = float(np.quantile(np.sqrt(np.maximum(energies, 0.0)), _USUAL))
@@ -164,7 +164,7 @@ class _UnresolvedModes:
             result.append(_Swing(swing / size, frequency, name))
         return max(result, default=None)
 
-    def _unresolved(self) -> tuple[Array, Array, Array]:
+    def _fast_modes(self) -> tuple[Array, Array, Array]:
         """Return angular frequencies (m,), forms (nv, m) of unit kinetic energy, and M, of modes that oscillate too
         fast; the fastest first."""
         model, (_, t, q, v, z, p, *_) = self.run.model, self.place

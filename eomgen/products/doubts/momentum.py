@@ -86,7 +86,7 @@ def momentum_drift(
     momenta, sizes = M.applied(v, model.nv), M.magnitudes().applied(np.abs(v), model.nv)
     if not (np.all(np.isfinite(M.values)) and np.all(np.isfinite(forces))):
         return None
-    every = np.array([_of_root(root, q, momenta, sizes, forces) for root in roots])
+    every = np.array([_root_momentum(root, q, momenta, sizes, forces) for root in roots])
     together = every.sum(axis=0)[np.newaxis] if one_frame and len(roots) > 1 else every[:0]
     rounding = _ROUNDING * np.abs(forces).max(initial=0.0)
     drift = np.array([_drifts(parts, rounding, t[-1] - t[0]) for parts in (*every, *together)]).max(axis=0)
@@ -115,7 +115,7 @@ def _in_water(M: Array) -> bool:
     return bool(np.any(off > _SAME_MASS * np.abs(mass)))
 
 
-def _of_root(root: Factor, q: Array, momenta: Array, sizes: Array, forces: Array) -> Array:
+def _root_momentum(root: Factor, q: Array, momenta: Array, sizes: Array, forces: Array) -> Array:
     """Return momentum, wrench and the magnitude of the momentum of a free root and its tree, (3, rows, 6), in the
     world, from values along all components of v."""
     group = group_named(root.group, root.v_size)
@@ -133,7 +133,7 @@ def _drifts(parts: Array, rounding: float, span: float) -> Array:
 
     Parameters
     ----------
-    parts : as of ``_of_root``
+    parts : as of ``_root_momentum``
     rounding : generalized forces that count as none
     span : time between the first and the last row, s
     """

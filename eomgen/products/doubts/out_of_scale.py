@@ -323,12 +323,12 @@ def angles_of_several_turns(data: Mapping[str, Any], rows: Sequence[Section]) ->
     ----------
     data : of a well-formed scene, as written: unit strings are not converted
     """
-    result = [*_of_joints(data), *_of_springs(data), *_of_rotations(data)]
+    result = [*_joint_angles(data), *_spring_angles(data), *_rotation_angles(data)]
     result += [angle for row in rows if not row.single for angle in row.plain_angles(data.get(row.key, {}))]
     return list(dict.fromkeys(note for subject, angle in result if (note := several_turns(subject, angle))))
 
 
-def _of_joints(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
+def _joint_angles(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
     for name, joint in data.get("joints", {}).items():
         limits = joint.get("limits") or {}
         places = (
@@ -347,13 +347,13 @@ def _of_joints(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
                     yield subject, value
 
 
-def _of_springs(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
+def _spring_angles(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
     for name, spring in data.get("torsion_springs", {}).items():
         if isinstance(value := spring.get("rest"), int | float):
             yield f"the torsion spring {name} rests at", value
 
 
-def _of_rotations(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
+def _rotation_angles(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
     turned = [("the base is turned by", data.get("base") or {})]
     for section, kind in (("joints", "joint"), ("frames", "frame")):
         turned += [(f"the {kind} {name} is turned by", entry) for name, entry in data.get(section, {}).items()]

@@ -41,7 +41,7 @@ def unseen_events(finished: FinishedRun) -> Finding | None:
     seen = np.array([counts[events[place]["name"]] for place in known], dtype=float)
     try:
         recorded = _Roots(sampled.recorded_path, known, signs, changes)
-        if not np.any(recorded.missed(seen) > 0.0):
+        if not np.any(recorded.count_missed(seen) > 0.0):
             return None
         taken = sampled.steps()
         if taken is None:
@@ -49,7 +49,7 @@ def unseen_events(finished: FinishedRun) -> Finding | None:
         roots = recorded
         if taken.rows is not rows:
             roots = _Roots(sampled.path(taken), known, signs, changes, taken.breaks)
-        missed = roots.missed(seen)
+        missed = roots.count_missed(seen)
     except (EomgenError, np.linalg.LinAlgError):  # states at which the equations give no numbers
         return None
     worst = int(np.argmax(missed))
@@ -93,7 +93,7 @@ class _Roots:
         if len(whole) < len(covered):  # the events in these steps are counted, the steps are not
             self._share = min(self._share, len(whole) / max(len(self._steps), 1))
 
-    def missed(self, seen: Array) -> Array:
+    def count_missed(self, seen: Array) -> Array:
         """Return the number of missed events, (events,), given the numbers ``seen`` of detected ones, (events,)."""
         if not len(self._steps):
             return np.zeros(len(seen))

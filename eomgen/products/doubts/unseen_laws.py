@@ -155,13 +155,13 @@ def unseen_law(finished: FinishedRun) -> UnseenLaw | None:
             if result is None:
                 return None
             if finer > 1.0:
-                result = _unresolved(sampled, taken, result, examination)
+                result = _unresolved_law(sampled, taken, result, examination)
         return result
     except (EomgenError, np.linalg.LinAlgError):  # states at which the equations give no numbers
         return None
 
 
-def _unresolved(
+def _unresolved_law(
     sampled: SampledRun, taken: StepRows, first: UnseenLaw, examination: Callable[..., _Examination]
 ) -> UnseenLaw | None:
     """Return the first law that an adaptive method leaves unresolved between rows as close as the law asks, if any.
@@ -259,7 +259,7 @@ class _Examination:
     # -- steps with nonlinear laws ---------------------------------------------------------------------------------
 
     @cached_property
-    def _met(self) -> NDArray[np.bool_]:
+    def _met_steps(self) -> NDArray[np.bool_]:
         """Steps between whose ends an argument passes a feature, or in which a known time lies, (steps,)."""
         before, after = np.searchsorted(self._ends, self._t[:-1]), np.searchsorted(self._ends, self._t[1:])
         result: NDArray[np.bool_] = after > before
@@ -275,7 +275,7 @@ class _Examination:
         if len(steps) <= _STEPS:
             return steps
         spread = steps[np.unique(np.linspace(0, len(steps) - 1, _STEPS).astype(int))]
-        return np.union1d(spread, steps[self._met[steps]][:_STEPS])
+        return np.union1d(spread, steps[self._met_steps[steps]][:_STEPS])
 
     @cached_property
     def _grid(self) -> Array:
@@ -287,7 +287,7 @@ class _Examination:
 
     @cached_property
     def _samples(self) -> StepStates:
-        return self._sampled(self._steps, self._grid[1:-1])
+        return self._sample(self._steps, self._grid[1:-1])
 
     @cached_property
     def _arguments(self) -> list[Array]:
@@ -302,7 +302,7 @@ class _Examination:
         steps = self._steps
         if not len(steps):
             return []
-        bent, met = np.zeros(len(steps)), self._met[steps]
+        bent, met = np.zeros(len(steps)), self._met_steps[steps]
         self._aliased = False
         for inside, at_ends in self._laws(self._samples, self._path.at_rows):
             values = np.nan_to_num(self._with_ends(inside, at_ends, steps), posinf=0.0, neginf=0.0)
@@ -328,13 +328,13 @@ class _Examination:
             self._path.run.method.chooses_steps
         ):  # rows lie within steps of the method, so forces at rows need not act in the steps
             chosen = _without_gaps(chosen)
-        law = self._judged(chosen, share)
+        law = self._judge(chosen, share)
         if law is None and self._aliased and not self._path.run.method.chooses_steps:
             # comparison runs are aliased as well, so that the stated error leaves these forces out; sums of successive
             # steps only: phases change from step to step
             error = self._finished.error
             self._least = min(DEFECT, max(UNDERSTATED * error.relative if error.available else DEFECT, _ROUNDING))
-            law = self._judged(np.arange(min(len(self._steps), _SUCCESSIVE)), 1.0)
+            law = self._judge(np.arange(min(len(self._steps), _SUCCESSIVE)), 1.0)
         return law
 
     def _laws(self, blocks: StepStates, ends: StepStates) -> Iterator[tuple[Array, Array]]:
@@ -344,7 +344,7 @@ class _Examination:
         if self._opaque:
             yield from zip(self._path.rates(blocks).T, self._path.rates(ends).T, strict=True)
 
-    def _sampled(self, steps: NDArray[np.intp], places: Array) -> StepStates:
+    def _sample(self, steps: NDArray[np.intp], places: Array) -> StepStates:
         h = self._t[steps + 1] - self._t[steps]
         times = (self._t[steps][:, np.newaxis] + h[:, np.newaxis] * places).ravel()
         return self._path.at(times, np.repeat(steps, len(places)))
@@ -360,7 +360,7 @@ class _Examination:
         result = [[even, self._inside(int(step))] for step in steps]
         closer = np.ldexp(1.0 / len(grid), -np.arange(_HALVINGS))
         for feature, table in zip(self._features, arguments, strict=True):
-            places, numbers = self._passed(feature, table, grid, steps)
+            places, numbers = self._crossings(feature, table, grid, steps)
             for place, number in zip(places, numbers, strict=True):
                 at = np.array([place])
                 result[number] += [at] if feature.curve else [at, place - closer, place + closer]
@@ -373,7 +373,7 @@ class _Examination:
         inside: Array = (self._ends[first : min(last, first + _STEPS)] - begin) / (end - begin)
         return inside
 
-    def _passed(
+    def _crossings(
         self, feature: Feature, table: Array, grid: Array, steps: NDArray[np.intp]
     ) -> tuple[Array, NDArray[np.intp]]:
         """Return the crossings of a feature by its argument within steps, in [0, 1], and the indices of these steps.
@@ -408,7 +408,7 @@ class _Examination:
 
     # -- defects ---------------------------------------------------------------------------------------------------
 
-    def _judged(self, chosen: NDArray[np.intp], share: float) -> UnseenLaw | None:
+    def _judge(self, chosen: NDArray[np.intp], share: float) -> UnseenLaw | None:
         """Return an unresolved law in selected steps; ``share`` is the number of steps of the run for each sampled
         step."""
         steps = self._steps[chosen]
@@ -417,14 +417,14 @@ class _Examination:
         levels = self._levels(steps, nodes)
         held = max(levels, key=lambda one: one.beyond / self._sizes[one.column], default=None)
         if held is not None and held.beyond > DEFECT * self._sizes[held.column]:
-            return self._told_of_level(held, steps, meshes)
+            return self._level_law(held, steps, meshes)
         defects = self._defects(steps, meshes, nodes.rates)
         for column, chatters in self._chattering(steps, nodes):  # restoring forces
             defects.net[chatters, column] = defects.within[chatters, column] = 0.0
         if self._excess(defects, share) <= 1.0:
             return None
         lasting = self._forgotten(defects)
-        return self._told(lasting, meshes, share) if self._excess(lasting, share) > 1.0 else None
+        return self._defect_law(lasting, meshes, share) if self._excess(lasting, share) > 1.0 else None
 
     def _nodes(self, steps: NDArray[np.intp], meshes: Sequence[Array]) -> _Nodes:
         h = np.diff(self._t)[steps]
@@ -615,13 +615,13 @@ class _Examination:
         nv, nz = self._model.nv, self._model.nz
         places = (np.arange(_STATES) + 0.5) / _STATES
         around = np.clip(steps[:, np.newaxis] + np.arange(-1, 2), 0, len(self._t) - 2).ravel()
-        blocks = self._sampled(around, places)
+        blocks = self._sample(around, places)
         moves = []
         for part, width in enumerate((nv, nv, nz)):
             for k, size in enumerate(_DIFFERENCE * self._scales[part]):
                 way = np.zeros((len(blocks.t), width))
                 way[:, k] = size
-                moves.append((self._moved(blocks, part, way), self._moved(blocks, part, -way), 2.0 * size))
+                moves.append((self._shift(blocks, part, way), self._shift(blocks, part, -way), 2.0 * size))
         rates = np.nan_to_num(rate_partials(self._path, blocks, moves))
         middle = np.median(rates.reshape(len(steps), -1, nv + nz, 2 * nv + nz), axis=1)
         result = np.zeros((len(steps), 2 * nv + nz, 2 * nv + nz))
@@ -644,7 +644,7 @@ class _Examination:
         one, two, three = (np.where(scale > 0.0, scale, 1.0) for scale in scales)
         return one, two, three
 
-    def _moved(self, blocks: StepStates, part: int, shift: Array) -> tuple[Array, Array, Array]:
+    def _shift(self, blocks: StepStates, part: int, shift: Array) -> tuple[Array, Array, Array]:
         """Return states of which q (0), v (1) or z (2) is shifted."""
         q, v, z = blocks.states
         if part == 0:
@@ -653,7 +653,7 @@ class _Examination:
 
     # -- message ---------------------------------------------------------------------------------------------------
 
-    def _told(self, defects: _Defects, meshes: Sequence[Array], share: float) -> UnseenLaw:
+    def _defect_law(self, defects: _Defects, meshes: Sequence[Array], share: float) -> UnseenLaw:
         summed = share * np.cumsum(defects.net, axis=0)
         after = self._sizes_after[defects.steps + 1]
         parts, inside = self._shares(summed, after), self._shares(defects.within)
@@ -679,7 +679,7 @@ class _Examination:
         step = f"{width / _RESOLVED:.2g}"
         return UnseenLaw(Finding(value=value, time=time, text=text, hint=self._remedy(step)), law, float(step))
 
-    def _told_of_level(self, held: _HeldComponent, steps: NDArray[np.intp], meshes: Sequence[Array]) -> UnseenLaw:
+    def _level_law(self, held: _HeldComponent, steps: NDArray[np.intp], meshes: Sequence[Array]) -> UnseenLaw:
         name = (*self._model.v_names, *self._model.z_names)[held.column]
         unit = (*self._model.v_units, *self._model.z_units)[held.column]
         unit = "" if unit in ("", "1") else f" {unit}"
@@ -711,7 +711,7 @@ class _Examination:
         for law in self._known:
             values = self._path.values(law, blocks)
             low, high = (float(self._path.values(law, ends)[k]) for k in (step, step + 1))
-            laws.append((f"the formula {_shortened(infix(law))}", values, low + middles * (high - low)))
+            laws.append((f"the formula {_shorten(infix(law))}", values, low + middles * (high - low)))
         if self._opaque or not laws:
             inside, at_ends = self._path.rates(blocks), self._path.rates(ends)[[step, step + 1]]
             for column, one in enumerate((*self._model.v_names, *self._model.z_names)):
@@ -794,7 +794,7 @@ def _without_gaps(chosen: NDArray[np.intp]) -> NDArray[np.intp]:
     return np.sort(np.concatenate(result))
 
 
-def _shortened(text: str) -> str:
+def _shorten(text: str) -> str:
     return text if len(text) <= _LETTERS else f"{text[:_LETTERS]}..."
 
 
