@@ -82,7 +82,7 @@ class WaveField:
         return np.arange(len(self.components)) >= (len(self.components) if self.free is None else self.free)
 
     @property
-    def given(self) -> tuple[Formula, ...]:
+    def extra_arguments(self) -> tuple[Formula, ...]:
         """Arguments of quantities after the time: the factor of amplitudes, and the variables."""
         factor = () if self.factor is None else (self.factor,)
         return (*factor, *(Symbol("parameter", name) for name in self.variables))
@@ -121,7 +121,7 @@ class WaveField:
 
     def value(self, name: str, component: int, *arguments: ArrayLike) -> NDArray[np.float64]:
         """Return a quantity in numbers, of the common broadcast shape of the arguments: x, y, z (if the quantity
-        depends on z), t, and then the values of ``self.given``."""
+        depends on z), t, and then the values of ``self.extra_arguments``."""
         numbers = [np.asarray(argument, dtype=float) for argument in arguments]
         count = len(WORDS[name].arguments)
         place, t, given = numbers[:count], numbers[count], numbers[count + 1 :]
@@ -168,11 +168,11 @@ class WaveField:
         wave = crest.imag if in_quadrature(name, component) else crest.real
         terms = np.array(self.factors(name, component)) * wave
         if len(place) > 2:
-            e = np.exp(np.maximum(column["k"] * self._stretched(place, t, given)[..., None], -LEAST))
+            e = np.exp(np.maximum(column["k"] * self._motion_height(place, t, given)[..., None], -LEAST))
             terms = terms * (e + column["bottom"] / e if component < 2 else e - column["bottom"] / e)
         return np.asarray(terms.sum(axis=-1))
 
-    def _stretched(
+    def _motion_height(
         self, place: list[NDArray[np.float64]], t: NDArray[np.float64], given: list[NDArray[np.float64]]
     ) -> NDArray[np.float64]:
         eta = self.value("elevation", 0, place[0], place[1], t, *given)
@@ -186,9 +186,9 @@ def in_quadrature(name: str, component: int) -> bool:
     return name == "slope" or (name.startswith("water") and (name == "water_velocity") == (component == 2))
 
 
-def _added(waves: WaveField) -> tuple[Formula, ...]:
+def _added_arguments(waves: WaveField) -> tuple[Formula, ...]:
     """Return the arguments of a quantity of waves after the place: the time, and parameters of the waves."""
-    return (Symbol("time"), *waves.given)
+    return (Symbol("time"), *waves.extra_arguments)
 
 
 def _word(name: str, arguments: tuple[str, ...], components: int, unit: str) -> Word:
@@ -198,7 +198,7 @@ def _word(name: str, arguments: tuple[str, ...], components: int, unit: str) -> 
         arguments,
         WaveField.value,
         "eomgen.products.waves.formula.recording:wave_quantity",
-        _added,
+        _added_arguments,
         components,
         unit,
         # waves that grow are three times differentiable at both ends of the ramp, and motion of the water bends at the

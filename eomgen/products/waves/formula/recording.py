@@ -61,13 +61,13 @@ def _full(
         loop = harmonic_sum([tuple(item.tolist()) for item in columns], t.ref, label)
         return _times(waves, given, Scalar(algebra.tape, add_map(algebra.tape, loop).sums[0]))
     kernel = _Kernel()
-    angle_now = kernel.column(column["phase"]) - kernel.column(column["w"]) * kernel.shared(t)
+    angle_now = kernel.column(column["phase"]) - kernel.column(column["w"]) * kernel.share(t)
     for letter, item in zip(("kx", "ky"), place[:2], strict=True):
         if any(column[letter]):
-            angle_now = angle_now + kernel.column(column[letter]) * kernel.shared(item)
+            angle_now = angle_now + kernel.column(column[letter]) * kernel.share(item)
     term = kernel.column(factors) * _wave(algebra, kernel, waves, angle_now, given, quadrature=quadrature)
     if len(place) > 2:
-        z = kernel.shared(_stretched(algebra, waves, place, t, given))
+        z = kernel.share(_motion_height(algebra, waves, place, t, given))
         depth = kernel.column(column["k"]) * z
         if any(column["bottom"]):
             depth = kernel.algebra.call(Op.MAX, depth, kernel.algebra.scalar(-LEAST))
@@ -78,7 +78,7 @@ def _full(
         term = term * e
     if not plain and waves.factor is not None and np.any(waves.bound):
         # once for a free wave, twice for a bound one
-        factor = kernel.shared(given[0])
+        factor = kernel.share(given[0])
         bound = kernel.column(tuple(waves.bound.astype(float).tolist()))
         term = term * factor * (bound * (factor - 1.0) + 1.0)
         return Scalar(algebra.tape, add_map(algebra.tape, kernel.loop(term, len(factors), label)).sums[0])
@@ -100,17 +100,17 @@ def _wave(
         return call(Op.SIN if quadrature else Op.COS, angle)
     z = given[-len(waves.variables) :]
     first, second, signs = zip(*waves.drawn, strict=True)
-    re, im = (kernel.gathered([z[2 * i + part] for i in first]) for part in (0, 1))
+    re, im = (kernel.gather([z[2 * i + part] for i in first]) for part in (0, 1))
     if max(second) >= 0:
         one = [algebra.one, algebra.zero]
-        x, y = (kernel.gathered([one[part] if j < 0 else z[2 * j + part] for j in second]) for part in (0, 1))
+        x, y = (kernel.gather([one[part] if j < 0 else z[2 * j + part] for j in second]) for part in (0, 1))
         y = y * kernel.column(tuple(float(sign) for sign in signs))
         re, im = re * x - im * y, re * y + im * x
     cosine, sine = call(Op.COS, angle), call(Op.SIN, angle)
     return re * sine + im * cosine if quadrature else re * cosine - im * sine
 
 
-def _stretched(
+def _motion_height(
     algebra: Algebra, waves: WaveField, place: Sequence[Scalar], t: Scalar, given: Sequence[Scalar]
 ) -> Scalar:
     """Return the height above the water at rest at which motion is taken."""
@@ -142,7 +142,7 @@ class _Kernel:
             self.columns[values] = Scalar(self.tape, self.tape.input("element", len(self.columns)))
         return self.columns[values]
 
-    def shared(self, value: Scalar) -> Scalar:
+    def share(self, value: Scalar) -> Scalar:
         """Return a value that is the same for all waves."""
         if value.constant is not None:
             return self.algebra.scalar(value.constant)
@@ -150,7 +150,7 @@ class _Kernel:
             self.references[value.ref] = Scalar(self.tape, self.tape.input("shared", len(self.references)))
         return self.references[value.ref]
 
-    def gathered(self, values: Sequence[Scalar]) -> Scalar:
+    def gather(self, values: Sequence[Scalar]) -> Scalar:
         """Return a reference on the outer tape with a value for each wave."""
         slot = tuple(value.ref for value in values)
         if slot not in self.gathers:

@@ -175,8 +175,8 @@ def _add_group(loads: Loads, hulls: Sequence[Hull], quantities: Quantities) -> N
         moment = plus(moment, cross(axle.arm(middle), across))
         loads.power = loads.power - dot(across, axle.velocity(middle)) - dot(along, axle.velocity(algebra.zero))
         for place in member.places:
-            loads.power = loads.power + 0.5 * member.across * axle.turned(place)
-        loads.power = loads.power - member.along * axle.turned(algebra.zero)
+            loads.power = loads.power + 0.5 * member.across * axle.energy_gap(place)
+        loads.power = loads.power - member.along * axle.energy_gap(algebra.zero)
     add_load(loads, quantities, body, quantities.vector(ZERO_VECTOR), force, moment, own_axes=False)
 
 
@@ -210,7 +210,7 @@ class _Axle:
     def velocity(self, place: Scalar) -> Vector:
         return plus(self._velocity, scaled(place, self._turning))
 
-    def turned(self, place: Scalar) -> Scalar:
+    def energy_gap(self, place: Scalar) -> Scalar:
         """Return (v . d)(d . omega x v) of a place: the gap of kinetic energy to work, by mass along the axis d,
         because water that moves along the axis does not turn with the axis."""
         v = self.velocity(place)
@@ -303,7 +303,7 @@ def _wet_share(
     least = _THIN**2 * (along_squared + across_squared)
     a, b = (algebra.call(Op.SQRT, item + least) for item in (along_squared, across_squared))
     # limits of the width, -1 to 1, beyond which the length is partly and fully wet, and the wet part of the length
-    low, high = (_clamped(algebra, (end - depth) / b, -algebra.one) for end in (-a, a))
+    low, high = (_clamp(algebra, (end - depth) / b, -algebra.one) for end in (-a, a))
     first, last = ((depth + b * part) / a for part in (low, high))
     partly = 0.5 * (high - low)
     share = 0.25 * partly * (2.0 + first + last) + 0.5 * (1.0 - high)
@@ -355,7 +355,7 @@ def surface_over(quantities: Quantities, item: Hull, here: Vector) -> Scalar:
     """Return z of the surface of the water at a place, m."""
     if item.waves is None:
         return quantities.formula(item.level)
-    at = [here[0], here[1], quantities.input("t"), *map(quantities.formula, item.waves.given)]
+    at = [here[0], here[1], quantities.input("t"), *map(quantities.formula, item.waves.extra_arguments)]
     return wave_quantity(quantities.algebra, item.waves, "elevation", 0, at) + item.waves.level
 
 
@@ -364,7 +364,7 @@ def water_at(quantities: Quantities, item: Hull, here: Vector) -> tuple[Vector, 
     algebra, waves = quantities.algebra, item.waves
     if waves is None:
         return algebra.zero_vector, algebra.zero_vector
-    at = [*here, quantities.input("t"), *map(quantities.formula, waves.given)]
+    at = [*here, quantities.input("t"), *map(quantities.formula, waves.extra_arguments)]
     u, a = (
         algebra.vector([wave_quantity(algebra, waves, name, k, at) for k in range(3)])
         for name in ("water_velocity", "water_acceleration")
@@ -374,10 +374,10 @@ def water_at(quantities: Quantities, item: Hull, here: Vector) -> tuple[Vector, 
 
 def _between(algebra: Algebra, x: Scalar) -> Scalar:
     """Return a number clipped to the range from 0 to 1."""
-    return _clamped(algebra, x, algebra.zero)
+    return _clamp(algebra, x, algebra.zero)
 
 
-def _clamped(algebra: Algebra, x: Scalar, least: Scalar) -> Scalar:
+def _clamp(algebra: Algebra, x: Scalar, least: Scalar) -> Scalar:
     """Return a number between a bound and 1."""
     return algebra.call(Op.MIN, algebra.call(Op.MAX, x, least), algebra.one)
 

@@ -211,7 +211,7 @@ class PairTape:
             rows.append(row)
         return rows[0], rows[1]
 
-    def _shared(self, names: str = "ij") -> dict[str, Scalar]:
+    def _kernel_arguments(self, names: str = "ij") -> dict[str, Scalar]:
         """Return the arguments of both kernels of a pair, with differences of nearly equal numbers in exact form."""
         (i, j), call = self._rows(names), self._algebra.call
         one, zero = self._algebra.one, self._algebra.zero
@@ -267,7 +267,7 @@ class PairTape:
 
     def _pair(self) -> tuple[Ref, ...]:
         self.tape.blocks.append((len(self.tape.op), "a pair: sum and difference of wave vectors and frequencies"))
-        values = self._shared()
+        values = self._kernel_arguments()
         result = dict(zip(("Bp", "Xp", "Yp", "Zp"), self._kernel("sum", values, "s"), strict=True))
         result |= zip(("Bm", "Xm", "Ym", "Zm"), self._kernel("difference", values, "d"), strict=True)
         result |= {"w": values["w"], "Dx": self._algebra.zero, "Dy": self._algebra.zero}
@@ -275,7 +275,7 @@ class PairTape:
 
     def _degenerate(self) -> tuple[Ref, ...]:
         self.tape.blocks.append((len(self.tape.op), "a pair of equal frequencies: it drifts, and a part stands still"))
-        values = self._shared()
+        values = self._kernel_arguments()
         drift_x, drift_y, *still = self._kernel("degenerate", values, "d")
         result = dict(zip(("Bp", "Xp", "Yp", "Zp"), self._kernel("sum", values, "s"), strict=True))
         result |= dict(zip(("Xm", "Ym", "Zm"), still, strict=True))
@@ -284,7 +284,7 @@ class PairTape:
 
     def _own(self) -> tuple[Ref, ...]:
         self.tape.blocks.append((len(self.tape.op), "a component with itself: the kernel of a pair counts it twice"))
-        values = self._shared("ii")
+        values = self._kernel_arguments("ii")
         half = self._algebra.scalar(0.5)
         twice = [half * x for x in self._kernel("sum", values, "s")]
         Ch, Sh, k = values["Ch_i"], values["Sh_i"], values["k_i"]

@@ -163,7 +163,7 @@ class SteppedSea:
         empty = np.zeros(k.shape, dtype=complex)
         self._phi, self._rate, self._x, self._y = (empty.copy() for _ in range(4))
         if ramp is None:
-            self._phi, self._rate, self._x, self._y = self._of_pairs(self.time)
+            self._phi, self._rate, self._x, self._y = self._pair_sums(self.time)
 
     def step(self, size: float, steps: int = 1) -> None:
         """Step the sea in time.
@@ -303,7 +303,7 @@ class SteppedSea:
     def _labels(self, spectrum: Complex) -> Array:
         return np.asarray(np.fft.irfft2(spectrum, s=self._counts))
 
-    def _of_pairs(self, time: float) -> tuple[Complex, Complex, Complex, Complex]:
+    def _pair_sums(self, time: float) -> tuple[Complex, Complex, Complex, Complex]:
         """Return Phi, the rate of Phi, and the displacements along the plane by sums over pairs."""
         amplitudes = self._sea.bound_waves(time)
         places = np.concatenate(

@@ -190,7 +190,7 @@ def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, va
             report.add(f"{place}.amplitude", f"the amplitude {amplitude:.6g} m is negative [E1191]", "the phase + pi")
         if period <= 0.0:
             report.add(f"{place}.period", f"the period {period:.6g} s is not positive [E1238]", "period = 8")
-        elif not _of_water(f"{place}.period", period, report):
+        elif not _check_period(f"{place}.period", period, report):
             continue
         if not amplitude >= 0.0 or not period > 0.0 or math.isnan(heading + phase):
             continue
@@ -249,7 +249,7 @@ def _irregular(
     spreading = None if entry.spreading is None else _spreading(f"{key}.spreading", entry.spreading, heading, values)
     if spectrum is None or not 0.0 < low < high or report.concerns(f"{key}.spreading") or math.isnan(heading):
         return [], None
-    if not _of_water(f"{key}.spectrum", 2.0 * math.pi / spectrum.peak, report):
+    if not _check_period(f"{key}.spectrum", 2.0 * math.pi / spectrum.peak, report):
         return [], None
     if entry.variables and not _can_have_variables(f"{key}.variables", entry, report):
         return [], None
@@ -281,7 +281,7 @@ def _irregular(
     return rows, of_height / height if tunable and of_height is not None and height is not None else None
 
 
-def _of_water(key: str, period: float, report: Report) -> bool:
+def _check_period(key: str, period: float, report: Report) -> bool:
     """Return whether the period of waves, or the peak period of a spectrum, in s, is a period of water waves; report
     other periods."""
     shortest, longest = _PERIODS
