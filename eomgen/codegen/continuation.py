@@ -24,7 +24,7 @@ from eomgen.system.sparsity import packed_places, unpacked_places
 
 #: Three samples, of n, n + d and n + 2 d equal parts.
 Samples = tuple[Any, Any, Any]
-#: Returns the continuation of numbers that follow another rule than ``continued``, or None if there is none.
+#: Returns the continuation of numbers that follow another rule than ``extrapolate``, or None if there is none.
 Known = Callable[[Samples], Any]
 #: Numbers in texts: a number with decimals is not a count, but ``beam.7`` ends in one.
 _NUMBER = re.compile(r"((?<![A-Za-z_\d])\d+\.\d+(?:e[-+]?\d+)?|\d+)")
@@ -35,7 +35,7 @@ class IrregularSamples(Exception):  # no error: the caller derives all parts the
     """The samples differ by more than evenly growing integers and lists."""
 
 
-def continued(samples: Samples, number: int, known: Known = lambda _: None) -> Any:
+def extrapolate(samples: Samples, number: int, known: Known = lambda _: None) -> Any:
     """Return data of n + ``number`` d equal parts.
 
     Parameters
@@ -59,17 +59,17 @@ def continued(samples: Samples, number: int, known: Known = lambda _: None) -> A
         return _text(samples, number)
     if isinstance(first, list | tuple):
         if len(first) == len(second) == len(third):
-            items = [continued(items, number, known) for items in zip(first, second, third, strict=True)]
+            items = [extrapolate(items, number, known) for items in zip(first, second, third, strict=True)]
         else:
             items = _longer(samples, number, known)
         return kind(items)
     if isinstance(first, dict):
         if not first.keys() == second.keys() == third.keys():
             raise IrregularSamples("other keys")
-        return {key: continued((first[key], second[key], third[key]), number, known) for key in first}
+        return {key: extrapolate((first[key], second[key], third[key]), number, known) for key in first}
     if is_dataclass(first):
         values = {
-            item.name: continued(
+            item.name: extrapolate(
                 cast("Samples", tuple(getattr(sample, item.name) for sample in samples)), number, known
             )
             for item in fields(first)
@@ -89,7 +89,7 @@ def continued_sums(samples: tuple[Sequence[float], ...], number: int) -> list[fl
     Raises IrregularSamples.
     """
     rows = [np.array([[0.0, value] for value in sample]).reshape(-1, 2) for sample in samples]
-    made: list[float] = _joined(rows, number)[:, 1].tolist()
+    made: list[float] = _extrapolate_rows(rows, number)[:, 1].tolist()
     return made
 
 
@@ -102,7 +102,7 @@ def continued_integers(samples: tuple[NDArray[np.int64], ...], number: int) -> N
     if not growth:
         return samples[0] + (samples[1] - samples[0]) * number
     one_kind = [np.insert(sample, 0, 0, axis=1) for sample in samples]
-    return _joined(one_kind, number)[:, 1:]
+    return _extrapolate_rows(one_kind, number)[:, 1:]
 
 
 def _even(first: int, second: int, third: int) -> int:
@@ -154,7 +154,7 @@ def _longer(samples: Samples, number: int, known: Known) -> list[Any]:
         ).reshape(len(items), width + 1)
         for items in flat
     ]
-    made = _joined(rows, number)
+    made = _extrapolate_rows(rows, number)
     if (
         len(shapes) == 1
         and isinstance(only := next(iter(shapes)), tuple)
@@ -164,7 +164,7 @@ def _longer(samples: Samples, number: int, known: Known) -> list[Any]:
         rows_of_integers = made[:, 1 : len(only)].tolist()
         return rows_of_integers if only[0] is list else list(map(tuple, rows_of_integers))
     by_number = list(shapes)
-    return [_built(by_number[kind], iter(values)) for kind, *values in made.tolist()]
+    return [_build(by_number[kind], iter(values)) for kind, *values in made.tolist()]
 
 
 #: Rows of integers, or of numbers that grow evenly but for rounding.
@@ -181,7 +181,7 @@ def _same(one: _Table, other: _Table) -> NDArray[np.bool_]:
     return np.asarray(np.abs(one - other) <= slack)
 
 
-def _joined(rows: _Rows, number: int) -> _Table:
+def _extrapolate_rows(rows: _Rows, number: int) -> _Table:
     """Return the rows of n + ``number`` d parts.
 
     A list may grow in several places: one over the accelerations and the constraints of a chain grows in both.
@@ -189,7 +189,7 @@ def _joined(rows: _Rows, number: int) -> _Table:
     made = []
     while (growth := _even(*map(len, rows))) or len(rows[0]):
         try:
-            part, grown = rows, _grown(rows, growth, number)
+            part, grown = rows, _extrapolate_block(rows, growth, number)
         except IrregularSamples:
             part, grown = _first_section(rows, growth, number)
         made.append(grown)
@@ -208,13 +208,13 @@ def _first_section(rows: _Rows, growth: int, number: int) -> tuple[_Rows, _Table
         if alike > best:
             part = [row[: end + own * k] for k, row in enumerate(rows)]
             with contextlib.suppress(IrregularSamples):
-                made, best = (part, _grown(part, own, number)), alike
+                made, best = (part, _extrapolate_block(part, own, number)), alike
     if made is None:
         raise IrregularSamples("a list without a repeated part")
     return made
 
 
-def _grown(rows: _Rows, growth: int, number: int) -> _Table:
+def _extrapolate_block(rows: _Rows, growth: int, number: int) -> _Table:
     """Return the rows of n + ``number`` d parts, with one growing block."""
     if not growth:
         if _prefix(rows) < len(rows[0]):
@@ -324,7 +324,7 @@ class _Constant:
         return 0
 
 
-def _built(shape: Any, numbers: Iterator[int]) -> Any:
+def _build(shape: Any, numbers: Iterator[int]) -> Any:
     if shape is int:
         return next(numbers)
     kind, *parts = shape
@@ -334,8 +334,8 @@ def _built(shape: Any, numbers: Iterator[int]) -> Any:
         parts[1::2] = [part or str(next(numbers)) for part in parts[1::2]]
         return "".join(parts)
     if kind is dict:
-        return {key: _built(part, numbers) for key, part in parts}
-    built = [_built(part, numbers) for part in parts]
+        return {key: _build(part, numbers) for key, part in parts}
+    built = [_build(part, numbers) for part in parts]
     return kind(built) if kind in (list, tuple) else kind(*built)
 
 
@@ -345,16 +345,16 @@ def continued_program(programs: Sequence[Program], number: int, known: Known) ->
     Parameters
     ----------
     programs : of n, n + d and n + 2 d parts
-    known : as of ``continued``
+    known : as of ``extrapolate``
 
     Raises
     ------
     Irregular
     """
     plain = [
-        replace(program, patterns={}, initial_q=(), initial_v=(), method=_assembled(program)) for program in programs
+        replace(program, patterns={}, initial_q=(), initial_v=(), method=_assemble(program)) for program in programs
     ]
-    made = cast("Program", continued(cast("Samples", tuple(plain)), number, known))
+    made = cast("Program", extrapolate(cast("Samples", tuple(plain)), number, known))
     patterns = {}
     for name in programs[0].patterns:
         places = cast("Any", tuple(unpacked_places(program.patterns[name]).T for program in programs))
@@ -362,7 +362,7 @@ def continued_program(programs: Sequence[Program], number: int, known: Known) ->
     return replace(made, patterns=patterns)
 
 
-def _assembled(program: Program) -> Mapping[str, Any]:
+def _assemble(program: Program) -> Mapping[str, Any]:
     """Return the data of a Program's method with the assembly of the matrix as loops."""
     method = program.method
     return {**method, "solver": with_assembly(method["solver"])} if "solver" in method else method

@@ -119,10 +119,10 @@ def to_program(
         },
         factors=tuple(asdict(factor) for factor in system.factors),
         angles=system.angles,
-        parameters=_named(names, system.parameters, "p_"),
-        inputs=_named(names, system.inputs, "u_"),
-        states=_named(names, system.states, "z_"),
-        outputs=_named(names, system.outputs, "y_"),
+        parameters=_name_quantities(names, system.parameters, "p_"),
+        inputs=_name_quantities(names, system.inputs, "u_"),
+        states=_name_quantities(names, system.states, "z_"),
+        outputs=_name_quantities(names, system.outputs, "y_"),
         bodies=system.bodies,
         frames=system.frames,
         multipliers=system.multipliers,
@@ -270,10 +270,10 @@ def _constants(names: Names, system: System, wanted: Sequence[str]) -> tuple[Qua
     used = {abs(tape.constants[tape.a[node]]) for node in live if tape.op[node] is Op.CONST}
     first = {item.value: item for item in reversed(system.constants)}
     held = [item for item in system.constants if item.value in used and first[item.value] is item]
-    return _named(names, held, "")
+    return _name_quantities(names, held, "")
 
 
-def _named(names: Names, quantities: Sequence[Quantity], prefix: str) -> tuple[Quantity, ...]:
+def _name_quantities(names: Names, quantities: Sequence[Quantity], prefix: str) -> tuple[Quantity, ...]:
     return tuple(replace(item, member=names.member(item.name, prefix), value=float(item.value)) for item in quantities)
 
 

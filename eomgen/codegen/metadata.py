@@ -40,14 +40,14 @@ _OF_THE_TEXT = (
 def _without_tables(method: Mapping[str, Any]) -> dict[str, Any]:
     """Return a method without the tables of the linear system; sizes and counts remain."""
 
-    def left(data: Mapping[str, Any]) -> dict[str, Any]:
+    def scalars(data: Mapping[str, Any]) -> dict[str, Any]:
         return {
-            key: left(value) if isinstance(value, Mapping) else value
+            key: scalars(value) if isinstance(value, Mapping) else value
             for key, value in data.items()
             if isinstance(value, Mapping | str | int | float)
         }
 
-    return {key: left(value) if key == "solver" else value for key, value in method.items()}
+    return {key: scalars(value) if key == "solver" else value for key, value in method.items()}
 
 
 #: Numbers on the stack for each velocity and internal state, in the deepest calls of a stepper: copies of states, and

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eomgen.codegen.continuation import IrregularSamples, Samples, continued
+from eomgen.codegen.continuation import IrregularSamples, Samples, extrapolate
 from eomgen.codegen.program import Statement
 
 
@@ -35,7 +35,7 @@ def chain(count: int) -> dict[str, Any]:
 @given(st.integers(14, 20), st.integers(1, 3), st.integers(3, 40))
 def test_evenly_growing_data_are_continued(first: int, half: int, number: int) -> None:
     more = 2 * half  # the places have a period of two
-    assert continued(samples(chain, first, more), number) == chain(first + number * more)
+    assert extrapolate(samples(chain, first, more), number) == chain(first + number * more)
 
 
 @given(st.integers(6, 9), st.integers(1, 2), st.integers(3, 20), st.integers(0, 3), st.integers(0, 3))
@@ -43,7 +43,7 @@ def test_lists_keep_their_beginning_and_their_end(few: int, more: int, number: i
     def made(count: int) -> list[int]:
         return [100 - k for k in range(head)] + [5 * k + 3 for k in range(count)] + [k - count for k in range(tail)]
 
-    assert continued(samples(made, few, more), number) == made(few + number * more)
+    assert extrapolate(samples(made, few, more), number) == made(few + number * more)
 
 
 @given(st.integers(8, 12), st.integers(3, 20), st.integers(1, 3))
@@ -52,7 +52,7 @@ def test_lists_may_grow_in_several_places(few: int, number: int, rows: int) -> N
         accelerations = [2 * k + 5 * count for k in range(count)]
         return [*accelerations, *(3 * count - k for k in range(rows * count)), -1, *range(count)]
 
-    assert continued(samples(made, few, 1), number) == made(few + number)
+    assert extrapolate(samples(made, few, 1), number) == made(few + number)
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_lists_may_grow_in_several_places(few: int, number: int, rows: int) -> N
 )
 def test_other_data_are_refused(made: Callable[[int], Any]) -> None:
     with pytest.raises(IrregularSamples):
-        continued(samples(made, 8, 2), 5)
+        extrapolate(samples(made, 8, 2), 5)
 
 
 def test_numbers_of_another_rule_are_asked_for() -> None:
@@ -80,4 +80,4 @@ def test_numbers_of_another_rule_are_asked_for() -> None:
         return [0.1 * k for k in range(count)]
 
     known = {tuple(places(8)): places(30)}
-    assert continued(samples(places, 8, 2), 11, lambda three: known.get(tuple(three[0]))) == places(30)
+    assert extrapolate(samples(places, 8, 2), 11, lambda three: known.get(tuple(three[0]))) == places(30)

@@ -8,7 +8,7 @@ from itertools import groupby
 
 import pytest
 
-from eomgen.codegen.scheduling.paragraphs import REGISTERS, reordered
+from eomgen.codegen.scheduling.paragraphs import REGISTERS, reorder
 
 
 def most_waiting(order: Sequence[int], labels: Mapping[int, str], reads: Mapping[int, set[int]]) -> int:
@@ -46,7 +46,7 @@ def tree(branches: int, bodies: int, values: int) -> tuple[list[int], dict[int, 
 
 def test_a_branch_is_carried_out_and_back_before_the_next_begins() -> None:
     order, labels, reads = tree(branches=6, bodies=4, values=3)
-    found = reordered(paragraphs(order, labels), reads)
+    found = reorder(paragraphs(order, labels), reads)
     names = [labels[nodes[0]].split() for nodes in paragraphs(found, labels)]
     assert [branch for branch, _ in groupby(branch for _, branch, _ in names)] == list("012345")
     assert [body for kind, branch, body in names if (kind, branch) == ("force", "2")] == list("3210")
@@ -57,7 +57,7 @@ def test_a_branch_is_carried_out_and_back_before_the_next_begins() -> None:
 def test_functions_whose_values_fit_into_registers_keep_their_order() -> None:
     order, labels, reads = tree(branches=2, bodies=4, values=REGISTERS // 8)
     assert most_waiting(order, labels, reads) == REGISTERS
-    assert reordered(paragraphs(order, labels), reads) == order
+    assert reorder(paragraphs(order, labels), reads) == order
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -68,7 +68,7 @@ def test_operations_follow_what_they_read_and_paragraphs_stay_whole(seed: int) -
     reads = {node: {source.randrange(max(1, node - 150), node) for _ in range(2)} for node in order if node > 1}
     reads[1] = set()
     given = paragraphs(order, labels)
-    found = reordered(given, {node: [*operands, *operands, -node] for node, operands in reads.items()})
+    found = reorder(given, {node: [*operands, *operands, -node] for node, operands in reads.items()})
     place = {node: k for k, node in enumerate(found)}
     assert sorted(found) == order
     assert all(place[operand] < place[node] for node in order for operand in reads[node])

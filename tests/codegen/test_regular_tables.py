@@ -11,9 +11,9 @@ import pytest
 
 from eomgen.codegen.program import Statement
 from eomgen.codegen.scheduling.matrix_loops import added_products
-from eomgen.codegen.scheduling.stretches import counted, ranges, stretches
+from eomgen.codegen.scheduling.stretches import ranges, repeat_statements, stretches
 from eomgen.codegen.targets.c.printer import Printer
-from eomgen.codegen.targets.c.tables import Lookup, RowLookup, nonzeros, places_of_fronts, repeated
+from eomgen.codegen.targets.c.tables import Lookup, RowLookup, collapse, nonzeros, places_of_fronts
 from eomgen.codegen.targets.c.templates import environment
 
 #: Places of six entries in each of 40 elements, where the ends of the chain differ.
@@ -47,7 +47,7 @@ def printed(text: str, folder: Path) -> list[float]:
 @pytest.mark.parametrize("minus", [False, True])
 def test_loops_copy_from_the_same_places(places: list[int], minus: bool, tmp_path: Path) -> None:
     row: Any = ("row", "s", tuple(places))
-    loops = counted(len(places), COPY, (("neg", row) if minus else row,), (("row", 0, 3, 2),))
+    loops = repeat_statements(len(places), COPY, (("neg", row) if minus else row,), (("row", 0, 3, 2),))
     found = written(loops, 3 + 2 * len(places), tmp_path)
     assert found[3::2] == [-place if minus else place for place in places]
     assert set(found[:3] + found[4::2]) == {-0.5}
@@ -55,7 +55,7 @@ def test_loops_copy_from_the_same_places(places: list[int], minus: bool, tmp_pat
 
 def test_constants_of_elements_are_equal_ones_or_a_table(tmp_path: Path) -> None:
     values = [0.5, 0.5, *[number for _ in range(30) for number in (1.0, 1.0, 0.25)], 0.5]
-    loops = counted(len(values), COPY, (("numbers", tuple(values)),), (("row", 0, 0, 1),))
+    loops = repeat_statements(len(values), COPY, (("numbers", tuple(values)),), (("row", 0, 0, 1),))
     assert written(loops, len(values), tmp_path) == values
     assert len(loops) == 3
 
@@ -66,7 +66,7 @@ def test_long_loops_choose_between_ranges(tmp_path: Path) -> None:
     places = [40, 11, *range(50, 90, 2), 3]
     values = [0.5, *[1.0] * 21, 0.5]
     read = (("row", "s", tuple(places)), ("numbers", tuple(values)))
-    (loop,) = counted(len(places), whole, read, (("row", 0, 0, 1),))
+    (loop,) = repeat_statements(len(places), whole, read, (("row", 0, 0, 1),))
     assert [expression[0] for expression in loop[2]] == ["choice", "choice"]
     text = "\n".join(Printer({"s": "s[{}]"}, ["d"]).lines([Statement("repeat", loop)]))
     assert "r0 = s[k < 2 ? 40 - 29 * k : k < 22 ? 46 + 2 * k : 3];" in text
@@ -79,16 +79,16 @@ OF_TWO_LOOPS = [start + step * k for k in range(40) for start, step in ((7, 10),
 
 def test_what_two_loops_left_is_copied_loop_by_loop(tmp_path: Path) -> None:
     count = len(OF_TWO_LOOPS)
-    loops = counted(count, COPY, (("row", "s", tuple(OF_TWO_LOOPS)),), (("row", 0, 0, 1),))
+    loops = repeat_statements(count, COPY, (("row", "s", tuple(OF_TWO_LOOPS)),), (("row", 0, 0, 1),))
     assert written(loops, count, tmp_path) == OF_TWO_LOOPS
     assert len(loops) == 2
 
 
 def test_iterations_that_wait_for_others_keep_their_order() -> None:
     read = ("row", "w", tuple(OF_TWO_LOOPS))
-    (loop,) = counted(len(OF_TWO_LOOPS), COPY, (read,), (("row", "w", 100, 1),))
+    (loop,) = repeat_statements(len(OF_TWO_LOOPS), COPY, (read,), (("row", "w", 100, 1),))
     assert loop[2] == (read,)
-    assert len(counted(len(OF_TWO_LOOPS), COPY, (read,), (("row", "w", 2000, 1),))) == 2
+    assert len(repeat_statements(len(OF_TWO_LOOPS), COPY, (read,), (("row", "w", 2000, 1),))) == 2
 
 
 @pytest.mark.parametrize("gain", ["", "gain"])
@@ -111,7 +111,9 @@ def test_products_are_added_in_loops(gain: str, tmp_path: Path) -> None:
 
 def test_what_is_not_regular_keeps_its_table() -> None:
     row = ("row", "s", tuple(WILD))
-    assert counted(len(WILD), COPY, (row,), (("row", 0, 0, 1),)) == [(len(WILD), COPY, (row,), (("row", 0, 0, 1),))]
+    assert repeat_statements(len(WILD), COPY, (row,), (("row", 0, 0, 1),)) == [
+        (len(WILD), COPY, (row,), (("row", 0, 0, 1),))
+    ]
 
 
 def test_stretches_cover_all_rows_once() -> None:
@@ -157,28 +159,28 @@ def test_nonzeros_are_visited_in_order(rows: int, columns: int, tables: int, tmp
 def test_equal_items_at_equally_spaced_places_are_one() -> None:
     runs = [{"group": "SE3", "q": 7 * k, "v": 6 * k} for k in range(12)]
     runs[5] = {**runs[5], "group": "SO3"}
-    found = repeated([*runs, *({**run, "q": run["q"] + 90} for run in runs[6:])], ["group"], ["q", "v"])
+    found = collapse([*runs, *({**run, "q": run["q"] + 90} for run in runs[6:])], ["group"], ["q", "v"])
     assert [(run["group"], run["count"], run["q"]) for run in found] == [
         *(("SE3", 1, 7 * k) for k in range(5)),
         ("SO3", 1, 35),
         *(("SE3", 1, 7 * k) for k in range(6, 12)),
         *(("SE3", 1, 90 + 7 * k) for k in range(6, 12)),
     ]
-    (one,) = repeated([{"q": 4 + 7 * k, "v": 6 * k} for k in range(20)], [], ["q", "v"])
+    (one,) = collapse([{"q": 4 + 7 * k, "v": 6 * k} for k in range(20)], [], ["q", "v"])
     assert (one["count"], one["q"], one["v"]) == (20, "4 + 7 * k", "6 * k")
 
 
 def test_kinds_that_take_turns_are_one_after_the_other() -> None:
     """Positions and rotations of free bodies take turns; fewer than a loop is worth stay as they are."""
     pairs = [({"group": "R", "q": 7 * k + 4}, {"group": "SO3", "q": 7 * k}) for k in range(9)]
-    found = repeated([*(run for pair in pairs for run in pair), {"group": "R", "q": 90}], ["group"], ["q"])
+    found = collapse([*(run for pair in pairs for run in pair), {"group": "R", "q": 90}], ["group"], ["q"])
     assert [(run["group"], run["count"], run["q"]) for run in found] == [
         ("R", 9, "4 + 7 * k"),
         ("R", 1, 90),
         ("SO3", 9, "7 * k"),
     ]
     few = [run for pair in pairs[:7] for run in pair]
-    assert [run["group"] for run in repeated(few, ["group"], ["q"])] == ["R", "SO3"] * 7
+    assert [run["group"] for run in collapse(few, ["group"], ["q"])] == ["R", "SO3"] * 7
 
 
 def test_rows_of_fronts_count_where_they_are_regular() -> None:

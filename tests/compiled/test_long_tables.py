@@ -98,7 +98,7 @@ def test_every_byte_is_what_a_compiler_reads_of_it(tmp_path: Path) -> None:
     numbers += [-0.0, 5e-324, float.fromhex("0x1.fffffffffffffp1023"), 0.1] * LARGE
     rows = tuple(zip(*[iter(numbers[: 7 * (LARGE // 7 + 1)])] * 7, strict=True))
     (table,) = curve_tables([ProgramCurve("all", rows, "hold", 0.0, 0.0)])
-    assert table.packed and not table.shared
+    assert table.is_packed and not table.is_shared
     source, program = tmp_path / "bytes.c", tmp_path / "bytes"
     source.write_text(
         f"#include <stdio.h>\nstatic const unsigned char table[][{table.size}] = {{\n{table.text}\n}};\n"

@@ -49,7 +49,7 @@ class AccumulatedOutputs:
     nodes: dict[int, list[int]]
 
 
-def accumulated(tape: Tape, outputs: Sequence[Sequence[Ref]]) -> AccumulatedOutputs:
+def accumulate_maps(tape: Tape, outputs: Sequence[Sequence[Ref]]) -> AccumulatedOutputs:
     """Take the results of Maps out of the outputs if all used results of a Map are summands of outputs."""
     numbers = {
         number
@@ -159,7 +159,7 @@ def _additions(tape: Tape, number: int, summands: Sequence[Summand]) -> tuple[Ad
         kinds[column][element] = 2 * item.output + (item.sign < 0)
     pieces = _pieces(np.array([*places, *kinds], dtype=np.int64).T, width)
     if len(pieces) > _STRETCHES:
-        return _tabled(np.array(places, dtype=np.int64), np.array(kinds, dtype=np.int64))
+        return _tabulate(np.array(places, dtype=np.int64), np.array(kinds, dtype=np.int64))
     result: list[Addition] = []
     for first, end in pieces:
         groups: dict[tuple[int, int], list[tuple[int, int]]] = {}
@@ -173,7 +173,7 @@ def _additions(tape: Tape, number: int, summands: Sequence[Summand]) -> tuple[Ad
     return tuple(result)
 
 
-def _tabled(places: NDArray[np.int64], kinds: NDArray[np.int64]) -> tuple[Addition, ...] | None:
+def _tabulate(places: NDArray[np.int64], kinds: NDArray[np.int64]) -> tuple[Addition, ...] | None:
     """Return additions with tables of places (width, count); columns at a constant distance share a table."""
     if np.any(kinds != kinds[:, :1]):
         return None

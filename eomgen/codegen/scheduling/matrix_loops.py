@@ -11,7 +11,7 @@ from eomgen.base.data import dataclass
 from eomgen.codegen.program import Expression, Statement
 from eomgen.codegen.scheduling.rerolling import READ, rule
 from eomgen.codegen.scheduling.scheduler import schedule
-from eomgen.codegen.scheduling.stretches import counted
+from eomgen.codegen.scheduling.stretches import repeat_statements
 from eomgen.integrators.newton.matrix import WEIGHTS
 from eomgen.symbolic.tape import ZERO, Ref, Tape
 
@@ -90,7 +90,7 @@ def _written_out(solver: Mapping[str, Any]) -> list[Statement]:
     def product(factor: Expression, block: str, number: int) -> Expression:
         return ("MUL", factor, ("in", block, number))
 
-    def weighted(weight: int, value: Expression) -> Expression:
+    def apply_weight(weight: int, value: Expression) -> Expression:
         return value if weight == _ONE else ("MUL", ("in", "weights", weight), value)
 
     def total(summands: Sequence[Expression]) -> Expression:
@@ -101,13 +101,13 @@ def _written_out(solver: Mapping[str, Any]) -> list[Statement]:
         moved = total([product(("in", "numbers", number), "tangents", tangent) for number, tangent in row])
         result.append(Statement("out", (1, slot, moved)))
     for slot, entry in enumerate(solver["entries"]):
-        parts = [weighted(weight, ("in", "numbers", number)) for weight, number in entry["linear"]]
+        parts = [apply_weight(weight, ("in", "numbers", number)) for weight, number in entry["linear"]]
         value: Expression | None = total(parts) if parts else None
         for weight in sorted({weight for weight, _, _ in entry["products"]}):
             chosen = [(number, nonzero) for of, number, nonzero in entry["products"] if of == weight]
             terms = [product(("in", "numbers", number), "jacobian", nonzero) for number, nonzero in chosen]
             if value is not None:
-                value = ("SUB", value, weighted(weight, total(terms)))
+                value = ("SUB", value, apply_weight(weight, total(terms)))
             elif weight == _ONE:
                 value = ("neg", total(terms))
             else:
@@ -137,7 +137,7 @@ class _Loops:
             total = _sum_of_products(tape, shape[1]) if shape[0] == "moved" else _entry(tape, shape[1], shape[2], read)
             made = schedule(tape, [[total]], (READ,), part_limit=10**9, fill=False, reroll=False)
             target: Expression = ("row", members[0][1][0], *rule([index for _, (_, index) in members]))
-            data = counted(len(members), made.parts[0].statements, read, (target,))
+            data = repeat_statements(len(members), made.parts[0].statements, read, (target,))
             result += [Statement("repeat", item) for item in data]
         return result
 
@@ -153,7 +153,7 @@ def _entry(tape: Tape, linear: Sequence[int], products: Sequence[int], read: lis
     """Return sum of weight number - sum of weight (number nonzero of B); the weights are appended to ``read``."""
     inputs: dict[int, Ref] = {}
 
-    def weighted(weight: int, value: Ref) -> Ref:
+    def apply_weight(weight: int, value: Ref) -> Ref:
         if weight == _ONE:
             return value
         if weight not in inputs:
@@ -163,14 +163,14 @@ def _entry(tape: Tape, linear: Sequence[int], products: Sequence[int], read: lis
 
     total = ZERO
     for k, weight in enumerate(linear):
-        total = tape.add(total, weighted(weight, tape.input(READ, k)))
+        total = tape.add(total, apply_weight(weight, tape.input(READ, k)))
     sums: dict[int, Ref] = {}
     for k, weight in enumerate(products):
         number = len(linear) + 2 * k
         product = tape.mul(tape.input(READ, number), tape.input(READ, number + 1))
         sums[weight] = tape.add(sums.get(weight, ZERO), product)
     for weight, value in sums.items():
-        total = tape.sub(total, weighted(weight, value))
+        total = tape.sub(total, apply_weight(weight, value))
     return total
 
 
@@ -191,6 +191,6 @@ def added_products(terms: Sequence[tuple[int, int, int]], gain: str = "") -> tup
     if gain:
         read.append(("in", gain, 0))
         value = ("SUB", right, ("MUL", ("MUL", factor, number), component))
-    loops = counted(len(terms), (Statement("out", (0, 0, value)),), read, (("row", 0, *rows),))
+    loops = repeat_statements(len(terms), (Statement("out", (0, 0, value)),), read, (("row", 0, *rows),))
     is_table = len(loops) == 1 and any(isinstance(item, tuple) and len(item) == 3 for item in loops[0][2][:3])
     return () if is_table else tuple(Statement("repeat", data) for data in loops)

@@ -16,7 +16,7 @@ from itertools import accumulate, chain
 REGISTERS = 32
 
 
-def reordered(paragraphs: Sequence[Sequence[int]], reads: Mapping[int, Sequence[int]]) -> list[int]:
+def reorder(paragraphs: Sequence[Sequence[int]], reads: Mapping[int, Sequence[int]]) -> list[int]:
     """Return the operations with fewer values that wait between paragraphs, or in the given order if none is better.
 
     Parameters
@@ -84,19 +84,19 @@ class _Paragraphs:
         """Return the order of the paragraphs: before a paragraph the paragraphs that are needed, the last recorded
         first, and after a paragraph all by which no more values wait."""
         for last in range(len(self.done) - 1, -1, -1):
-            open_paragraphs = [(last, self._needed(last))]
+            open_paragraphs = [(last, self._pending_paragraphs(last))]
             while open_paragraphs:
                 number, needed = open_paragraphs[-1]
                 while needed and self.done[needed[-1]]:
                     needed.pop()
                 if needed:
-                    open_paragraphs.append((needed[-1], self._needed(needed[-1])))
+                    open_paragraphs.append((needed[-1], self._pending_paragraphs(needed[-1])))
                 else:
                     self._do(number)
                     open_paragraphs.pop()
         return self.order
 
-    def _needed(self, number: int) -> list[int]:
+    def _pending_paragraphs(self, number: int) -> list[int]:
         return sorted(other for other in self.earlier[number] if not self.done[other])
 
     def _do(self, number: int) -> None:

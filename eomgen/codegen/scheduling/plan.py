@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from itertools import accumulate, chain
 from typing import cast
 
-from eomgen.codegen.scheduling.paragraphs import reordered
+from eomgen.codegen.scheduling.paragraphs import reorder
 from eomgen.codegen.scheduling.rerolling import ARITY, RerolledLoop, operands
 from eomgen.codegen.scheduling.sharing import Stretch, find_stretches
 from eomgen.symbolic.map import Map
@@ -63,7 +63,7 @@ class Plan:
         self.head = {
             node: head for head, loop in self.loops.items() for iteration in loop.iterations for node in iteration
         }
-        self.stretches = self._shared(outputs, share=share)
+        self.stretches = self._share(outputs, share=share)
         numbers = {tape.a[node] for node in self.live if tape.op[node] is _MAP}
         joined = Map.together({number: cast("Map", tape.maps[number]) for number in sorted(numbers)})
         self.maps = {number: (loop, start) for loop, starts in joined for number, start in starts.items()}
@@ -87,7 +87,7 @@ class Plan:
         self.stores: dict[int, list[tuple[int, int, int]]] = {}
         self._count_stores(outputs)
 
-    def _shared(self, outputs: Sequence[Sequence[Ref]], *, share: bool) -> dict[int, Stretch]:
+    def _share(self, outputs: Sequence[Sequence[Ref]], *, share: bool) -> dict[int, Stretch]:
         """Return the shared stretches by their first operation: none in functions with loops."""
         if self.loops or self.added or not share:
             return {}
@@ -117,7 +117,7 @@ class Plan:
             else:
                 refs = [abs(ref) for member in self.group(node) for ref in operands(tape, member)]
                 reads[node] = [first_of(ref, ref) for ref in refs]
-        return reordered(paragraphs, reads)
+        return reorder(paragraphs, reads)
 
     def _cut(self, part_limit: int) -> dict[int, int]:
         """Set the number of parts, and return the part of each entry of ``order``."""

@@ -14,7 +14,7 @@ from types import MappingProxyType
 
 from eomgen.base.data import dataclass, field, replace
 from eomgen.codegen.program import NEST_LIMIT, PART_LIMIT, Addition, Expression, FunctionPart, Statement
-from eomgen.codegen.scheduling.accumulation import accumulated
+from eomgen.codegen.scheduling.accumulation import accumulate_maps
 from eomgen.codegen.scheduling.plan import Plan
 from eomgen.codegen.scheduling.rerolling import (
     READ,
@@ -31,7 +31,7 @@ from eomgen.codegen.scheduling.rerolling import (
 )
 from eomgen.codegen.scheduling.roles import Roles
 from eomgen.codegen.scheduling.sharing import NUMBER, Stretch
-from eomgen.codegen.scheduling.stretches import counted
+from eomgen.codegen.scheduling.stretches import repeat_statements
 from eomgen.symbolic.external import Call
 from eomgen.symbolic.map import Map
 from eomgen.symbolic.operations import Op
@@ -188,7 +188,7 @@ class Writer:
     def _emit_loops(
         self, count: int, statements: Sequence[Statement], read: Sequence[Expression], given: Sequence[Expression]
     ) -> None:
-        for data in counted(count, statements, read, given):
+        for data in repeat_statements(count, statements, read, given):
             self._emit("repeat", *data)
 
     def reserve(self, count: int) -> int:
@@ -667,12 +667,12 @@ def schedule(
     sample : of the longer scene whose loops are judged.
     """
 
-    apart = accumulated(tape, outputs)
+    apart = accumulate_maps(tape, outputs)
 
-    def rerolled(tape: Tape, live: Sequence[int]) -> list[RerolledLoop]:
+    def reroll_loops(tape: Tape, live: Sequence[int]) -> list[RerolledLoop]:
         return _worthwhile(tape, live, sample) if reroll else []
 
-    plan = Plan(tape, apart.outputs, part_limit, rerolled, apart.nodes, share=shared is not None)
+    plan = Plan(tape, apart.outputs, part_limit, reroll_loops, apart.nodes, share=shared is not None)
     made = [] if loops is None else loops
     curves = {} if curve_numbers is None else curve_numbers
     external = [] if calls is None else calls

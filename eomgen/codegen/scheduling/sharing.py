@@ -134,7 +134,7 @@ class _Search:
         distance = np.arange(len(self.live))[:, None] - self.places
         near = (self.places >= 0) & (distance <= _NEAR)
         kinds = np.where(near, distance, np.minimum(self.places, _BEFORE))
-        kinds = _ordered(kinds, self.commutative) - _ABSENT
+        kinds = _sort_operands(kinds, self.commutative) - _ABSENT
         code = self.op.astype(np.int64)
         for column in kinds.T:
             code = code * (_NEAR - _ABSENT + 1) + column
@@ -147,7 +147,7 @@ class _Search:
         for least in _OCCURRENCES:
             for length in sorted(ranks, reverse=True):
                 for starts in self._alike(ranks[length], length, least):
-                    repeats += self._placed(length, starts, least)
+                    repeats += self._free_windows(length, starts, least)
         return sorted(repeats, key=lambda item: item[1][0])
 
     def _ranks(self) -> dict[int, NDArray[np.int64]]:
@@ -172,7 +172,7 @@ class _Search:
         many = np.flatnonzero(np.diff(ends) >= least)
         return sorted((order[ends[k] : ends[k + 1]].tolist() for k in many), key=lambda group: group[0])
 
-    def _placed(self, length: int, windows: Sequence[int], least: int) -> Iterator[tuple[int, list[int]]]:
+    def _free_windows(self, length: int, windows: Sequence[int], least: int) -> Iterator[tuple[int, list[int]]]:
         """Yield the parts of a repeat with windows that do not overlap and are free, made as long as possible."""
         starts: list[int] = []
         for start in windows:
@@ -200,18 +200,18 @@ class _Search:
         places = self.places[begins[:, :, 0] + np.arange(length)]
         offsets = np.where(places < 0, places, np.maximum(places - begins, _BEFORE))
         commutative = self.commutative[starts[0] : starts[0] + length]
-        ordered = _ordered(offsets, commutative)
+        ordered = _sort_operands(offsets, commutative)
         cuts, begun = [], 0
         for offset in np.flatnonzero((ordered != ordered[0]).any(axis=(0, 2))).tolist():
             within = offsets[:, offset]
-            kinds = _ordered(np.where((within >= 0) & (within < begun), _BEFORE, within), commutative[offset])
+            kinds = _sort_operands(np.where((within >= 0) & (within < begun), _BEFORE, within), commutative[offset])
             if (kinds != kinds[0]).any():
                 cuts.append(offset)
                 begun = offset
         return cuts
 
 
-def _ordered(kinds: NDArray[np.int64], commutative: NDArray[np.bool_]) -> NDArray[np.int64]:
+def _sort_operands(kinds: NDArray[np.int64], commutative: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Return kinds of operands, in the last axis, in an order that is the same for both orders of a commutative
     operation."""
     return np.where(commutative[..., None], np.sort(kinds, axis=-1), kinds)
@@ -371,7 +371,7 @@ class _Signs:
             group.moved = [{} for _ in group.nodes]
         for _, number, occurrence in order:
             self._solve(self.groups[number], occurrence)
-        made = [self._made(group) for group in self.groups]
+        made = [self._make_stretches(group) for group in self.groups]
         return [made[number][occurrence] for _, number, occurrence in order]
 
     def _stored_sign(self, column: Sequence[int], occurrence: int) -> int:
@@ -454,7 +454,7 @@ class _Signs:
                 flips[offset, operand] = 1
         return 0
 
-    def _made(self, group: _Group) -> list[Stretch]:
+    def _make_stretches(self, group: _Group) -> list[Stretch]:
         """Return the occurrences of a group, with one body."""
         recorder = _Recorder(self.tape, group, self.negative)
         known = recorder.record()
@@ -546,11 +546,11 @@ class _Recorder:
         tape, first = self._tape, abs(column[0])
         if tape.op[first] is _CONST:
             values = [sign * tape.constants[tape.a[abs(ref)]] for ref, sign in zip(column, signs, strict=True)]
-            return self.kernel.constant(values[0]) if len(set(values)) == 1 else self._numbered(values)
+            return self.kernel.constant(values[0]) if len(set(values)) == 1 else self._number_input(values)
         value = known[self._offsets[first]] if first in self._offsets else self._column(tuple(map(abs, column)))
-        return self.kernel.mul(self._numbered(signs), value) if -1.0 in signs else value
+        return self.kernel.mul(self._number_input(signs), value) if -1.0 in signs else value
 
-    def _numbered(self, values: Sequence[float]) -> Ref:
+    def _number_input(self, values: Sequence[float]) -> Ref:
         """Return the input for a number of each occurrence."""
         key = tuple(values)
         if key not in self.numbers:
@@ -563,6 +563,6 @@ class _Recorder:
             place = self._group.columns[column]
             value = self.kernel.input(READ, place)
             signs = [-1.0 if factors >> place & 1 else 1.0 for factors in self._group.factors]
-            value = self.kernel.mul(self._numbered(signs), value) if -1.0 in signs else value
+            value = self.kernel.mul(self._number_input(signs), value) if -1.0 in signs else value
             self._read[column] = -value if column[0] in self._negative else value
         return self._read[column]

@@ -145,7 +145,7 @@ _FEW = 8
 MOST_RANGES = 4
 
 
-def counted(
+def repeat_statements(
     count: int, statements: Sequence[Statement], read: Sequence[Expression], given: Sequence[Expression]
 ) -> list[tuple[Any, ...]]:
     """Return the data of statements of kind ``repeat`` with the same effects in the same order as one with tables."""
@@ -155,7 +155,7 @@ def counted(
     if len(statements) > _FEW:
         return [(count, tuple(statements), tuple(map(_choice, read)), tuple(map(_choice, given)))]
     for order in _orders(count, read, given):
-        taken, stored = ([_ordered(expression, order) for expression in side] for side in (read, given))
+        taken, stored = ([_reorder(expression, order) for expression in side] for side in (read, given))
         varying = [expression for expression in (*taken, *stored) if _varies(expression)]
         moving = [_plain(expression)[0] == "row" for expression in varying]
         result = stretches([_column(expression, count) for expression in varying], moving)
@@ -195,15 +195,15 @@ def _orders(count: int, read: Sequence[Expression], given: Sequence[Expression])
             yield sorted(range(count), key=places.__getitem__)
 
 
-def _ordered(expression: Expression, order: Sequence[int]) -> Expression:
+def _reorder(expression: Expression, order: Sequence[int]) -> Expression:
     """Return an expression of iterations in another order."""
     if order == range(len(order)) or not _varies(expression):
         return expression
     plain = _plain(expression)
     if plain[0] == "numbers":
-        return _signed(expression, ("numbers", tuple(plain[1][k] for k in order)))
+        return _with_sign(expression, ("numbers", tuple(plain[1][k] for k in order)))
     places = _column(expression, len(order))
-    return _signed(expression, ("row", plain[1], tuple(places[k] for k in order)))
+    return _with_sign(expression, ("row", plain[1], tuple(places[k] for k in order)))
 
 
 def _plain(expression: Expression) -> tuple[Any, ...]:
@@ -236,7 +236,7 @@ def _column(expression: Expression, count: int) -> list[int]:
     return list(plain[2]) if len(plain) == 3 else [plain[2] + plain[3] * k for k in range(count)]
 
 
-def _signed(like: Expression, plain: Expression) -> Expression:
+def _with_sign(like: Expression, plain: Expression) -> Expression:
     """Return an expression with the minus that another has."""
     return ("neg", plain) if isinstance(like, tuple) and like[0] == "neg" else plain
 
@@ -249,8 +249,8 @@ def _within(expression: Expression, stretch: RowStretch) -> Expression:
     if plain[0] == "numbers":
         values = plain[1][stretch.start : stretch.start + stretch.period]
         if len({repr(value) for value in values}) == 1:
-            return _signed(expression, ("K", values[0]))
-        return _signed(expression, ("numbers" if stretch.count == 1 else "cells", values))
+            return _with_sign(expression, ("K", values[0]))
+        return _with_sign(expression, ("numbers" if stretch.count == 1 else "cells", values))
     places = _column(expression, stretch.stop)[stretch.start :]
     first = places[: stretch.period]
     inner = first[1] - first[0] if len(first) > 1 else 0
@@ -262,7 +262,7 @@ def _within(expression: Expression, stretch: RowStretch) -> Expression:
         rule = ("row", plain[1], first[0], step) if stretch.period == 1 else ("cell", plain[1], first[0], inner, step)
         if not is_even:
             rule = ("cell", plain[1], tuple(first), step)
-    return _signed(expression, rule)
+    return _with_sign(expression, rule)
 
 
 def _choice(expression: Expression) -> Expression:
@@ -276,6 +276,6 @@ def _choice(expression: Expression) -> Expression:
             if result and repr(result[-1][1]) == repr(value):
                 result.pop()
             result.append((end, value))
-        return _signed(expression, ("choice", "numbers", *result)) if len(result) <= MOST_RANGES else expression
+        return _with_sign(expression, ("choice", "numbers", *result)) if len(result) <= MOST_RANGES else expression
     result += ranges(plain[2])
-    return _signed(expression, ("choice", plain[1], *result)) if len(result) <= MOST_RANGES else expression
+    return _with_sign(expression, ("choice", plain[1], *result)) if len(result) <= MOST_RANGES else expression

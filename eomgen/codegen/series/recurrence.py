@@ -54,13 +54,13 @@ class Recurrence:
         self._known: dict[int, SeriesTerm] = {}
         self.rates: dict[str, list[SeriesTerm]] = {"q": self._terms(self._kinematic_rates())}
         if system.nz:
-            self.rates["z"] = self._terms(self._copied("internal_rate"))
+            self.rates["z"] = self._terms(self._copy("internal_rate"))
         if by_inverse:
             self.rates["v"] = _AffineAccelerations(
-                self.series, self.source, self._copied("residual"), self._given, self._known
-            ).solved(self._at_start("mass"), system.dof_parent)
+                self.series, self.source, self._copy("residual"), self._given, self._known
+            ).solve(self._at_start("mass"), system.dof_parent)
         else:
-            self.rates["v"] = self._terms(self._copied("forward_dynamics"))
+            self.rates["v"] = self._terms(self._copy("forward_dynamics"))
 
     def _time_functions(self) -> dict[InputSymbol, Ref]:
         """Return base motion and inputs as functions of time on the source tape; an input may be held instead."""
@@ -77,14 +77,14 @@ class Recurrence:
             bindings[InputSymbol("u", index)] = source.add(source.input("u", index), followed)
         return bindings
 
-    def _copied(self, name: str) -> list[Ref]:
+    def _copy(self, name: str) -> list[Ref]:
         return splice(self.source, self.system.tape, self.system.functions[name].refs, self._bindings, unrolled=True)
 
     def _terms(self, refs: Sequence[Ref]) -> list[SeriesTerm]:
         return record_series(self.series, self.source, refs, self._given, self._known)
 
     def _at_start(self, name: str) -> list[Ref]:
-        return splice(self.series.tape, self.source, self._copied(name), {})
+        return splice(self.series.tape, self.source, self._copy(name), {})
 
     def _kinematic_rates(self) -> list[Ref]:
         """Return dq/dt, by the numbers of q: v, 1/2 q (0, omega), and R(q) v of poses."""
@@ -169,7 +169,7 @@ class _AffineAccelerations:
             raise ValueError("the residual is not affine in the accelerations")
         return (first, second) if left else (second, first)
 
-    def solved(self, mass: Sequence[Ref], parents: Sequence[int]) -> list[SeriesTerm]:
+    def solve(self, mass: Sequence[Ref], parents: Sequence[int]) -> list[SeriesTerm]:
         """Return the accelerations, and complete the products with accelerations."""
         series = self.series
         solve = _TreeSolver(series, mass, parents)
@@ -184,34 +184,34 @@ class _AffineAccelerations:
         ]
         added: dict[int, SeriesTerm] = {}
         for node in self.order:
-            added[node] = self._added(node, accelerations, added)
+            added[node] = self._contribution(node, accelerations, added)
         for node, number in self.numbers.items():
             operands = [abs(ref) for ref in self.source.operands(node)]
             signs = [1 if ref > 0 else -1 for ref in self.source.operands(node)]
             if self.source.op[node] is Op.DIV:
                 whole = series.add(self.known[node], added[node])
-                series.close_product(number, self._signed(signs[1], self.known[operands[1]]), whole)
+                series.close_product(number, self._with_sign(signs[1], self.known[operands[1]]), whole)
                 continue
             carried, steady = (0, 1) if operands[0] in self.moved else (1, 0)
             whole = series.add(self.known[operands[carried]], added[operands[carried]])
             left, right_factor = (
-                self._signed(signs[carried], whole),
-                self._signed(signs[steady], self.known[operands[steady]]),
+                self._with_sign(signs[carried], whole),
+                self._with_sign(signs[steady], self.known[operands[steady]]),
             )
             series.close_product(number, left, right_factor)
         return accelerations
 
-    def _signed(self, sign: int, term: SeriesTerm) -> SeriesTerm:
+    def _with_sign(self, sign: int, term: SeriesTerm) -> SeriesTerm:
         return term if sign > 0 else self.series.negative(term)
 
-    def _added(self, node: int, accelerations: Sequence[SeriesTerm], added: dict[int, SeriesTerm]) -> SeriesTerm:
+    def _contribution(self, node: int, accelerations: Sequence[SeriesTerm], added: dict[int, SeriesTerm]) -> SeriesTerm:
         """Return the contribution of accelerations to a node."""
         source, series, tape = self.source, self.series, self.series.tape
         op = source.op[node]
         if op is Op.INPUT:
             return accelerations[source.inputs[source.a[node]].index]
         zero = SeriesTerm(ZERO, ZERO)
-        terms = [self._signed(1 if ref > 0 else -1, added.get(abs(ref), zero)) for ref in source.operands(node)]
+        terms = [self._with_sign(1 if ref > 0 else -1, added.get(abs(ref), zero)) for ref in source.operands(node)]
         if op in (Op.ADD, Op.SUB):
             return series.add(terms[0], terms[1] if op is Op.ADD else series.negative(terms[1]))
         steady = self._split(node, *(self._term(ref) for ref in source.operands(node)))[1]

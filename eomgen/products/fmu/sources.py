@@ -8,7 +8,7 @@ from typing import Any
 from eomgen.base.data import replace
 from eomgen.codegen.folder import MANIFEST
 from eomgen.codegen.program import Program
-from eomgen.codegen.targets.c.printer import folded
+from eomgen.codegen.targets.c.printer import wrap_text
 from eomgen.codegen.targets.c.target import generate_files
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.products.fmu.arrays import listed
@@ -45,7 +45,7 @@ def source_files(interface: Interface, derivatives: Mapping[str, Any] | None = N
     files = {name: text for name, text in written.items() if name not in ("main.c", "README.md", MANIFEST)}
     names = _context(interface, replace(program, functions=kept), derivatives)
     text = environment().get_template(f"fmu/fmi{interface.version}.c.jinja").render(**names)
-    files[wrapper_name(interface)] = folded(text)
+    files[wrapper_name(interface)] = wrap_text(text)
     files[f"{interface.identifier}_step.h"] = files.pop(f"{interface.identifier}_step.c")
     return {name: _EXACT + text if name.endswith(".c") else text for name, text in files.items()}
 

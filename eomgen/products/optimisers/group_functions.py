@@ -11,7 +11,7 @@ from functools import cache
 
 from eomgen.base.data import dataclass
 from eomgen.codegen.program import Statement
-from eomgen.codegen.targets.c.printer import BranchingPrinter, indented
+from eomgen.codegen.targets.c.printer import BranchingPrinter, indent_lines
 from eomgen.lie.algebra import TapeAlgebra, Value
 from eomgen.lie.groups import Group, group_named
 from eomgen.lie.kernels import GroupKernel
@@ -115,7 +115,7 @@ def group_function(name: str, group_name: str) -> GroupFunction:
         statements = [Statement("let", (number, operation)) for number, operation in kernel.statements()]
         statements += [Statement("out", (0, number, value)) for number, value in enumerate(kernel.results())]
         printer = BranchingPrinter({block: f"{block}[{{}}]" for block, _ in inputs}, ["out"])
-        return indented(printer.lines(statements), 1)
+        return indent_lines(printer.lines(statements), 1)
 
     bodies = body(values), body(list(first.values())), body(list(second.values()))
     full = f"{name}_{group_name.lower()}"

@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Mapping
 
 from eomgen.base.files import template_folder
-from eomgen.codegen.targets.c.printer import folded
+from eomgen.codegen.targets.c.printer import wrap_text
 from eomgen.integrators.stepper_layout import STEPPER_CDEF
 
 #: Signatures that are equal for all scenes, so that the generic wrapper is compiled once per machine.
@@ -21,7 +21,7 @@ int eomgen_call(int function, long count, const double *const *inputs, const lon
 def interface_header() -> str:
     """Return the header of the interface, which is the same for all models."""
     template = template_folder() / "c" / "interface" / "interface.h.jinja"  # has one name: no Jinja is needed
-    return folded(template.read_text(encoding="utf-8").replace("{{ declarations }}", INTERFACE_CDEF))
+    return wrap_text(template.read_text(encoding="utf-8").replace("{{ declarations }}", INTERFACE_CDEF))
 
 
 def fingerprint(files: Mapping[str, str]) -> str:

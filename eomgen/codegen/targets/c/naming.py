@@ -8,7 +8,7 @@ from functools import lru_cache
 
 from eomgen.codegen.program import Addition, Program, ProgramFunction, ProgramLoop, ProgramShared
 from eomgen.codegen.scheduling.stretches import ranges
-from eomgen.codegen.targets.c.tables import Lookup, RowLookup, chosen, moved, place
+from eomgen.codegen.targets.c.tables import Lookup, RowLookup, chosen, place, shift
 from eomgen.codegen.targets.target import Names
 from eomgen.errors import ModelError
 from eomgen.system.system import base_component
@@ -209,7 +209,7 @@ class CNames:
             parts += [f"real *{qualifier}{output.argument}" for output in function.outputs]
         return ", ".join(parts) or "void"
 
-    def forwarded(self, function: ProgramFunction) -> str:
+    def call_arguments(self, function: ProgramFunction) -> str:
         """Return the arguments with which a function calls another of the same inputs and outputs."""
         return ", ".join([*function.inputs, *(output.argument for output in function.outputs)])
 
@@ -257,7 +257,7 @@ class CNames:
         texts += [function.outputs[index].argument for index in part.outputs]
         return ", ".join(texts)
 
-    def unused(self, function: ProgramFunction) -> list[str]:
+    def unused_arguments(self, function: ProgramFunction) -> list[str]:
         """Return the input arguments that no part of a function reads."""
         if function.same_as:
             return []
@@ -391,7 +391,7 @@ class CNames:
         if item.starts:
             start = _lookup(f"start{_starts(items)[item.starts]}", item.starts).at("element")
             at_place = start if at_place == "0" else f"{start} + {at_place}"
-        target = f"r{item.output}[{moved(at_place, item.step, element)}]"
+        target = f"r{item.output}[{shift(at_place, item.step, element)}]"
         value = f"row[{at('column', item.columns)}]"
         lines = [f"for (j = 0; j < {len(item.columns)}; ++j)"]
         lines.append(f"    {target} = {target} {'+' if item.sign > 0 else '-'} {value};")

@@ -16,7 +16,7 @@ from typing import Any, cast
 from eomgen.base.data import dataclass, field
 from eomgen.codegen.program import Expression, Statement
 from eomgen.codegen.targets.c.naming import INNER, comment
-from eomgen.codegen.targets.c.tables import chosen, moved, place
+from eomgen.codegen.targets.c.tables import chosen, place, shift
 
 #: Characters in a line.
 WIDTH = 120
@@ -45,7 +45,7 @@ _KEPT = re.compile(r"const real (\w+) = (w\[\d+\] = )")
 _CLOSED = re.compile(r'"(?:[^"\\]|\\.)*"|/\*.*?\*/')
 
 
-def folded(text: str) -> str:
+def wrap_text(text: str) -> str:
     """Return C text with paragraphs of comments and signatures filled and no line longer than WIDTH, but for directives
     and texts that cannot be cut.
 
@@ -188,7 +188,7 @@ _SUM, _PRODUCT, _PREFIX, _ATOM = 1, 2, 3, 4
 _OPERATORS = {"ADD": (" + ", _SUM), "SUB": (" - ", _SUM), "MUL": (" * ", _PRODUCT), "DIV": (" / ", _PRODUCT)}
 
 
-def indented(lines: Sequence[str], depth: int) -> str:
+def indent_lines(lines: Sequence[str], depth: int) -> str:
     """Return lines as text, four spaces for each level, each line ended."""
     return "".join(f"{'    ' * depth}{line}\n" if line else "\n" for line in lines)
 
@@ -219,7 +219,7 @@ def counts(statement: Statement) -> bool:
     return statement.kind in _COUNTING and not (statement.kind == "circular" and statement.data[-1] == 1)
 
 
-def _joined(statement: Statement) -> int | None:
+def _line_key(statement: Statement) -> int | None:
     """Return the number of the output in which a statement stores zero, which neighbours in one line share, or None."""
     kind, data = statement.kind, statement.data
     is_zero = kind == "out" and data[2] == ("K", 0.0) and math.copysign(1.0, data[2][1]) > 0.0
@@ -374,7 +374,7 @@ class Printer:
     def lines(self, statements: Sequence[Statement]) -> list[str]:
         """Return statements as lines of C, without indentation."""
         lines: list[str] = []
-        for output, group in itertools.groupby(statements, _joined):
+        for output, group in itertools.groupby(statements, _line_key):
             if output is None:
                 lines += self._lines(group, first=not lines)
             else:
@@ -519,7 +519,7 @@ class Printer:
             if kind == "cell":
                 *first, step = rule
                 texts = [] if len(first) == 2 else [str(value) for value in first[0]]
-                return moved(table("int", texts, INNER) if texts else place(first[0], first[1], INNER), step)
+                return shift(table("int", texts, INNER) if texts else place(first[0], first[1], INNER), step)
             return place(rule[0], rule[1], "k") if len(rule) == 2 else table("int", [str(value) for value in rule[0]])
 
         def text(expression: Expression) -> str:

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from eomgen.codegen.program import Expression, ProgramFunction, Statement
 from eomgen.codegen.scheduling.matrix_loops import assembly
-from eomgen.codegen.targets.c.printer import BranchingPrinter, Printer, indented, number
+from eomgen.codegen.targets.c.printer import BranchingPrinter, Printer, indent_lines, number
 from eomgen.codegen.targets.c.tables import Lookup, offset
 from eomgen.integrators.newton.matrix import WEIGHTS
 
@@ -98,7 +98,7 @@ def stepper_names(program: StepperProgram) -> dict[str, Any]:
     if "form" in method:
         names |= _newton(program) | {
             "differ": calls.differ,
-            "copied": calls.copied,
+            "copy_parameters": calls.copy_parameters,
             "evaluate_residual": calls.residual,
         }
     if "room" in method:
@@ -126,7 +126,7 @@ def _linear_system(program: StepperProgram) -> dict[str, Any]:
     return {
         "solver": solver,
         "scaled": bool(solver["inertia"]),
-        "assembled": partial(_assembled, solver),
+        "assembled": partial(_assembly_text, solver),
         "partials": {name: f"work->numbers{offset(start)}" for name, (start, _) in solver["blocks"].items()},
         "entries_are_finite": f"{program.prefix}_finite(work->entries, {solver['nonzeros']})",
         **_elimination(program),
@@ -247,7 +247,7 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
             taken = "".join(f" - F[{slot}] * x{column}" for slot, column in reversed(row["upper"]))
             backward.append(f"const real x{k} = y{k} * F[{row['diagonal']}]{taken};")
         solution = [(column, f"x{k}") for k, column in reversed(list(enumerate(columns))) if column < un["size"]]
-        text = indented([*forward, *reversed(backward)], 1)
+        text = indent_lines([*forward, *reversed(backward)], 1)
         return {"unrolled": in_parts(made), "substitution": {"text": text, "solution": solution}}
     kinds = []
     for kind in data.get("kinds", ()):
@@ -337,13 +337,13 @@ def _kernels(method: Mapping[str, Any]) -> list[dict[str, Any]]:
                 "name": kernel["name"],
                 "description": kernel["description"],
                 "arguments": arguments,
-                "body": indented(printer.lines(statements), 1),
+                "body": indent_lines(printer.lines(statements), 1),
             }
         )
     return result
 
 
-def _assembled(solver: Mapping[str, Any]) -> dict[str, Any]:
+def _assembly_text(solver: Mapping[str, Any]) -> dict[str, Any]:
     """Return the ``text`` that assembles an iteration matrix, whether the assembly is ``looped``, and the
     ``workspace``."""
     made = assembly(solver)
@@ -354,7 +354,7 @@ def _assembled(solver: Mapping[str, Any]) -> dict[str, Any]:
         "jacobian": "jacobian[{}]",
     }
     inputs["weights"] = [f"c->{name}" for name in WEIGHTS]
-    text = indented(Printer(inputs, ["S", "w"]).lines(made.statements), 1)
+    text = indent_lines(Printer(inputs, ["S", "w"]).lines(made.statements), 1)
     return {"text": text, "looped": made.looped, "numbers": numbers, "workspace": made.workspace}
 
 
@@ -371,7 +371,7 @@ def _increment(method: Mapping[str, Any]) -> str:
             eta = ("in", "unknown", un["v"] + un["lam"] + row)
             values[column] = ("SUB", values[column], ("MUL", ("in", "jacobian", index), eta))
     printer = Printer({name: f"work->{name}[{{}}]" for name in ("unknown", "offset", "jacobian")}, ["work->increment"])
-    return indented(printer.lines([Statement("out", (0, i, value)) for i, value in enumerate(values)]), 1)
+    return indent_lines(printer.lines([Statement("out", (0, i, value)) for i, value in enumerate(values)]), 1)
 
 
 #: Arguments of calls of model functions by implicit steppers: the iterate.
@@ -453,7 +453,7 @@ class FunctionCalls:
         """Return the condition that two places hold other parameters of generalized-alpha."""
         return " || ".join(f"{left}{name} != {right}{name}" for name in self.program.method["parameters"])
 
-    def copied(self, left: str, right: str, indent: str) -> str:
+    def copy_parameters(self, left: str, right: str, indent: str) -> str:
         """Return the statements that copy these parameters."""
         return f"\n{indent}".join(f"{left}{name} = {right}{name};" for name in self.program.method["parameters"])
 

@@ -35,7 +35,7 @@ def offset(distance: int | str) -> str:
     return "" if distance in (0, "0") else f" + {distance}"
 
 
-def moved(first: str, step: int, counter: str = "k") -> str:
+def shift(first: str, step: int, counter: str = "k") -> str:
     """Return the text of a place that moves by a step with each count."""
     if step == 0:
         return first
@@ -114,7 +114,7 @@ class Lookup:
         if stretch.count == 1:
             return text
         step = self.values[stretch.start + stretch.period] - first[0]
-        return moved(text, step, f"({at} / {stretch.period})")
+        return shift(text, step, f"({at} / {stretch.period})")
 
     def declaration(self, depth: int = 1, note: str = "") -> str:
         """Return the lines that declare the tables read by ``at``, each ended; a ``note`` describes one table."""
@@ -205,9 +205,9 @@ def nonzeros(places: Sequence[Sequence[int]]) -> list[dict[str, Any]]:
             for k, name in enumerate(("row", "column"))
         }
         texts = {
-            name: moved(f"{name}[j]", after - before) for name, before, after in zip(tables, first, last, strict=True)
+            name: shift(f"{name}[j]", after - before) for name, before, after in zip(tables, first, last, strict=True)
         }
-        number = moved(place(stretch.start, 1, "j"), stretch.period if stretch.count > 1 else 0)
+        number = shift(place(stretch.start, 1, "j"), stretch.period if stretch.count > 1 else 0)
         result.append({"count": stretch.count, "period": stretch.period, "tables": tables, "number": number, **texts})
     return result
 
@@ -220,7 +220,7 @@ def places_of_fronts(fronts: Sequence[Sequence[int]]) -> list[str]:
     return [chosen([(end, place(start, step)) for end, start, step in column], "i") for column in columns]
 
 
-def repeated(items: Sequence[Mapping[str, Any]], kinds: Sequence[str], places: Sequence[str]) -> list[dict[str, Any]]:
+def collapse(items: Sequence[Mapping[str, Any]], kinds: Sequence[str], places: Sequence[str]) -> list[dict[str, Any]]:
     """Return items with ``count``, many of one kind at equally spaced places as one with places as texts of k.
 
     If kinds alternate, as positions and rotations of free bodies do, and fewer items result, items are sorted by kind.
@@ -233,12 +233,12 @@ def repeated(items: Sequence[Mapping[str, Any]], kinds: Sequence[str], places: S
     by_kind: dict[tuple[Any, ...], list[Mapping[str, Any]]] = {}
     for item in items:
         by_kind.setdefault(tuple(item[key] for key in kinds), []).append(item)
-    as_given = _repeated(items, kinds, places)
-    sorted_items = _repeated([item for alike in by_kind.values() for item in alike], kinds, places)
+    as_given = _collapse(items, kinds, places)
+    sorted_items = _collapse([item for alike in by_kind.values() for item in alike], kinds, places)
     return sorted_items if len(sorted_items) < len(as_given) else as_given
 
 
-def _repeated(items: Sequence[Mapping[str, Any]], kinds: Sequence[str], places: Sequence[str]) -> list[dict[str, Any]]:
+def _collapse(items: Sequence[Mapping[str, Any]], kinds: Sequence[str], places: Sequence[str]) -> list[dict[str, Any]]:
     result: list[dict[str, Any]] = []
     start = 0
     while start < len(items):
@@ -291,12 +291,12 @@ class CurveTable:
     curves: tuple[int, ...]
 
     @property
-    def packed(self) -> bool:
+    def is_packed(self) -> bool:
         """Whether the table is a file of bytes."""
         return len(self.rows) * len(self.rows[0]) >= LARGE
 
     @property
-    def shared(self) -> bool:
+    def is_shared(self) -> bool:
         """Whether several curves have this table."""
         return len(self.curves) > 1
 
@@ -310,11 +310,11 @@ class CurveTable:
         """Lines of the initializer, row by row."""
         data = np.array(self.rows, dtype="<f8").view(np.uint8)
         together = max(1, _TOGETHER // data.shape[1])
-        parts = [_escaped(data[first : first + together]) for first in range(0, len(data), together)]
+        parts = [_escape(data[first : first + together]) for first in range(0, len(data), together)]
         return b"\n".join(parts).decode("ascii")
 
 
-def _escaped(data: npt.NDArray[np.uint8]) -> bytes:
+def _escape(data: npt.NDArray[np.uint8]) -> bytes:
     """Return rows of bytes as texts of C, each in lines of at most ``_LINE`` bytes, and a comma after each row.
 
     All characters are laid out at places of equal width, and then zeros, which no text has, are deleted.

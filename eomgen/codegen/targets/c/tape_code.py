@@ -69,7 +69,7 @@ def on_tape(program: Program) -> tuple[Program, TapeCode]:
     """
     tape = TapeCode()
     numbered = enumerate(program.functions)
-    functions = tuple(_coded(program, function, number, tape) or function for number, function in numbered)
+    functions = tuple(_encode(program, function, number, tape) or function for number, function in numbered)
     place = {function.name: number for number, function in enumerate(functions)}
     for number, function in enumerate(functions):
         if function.same_as and place[function.same_as] in tape.heads:
@@ -102,7 +102,7 @@ def _as_data(function: ProgramFunction, number: int) -> ProgramFunction:
     return replace(function, parts=(part,))
 
 
-def _coded(program: Program, function: ProgramFunction, number: int, tape: TapeCode) -> ProgramFunction | None:
+def _encode(program: Program, function: ProgramFunction, number: int, tape: TapeCode) -> ProgramFunction | None:
     """Return a function as runs of the engine, or None if the function remains C."""
     if function.name == "base" or function.same_as:
         return None
@@ -133,34 +133,34 @@ def _without_calls(program: Program, function: ProgramFunction) -> ProgramFuncti
         first = _last_local(part.statements)
         statements: list[Statement] = []
         for statement in part.statements:
-            statements += _inlined(program, statement, first) if statement.kind == "share" else [statement]
+            statements += _inline(program, statement, first) if statement.kind == "share" else [statement]
         parts.append(replace(part, statements=tuple(statements)))
     return replace(function, parts=tuple(parts))
 
 
-def _inlined(program: Program, call: Statement, first: int) -> Iterator[Statement]:
+def _inline(program: Program, call: Statement, first: int) -> Iterator[Statement]:
     """Yield the statements of a shared stretch for one call; local values are numbered after ``first``."""
     number, places, outputs, numbers = call.data
     text = program.shared[number]
     targets = iter(places[text.reads :])
     places_of = [[next(targets) for _ in range(size)] for size in text.results]
 
-    def moved(expression: Expression) -> Expression:
+    def renumber(expression: Expression) -> Expression:
         if isinstance(expression, int):
             return expression + first if expression > 0 else expression - first
         if expression[0] == "in":
             return ("w", places[expression[2]]) if expression[1] == READ else ("K", numbers[expression[2]])
-        return expression if expression[0] == "K" else (expression[0], *map(moved, expression[1:]))
+        return expression if expression[0] == "K" else (expression[0], *map(renumber, expression[1:]))
 
     for kind, data in ((statement.kind, statement.data) for statement in text.statements):
         if kind == "let":
-            yield Statement(kind, (data[0] + first, moved(data[1])))
+            yield Statement(kind, (data[0] + first, renumber(data[1])))
         elif kind == "sincos":
-            yield Statement(kind, (data[0] + first, data[1] + first, moved(data[2])))
+            yield Statement(kind, (data[0] + first, data[1] + first, renumber(data[2])))
         elif kind == "out" and data[0] == 0:
-            yield Statement("save", (places_of[0][data[1]], moved(data[2])))
+            yield Statement("save", (places_of[0][data[1]], renumber(data[2])))
         elif kind == "out":
-            yield Statement(kind, (outputs[data[0] - 1], places_of[data[0]][data[1]], moved(data[2])))
+            yield Statement(kind, (outputs[data[0] - 1], places_of[data[0]][data[1]], renumber(data[2])))
         elif kind != "label":
             raise ValueError(f"no code for a statement of kind {kind!r} of a shared stretch")
 

@@ -25,7 +25,7 @@ from eomgen.codegen.scheduling.rerolling import READ
 from eomgen.codegen.scheduling.sharing import NUMBER
 from eomgen.codegen.targets.c.interface import fingerprint, interface_header
 from eomgen.codegen.targets.c.naming import CNames, comment, local_names
-from eomgen.codegen.targets.c.printer import NumberTable, Printer, counts, folded, indented, number
+from eomgen.codegen.targets.c.printer import NumberTable, Printer, counts, indent_lines, number, wrap_text
 from eomgen.codegen.targets.c.stepper import stepper_names
 from eomgen.codegen.targets.c.tables import curve_tables
 from eomgen.codegen.targets.c.tape_code import FUNCTIONS, OPERATIONS, functions_of_data
@@ -73,18 +73,18 @@ def plan_files(program: Program, limit: int = FILE_LIMIT, later: Collection[str]
     limit = max(limit, min(2 * limit, total // _MANY_FILES))
     loops, shared = set(range(len(program.loops))), set(range(len(program.shared)))
     if not later:
-        return _planned(program, [], program.functions, sorted(loops), sorted(shared), total, limit)
+        return _plan_files(program, [], program.functions, sorted(loops), sorted(shared), total, limit)
     early = [function for function in program.functions if function.name not in later]
     parts = [part for function in (*early, *program.series) for part in function.parts]
-    used = list(_used([*parts, *([program.base_of_step] if program.base_of_step else [])]))
+    used = list(_called_bodies([*parts, *([program.base_of_step] if program.base_of_step else [])]))
     of_runs = {kind: {number for other, number in used if other == kind} for kind in ("loop", "share")}
-    files = _planned(program, [], early, sorted(of_runs["loop"]), sorted(of_runs["share"]), total, limit)
+    files = _plan_files(program, [], early, sorted(of_runs["loop"]), sorted(of_runs["share"]), total, limit)
     rest = [function for function in program.functions if function.name in later]
     loops, shared = loops - of_runs["loop"], shared - of_runs["share"]
-    return [*files, *_planned(program, files, rest, sorted(loops), sorted(shared), total, limit)]
+    return [*files, *_plan_files(program, files, rest, sorted(loops), sorted(shared), total, limit)]
 
 
-def _used(parts: Iterable[FunctionPart]) -> Iterator[tuple[str, int]]:
+def _called_bodies(parts: Iterable[FunctionPart]) -> Iterator[tuple[str, int]]:
     """Yield the kind ``loop`` or ``share``, and the number, of the loops and shared stretches that parts call."""
     for part in parts:
         for item in part.statements:
@@ -92,7 +92,7 @@ def _used(parts: Iterable[FunctionPart]) -> Iterator[tuple[str, int]]:
                 yield "share" if item.kind == "share" else "loop", item.data[0]
 
 
-def _planned(
+def _plan_files(
     program: Program,
     before: Sequence[SourceFile],
     functions: Sequence[ProgramFunction],
@@ -219,7 +219,7 @@ class _Context:
         entries = [float(number_) for column in columns for number_ in column]
         return "" if table is None or not entries else f"&{table.name}[{table.first_of(entries)}]"
 
-    def declared(self, name: str) -> str:
+    def declaration(self, name: str) -> str:
         """Return the declaration of the numbers of a function whose text was printed before."""
         table = self.number_tables.get(name)
         if table is None or not table.values:
@@ -236,7 +236,7 @@ class _Context:
     def numbers_of(self, function: ProgramFunction, part: int) -> str:
         """Return the declaration of the numbers of one part."""
         self.body(function, part)
-        return self.declared(_of_part(function, part))
+        return self.declaration(_part_name(function, part))
 
     def _body(self, function: ProgramFunction, part: int) -> str:
         outputs = (
@@ -248,10 +248,10 @@ class _Context:
         names = local_names(function.parts[part].names, taken)
         macros = self.c.constant_macros()
         own = function.name in self.program.function_names  # other functions belong to a stepper, which lanes translate
-        numbers = self.numbers(_of_part(function, part)) if own else None
+        numbers = self.numbers(_part_name(function, part)) if own else None
         texts, prefix, places = self.c.input_texts(), self.program.prefix, self.c.place_type
         printer = Printer(texts, outputs, prefix, constants=macros, names=names, numbers=numbers, place_type=places)
-        return indented([*declared, *printer.lines(statements)], 1)
+        return indent_lines([*declared, *printer.lines(statements)], 1)
 
     def base_of_step(self) -> str:
         """Return the statements of the base's components that the equations of a step read, into the workspace."""
@@ -262,14 +262,14 @@ class _Context:
         targets = [f"work->base.{members[component]}" for component in self.program.base_read]
         names, macros = local_names(part.names, {"p", "t", "work"}), self.c.constant_macros()
         printer = Printer(self.c.input_texts(), [targets], self.program.prefix, constants=macros, names=names)
-        return indented(printer.lines(part.statements), 1)
+        return indent_lines(printer.lines(part.statements), 1)
 
     def kernel(self, loop: ProgramLoop, number_: int) -> str:
         """Return the results of one element of a loop, which counts from 1."""
         printer = Printer(self.c.loop_inputs(loop), self.c.loop_outputs(loop), numbers=self.numbers(f"loop{number_}"))
-        return indented(printer.lines(loop.statements), 3 if loop.lanes > 1 else 2)
+        return indent_lines(printer.lines(loop.statements), 3 if loop.lanes > 1 else 2)
 
-    def shared(self, text: ProgramShared, number_: int) -> str:
+    def shared_statements(self, text: ProgramShared, number_: int) -> str:
         """Return the statements of a shared stretch, which counts from 1."""
         inputs: dict[str, str | Sequence[str]] = {READ: "w[at[{}]]", NUMBER: "K(k[{}])"}
         names, place, outputs = self.c.shared_outputs(text), text.reads, list[Sequence[str]]()
@@ -278,7 +278,7 @@ class _Context:
             place += size
         macros, numbers = self.c.constant_macros(), self.numbers(f"shared{number_}")
         printer = Printer(inputs, outputs, self.program.prefix, constants=macros, numbers=numbers)
-        return indented(printer.lines(text.statements), 1)
+        return indent_lines(printer.lines(text.statements), 1)
 
     def file(self, name: str, template: str) -> tuple[str, str]:
         """Return the name and the text of a file that may be written before the functions are scheduled."""
@@ -300,14 +300,14 @@ class _Context:
                 split=len(self.files) > 1,
                 body=self.body,
                 numbers_of=self.numbers_of,
-                declared=self.declared,
+                declaration=self.declaration,
                 value=self.value,
                 values=self.values,
                 apart=self.apart,
                 hidden=_HIDDEN,
                 take_tables=_TAKE_TABLES,
                 kernel=self.kernel,
-                shared=self.shared,
+                shared_statements=self.shared_statements,
                 base_of_step=self.base_of_step(),
                 tables=self.tables,
                 tape=self.tape,
@@ -315,7 +315,7 @@ class _Context:
                 **extra,
             )
         )
-        return text if template in _NOT_FOLDED else folded(text)
+        return text if template in _NOT_FOLDED else wrap_text(text)
 
 
 def generate_files(program: Program, *, file_limit: int = FILE_LIMIT) -> dict[str, str]:
@@ -452,7 +452,7 @@ def written_in_two(program: Program, bytecode: Path, ready: Mapping[str, str] = 
     context = _context_of_library(program, bytecode, apart=True, later=program.later, ready=ready)
     early: dict[str, str] = {}
 
-    def of_runs() -> Iterator[tuple[str, str]]:
+    def run_files() -> Iterator[tuple[str, str]]:
         yield from _sources(context)
         yield _numbers(context)
         yield from _interface(context, "", program.later).items()
@@ -465,7 +465,7 @@ def written_in_two(program: Program, bytecode: Path, ready: Mapping[str, str] = 
         yield from _interface(context, "").items()
 
     straight = _straight(program, context.files)
-    return LibraryInTwo(LibraryTexts(context, of_runs(), early), LibraryTexts(context, whole(), {}), straight)
+    return LibraryInTwo(LibraryTexts(context, run_files(), early), LibraryTexts(context, whole(), {}), straight)
 
 
 def _context_of_library(
@@ -493,7 +493,7 @@ def _numbers(context: _Context) -> tuple[str, str]:
     return f"{context.program.prefix}_numbers.c", text
 
 
-def _of_part(function: ProgramFunction, part: int) -> str:
+def _part_name(function: ProgramFunction, part: int) -> str:
     return f"{function.name}_part{part + 1}" if len(function.parts) > 1 else function.name
 
 
@@ -537,10 +537,10 @@ def _sources(context: _Context) -> Iterator[tuple[str, str]]:
         yield f"{prefix}_step.c", context.render("c/controller/step.c.jinja")
     if program.curves:
         yield f"{prefix}_curves.c", context.render("c/model/curves.c.jinja", snap=SNAP, edge=EDGE)
-    if any(table.packed for table in context.tables):
+    if any(table.is_packed for table in context.tables):
         yield f"{prefix}_tables.c", context.render("c/model/tables.c.jinja")
     if program.external:
-        yield f"{prefix}_external.c", context.render("c/model/external.c.jinja", **_of_external(program))
+        yield f"{prefix}_external.c", context.render("c/model/external.c.jinja", **_external_context(program))
     for source in program.sources:
         text = source.text if source.text.endswith("\n") else f"{source.text}\n"
         yield source.name, context.render("c/model/user_source.c.jinja", source=source) + text
@@ -565,7 +565,7 @@ def _later_sources(context: _Context) -> Iterator[tuple[str, str]]:
             yield f"{file.name}.c", context.render("c/model/model.c.jinja", file=file)
 
 
-def _of_external(program: Program) -> dict[str, Any]:
+def _external_context(program: Program) -> dict[str, Any]:
     """Return the declarations of external functions, and the names in C of the functions that call these, by label."""
     prototypes = dict.fromkeys(text for source in program.sources for text in source.prototypes)
     labels = list(dict.fromkeys(item.label for item in program.external))
@@ -591,7 +591,7 @@ def _documents(context: _Context, files: Mapping[str, str], mark: str) -> dict[s
     return {**readme, MANIFEST: manifest(program, whole, fingerprint=mark, compile=command, **kind)}
 
 
-def rendered(program: Program, templates: Mapping[str, str], **extra: object) -> dict[str, str]:
+def render_files(program: Program, templates: Mapping[str, str], **extra: object) -> dict[str, str]:
     """Return the files of a Program with a header and steps that are not mechanics': functions, and files by given
     templates.
 

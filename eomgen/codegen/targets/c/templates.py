@@ -20,8 +20,8 @@ from eomgen.base.files import belongs_to_others, make_private_folder, template_f
 from eomgen.base.version import __version__
 from eomgen.codegen.scheduling.matrix_loops import added_products
 from eomgen.codegen.targets.c.naming import c_string, comment, file_name
-from eomgen.codegen.targets.c.printer import Printer, indented, number
-from eomgen.codegen.targets.c.tables import Lookup, integers, nonzeros, offset, place, places_of_fronts, repeated
+from eomgen.codegen.targets.c.printer import Printer, indent_lines, number
+from eomgen.codegen.targets.c.tables import Lookup, collapse, integers, nonzeros, offset, place, places_of_fronts
 from eomgen.integrators.families.register import family_named
 from eomgen.symbolic.operations import NAMES
 from eomgen.system.description import LARGEST_ANGLE
@@ -126,7 +126,7 @@ def environment() -> jinja2.Environment:
     env.globals["lookup"] = Lookup
     env.globals["integers"] = integers
     env.globals["place"] = place
-    env.globals["repeated"] = repeated
+    env.globals["collapse"] = collapse
     env.globals["nonzeros"] = nonzeros
     env.globals["products"] = _products
     env.globals["places_of_fronts"] = places_of_fronts
@@ -143,4 +143,4 @@ def _products(rows: Sequence[Mapping[str, Any]], name: str, vector: str) -> str:
     """Return loops that add a matrix times a vector to ``right``, empty if a table of the entries is as short."""
     terms = [(row["row"], number, column) for row in rows for number, column, _ in row[name]]
     inputs = {"right": "right[{}]", "numbers": "w[{}]", "vector": f"{vector}[{{}}]", "gain": ["gain"]}
-    return indented(Printer(inputs, ["right"]).lines(added_products(terms, "" if name == "M" else "gain")), 1)
+    return indent_lines(Printer(inputs, ["right"]).lines(added_products(terms, "" if name == "M" else "gain")), 1)

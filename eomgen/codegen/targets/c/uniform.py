@@ -63,7 +63,7 @@ class Uniform:
         return [block for block in _DRIVERS["input_rates"] if block in given or block in self._read]
 
     @cached_property
-    def filled(self) -> list[str]:
+    def scene_arrays(self) -> list[str]:
         """Arrays that the scene may fill; the base is a struct."""
         names = self.program.function_names
         drivers = [block for block in ("u", "base_rates") if {"u": "inputs"}.get(block, block) in names]
@@ -79,7 +79,7 @@ class Uniform:
     @cached_property
     def from_caller(self) -> list[str]:
         """Arrays that only the caller can give."""
-        own = {"p", "t", *self.filled, *(["base"] if "base" in self.program.function_names else [])}
+        own = {"p", "t", *self.scene_arrays, *(["base"] if "base" in self.program.function_names else [])}
         return [block for block in self._read if block not in own and self.sizes[INPUT_BLOCKS.index(block)]]
 
     @staticmethod
@@ -108,7 +108,7 @@ class Uniform:
         return [f"out + {first}" if first else "out" for _, first in self.places(function)]
 
     @staticmethod
-    def given(driver: ProgramFunction) -> list[str]:
+    def driver_arrays(driver: ProgramFunction) -> list[str]:
         """Return the arrays that a function of the scene fills."""
         return [f"own->{output.name}" for output in driver.outputs]
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.targets.c.interface import INTERFACE_CDEF
-from eomgen.codegen.targets.c.target import compile_command, generate_interface, rendered
+from eomgen.codegen.targets.c.target import compile_command, generate_interface, render_files
 from eomgen.formula.evaluate import symbols
 from eomgen.integrators.families.adaptive import AFTER_FAILURE, MOST_GROWTH, MOST_REDUCTION, MOST_STEPS, SAFETY
 from eomgen.lie.product import Factor
@@ -189,14 +189,14 @@ def folder_files(document: Hamiltonian, program: Program, method: Method) -> dic
     }
     files = _files_with(program, "main.c", **extra)
     command = compile_command(program, sorted(name for name in files if name.endswith(".c")))
-    return files | rendered(program, {"README.md": "fields/hamiltonian/README.md.jinja"}, **extra, command=command)
+    return files | render_files(program, {"README.md": "fields/hamiltonian/README.md.jinja"}, **extra, command=command)
 
 
 def _files_with(program: Program, last: str, **extra: Any) -> dict[str, str]:
     """Return the header, the steps, and the file that calls the steps."""
     names = {f"{program.prefix}.h": "header.h", f"{program.prefix}_steps.c": "steps.c", last: last}
     templates = {name: f"fields/hamiltonian/{template}.jinja" for name, template in names.items()}
-    return rendered(program, templates, **extra)
+    return render_files(program, templates, **extra)
 
 
 def _extra(document: Hamiltonian) -> dict[str, Any]:

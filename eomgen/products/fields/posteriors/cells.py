@@ -20,7 +20,7 @@ from eomgen.base.threads import share
 from eomgen.codegen.program import NEST_LIMIT
 from eomgen.codegen.scheduling.scheduler import schedule
 from eomgen.codegen.targets.c.naming import local_names
-from eomgen.codegen.targets.c.printer import Printer, folded, indented
+from eomgen.codegen.targets.c.printer import Printer, indent_lines, wrap_text
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.errors import DescriptionError, ModelError, Problem
 from eomgen.products.fields.documents.entries import cell_formula
@@ -252,12 +252,12 @@ def source(energy: CellEnergy, made: CellTape, fields: Sequence[str], data: Sequ
     def body(refs: Sequence[Ref], targets: Sequence[str]) -> str:
         plan = schedule(made.tape, [refs], ("f", "d", "j"), 10**9, NEST_LIMIT, fill=False, reroll=False)
         names = local_names(plan.parts[0].names, _TAKEN)
-        return indented(Printer(inputs, [list(targets)], names=names).lines(plan.parts[0].statements), 2)
+        return indent_lines(Printer(inputs, [list(targets)], names=names).lines(plan.parts[0].statements), 2)
 
     results = [f"r[{k}]" for k in range(len(fields))]
     text = environment().get_template("fields/cells.c.jinja")
     idle = made.idle
-    return folded(
+    return wrap_text(
         text.render(
             formula=energy.formula,
             single=single and not idle,

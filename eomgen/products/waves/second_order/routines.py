@@ -12,7 +12,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.codegen.program import NEST_LIMIT
 from eomgen.codegen.scheduling.scheduler import schedule
-from eomgen.codegen.targets.c.printer import Printer, folded, indented
+from eomgen.codegen.targets.c.printer import Printer, indent_lines, wrap_text
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.products.waves.second_order.pairs import COLUMNS, OWN, Case, Dispersion, PairTape, gravity_waves
 from eomgen.symbolic.tape import Ref, Tape
@@ -61,7 +61,7 @@ def statements(
     targets : places of the results
     """
     plan = schedule(tape, [refs], tuple(inputs), 10**9, NEST_LIMIT, fill=False, reroll=False)
-    return indented(Printer(inputs, [targets]).lines(plan.parts[0].statements), depth)
+    return indent_lines(Printer(inputs, [targets]).lines(plan.parts[0].statements), depth)
 
 
 def sources(case: Case, dispersion: Dispersion = gravity_waves) -> tuple[str, str]:
@@ -110,7 +110,7 @@ def sources(case: Case, dispersion: Dispersion = gravity_waves) -> tuple[str, st
             geometry=geometry_of(case.spread),
         )
     )
-    return folded(coefficients), folded(sums)
+    return wrap_text(coefficients), wrap_text(sums)
 
 
 @dataclass(frozen=True)

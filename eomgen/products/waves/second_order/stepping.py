@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass
-from eomgen.codegen.targets.c.printer import folded
+from eomgen.codegen.targets.c.printer import wrap_text
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.compositions import Composition, composition_named
@@ -95,7 +95,7 @@ def source(plane: bool) -> str:
     text = environment().get_template("waves/forcing.c.jinja")
     case = "two horizontal directions" if plane else "one horizontal direction"
     body = statements(tape, refs, inputs, targets, 2)
-    return folded(text.render(case=case, fields=names, given=given_of(plane), body=body))
+    return wrap_text(text.render(case=case, fields=names, given=given_of(plane), body=body))
 
 
 @functools.cache
