@@ -175,10 +175,10 @@ _Rows = Sequence[_Table]
 _ROUNDING = 1e-13
 
 
-def _same(one: _Table, other: _Table) -> NDArray[np.bool_]:
+def _same(first: _Table, second: _Table) -> NDArray[np.bool_]:
     """Return whether integers are equal, or numbers but for rounding."""
-    slack = 0 if one.dtype == np.int64 else _ROUNDING * np.maximum(np.abs(one), np.abs(other))
-    return np.asarray(np.abs(one - other) <= slack)
+    slack = 0 if first.dtype == np.int64 else _ROUNDING * np.maximum(np.abs(first), np.abs(second))
+    return np.asarray(np.abs(first - second) <= slack)
 
 
 def _extrapolate_rows(rows: _Rows, number: int) -> _Table:
@@ -193,7 +193,7 @@ def _extrapolate_rows(rows: _Rows, number: int) -> _Table:
         except IrregularSamples:
             part, grown = _first_section(rows, growth, number)
         made.append(grown)
-        rows = [row[len(own) :] for row, own in zip(rows, part, strict=True)]
+        rows = [row[len(taken) :] for row, taken in zip(rows, part, strict=True)]
     return np.concatenate(made)
 
 
@@ -203,12 +203,12 @@ def _first_section(rows: _Rows, growth: int, number: int) -> tuple[_Rows, _Table
     end = _prefix(rows)
     best = 0
     made: tuple[_Rows, _Table] | None = None
-    for own in range(1, growth):
-        alike = _prefix([row[end + own * k :] for k, row in enumerate(rows)])
+    for size in range(1, growth):
+        alike = _prefix([row[end + size * k :] for k, row in enumerate(rows)])
         if alike > best:
-            part = [row[: end + own * k] for k, row in enumerate(rows)]
+            part = [row[: end + size * k] for k, row in enumerate(rows)]
             with contextlib.suppress(IrregularSamples):
-                made, best = (part, _extrapolate_block(part, own, number)), alike
+                made, best = (part, _extrapolate_block(part, size, number)), alike
     if made is None:
         raise IrregularSamples("a list without a repeated part")
     return made
@@ -277,11 +277,11 @@ def _repeats(rows: _Rows, start: int, growth: int) -> bool:
 
 def _rule(rows: _Rows, start: int, growth: int) -> tuple[_Table, _Table, _Table]:
     """Return base, step and rate: block b of sample k is base + step b + rate k."""
-    own, one, two = (
+    base, left, right = (
         sample[start + block * growth : start + (block + 1) * growth]
         for sample, block in ((rows[1], 0), (rows[2], 0), (rows[2], 1))
     )
-    return 2 * own - one, two - one, one - own
+    return 2 * base - left, right - left, left - base
 
 
 def _flat(value: Any) -> tuple[Hashable, list[int]]:

@@ -24,12 +24,12 @@ def reorder(paragraphs: Sequence[Sequence[int]], reads: Mapping[int, Sequence[in
     paragraphs : the operations of each paragraph; operations read earlier ones.
     reads : the operations and leaves that each operation reads.
     """
-    given = _Paragraphs(paragraphs, reads)
+    graph = _Paragraphs(paragraphs, reads)
     order = list(range(len(paragraphs)))
-    before = given.waiting(order)
+    before = graph.waiting(order)
     if before > REGISTERS:
-        other = given.depth_first()
-        order = other if given.waiting(other) < before else order
+        by_depth = graph.depth_first()
+        order = by_depth if graph.waiting(by_depth) < before else order
     return list(chain.from_iterable(paragraphs[number] for number in order))
 
 
@@ -45,12 +45,12 @@ class _Paragraphs:
 
     def __init__(self, paragraphs: Sequence[Sequence[int]], reads: Mapping[int, Sequence[int]]) -> None:
         self.of = {node: number for number, nodes in enumerate(paragraphs) for node in nodes}
-        own = self.of.get
+        home = self.of.get
         self.readers: dict[int, set[int]] = {}
         for number, nodes in enumerate(paragraphs):
             for node in nodes:
                 for operand in reads[node]:
-                    if own(operand, number) != number:
+                    if home(operand, number) != number:
                         self.readers.setdefault(operand, set()).add(number)
         count = len(paragraphs)
         self.earlier: list[set[int]] = [set() for _ in range(count)]
@@ -97,25 +97,25 @@ class _Paragraphs:
         return self.order
 
     def _pending_paragraphs(self, number: int) -> list[int]:
-        return sorted(other for other in self.earlier[number] if not self.done[other])
+        return sorted(earlier for earlier in self.earlier[number] if not self.done[earlier])
 
     def _do(self, number: int) -> None:
         """Append a paragraph, and all that can be done by now and let no more values wait."""
         ready = [number]
         while ready:
-            own = ready.pop()
-            if self.done[own]:
+            first = ready.pop()
+            if self.done[first]:
                 continue
-            self.done[own] = True
-            self.order.append(own)
-            changed = set(self.later[own])
-            for other in changed:
-                self.missing[other] -= 1
-            for value in self.read[own]:
+            self.done[first] = True
+            self.order.append(first)
+            changed = set(self.later[first])
+            for later in changed:
+                self.missing[later] -= 1
+            for value in self.read[first]:
                 self.left[value] -= 1
                 if self.left[value] == 1:
-                    (reader,) = [other for other in self.readers[value] if not self.done[other]]
+                    (reader,) = [later for later in self.readers[value] if not self.done[later]]
                     self.growth[reader] -= 1
                     changed.add(reader)
-            free = [other for other in changed if not self.missing[other] and self.growth[other] <= 0]
-            ready += sorted(free, key=lambda other: (-self.growth[other], -other))
+            free = [later for later in changed if not self.missing[later] and self.growth[later] <= 0]
+            ready += sorted(free, key=lambda later: (-self.growth[later], -later))

@@ -110,8 +110,8 @@ def _codes(tape: Tape, nodes: Sequence[int]) -> NDArray[np.uint64]:
         return ref < 0
 
     def key(node: int) -> tuple[object, ...]:
-        own = node if tape.op[node] is _CURVE else 0  # the number of a curve is not an operand
-        return (tape.op[node], own, *map(kind, operands(tape, node)))
+        curve = node if tape.op[node] is _CURVE else 0  # the number of a curve is not an operand
+        return (tape.op[node], curve, *map(kind, operands(tape, node)))
 
     return np.array([numbers.setdefault(key(node), len(numbers)) for node in nodes], dtype=np.uint64)
 
@@ -174,11 +174,11 @@ def _alike(tape: Tape, nodes: NDArray[np.int64]) -> NDArray[np.bool_]:
     arity = np.array([ARITY[tape.op[node]] for node in nodes[0]])
     result = np.ones(count, dtype=bool)
     flat = nodes.ravel().tolist()
-    for number, given in enumerate((tape.a, tape.b, tape.c)):
+    for number, column in enumerate((tape.a, tape.b, tape.c)):
         taken = arity > number
         if not np.any(taken):
             break
-        refs = np.abs(np.array([given[node] for node in flat], dtype=np.int64).reshape(count, period)[:, taken])
+        refs = np.abs(np.array([column[node] for node in flat], dtype=np.int64).reshape(count, period)[:, taken])
         inside = (refs >= low) & (refs < low + len(position))
         at = np.where(inside, position[np.where(inside, refs - low, 0)], -1)
         local = np.where(at // period == np.arange(count)[:, np.newaxis], at % period, -1)

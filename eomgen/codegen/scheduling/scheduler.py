@@ -425,8 +425,8 @@ class _Scheduler(LoopWriter):
 
     def _sine_and_cosine(self, node: int) -> None:
         tape = self.tape
-        (other,) = self.plan.members[node]
-        sine, cosine = (node, other) if tape.op[node] is Op.SIN else (other, node)
+        (member,) = self.plan.members[node]
+        sine, cosine = (node, member) if tape.op[node] is Op.SIN else (member, node)
         (argument,), _ = self._take((tape.a[sine],))
         self.expressions[sine], self.expressions[cosine] = self._local(sine), self._local(cosine)
         self._emit("sincos", self.locals - 1, self.locals, argument)
@@ -445,8 +445,8 @@ class _Scheduler(LoopWriter):
             return
         angles = []
         for node in leaders:
-            (other,) = self.plan.members[node]
-            sine, cosine = (node, other) if tape.op[node] is Op.SIN else (other, node)
+            (member,) = self.plan.members[node]
+            sine, cosine = (node, member) if tape.op[node] is Op.SIN else (member, node)
             self.expressions[sine], self.expressions[cosine] = self._local(sine), self._local(cosine)
             angles.append((self.locals - 1, self.locals, self._leaf(tape.a[sine])))
         self._emit("angles", tuple(angles))
@@ -496,9 +496,9 @@ class _Scheduler(LoopWriter):
         self.label = self.tape.label(node)
         self._gather(loop.gathered, first)
         outputs = sorted({item.output for item in additions})
-        own = tuple(replace(item, output=outputs.index(item.output)) for item in additions)
+        places = tuple(replace(item, output=outputs.index(item.output)) for item in additions)
         self.open.outputs |= set(outputs)
-        self._emit("add", self._loop_number(RunLoop(loop, own)), first, tuple(outputs))
+        self._emit("add", self._loop_number(RunLoop(loop, places)), first, tuple(outputs))
 
     def _loop_number(self, run: RunLoop) -> int:
         """Return the number of a loop in the Program; equal loops are one."""

@@ -122,9 +122,9 @@ class _Search:
         position[nodes] = np.arange(len(live))
         arity = np.array(ARITY)[every[nodes]]
         self.places = np.full((len(live), 3), _ABSENT)
-        for number, given in enumerate((tape.a, tape.b, tape.c)):
+        for number, column in enumerate((tape.a, tape.b, tape.c)):
             rows = np.flatnonzero(arity > number)
-            refs = np.array([given[live[row]] for row in rows.tolist()], dtype=np.int64)
+            refs = np.array([column[live[row]] for row in rows.tolist()], dtype=np.int64)
             self.places[rows, number] = position[np.abs(refs)]
         self.codes = self._codes()
         self.taken = np.array([node in self.fixed for node in live], dtype=bool)
@@ -322,9 +322,9 @@ class _Signs:
         op = tape.op
         partner: list[dict[int, int]] = [{} for _ in group.nodes]
         for offset, first in enumerate(group.nodes[0]):
-            own = _terms(tape, first)
-            met_first = [abs(ref) for ref in own]
-            taken = [[ref] for ref in own]
+            terms = _terms(tape, first)
+            met_first = [abs(ref) for ref in terms]
+            taken = [[ref] for ref in terms]
             kinds = [place(node, 0) for node in met_first]
             for occurrence in range(1, len(group.nodes)):
                 others = _terms(tape, group.nodes[occurrence][offset])
@@ -350,9 +350,9 @@ class _Signs:
         tape, owner, home = self.tape, self.owner, self.home
         exported: list[set[int]] = [set() for _ in self.groups]
         for node in self.live:
-            own = home.get(node, 0)
+            here = home.get(node, 0)
             for ref in tape.operands(node) if tape.op[node] is Op.MAP else operands(tape, node):
-                if home.get(abs(ref), own) != own:
+                if home.get(abs(ref), here) != here:
                     number, _, offset = owner[abs(ref)]
                     exported[number].add(offset)
         for group, offsets in zip(self.groups, exported, strict=True):

@@ -40,9 +40,9 @@ def targets() -> dict[str, Target]:
 
 def target_named(name: str) -> Target:
     """Return a target by name. Raises UsageError with the nearest names."""
-    own = next((target for target in BUILT_IN if target.name == name), None)
-    if own is not None:
-        return own
+    known = next((target for target in BUILT_IN if target.name == name), None)
+    if known is not None:
+        return known
     if name not in targets():
         if absent := fault_of_absent(str(name)):
             raise UsageError(

@@ -585,6 +585,6 @@ class BranchingPrinter(Printer):
 
     def _print(self, expression: Expression) -> tuple[str, int]:
         if not isinstance(expression, int) and expression[0] == "SELECT":
-            condition, chosen, other = (self._print(operand)[0] for operand in expression[1:])
-            return f"({condition} != K(0.0) ? {chosen} : {other})", _ATOM
+            condition, chosen, rest = (self._print(operand)[0] for operand in expression[1:])
+            return f"({condition} != K(0.0) ? {chosen} : {rest})", _ATOM
         return super()._print(expression)

@@ -268,12 +268,12 @@ def in_parts(rows: Sequence[Mapping[str, Any]]) -> list[list[Mapping[str, Any]]]
     limit = _PART if sum(statements) > _WHOLE else _WHOLE
     parts: list[list[Mapping[str, Any]]] = [[]]
     taken = 0
-    for row, own in zip(rows, statements, strict=True):
-        if parts[-1] and taken + own > limit:
+    for row, count in zip(rows, statements, strict=True):
+        if parts[-1] and taken + count > limit:
             parts.append([])
             taken = 0
         parts[-1].append(row)
-        taken += own
+        taken += count
     return parts
 
 
@@ -288,10 +288,10 @@ def _forward_with_sources(
 ) -> list[str]:
     """Return the statements of a row: sources f on links, source n of the row, and the whole row y."""
     lines = []
-    for column, given, earlier in row["sources"]:
-        own = [f"{'-' if given < 0 else ''}r[{abs(given) - 1}]"] if given else []
+    for column, source, earlier in row["sources"]:
+        entry = [f"{'-' if source < 0 else ''}r[{abs(source) - 1}]"] if source else []
         left = [f"(F[{upper[e][column]}] * f{e}_{k} - F[{upper[e][k]}] * f{e}_{column})" for e in earlier]
-        lines.append(f"const real f{k}_{column} = {' + '.join(own + left)};")
+        lines.append(f"const real f{k}_{column} = {' + '.join(entry + left)};")
     taken = ""
     for slot, e in row["lower"]:
         if data["groups"][e] == data["groups"][k] >= 0:

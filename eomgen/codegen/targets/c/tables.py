@@ -45,8 +45,8 @@ def shift(first: str, step: int, counter: str = "k") -> str:
 def chosen(ranges: Sequence[tuple[int, str]], counter: str = "k") -> str:
     """Return a choice between texts by ranges of a counter, each with an end."""
     text = ranges[-1][1]
-    for end, other in reversed(ranges[:-1]):
-        text = f"{counter} < {end} ? {other} : {text}"
+    for end, choice in reversed(ranges[:-1]):
+        text = f"{counter} < {end} ? {choice} : {text}"
     return text
 
 

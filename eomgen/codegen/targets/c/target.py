@@ -77,7 +77,7 @@ def plan_files(program: Program, limit: int = FILE_LIMIT, later: Collection[str]
     early = [function for function in program.functions if function.name not in later]
     parts = [part for function in (*early, *program.series) for part in function.parts]
     used = list(_called_bodies([*parts, *([program.base_of_step] if program.base_of_step else [])]))
-    of_runs = {kind: {number for other, number in used if other == kind} for kind in ("loop", "share")}
+    of_runs = {kind: {number for name, number in used if name == kind} for kind in ("loop", "share")}
     files = _plan_files(program, [], early, sorted(of_runs["loop"]), sorted(of_runs["share"]), total, limit)
     rest = [function for function in program.functions if function.name in later]
     loops, shared = loops - of_runs["loop"], shared - of_runs["share"]
@@ -247,8 +247,10 @@ class _Context:
         taken = {*function.inputs, *(output.argument for output in function.outputs)}
         names = local_names(function.parts[part].names, taken)
         macros = self.c.constant_macros()
-        own = function.name in self.program.function_names  # other functions belong to a stepper, which lanes translate
-        numbers = self.numbers(_part_name(function, part)) if own else None
+        known = (
+            function.name in self.program.function_names
+        )  # other functions belong to a stepper, which lanes translate
+        numbers = self.numbers(_part_name(function, part)) if known else None
         texts, prefix, places = self.c.input_texts(), self.program.prefix, self.c.place_type
         printer = Printer(texts, outputs, prefix, constants=macros, names=names, numbers=numbers, place_type=places)
         return indent_lines([*declared, *printer.lines(statements)], 1)

@@ -76,8 +76,8 @@ class TemplateBytecode(jinja2.BytecodeCache):
 def kept_bytecode(*further: Path) -> TemplateBytecode:
     """Return the bytecode in the folder of the templates, as Python keeps the bytecode of modules, if Python may keep
     any; in further folders if that folder cannot be written."""
-    own = () if sys.dont_write_bytecode else (template_folder() / "__pycache__",)
-    return TemplateBytecode(*own, *further)
+    folder = () if sys.dont_write_bytecode else (template_folder() / "__pycache__",)
+    return TemplateBytecode(*folder, *further)
 
 
 #: Under ``family/<name>/`` templates are found in the folder of a family, which may be in another distribution.

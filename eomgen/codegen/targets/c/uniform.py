@@ -59,8 +59,8 @@ class Uniform:
     def rates(self) -> list[str]:
         """Time derivatives of inputs that functions read or the scene gives."""
         names = self.program.function_names
-        given = {o.name for o in self.program.function("input_rates").outputs} if "input_rates" in names else set()
-        return [block for block in _DRIVERS["input_rates"] if block in given or block in self._read]
+        driven = {o.name for o in self.program.function("input_rates").outputs} if "input_rates" in names else set()
+        return [block for block in _DRIVERS["input_rates"] if block in driven or block in self._read]
 
     @cached_property
     def scene_arrays(self) -> list[str]:
@@ -79,8 +79,8 @@ class Uniform:
     @cached_property
     def from_caller(self) -> list[str]:
         """Arrays that only the caller can give."""
-        own = {"p", "t", *self.scene_arrays, *(["base"] if "base" in self.program.function_names else [])}
-        return [block for block in self._read if block not in own and self.sizes[INPUT_BLOCKS.index(block)]]
+        filled = {"p", "t", *self.scene_arrays, *(["base"] if "base" in self.program.function_names else [])}
+        return [block for block in self._read if block not in filled and self.sizes[INPUT_BLOCKS.index(block)]]
 
     @staticmethod
     def bit(block: str) -> str:
