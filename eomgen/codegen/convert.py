@@ -258,7 +258,7 @@ def _base_of_step(
 def _curve(curve: CurveLike) -> ProgramCurve:
     breaks, coefficients = curve.breaks.tolist(), curve.coefficients.tolist()
     rows = [(start, *row) for start, row in zip(breaks, [*coefficients, [0.0] * len(coefficients[0])], strict=True)]
-    return ProgramCurve(curve.name, tuple(rows), curve.outside, *curve.held)
+    return ProgramCurve(curve.name, tuple(rows), curve.outside, *curve.end_values)
 
 
 def _constants(names: Names, system: System, wanted: Sequence[str]) -> tuple[Quantity, ...]:

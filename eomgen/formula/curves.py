@@ -138,7 +138,7 @@ class Curve:
         return _quintic(self.x, self.y, self.outside, smooth_ends=self.smooth_ends)
 
     @property
-    def held(self) -> tuple[float, float]:
+    def end_values(self) -> tuple[float, float]:
         """Values before the first and after the last point, if the curve holds the values of its ends."""
         return float(self.y[0]), float(self.y[-1])
 

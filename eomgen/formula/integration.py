@@ -206,7 +206,7 @@ class Integration:
             velocity = displacement = 0.0
         formula = product(Number(scale), Application(made, argument))
         end = (last - start) / slope
-        onward = curve.held[1] if curve.outside == "hold" and not corrected and end < self.duration else 0.0
+        onward = curve.end_values[1] if curve.outside == "hold" and not corrected and end < self.duration else 0.0
         return SecondIntegral(formula, velocity, displacement, end, correction, error, onward)
 
     def _of_periodic(self, curve: Curve, argument: Formula, slope: float, start: float) -> SecondIntegral:
@@ -335,7 +335,7 @@ def _second_integral(curve: Curve, start: float, name: str, *, corrected: bool) 
 
 def _held(curve: Curve, start: float, *, corrected: bool) -> _Rates:
     """Return the polynomials of a curve with the pieces before its first point and after its last point."""
-    first, last = curve.held
+    first, last = curve.end_values
     breaks, coefficients = curve.breaks, curve.coefficients
     constants = np.zeros((1, coefficients.shape[1]))
     if start < curve.start:

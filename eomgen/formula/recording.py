@@ -149,7 +149,7 @@ def waves(algebra: Algebra, curve: Waves, argument: Scalar, derivative: int = 0)
 
     Angle addition puts phases, and constants that the argument adds, into the two amplitudes of a harmonic. So roads
     with the same frequencies along the same argument (tracks of other seeds, wheels that follow, slopes) have the
-    shared cosines and sines of their loops, which are joined when the C is made (``Map.joined``).
+    shared cosines and sines of their loops, which are joined when the C is made (``Map.join``).
     """
     along, scale, shift = _affine(algebra.tape, argument.ref)
     rows = []

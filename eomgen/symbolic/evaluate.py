@@ -69,7 +69,7 @@ class Evaluation:
             elif op is _MAP:
                 if a[node] not in kernels:  # results of a Map have the same operands: one visit keeps this linear
                     repetition = cast("Map | Call", tape.maps[a[node]])
-                    for ref in repetition.gathered:
+                    for ref in repetition.references:
                         self._slot(ref)
                     kernels[a[node]] = (
                         None if isinstance(repetition, Call) else Evaluation(repetition.kernel, repetition.kernel_refs)

@@ -106,7 +106,7 @@ class Call:
         return self.function.label
 
     @property
-    def gathered(self) -> tuple[Ref, ...]:
+    def references(self) -> tuple[Ref, ...]:
         """References that the call reads, in the order of the operands."""
         return self.operands
 
@@ -124,12 +124,12 @@ class Call:
         """Count the call as one function."""
         return Counts(functions=1, statements=1)
 
-    def joined(self, other: object) -> None:
+    def join(self, other: object) -> None:
         """Return no joint call: each call is alone."""
 
     together = staticmethod(Map.together)
 
-    def copied(self, target: Tape, there: Callable[[Ref], Ref], *, unrolled: bool) -> list[Ref]:
+    def copy_to(self, target: Tape, there: Callable[[Ref], Ref], *, unrolled: bool) -> list[Ref]:
         """Return the results of the same call on another tape."""
         return add_call(target, replace(self, operands=tuple(map(there, self.operands))))
 

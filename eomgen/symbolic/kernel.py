@@ -50,7 +50,7 @@ class Kernel:
         instance = (self, *(values[name].ref for name in self._names))
         if instance not in tape.instances:
             if self._recorded is None:
-                self._recorded = [_recorded(step) for step in self.steps]
+                self._recorded = [_step_rule(step) for step in self.steps]
             known: list[Ref] = []
             add, mul = tape.add, tape.mul
             for step in self._recorded:
@@ -63,7 +63,7 @@ class Kernel:
         return [Scalar(tape, ref) for ref in tape.instances[instance]]
 
 
-def _recorded(step: Step) -> _Rule | tuple[bool, int, int]:
+def _step_rule(step: Step) -> _Rule | tuple[bool, int, int]:
     """Return the function that records a step, given a tape, the values of symbols and the references of earlier steps;
     for sums and products of two operands, the kind of operation and the positions of both operands."""
     kind, *operands = step

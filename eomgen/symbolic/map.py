@@ -118,7 +118,7 @@ class Map:
         return list(values[:first]), list(values[first:second]), list(values[second:])
 
     @cached_property
-    def gathered(self) -> tuple[Ref, ...]:
+    def references(self) -> tuple[Ref, ...]:
         """Distinct references of the outer tape that the Map reads, element after element."""
         elements = zip(*self.gather, strict=True)
         return tuple(dict.fromkeys([*self.shared, *self.initial, *(ref for element in elements for ref in element)]))
@@ -141,14 +141,14 @@ class Map:
             n * (one.statements + len(self.sums)),
         )
 
-    def joined(self, other: Map) -> Map | None:
+    def join(self, other: Map) -> Map | None:
         """Return one loop with the sums of both loops, this loop's first; None if no operation is saved.
 
         Loops that only sum over the same references are joined; shared subexpressions are computed once.
         """
         if not isinstance(other, Map):  # a call of an external function
             return None
-        alike = self.count == other.count and set(self.gathered) == set(other.gathered)
+        alike = self.count == other.count and set(self.references) == set(other.references)
         if not alike or any((*loop.last, *loop.stacked) for loop in (self, other)):
             return None
         kernel = Tape()
@@ -173,7 +173,7 @@ class Map:
         both = "; ".join(labels)
         return Map(kernel, self.count, tuple(columns), tuple(shared), tuple(slots), sums=tuple(sums), label=both)
 
-    def copied(self, target: Tape, there: Callable[[Ref], Ref], *, unrolled: bool) -> list[Ref]:
+    def copy_to(self, target: Tape, there: Callable[[Ref], Ref], *, unrolled: bool) -> list[Ref]:
         """Return the results of the same loop, or of the unrolled operations, on another tape."""
         loop = replace(
             self,
@@ -193,7 +193,7 @@ class Map:
         joined: list[tuple[Map, dict[int, int]]] = []
         for number, loop in loops.items():
             for place, (other, starts) in enumerate(joined):
-                both = other.joined(loop)
+                both = other.join(loop)
                 if both is not None:
                     joined[place] = (both, {**starts, number: len(other.sums)})
                     break
@@ -307,7 +307,7 @@ def splice(
         elif op is _MAP:
             number = source.a[node]
             if number not in of_maps:
-                of_maps[number] = cast("Map", source.maps[number]).copied(target, there, unrolled=unrolled)
+                of_maps[number] = cast("Map", source.maps[number]).copy_to(target, there, unrolled=unrolled)
             copy[node] = of_maps[number][source.b[node]]
         elif op is _CURVE:
             copy[node] = target.curve(*source.curves[source.b[node]], there(source.a[node]))

@@ -85,12 +85,12 @@ def block_to_sympy(
         intermediates.append((sympy.Symbol(f"w_{len(intermediates)}", real=True), expression))
         return intermediates[-1][0]
 
-    def called(call: Call, operands: Sequence[Any]) -> list[Any]:
+    def call_results(call: Call, operands: Sequence[Any]) -> list[Any]:
         orders = "".join(f"_{len(columns)}" for columns in call.columns)
         stem = f"{call.label.replace(' ', '_')}{orders}"
         return [sympy.Function(f"{stem}_{place}")(*operands) for place in range(call.size)]
 
-    arithmetic = Arithmetic(_sympy_rules(), _number, call=called)
+    arithmetic = Arithmetic(_sympy_rules(), _number, call=call_results)
     matrix = sympy.Matrix(rows, columns, run(tape, refs, symbol_of, arithmetic, visit))
     return (intermediates, matrix) if named else matrix
 
@@ -116,7 +116,7 @@ def to_latex(
     if shortest and not intermediates:
         matrix = matrix.applyfunc(lambda entry: min(entry, sympy.expand(entry), key=sympy.count_ops))
     symbols = set().union(matrix.free_symbols, *(value.free_symbols for _, value in intermediates))
-    typeset = {symbol: text for symbol in symbols if (text := _numbered(symbol.name))}
+    typeset = {symbol: text for symbol in symbols if (text := _latex_name(symbol.name))}
     expression = sympy.latex(matrix if len(shape) else matrix[0, 0], symbol_names=typeset)
     if not intermediates:
         return f"{name} = {expression}" if name else expression
@@ -125,7 +125,7 @@ def to_latex(
     return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
 
 
-def _numbered(name: str) -> str:
+def _latex_name(name: str) -> str:
     """Return ``q_theta2`` as LaTeX, ``q_{\\theta_{2}}``; empty if SymPy sets numbers as indices anyway."""
     import sympy  # noqa: PLC0415  # as in block_to_sympy
 

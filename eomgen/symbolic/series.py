@@ -90,7 +90,7 @@ class Series:
         0."""
         return term.value if self.tape.number(term.value) is not None else self.tape.input(side, number)
 
-    def weighted(self, term: SeriesTerm) -> SeriesTerm:
+    def rate_factor(self, term: SeriesTerm) -> SeriesTerm:
         """Return k x_k as a factor: the rate of x, shifted by one."""
         return SeriesTerm(ZERO, self.tape.mul(self.k, term.next))
 
@@ -212,7 +212,7 @@ class Series:
         sine = SeriesTerm(values[0], rates[0])
         cosine = SeriesTerm(values[1], rates[1] if hyperbolic else -rates[1])
         for number, other in zip(numbers, (cosine, sine), strict=True):
-            self.close_product(number, self.weighted(x), other)
+            self.close_product(number, self.rate_factor(x), other)
         return sine, cosine
 
     def from_slope(self, value: Ref, x: SeriesTerm, slope: SeriesTerm) -> SeriesTerm:
@@ -221,7 +221,7 @@ class Series:
             return SeriesTerm(value, self._after(rate, slope))
         number = self.open_product()
         z = SeriesTerm(value, self._from_derivative(number, x, slope))
-        self.close_product(number, self.weighted(x), slope)
+        self.close_product(number, self.rate_factor(x), slope)
         return z
 
     def exponential(self, x: SeriesTerm) -> SeriesTerm:
@@ -235,7 +235,7 @@ class Series:
             return z
         number = self.open_product()
         z = SeriesTerm(value, self._from_derivative(number, x, SeriesTerm(value, ZERO)))
-        self.close_product(number, self.weighted(x), z)
+        self.close_product(number, self.rate_factor(x), z)
         return z
 
     def tangent(self, x: SeriesTerm, op: Op) -> SeriesTerm:
@@ -246,7 +246,7 @@ class Series:
         number = self.open_product()
         z = SeriesTerm(value, self._from_derivative(number, x, SeriesTerm(slope_value, ZERO)))
         square = self.multiply(z, z)
-        self.close_product(number, self.weighted(x), SeriesTerm(slope_value, tape.mul(sign, square.next)))
+        self.close_product(number, self.rate_factor(x), SeriesTerm(slope_value, tape.mul(sign, square.next)))
         return z
 
     def over(self, value: Ref, rate_of: SeriesTerm, w: SeriesTerm) -> SeriesTerm:
@@ -258,7 +258,7 @@ class Series:
         number = self.open_product()
         change = tape.mul(reciprocal, tape.sub(rate_of.next, tape.mul(self.per_k, self.inner(number))))
         z = SeriesTerm(value, zero_unless(tape, common_condition(tape, [rate_of.next]), change))
-        self.close_product(number, self.weighted(z), w)
+        self.close_product(number, self.rate_factor(z), w)
         return z
 
     def angle(self, y: SeriesTerm, x: SeriesTerm) -> SeriesTerm:
@@ -269,7 +269,7 @@ class Series:
             if rate.next == ZERO:
                 continue
             number = self.open_product()
-            self.close_product(number, self.weighted(rate), other)
+            self.close_product(number, self.rate_factor(rate), other)
             numerator = tape.add(numerator, tape.mul(sign, self._from_derivative(number, rate, other)))
         square = self.add(self.multiply(x, x), self.multiply(y, y))
         return self.over(tape.call(Op.ATAN2, y.value, x.value), SeriesTerm(ZERO, numerator), square)

@@ -12,7 +12,7 @@ from heapq import heapify, heappop, heappush
 
 from eomgen.symbolic.latency import FUNCTION, LATENCIES
 from eomgen.symbolic.operations import LEAVES, Op
-from eomgen.symbolic.tape import Ref, Tape, recorded
+from eomgen.symbolic.tape import Ref, Tape, record_node
 
 _ADD, _SUB, _MUL, _MAP = Op.ADD, Op.SUB, Op.MUL, Op.MAP
 _SUMS = (_ADD, _SUB)
@@ -74,7 +74,7 @@ class _Order:
         else:
             operands = [self.there(ref) for ref in tape.operands(node)]
             with tape.block(tape.label(node)):
-                self.new[node] = recorded(tape, node, operands)
+                self.new[node] = record_node(tape, node, operands)
             self.ready[node] = max(self.ready[abs(ref)] for ref in tape.operands(node)) + LATENCIES.get(op, FUNCTION)
             self._name(node)
 

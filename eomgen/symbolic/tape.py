@@ -181,7 +181,7 @@ class Tape:
             return self.mul(self.constant(2.0), x)
         op = self.op
         if op[abs(x)] is _CONST and op[abs(y)] is _CONST:
-            return self._folded(_ADD, x, y, self._number(x) + self._number(y))
+            return self._fold(_ADD, x, y, self._number(x) + self._number(y))
         first, second = (x, y) if abs(x) < abs(y) else (y, x)
         if first > 0:
             return self._node(_ADD, first, second) if second > 0 else self._node(_SUB, first, -second)
@@ -204,12 +204,12 @@ class Tape:
         if op_x is not _CONST and op_y is not _CONST:
             return self._node(_MUL, x, y) if x < y else self._node(_MUL, y, x)
         if op_x is _CONST and op_y is _CONST:
-            return self._folded(_MUL, x, y, self._number(x) * self._number(y))
+            return self._fold(_MUL, x, y, self._number(x) * self._number(y))
         if op_y is _CONST:
             x, y, op_y = y, x, op_x
         if op_y is _MUL and self.op[self.a[y]] is _CONST:
             factor = self.a[y]
-            return self.mul(self._folded(_MUL, x, factor, self._number(x) * self._number(factor)), self.b[y])
+            return self.mul(self._fold(_MUL, x, factor, self._number(x) * self._number(factor)), self.b[y])
         return self._node(_MUL, x, y)
 
     def div(self, x: Ref, y: Ref) -> Ref:
@@ -226,8 +226,8 @@ class Tape:
             return ONE
         if self.op[y] is _CONST:
             if self.op[x] is _CONST:
-                return self._folded(_DIV, x, y, self._number(x) / self._number(y))
-            return self.mul(self._folded(_DIV, ONE, y, 1.0 / self._number(y)), x)
+                return self._fold(_DIV, x, y, self._number(x) / self._number(y))
+            return self.mul(self._fold(_DIV, ONE, y, 1.0 / self._number(y)), x)
         if self.reciprocals and x != ONE:
             return self.mul(x, self._node(_DIV, ONE, y))
         return self._node(_DIV, x, y)
@@ -338,7 +338,7 @@ class Tape:
             return (self.a[node], self.b[node], self.c[node])
         if op is _MAP:
             # maps hold Map, which knows Tape
-            return tuple(self.maps[self.a[node]].gathered)  # type: ignore[attr-defined]
+            return tuple(self.maps[self.a[node]].references)  # type: ignore[attr-defined]
         if op in UNARY or op is _CURVE:
             return (self.a[node],)
         return (self.a[node], self.b[node])
@@ -421,9 +421,9 @@ class Tape:
 
     def label(self, node: int) -> str:
         """Return the physical meaning under which a node was recorded."""
-        return self.labelled(node)[2]
+        return self.label_range(node)[2]
 
-    def labelled(self, node: int) -> tuple[int, int, str]:
+    def label_range(self, node: int) -> tuple[int, int, str]:
         """Return the range of nodes with the label of a node, and the label."""
         position = bisect_right(self.blocks, (node, "\U0010ffff")) - 1
         end = self.blocks[position + 1][0] if position + 1 < len(self.blocks) else len(self.op)
@@ -436,7 +436,7 @@ class Tape:
         magnitude = self.constants[self.a[abs(ref)]]
         return -magnitude if ref < 0 else magnitude
 
-    def _folded(self, op: Op, x: Ref, y: Ref, value: float) -> Ref:
+    def _fold(self, op: Op, x: Ref, y: Ref, value: float) -> Ref:
         """Return the constant computed from two constants, generic if an operand is generic."""
         if GENERIC in (self.b[abs(x)], self.b[abs(y)]):
             return self.generic(value, op, x, y)
@@ -468,7 +468,7 @@ def dot(tape: Tape, x: Sequence[Ref], y: Sequence[Ref]) -> Ref:
     return total
 
 
-def substituted(tape: Tape, outputs: Sequence[Ref], values: Mapping[Ref, Ref]) -> list[Ref]:
+def substitute(tape: Tape, outputs: Sequence[Ref], values: Mapping[Ref, Ref]) -> list[Ref]:
     """Return outputs recorded again with other references in place of some nodes, such as inputs.
 
     Raises
@@ -491,11 +491,11 @@ def substituted(tape: Tape, outputs: Sequence[Ref], values: Mapping[Ref, Ref]) -
         elif op is _MAP:
             raise ValueError("loops and calls are not recorded again")
         else:
-            known[node] = recorded(tape, node, operands)
+            known[node] = record_node(tape, node, operands)
     return [there(ref) for ref in outputs]
 
 
-def recorded(tape: Tape, node: int, operands: Sequence[Ref]) -> Ref:
+def record_node(tape: Tape, node: int, operands: Sequence[Ref]) -> Ref:
     """Record the operation of a node that has operands, but no loop or call, with other operands."""
     op = tape.op[node]
     if op is _CURVE:

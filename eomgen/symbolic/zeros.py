@@ -43,13 +43,13 @@ class _Residues:
             Op.SUB: lambda x, y: (x - y) % _PRIME,
             Op.MUL: _product,
             Op.DIV: lambda x, y: _product(x, self._inverse(y)),
-            Op.SIN: lambda x: self._of_half_angle(x)[0],
-            Op.COS: lambda x: self._of_half_angle(x)[1],
+            Op.SIN: lambda x: self._sine_and_cosine(x)[0],
+            Op.COS: lambda x: self._sine_and_cosine(x)[1],
             Op.ABS: lambda x: _product(self._unknown(Op.SIGN, x), x),
-            Op.SELECT: lambda condition, x, y: self._mixed(self._unknown(Op.SELECT, condition), x, y),
+            Op.SELECT: lambda condition, x, y: self._mix(self._unknown(Op.SELECT, condition), x, y),
             Op.CURVE: lambda x, curve, derivative: self._unknown((id(curve), derivative), x),
         }
-        rules |= {op: lambda x, y, op=op: self._mixed(self._unknown(op, x, y), x, y) for op in (Op.MIN, Op.MAX)}
+        rules |= {op: lambda x, y, op=op: self._mix(self._unknown(op, x, y), x, y) for op in (Op.MIN, Op.MAX)}
         self.arithmetic = Arithmetic(
             rules, self._constant, _side_by_side, lambda call, _: [self._numbers(()) for _ in range(call.size)]
         )
@@ -68,10 +68,10 @@ class _Residues:
             self._known[key] = self._numbers(np.broadcast_shapes(*(x.shape for x in arguments)))
         return self._known[key]
 
-    def _mixed(self, share: Any, x: Any, y: Any) -> Any:
+    def _mix(self, share: Any, x: Any, y: Any) -> Any:
         return (y + _product(share, x - y)) % _PRIME
 
-    def _of_half_angle(self, x: Any) -> tuple[Any, Any]:
+    def _sine_and_cosine(self, x: Any) -> tuple[Any, Any]:
         """Return sine and cosine by a random tangent of the half angle."""
         tangent = self._unknown("half angle", x)
         square = _product(tangent, tangent)

@@ -61,7 +61,7 @@ def test_loops_that_gather_the_same_are_joined() -> None:
     alone = evaluate(tape, refs, given)
     together = [*add_map(tape, joined).sums, *unroll(tape, joined).sums]
     np.testing.assert_array_equal(evaluate(tape, together, given), [*alone, *alone])
-    assert loops[0].joined(gathering(x, x, Op.SIN)) is None
+    assert loops[0].join(gathering(x, x, Op.SIN)) is None
 
 
 def test_derivatives_of_joined_loops_are_joined() -> None:
@@ -85,14 +85,14 @@ def test_loops_that_share_nothing_stay_apart(what: str) -> None:
         "carry": replace(first, initial=(ZERO,), last=(first.sums[0],)),
         "rows": replace(first, stacked=first.sums),
     }[what]
-    assert first.joined(other) is None
+    assert first.join(other) is None
     assert [loop for loop, _ in Map.together({4: first, 2: other})] == [first, other]
 
 
 def test_the_same_loop_twice_is_one() -> None:
     tape = Tape()
     loop = harmonics(tape, tape.input("s"))
-    both = loop.joined(replace(loop))
+    both = loop.join(replace(loop))
     assert both is not None
     assert len(both.elements) == 3
     assert both.counts().functions == loop.counts().functions

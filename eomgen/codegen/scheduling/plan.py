@@ -107,7 +107,7 @@ class Plan:
         end = 0
         for node in self.order:
             if node >= end:
-                before, (_, end, label) = label, tape.labelled(node)
+                before, (_, end, label) = label, tape.label_range(node)
                 if label != before or not paragraphs:
                     paragraphs.append([])
             paragraphs[-1].append(node)

@@ -24,7 +24,7 @@ def _lanes(loop: Map) -> int:
 def program_loop(run: RunLoop) -> ProgramLoop:
     """Return the Program's loop for a Map."""
     loop = run.loop
-    position_of = {ref: position for position, ref in enumerate(loop.gathered)}
+    position_of = {ref: position for position, ref in enumerate(loop.references)}
     slots = [ranges([position_of[ref] for ref in slot]) for slot in loop.gather]
     tabled = [slot for slot, result in zip(loop.gather, slots, strict=True) if len(result) > MOST_RANGES]
     results = (loop.sums, loop.last, loop.stacked)
@@ -34,7 +34,7 @@ def program_loop(run: RunLoop) -> ProgramLoop:
         label=loop.label,
         count=loop.count,
         lanes=_lanes(loop),
-        gathered=len(loop.gathered),
+        gathered=len(loop.references),
         results=0 if run.additions else loop.size,
         constants=loop.elements,
         index=tuple(tuple(result) if len(result) <= MOST_RANGES else () for result in slots),

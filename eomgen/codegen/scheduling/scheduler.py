@@ -464,10 +464,10 @@ class _Scheduler(LoopWriter):
         if tape.a[node] in self.additions:
             self._add(node, loop, self.additions[tape.a[node]])
             return
-        first = self.reserve(len(loop.gathered) + loop.size)
-        results = first + len(loop.gathered)
+        first = self.reserve(len(loop.references) + loop.size)
+        results = first + len(loop.references)
         self.open.workspace = True
-        self._gather(loop.gathered, first)
+        self._gather(loop.references, first)
         self._emit("loop", self._loop_number(RunLoop(loop)), first, results)
         members = self.plan.group(node)
         for result in members:
@@ -491,10 +491,10 @@ class _Scheduler(LoopWriter):
 
     def _add(self, node: int, loop: Map, additions: Sequence[Addition]) -> None:
         """Run a loop with elements that add to outputs; all else of the function has been done."""
-        first = self.reserve(len(loop.gathered))
+        first = self.reserve(len(loop.references))
         self.open.workspace = True
         self.label = self.tape.label(node)
-        self._gather(loop.gathered, first)
+        self._gather(loop.references, first)
         outputs = sorted({item.output for item in additions})
         places = tuple(replace(item, output=outputs.index(item.output)) for item in additions)
         self.open.outputs |= set(outputs)
@@ -621,7 +621,7 @@ class _Scheduler(LoopWriter):
             begin = end = 0
             for node in plan.by_part[number]:
                 if not begin <= node < end:
-                    begin, end, self.label = self.tape.labelled(node)
+                    begin, end, self.label = self.tape.label_range(node)
                 self._node(node)
                 self.free += self.ends.pop(self.step, ())
                 self.step += 1

@@ -26,7 +26,7 @@ from eomgen.symbolic.calculus.partials import jacobian_vector
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross, dot, minus, plus, transpose
-from eomgen.symbolic.tape import ONE, ZERO, Ref, substituted
+from eomgen.symbolic.tape import ONE, ZERO, Ref, substitute
 from eomgen.system.description import BASE, Drawing, Hinge, Line, Point, Solid
 
 #: Relative size of a sum of rates that cancels.
@@ -358,7 +358,7 @@ def stored_energy(actuator: Any) -> Any:
 
 def lagrangian_energies(algebra: Algebra, lagrangian: Ref, v: Sequence[Scalar], forces: Sequence[Scalar]) -> Energies:
     """Return the part of a Lagrangian that rates move, minus the rest, and the power of generalized forces."""
-    (rest,) = substituted(algebra.tape, [lagrangian], {item.ref: ZERO for item in v})
+    (rest,) = substitute(algebra.tape, [lagrangian], {item.ref: ZERO for item in v})
     at_rest = Scalar(algebra.tape, rest)
     return Energies(Scalar(algebra.tape, lagrangian) - at_rest, -at_rest, dot(list(forces), list(v)))
 

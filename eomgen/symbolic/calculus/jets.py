@@ -43,7 +43,7 @@ def jets(
         One per output; c_0 is the output unless inputs were substituted.
     """
     algebra = JetAlgebra(tape)
-    given = {abs(node): jet for node, jet in _given(tape, input_jets, order)}
+    given = {abs(node): jet for node, jet in _seed_jets(tape, input_jets, order)}
     known: dict[int, list[Ref]] = {}
     of_maps: dict[int, list[list[Ref]]] = {}
 
@@ -308,7 +308,7 @@ def _varies(x: Jet) -> bool:
     return any(ref != ZERO for ref in x[1:])
 
 
-def _given(tape: Tape, input_jets: Mapping[Ref | InputSymbol, Jet], order: int) -> Iterable[tuple[Ref, list[Ref]]]:
+def _seed_jets(tape: Tape, input_jets: Mapping[Ref | InputSymbol, Jet], order: int) -> Iterable[tuple[Ref, list[Ref]]]:
     for key, jet in input_jets.items():
         ref = tape.input(key.block, key.index) if isinstance(key, InputSymbol) else key
         sign = ONE if ref > 0 else -ONE

@@ -222,7 +222,7 @@ class _Growth:
             self.kernel, loop.count, loop.elements, tuple(self._shared), tuple(self._gather),
             stacked=stacked, label=loop.label,
         )  # fmt: skip  # in the order of the fields
-        return [_labelled(companions, row) for row in add_map(tape, compact(grown, ())).rows]
+        return [_label(companions, row) for row in add_map(tape, compact(grown, ())).rows]
 
     def finish(self, tape: Tape, companions: Sequence[Mapping[int, Ref]]) -> list[Tangent]:
         """Record the loop that computes companions of all results; ``companions`` belong to the kernel references."""
@@ -249,9 +249,7 @@ class _Growth:
         ):  # old carries that are still needed follow
             finals[k][label] = ref
         tangents = (
-            _labelled(sums, results.sums)
-            + finals
-            + [tangent for row in results.rows for tangent in _labelled(stacked, row)]
+            _label(sums, results.sums) + finals + [tangent for row in results.rows for tangent in _label(stacked, row)]
         )
         return [{label: ref for label, ref in tangent.items() if ref != ZERO} for tangent in tangents]
 
@@ -278,13 +276,11 @@ def _combined_partials(
             (),
         ),
     )
-    totals = [
-        _combine(tape, {}, row, [outer[symbol][0] for symbol in active]) for row in _labelled(summed, results.sums)
-    ]
+    totals = [_combine(tape, {}, row, [outer[symbol][0] for symbol in active]) for row in _label(summed, results.sums)]
     rows: list[Tangent] = []
     for i, row in enumerate(results.rows):
         here = [outer[symbol][i if symbol.block == "gather" else 0] for symbol in active]
-        of_sums, of_rows = _split(_labelled(local, row), len(loop.sums), 0)[::2]
+        of_sums, of_rows = _split(_label(local, row), len(loop.sums), 0)[::2]
         totals = [_combine(tape, total, partial, here) for total, partial in zip(totals, of_sums, strict=True)]
         rows += [_combine(tape, {}, partial, here) for partial in of_rows]
     return totals + rows
@@ -401,7 +397,7 @@ def _position(symbol: InputSymbol) -> tuple[str, int]:
     return (symbol.block, symbol.index)
 
 
-def _labelled(rows: Sequence[Mapping[int, Ref]], refs: Sequence[Ref]) -> list[Tangent]:
+def _label(rows: Sequence[Mapping[int, Ref]], refs: Sequence[Ref]) -> list[Tangent]:
     """Label the rows of a flat sequence of references."""
     remaining = iter(refs)
     return [{label: next(remaining) for label in row} for row in rows]
