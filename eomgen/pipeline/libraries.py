@@ -44,7 +44,7 @@ def find_library(request: LibraryRequest) -> Library | None:
     """Return a library from the cache; the compiled one, if the profile has one that is compiled later."""
     builder = request.builder
     successor = builder.profile.successor
-    return (builder.varied(profile=successor) if successor else builder).find(request.content)
+    return (builder.variant(profile=successor) if successor else builder).find(request.content)
 
 
 def compile_library(request: LibraryRequest, write: WriteProgram, steps: float | None = None) -> Library:
@@ -57,14 +57,14 @@ def compile_library(request: LibraryRequest, write: WriteProgram, steps: float |
     job, builder = LibraryJob(request, write), request.builder
     profile = builder.profile
     if steps is not None and profile.short_runs:
-        on_tape = builder.varied(profile=profile.short_runs)
+        on_tape = builder.variant(profile=profile.short_runs)
         if job.is_faster(on_tape, steps):
             return job.library(on_tape)
     if profile.split and request.selection.whole and builder.real == "double":
         return job.library_in_two()
     library = job.library(builder)
     if profile.successor:
-        library.successor = Successor(partial(job.library, builder.varied(profile=profile.successor)))
+        library.successor = Successor(partial(job.library, builder.variant(profile=profile.successor)))
     return library
 
 

@@ -57,7 +57,7 @@ class LibraryRequest(ProgramRequest):
         if self.stored is not None:
             return self.stored
         successor = self.builder.profile.successor
-        builder = self.builder.varied(profile=successor) if successor else self.builder
+        builder = self.builder.variant(profile=successor) if successor else self.builder
         return builder.find(self.content)
 
 

@@ -81,4 +81,4 @@ def _libraries(arrays: Mapping[str, Array], builder: Builder, mode: str, count: 
     for number in range(count):
         start = name_of(number, "")
         files = {name.removeprefix(start): data.tobytes() for name, data in arrays.items() if name.startswith(start)}
-        yield builder.loaded(files, mode)
+        yield builder.load_files(files, mode)

@@ -87,7 +87,7 @@ class Supplier(Source):
 
     def in_complex(self, terms: Sequence[str]) -> Library:
         """Return functions in complex numbers, without a stepper."""
-        builder = self.request.builder.varied(real="complex")
+        builder = self.request.builder.variant(real="complex")
         return self.make_library(self.request.library(Selection(tuple(terms)), builder=builder))
 
     def with_terms(self, terms: Sequence[str]) -> Model:

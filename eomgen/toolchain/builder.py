@@ -42,7 +42,7 @@ from eomgen.toolchain.compiler import (
     find_compiler,
     in_background,
     library_suffix,
-    preprocessed,
+    preprocess,
     processor_digest,
 )
 from eomgen.toolchain.library import LaneLibrary, Library
@@ -202,7 +202,7 @@ class Builder:
         self.timeout = timeout
         self._begun: dict[str, Begun] = {}
 
-    def varied(self, *, profile: str | None = None, real: str | None = None) -> Builder:
+    def variant(self, *, profile: str | None = None, real: str | None = None) -> Builder:
         """Return a builder with another profile or number type, the same compiler and cache."""
         own = self.profile.name if profile is None else profile
         number = self.real if real is None else real
@@ -325,7 +325,7 @@ class Builder:
                 taken.append(item)
                 yield item
 
-        def compiled(folder: Path) -> list[str]:
+        def compile_sources(folder: Path) -> list[str]:
             nonlocal lines, fresh
             texts: dict[str, str] = {}
             sources: list[Path] = []
@@ -360,15 +360,15 @@ class Builder:
                         compilation.take(source, flags)
                 output = folder / self.binary
                 wrapper = partial(self._wrapper, cdef, texts.get("interface.h", ""))
-                commands = compilation.linked(sorted(sources), output, wrapper)
+                commands = compilation.link(sorted(sources), output, wrapper)
             for source in sources:
                 source.with_suffix(".o").unlink(missing_ok=True)
             return commands
 
         def fill(folder: Path) -> None:
             whole = files if self.profile.on_tape and isinstance(files, Mapping) else {}
-            ready = self._linked(whole, cdef) if whole else None
-            commands = compiled(folder) if ready is None else _copied(ready, whole, folder)
+            ready = self._linked_entry(whole, cdef) if whole else None
+            commands = compile_sources(folder) if ready is None else _copy_library(ready, whole, folder)
             if tables is not None:
                 (folder / TABLES).write_bytes(tables())
             (folder / _LAYOUT).write_text(json.dumps(layout), encoding="utf-8")
@@ -502,7 +502,7 @@ class Builder:
         """Whether a compilation that was begun goes on."""
         return any(not begun.ended.is_set() for begun in self._begun.values())
 
-    def _linked(self, files: Mapping[str, str], cdef: str) -> Entry | None:
+    def _linked_entry(self, files: Mapping[str, str], cdef: str) -> Entry | None:
         """Return the entry of the library that ``begin_on_tape`` has linked, which is waited for; None without."""
         key = self._linked_key(files, cdef)
         if (begun := self._begun.pop(key, None)) is not None:
@@ -551,7 +551,7 @@ class Builder:
 
         def fill(folder: Path) -> None:
             (folder / TABLES).write_bytes(tables)
-            made = files_of(texts, partial(preprocessed, compiler))
+            made = files_of(texts, partial(preprocess, compiler))
             for name, text in made.items():
                 (folder / name).write_text(text, encoding="utf-8")
             sources = [folder / name for name in sorted(made) if name.endswith(".c")]
@@ -566,9 +566,9 @@ class Builder:
             entry = self.cache.get(key) or self.cache.put(key, fill)
         if REFUSED in entry.files:
             return entry.text(REFUSED)
-        return LaneLibrary(self._of_tables(entry, tables).file(_LANES), cdef, library.layout, tables)
+        return LaneLibrary(self._with_tables(entry, tables).file(_LANES), cdef, library.layout, tables)
 
-    def _of_tables(self, entry: Entry, tables: bytes) -> Entry:
+    def _with_tables(self, entry: Entry, tables: bytes) -> Entry:
         """Return an entry with these tables, a copy if the entry has others: each file has memory of its own."""
         key = hashlib.sha256(f"tables of {entry.folder.name}\0".encode() + tables).hexdigest()
         return entry if tables_in(entry.folder) == tables else self._copy(key, entry, {TABLES: tables})
@@ -592,7 +592,7 @@ class Builder:
 
         with self.cache.claim(key):
             entry = self.cache.get(key) or self.cache.put(key, fill)
-        return _loaded(entry.file(_ROUTINE), cdef)
+        return _load_routine(entry.file(_ROUTINE), cdef)
 
     def build_folder(self, content: bytes, write: Callable[[Path], None]) -> Entry:
         """Return the folder of C files of these content bytes with their shared library, ``SHARED``, from the cache if
@@ -666,7 +666,7 @@ class Builder:
         entry = self.cache.get(wrapper_key(self.compiler, cdef, header, self.headers))
         return None if entry is None else [entry.file("wrapper.o")]
 
-    def loaded(self, files: Mapping[str, bytes], mode: str) -> Library:
+    def load_files(self, files: Mapping[str, bytes], mode: str) -> Library:
         """Return the library of files of ``library_files``, which are kept in the cache.
 
         Raises
@@ -718,14 +718,14 @@ class Builder:
         """
         files, tables = companion_files(folder, layout, function), tables_in(folder)
         content = b"companion\0" + "\0".join(f"{name}\0{text}" for name, text in sorted(files.items())).encode()
-        builder = self.varied(real="lanes")
+        builder = self.variant(real="lanes")
         if running is not None:
             cdef = (folder / _CDEF).read_text(encoding="utf-8")
             own = {**layout, "stack": _MOST_LANES * int(layout.get("stack", 0))}
             with builder.claim(content):
                 builder.build(content, files, cdef, own, running=running, tables=lambda: tables)
         entry = self.cache.get(builder.key(content))
-        return None if entry is None else builder._load(self._of_tables(entry, tables), self.mode)
+        return None if entry is None else builder._load(self._with_tables(entry, tables), self.mode)
 
 
 def library_files(library: Library) -> dict[str, bytes]:
@@ -735,7 +735,7 @@ def library_files(library: Library) -> dict[str, bytes]:
     return {name: file.read_bytes() for name, file in files.items() if name != TABLES or file.is_file()}
 
 
-def _copied(linked: Entry, files: Mapping[str, str], folder: Path) -> list[str]:
+def _copy_library(linked: Entry, files: Mapping[str, str], folder: Path) -> list[str]:
     """Write files of a library that is linked already, with the library, to a folder; return the commands."""
     for name, text in files.items():
         (folder / name).write_text(text, encoding="utf-8")
@@ -745,6 +745,6 @@ def _copied(linked: Entry, files: Mapping[str, str], folder: Path) -> list[str]:
 
 
 @cache
-def _loaded(routine: Path, cdef: str) -> tuple[Any, Any]:
+def _load_routine(routine: Path, cdef: str) -> tuple[Any, Any]:
     """Return ``ffi`` and ``lib`` of a routine; the declarations take longer to read than the routine takes to run."""
     return load_abi(routine, cdef)

@@ -135,11 +135,11 @@ class Cache:
     def get(self, key: str) -> Entry | None:
         """Return the entry of a key, or None; an entry with changed files is put aside, one of another user left."""
         if self.read_only is not None:
-            cached = _checked(self.read_only / key)
+            cached = _valid_entry(self.read_only / key)
             if cached is not None or self.folder == self.read_only:
                 return cached
         folder = self.folder / key
-        entry = _checked(folder)
+        entry = _valid_entry(folder)
         if entry is None:
             if os.path.lexists(folder) and not _is_closed(folder):
                 self.quarantine(key)
@@ -309,7 +309,7 @@ class Cache:
         """Remove leftovers, and the least recently used entries once all are larger than the limit."""
         with contextlib.suppress(OSError):
             self._sweep()
-        if self._recorded(added) <= self.limit:
+        if self._record_size(added) <= self.limit:
             return
         entries = self._entries()
         sizes = {folder: _size(folder) for folder in entries}
@@ -323,7 +323,7 @@ class Cache:
                 shutil.rmtree(folder, ignore_errors=True)
         self._record(total)
 
-    def _recorded(self, added: int) -> float:
+    def _record_size(self, added: int) -> float:
         """Return the bytes of all entries by the record of sizes, with the bytes added by this build; infinite without
         a record that can be read.
 
@@ -411,7 +411,7 @@ def closing(folder: Path) -> str:
     return f"chmod go-w {shlex.quote(str(folder))}" if os.geteuid() in (0, folder.stat().st_uid) else ""
 
 
-def _checked(folder: Path) -> Entry | None:
+def _valid_entry(folder: Path) -> Entry | None:
     """Return the entry in a folder if all its files have their recorded digests, and no other user has put it there."""
     try:
         if belongs_to_others(folder):

@@ -256,7 +256,7 @@ def compile_library(
     with Compilation(compiler, flags, jobs=jobs, timeout=timeout) as compilation:
         for source in sorted(sources, key=_longest_first):
             compilation.add(source)
-        return compilation.linked(sources, output, lambda: objects)
+        return compilation.link(sources, output, lambda: objects)
 
 
 def _longest_first(source: Path) -> int:
@@ -276,11 +276,11 @@ class Begun:
         self.ended = threading.Event()
         self._made = made
 
-    def copied(self, place: Path, running: RunningCompilers) -> bool:
+    def copy_object(self, place: Path, running: RunningCompilers) -> bool:
         """Wait for the end, unless the compilers of the library are stopped, and copy the object to a place; return
         whether there is one."""
         while not self.ended.wait(_WAIT):
-            if running.stopped:
+            if running.is_stopped:
                 return False
         made = self._made()
         if made is not None:
@@ -373,7 +373,7 @@ class Compilation:
     def _compile_next(self) -> None:
         _, source, flags = self._waiting.get()
         begun = self._begun.get(source)
-        if begun is not None and begun.copied(source.with_suffix(".o"), self._running):
+        if begun is not None and begun.copy_object(source.with_suffix(".o"), self._running):
             self.take(source, flags)
         else:
             self._made[source] = compile_object(self._compiler, source, flags, self._deadline, self._running)
@@ -382,7 +382,7 @@ class Compilation:
         if self._progress is not None:
             self._progress(len(self._made), self._added)
 
-    def linked(self, sources: Sequence[Path], output: Path, objects: Callable[[], Sequence[Path]]) -> list[str]:
+    def link(self, sources: Sequence[Path], output: Path, objects: Callable[[], Sequence[Path]]) -> list[str]:
         """Link all sources, which were added before, in this order, to a shared library; return the commands.
 
         ``objects``: returns object files for the library, compiled meanwhile if missing.
@@ -498,12 +498,12 @@ class RunningCompilers:
             return bool(self._processes)
 
     @property
-    def stopped(self) -> bool:
+    def is_stopped(self) -> bool:
         """Whether ``stop`` was called."""
         return self._stopped
 
     @contextlib.contextmanager
-    def watched(self, process: subprocess.Popen[str]) -> Iterator[None]:
+    def watch(self, process: subprocess.Popen[str]) -> Iterator[None]:
         with self._lock:
             self._processes.add(process)
             if self._stopped:
@@ -581,7 +581,7 @@ def _object_command(compiler: Compiler, source: Path, flags: Sequence[str]) -> l
     return [*compiler.command, *_COMMON, *flags, "-c", str(source), "-o", str(source.with_suffix(".o"))]
 
 
-def preprocessed(compiler: Compiler, files: Mapping[str, str], name: str) -> str:
+def preprocess(compiler: Compiler, files: Mapping[str, str], name: str) -> str:
     """Return a file without directives of the preprocessor.
 
     Parameters
@@ -660,7 +660,7 @@ kill "$guard"; exit "$code\""""
 
 
 @contextlib.contextmanager
-def _guarded(command: Sequence[str]) -> Iterator[tuple[list[str], dict[str, Any]]]:
+def _guard(command: Sequence[str]) -> Iterator[tuple[list[str], dict[str, Any]]]:
     """Give a command, and options of Popen, by which the command ends with this process; on Windows the command
     alone."""
     if os.name != "posix":
@@ -707,7 +707,7 @@ def _run(
     where = place or f"C compiler, sources kept in {made.parent}"
     try:
         with (
-            _guarded(command) as (words, options),
+            _guard(command) as (words, options),
             subprocess.Popen(
                 words,
                 cwd=made.parent,
@@ -718,7 +718,7 @@ def _run(
                 env=_variables(command),
                 **options,
             ) as process,
-            (running or RunningCompilers()).watched(process),
+            (running or RunningCompilers()).watch(process),
         ):
             try:
                 output, complaints = process.communicate(timeout=max(0.1, deadline - time.monotonic()))
@@ -737,7 +737,7 @@ def _run(
         raise ToolchainError(
             Problem(where, f"{shlex.join(command)} does not run: {error.strerror} [E2111]", install_command())
         ) from error
-    if process.returncode != 0 and running is not None and running.stopped:
+    if process.returncode != 0 and running is not None and running.is_stopped:
         raise StoppedError(Problem(where, f"{shlex.join(command)} was ended with its process [E2112]"))
     printed = printable("\n".join((complaints or output).splitlines()[-20:])) or "(it said nothing)"
     if process.returncode in _NOT_RUN:

@@ -174,20 +174,20 @@ def _deepest(frames: Mapping[str, int], calls: Mapping[str, set[str]]) -> int:
 def code_bytes(data: bytes) -> int:
     """Return the bytes of machine code in an object file: ELF, COFF, Mach-O or WebAssembly. Raises ValueError."""
     if data[:4] == b"\x7fELF":
-        return sum(_of_elf(data))
+        return sum(_elf_sizes(data))
     if data[:4] == b"\xcf\xfa\xed\xfe":
-        return sum(_of_mach_o(data))
+        return sum(_mach_o_sizes(data))
     if data[:4] == b"\0asm":
-        return sum(size for kind, size in _of_wasm(data) if kind == _WASM_CODE)
+        return sum(size for kind, size in _wasm_sections(data) if kind == _WASM_CODE)
     if data[:2] == b"\x64\x86":
-        return sum(_of_coff(data))
+        return sum(_coff_sizes(data))
     raise ValueError("an object file of an unknown format")
 
 
 _EXECUTABLE, _COFF_CODE, _MACHO_SEGMENT, _MACHO_CODE, _WASM_CODE = 4, 0x20, 0x19, 0x80000400, 10
 
 
-def _of_elf(data: bytes) -> Iterator[int]:
+def _elf_sizes(data: bytes) -> Iterator[int]:
     """Yield the sizes of sections with instructions."""
     wide = data[4] == 2
     table = struct.unpack_from("<Q" if wide else "<I", data, 40 if wide else 32)[0]
@@ -201,7 +201,7 @@ def _of_elf(data: bytes) -> Iterator[int]:
             yield length
 
 
-def _of_coff(data: bytes) -> Iterator[int]:
+def _coff_sizes(data: bytes) -> Iterator[int]:
     """Yield the sizes of sections with code, which follow the header of 20 bytes."""
     for k in range(struct.unpack_from("<2xH", data)[0]):
         length, flags = struct.unpack_from("<16xI16xI", data, 20 + 40 * k)
@@ -209,7 +209,7 @@ def _of_coff(data: bytes) -> Iterator[int]:
             yield length
 
 
-def _of_mach_o(data: bytes) -> Iterator[int]:
+def _mach_o_sizes(data: bytes) -> Iterator[int]:
     """Yield the sizes of sections with instructions, in segments of 64 bits."""
     place = 32
     for _ in range(struct.unpack_from("<16xI", data)[0]):
@@ -222,7 +222,7 @@ def _of_mach_o(data: bytes) -> Iterator[int]:
         place += length
 
 
-def _of_wasm(data: bytes) -> Iterator[tuple[int, int]]:
+def _wasm_sections(data: bytes) -> Iterator[tuple[int, int]]:
     """Yield the kinds and sizes of sections."""
     place = 8
     while place < len(data):

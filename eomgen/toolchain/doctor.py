@@ -55,10 +55,10 @@ class ToolchainCheck:
 def examine() -> list[ToolchainCheck]:
     """Return all checks; none of them raises."""
     machine = (_temporary, _compiler, _compiles, _headers, _cache, _room)
-    return [_python(), *(_guarded(check) for check in machine), *map(_package, PACKAGES)]
+    return [_python(), *(_run_check(check) for check in machine), *map(_package, PACKAGES)]
 
 
-def _guarded(check: Callable[[], ToolchainCheck]) -> ToolchainCheck:
+def _run_check(check: Callable[[], ToolchainCheck]) -> ToolchainCheck:
     try:
         return check()
     except (EomgenError, OSError) as error:
@@ -153,13 +153,13 @@ def _cache() -> ToolchainCheck:
     reason = refusal(folder)
     if not reason and (others := writable_by_others(folder)):
         fault = f"{folder} {others}, and its libraries are run"
-        return ToolchainCheck("cache", False, fault, closing(folder) or _mended(folder), needed=False)
+        return ToolchainCheck("cache", False, fault, closing(folder) or _repair(folder), needed=False)
     if not reason:
         return ToolchainCheck("cache", True, str(folder), needed=False)
-    return ToolchainCheck("cache", False, f"{folder} cannot be written: {reason}", _mended(folder), needed=False)
+    return ToolchainCheck("cache", False, f"{folder} cannot be written: {reason}", _repair(folder), needed=False)
 
 
-def _mended(folder: Path) -> str:
+def _repair(folder: Path) -> str:
     """Return the command that makes a cache writable: in the cache's folder if the user owns the folder, else in
     another."""
     if folder.exists() and not folder.is_dir():

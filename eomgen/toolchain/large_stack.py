@@ -48,9 +48,9 @@ class LargeStackFunctions:
 
     def __getattr__(self, name: str) -> Any:
         function = getattr(self._lib, name)
-        return function if name in _FLAT else partial(self._called, function)
+        return function if name in _FLAT else partial(self._call, function)
 
-    def _called(self, function: Callable[..., Any], *arguments: Any) -> Any:
+    def _call(self, function: Callable[..., Any], *arguments: Any) -> Any:
         results: list[Any] = []
         failures: list[BaseException] = []
         spent: list[int] = []

@@ -24,7 +24,7 @@ Array = NDArray[Any]
 _DELAY = 0.3
 
 
-def _called(lib: Any, layout: Mapping[str, Any], file: Path, lanes: int = 1) -> Any:
+def _wrap_functions(lib: Any, layout: Mapping[str, Any], file: Path, lanes: int = 1) -> Any:
     """Return the functions of a library for calls: with enough stack, and raising errors of functions in Python."""
     if layout.get("python"):
         from eomgen.toolchain.python_functions import Raising, set_functions  # noqa: PLC0415  # few models have any
@@ -104,7 +104,7 @@ class Library:
         if tables:
             hand_over(file, tables)
         self.ffi, self._interface = ffi, lib
-        self.lib = _called(lib, layout, file)
+        self.lib = _wrap_functions(lib, layout, file)
         self.layout = layout
         self.mode = mode
         self.kept: dict[str, Any] = {}
@@ -199,7 +199,7 @@ class Library:
         """
         if not self.lacking or self.successor is None:
             return self
-        return self.successor.made()
+        return self.successor.result()
 
     def _name(self, number: int) -> str:
         return str(self.layout["functions"][number]["name"])
@@ -253,7 +253,7 @@ class Successor:
         """Wait until the compiler has ended, at most for the given seconds; return whether the compiler has ended."""
         return self._ended.wait(seconds)
 
-    def made(self) -> Library:
+    def result(self) -> Library:
         """Return the library, which is waited for, and made now if the background has not made it.
 
         Raises
@@ -283,6 +283,6 @@ class LaneLibrary:
             hand_over(path, tables)
         self.lanes = int(lib.eomgen_lanes_size(0))
         self.state_size, self.workspace_size = (int(lib.eomgen_lanes_size(k)) // 8 for k in (1, 2))
-        self.lib = _called(lib, layout, path, self.lanes)
+        self.lib = _wrap_functions(lib, layout, path, self.lanes)
         self.layout = layout
         self.path = path

@@ -45,16 +45,16 @@ class PythonFunctions:
 
     def __init__(self, data: Mapping[str, Any]) -> None:
         self._data, self._sizes = data, tuple(data["sizes"])
-        names = vars(_executed(str(data["label"]), str(data["file"]), str(data["text"])))
-        self._function = self._named(names, data["function"])
-        self._partials = self._named(names, data["partials"]) if data["partials"] else None
+        names = vars(_execute(str(data["label"]), str(data["file"]), str(data["text"])))
+        self._function = self._function_named(names, data["function"])
+        self._partials = self._function_named(names, data["partials"]) if data["partials"] else None
 
     def __reduce__(self) -> tuple[Any, ...]:
         return PythonFunctions, (self._data,)  # functions of such a file are in no module that can be imported
 
     def value(self, x: Array) -> Array:
         """Return the results at arguments and parameters."""
-        return self._called(self._function, [float(number) for number in x], self._sizes[2], float)
+        return self._call(self._function, [float(number) for number in x], self._sizes[2], float)
 
     @property
     def slopes(self) -> Callable[[Array], Array] | None:
@@ -65,7 +65,7 @@ class PythonFunctions:
 
     def _by_partials(self, x: Array) -> Array:
         n, _, m = self._sizes
-        return self._called(self._partials, [float(number) for number in x], m * n, float)
+        return self._call(self._partials, [float(number) for number in x], m * n, float)
 
     def _by_complex_steps(self, x: Array) -> Array:
         n, _, m = self._sizes
@@ -73,10 +73,10 @@ class PythonFunctions:
         for column in range(n):
             moved = [complex(number) for number in x]
             moved[column] += complex(0.0, _COMPLEX)
-            slopes[:, column] = self._called(self._function, moved, m, complex).imag / _COMPLEX
+            slopes[:, column] = self._call(self._function, moved, m, complex).imag / _COMPLEX
         return slopes.ravel()
 
-    def _called(self, function: Any, x: list[Any], size: int, kind: type) -> NDArray[Any]:
+    def _call(self, function: Any, x: list[Any], size: int, kind: type) -> NDArray[Any]:
         """Return the numbers that a function gives. Raises ModelError."""
         try:
             given = function(*x)
@@ -116,7 +116,7 @@ class PythonFunctions:
     def _fault(self, fault: str, hint: str) -> ModelError:
         return ModelError(Problem(str(self._data["label"]), fault, hint))
 
-    def _named(self, names: Mapping[str, Any], name: str) -> Callable[..., Any]:
+    def _function_named(self, names: Mapping[str, Any], name: str) -> Callable[..., Any]:
         function = names.get(name)
         if not callable(function):
             raise self._fault(
@@ -142,7 +142,7 @@ class _Loader(importlib.abc.SourceLoader):
 
 
 @cache
-def _executed(label: str, file: str, text: str) -> types.ModuleType:
+def _execute(label: str, file: str, text: str) -> types.ModuleType:
     """Return the module of a Python file as it was read with the scene. Raises ModelError with the line that fails."""
     loader = _Loader(file, text)
     module = types.ModuleType(Path(file).stem)
@@ -176,7 +176,7 @@ def _callback(ffi: Any, function: Callable[[Array], Array], sizes: tuple[int, in
     """Return a function as a pointer for C; a call that fails leaves its results as they are, which are not numbers."""
     n, p, _ = sizes
 
-    def called(arguments: Any, parameters: Any, results: Any) -> None:
+    def call(arguments: Any, parameters: Any, results: Any) -> None:
         try:
             x = np.array([*ffi.unpack(arguments, n), *(ffi.unpack(parameters, p) if p else ())])
             values = function(x)
@@ -186,7 +186,7 @@ def _callback(ffi: Any, function: Callable[[Array], Array], sizes: tuple[int, in
             if getattr(_FAILED, "error", None) is None:
                 _FAILED.error = error
 
-    return ffi.callback(_POINTER.format(""), called)
+    return ffi.callback(_POINTER.format(""), call)
 
 
 class Raising:
@@ -196,10 +196,10 @@ class Raising:
         self._lib = lib
 
     def __getattr__(self, name: str) -> Any:
-        return partial(self._called, getattr(self._lib, name))
+        return partial(self._call, getattr(self._lib, name))
 
     @staticmethod
-    def _called(function: Callable[..., Any], *arguments: Any) -> Any:
+    def _call(function: Callable[..., Any], *arguments: Any) -> Any:
         _FAILED.error = None
         result = function(*arguments)
         error, _FAILED.error = _FAILED.error, None

@@ -57,7 +57,7 @@ def with_fetches(texts: list[str], interface: str, function: Mapping[str, Any], 
     blocks = _blocks(interface, function)
     begun = 0
 
-    def written(match: re.Match[str]) -> str:
+    def insert_fetches(match: re.Match[str]) -> str:
         nonlocal begun
         lines = match[3].split("\n")
         own = _places(lines)
@@ -72,7 +72,7 @@ def with_fetches(texts: list[str], interface: str, function: Mapping[str, Any], 
             lines.insert(0, f"    {_TABLE}const rows = {rows};")
         return match[1] + "\n".join(lines) + "}"
 
-    return [body.sub(written, text) for text in texts]
+    return [body.sub(insert_fetches, text) for text in texts]
 
 
 def _share(number: int, places: int, fetches: int) -> int:

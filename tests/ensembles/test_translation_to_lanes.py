@@ -11,7 +11,7 @@ import pytest
 
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.products.ensembles.lane_code import UntranslatableConstruct, to_lanes
-from eomgen.toolchain.compiler import find_compiler, preprocessed
+from eomgen.toolchain.compiler import find_compiler, preprocess
 
 COUNT = 64
 
@@ -368,7 +368,7 @@ def in_lanes(text: str) -> str:
         )
         + text
     )
-    plain = preprocessed(find_compiler(), {"eomgen_real.h": NUMBERS, "case.c": source}, "case.c")
+    plain = preprocess(find_compiler(), {"eomgen_real.h": NUMBERS, "case.c": source}, "case.c")
     return to_lanes(plain, {"f": ()}, {})
 
 

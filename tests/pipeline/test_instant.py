@@ -201,7 +201,7 @@ def test_models_with_other_numbers_share_one_compilation(
 def test_another_process_loads_the_tape_with_the_library(release: Release) -> None:
     model = eomgen.build(SCENE, profile="instant")
     files = library_files(model.library)
-    again = Builder("instant").loaded(files, model.library.mode)
+    again = Builder("instant").load_files(files, model.library.mode)
     assert again.fingerprint == model.library.fingerprint
     assert again.digest == model.library.digest
     (found,) = call(again, "mass", {"p": model.parameter_array(), "q": model.initial_q})

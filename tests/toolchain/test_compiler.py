@@ -104,7 +104,7 @@ def test_of_the_sources_that_wait_the_longest_is_compiled_first(tmp_path: Path) 
             time.sleep(0.01)
         for later in sources[1:]:
             compilation.add(later)
-        commands = compilation.linked(sources, tmp_path / f"m{library_suffix()}", list)
+        commands = compilation.link(sources, tmp_path / f"m{library_suffix()}", list)
     assert log.read_text(encoding="utf-8").split() == ["first.c", "long.c", "short.c"]
     assert [command.rpartition("/")[2] for command in commands[:3]] == ["first.o", "short.o", "long.o"]
 
