@@ -163,7 +163,7 @@ def sample_data(
     """
     clocks = list(dict.fromkeys((row.period, row.offset) for row in rows))
     numbers = {name: number for number, name in enumerate(states)}
-    called = [_called(item, rows, numbers, clocks) for item in controllers]
+    called = [_controller_data(item, rows, numbers, clocks) for item in controllers]
     return {
         "clocks": [list(clock) for clock in clocks],
         "rows": [
@@ -210,7 +210,7 @@ def controller_data(system: System) -> dict[str, Any]:
     return {"controllers": [], **data, "tick": float(tick), "clocks": clocks}
 
 
-def _called(
+def _controller_data(
     item: SampledController,
     rows: Sequence[SampleRow],
     numbers: Mapping[str, int],

@@ -60,10 +60,10 @@ def harmonics_data(system: System) -> dict[str, Any] | None:
                     "first": first,
                     "count": count,
                     "stretch": _stretch(count),
-                    "frequencies": _filled(frequencies, count) if start == 0 else [],
+                    "frequencies": _pad(frequencies, count) if start == 0 else [],
                     "inputs": [index for index, _, _ in own],
-                    "in_phase": [_filled(column, count) for _, column, _ in own],
-                    "quadrature": [_filled(column, count) for _, _, column in own],
+                    "in_phase": [_pad(column, count) for _, column, _ in own],
+                    "quadrature": [_pad(column, count) for _, _, column in own],
                 }
             )
         first += count
@@ -77,5 +77,5 @@ def _stretch(count: int) -> int:
     )
 
 
-def _filled(column: Sequence[float], count: int) -> list[float]:
+def _pad(column: Sequence[float], count: int) -> list[float]:
     return [*column, *[0.0] * (count - len(column))]

@@ -185,7 +185,7 @@ def test_products_of_leapfrogs_are_known_as_such() -> None:
 
 def test_an_exchange_keeps_the_order_and_the_limit() -> None:
     method = composition_named("suzuki4")
-    other = method.exchanged()
+    other = method.swap_parts()
     assert (other.first, other.drifts, other.kicks) == ("kick", method.kicks, method.drifts)
     assert other.stability_limit == pytest.approx(method.stability_limit, rel=1e-12)
-    assert other.exchanged() == method
+    assert other.swap_parts() == method

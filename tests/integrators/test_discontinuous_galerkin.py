@@ -143,7 +143,7 @@ def test_which_passes_are_too_few_for_accelerations_as_they_come(name: str, corr
     """Local errors of (1 + q^2) v' = -q - q v^2 - v^3/4, q' = v, in 60 digits, with accelerations of the polynomial in
     the residual, and with these corrected once by the factors of the step."""
     method = method_named(name)
-    assert method.refined == (name in ("tdg1", "tdg2s"))  # type: ignore[attr-defined]
+    assert method.is_refined == (name in ("tdg1", "tdg2s"))  # type: ignore[attr-defined]
     found, size = method.operators, method.degree + 1  # type: ignore[attr-defined]
 
     def exactly(matrix: Any) -> Any:

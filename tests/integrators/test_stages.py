@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from eomgen.integrators.newton.matrix import Unknowns, packed
+from eomgen.integrators.newton.matrix import Unknowns, pack
 from eomgen.integrators.newton.stages import stages
 from eomgen.lie.product import Factor
 
@@ -19,7 +19,7 @@ def sliders(count: int) -> list[Factor]:
 def stages_of(count: int, stiffness: Pairs, inertia: Pairs) -> list[list[int]]:
     """Return the rows of each stage."""
     unknowns = Unknowns(count, 0, 0, False)
-    return [rows for rows, _ in stages(unknowns, sliders(count), packed({"K": stiffness, "M": inertia}))]
+    return [rows for rows, _ in stages(unknowns, sliders(count), pack({"K": stiffness, "M": inertia}))]
 
 
 def banded(count: int, width: int) -> Pairs:

@@ -172,7 +172,7 @@ class Composition:
         sums = ((before + after) / 2 for before, after in itertools.pairwise(halves))
         return inner if all(abs(one - two) < 1e-14 for one, two in zip(outer, sums, strict=True)) else ()
 
-    def exchanged(self) -> Composition:
+    def swap_parts(self) -> Composition:
         """Return the same fractions with kicks for drifts and drifts for kicks, which has the same order."""
         other: Part = "kick" if self.first == "drift" else "drift"
         return Composition(self.name, self.order, other, self.fractions, self.source, self.levels)
@@ -184,15 +184,15 @@ class Composition:
         ----------
         steps : any shape; in 1/omega
         """
-        return self._nested(np.asarray(steps), len(self.levels)) if self.levels else _turned(self.parts(), steps)
+        return self._by_level(np.asarray(steps), len(self.levels)) if self.levels else _matrices(self.parts(), steps)
 
-    def _nested(self, steps: Array, level: int) -> Array:
+    def _by_level(self, steps: Array, level: int) -> Array:
         """Return the matrices of the oscillator for steps of a level of a recursion; 0: leapfrogs."""
         if level == 0:
             other: Part = "kick" if self.first == "drift" else "drift"
-            return _turned([(self.first, 0.5), (other, 1.0), (self.first, 0.5)], steps)
+            return _matrices([(self.first, 0.5), (other, 1.0), (self.first, 0.5)], steps)
         sizes = self.levels[level - 1]
-        inner = {size: self._nested(size * steps, level - 1) for size in dict.fromkeys(sizes)}
+        inner = {size: self._by_level(size * steps, level - 1) for size in dict.fromkeys(sizes)}
         return functools.reduce(np.matmul, (inner[size] for size in sizes))
 
     @functools.cached_property
@@ -218,7 +218,7 @@ class Composition:
             points = np.unique(np.concatenate([grid, *finer]))
             outside = np.flatnonzero(beyond(points) > _ROUNDED_TRACE)
             if len(outside) and outside[0]:
-                return _bisected(beyond, points[outside[0] - 1], points[outside[0]])
+                return _bisect(beyond, points[outside[0] - 1], points[outside[0]])
         raise AssertionError("unreachable: the trace is a polynomial of even degree in the step")
 
     @functools.cached_property
@@ -238,7 +238,7 @@ class Composition:
         return float(abs(rows[0, 1, -1] + rows[1, 0, -1]) / math.sqrt(2.0))
 
 
-def _turned(parts: Iterable[tuple[Part, float]], steps: Array) -> Array:
+def _matrices(parts: Iterable[tuple[Part, float]], steps: Array) -> Array:
     """Return the matrices by which drifts and kicks in turn change (q, p) of the oscillator q'' = -q."""
     matrices = np.broadcast_to(np.eye(2), (*np.shape(steps), 2, 2)).copy()
     for part, fraction in parts:
@@ -255,7 +255,7 @@ def _rounding(values: Sequence[float]) -> float:
     return 4e-15 + 2.0**-52 * math.fsum(map(abs, values))
 
 
-def _bisected(beyond: Callable[[Array], Array], inside: float, outside: float) -> float:
+def _bisect(beyond: Callable[[Array], Array], inside: float, outside: float) -> float:
     """Return the zero of a function between two steps."""
     for _ in range(60):
         middle = (inside + outside) / 2

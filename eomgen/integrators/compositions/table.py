@@ -88,7 +88,7 @@ def _five_kicks(outer: Decimal, kick: Decimal, drift: Decimal, second: Decimal) 
     return _symmetric(outer, kick, drift, second, Decimal("0.5") - outer - drift, 1 - 2 * (kick + second))
 
 
-def _of_leapfrogs(*half: Decimal) -> tuple[float, ...]:
+def _merge_leapfrogs(*half: Decimal) -> tuple[float, ...]:
     """Return the fractions of leapfrogs of these sizes, the last one in the middle, adjacent drifts merged."""
     sizes = [*half, *half[-2::-1]]
     halves = [Decimal(0), *(size / 2 for size in sizes), Decimal(0)]
@@ -179,7 +179,7 @@ _TABULATED: Mapping[str, tuple[int, str, Mapping[Part, tuple[float, ...]]]] = {
         6,
         _KAHAN_LI,
         {
-            "drift": _of_leapfrogs(
+            "drift": _merge_leapfrogs(
                 Decimal("0.39216144400731413928"),
                 Decimal("0.33259913678935943860"),
                 Decimal("-0.70624617255763935981"),
@@ -192,7 +192,7 @@ _TABULATED: Mapping[str, tuple[int, str, Mapping[Part, tuple[float, ...]]]] = {
         8,
         _KAHAN_LI,
         {
-            "drift": _of_leapfrogs(
+            "drift": _merge_leapfrogs(
                 Decimal("0.13020248308889008088"),
                 Decimal("0.56116298177510838456"),
                 Decimal("-0.38947496264484728641"),
@@ -232,7 +232,7 @@ def composition_named(name: str, first: Part = "drift") -> Composition:
     UsageError
         An unknown name, with the nearest known names, or an order that the rule does not have.
     """
-    return _made(_key(name), first)
+    return _make_composition(_key(name), first)
 
 
 def names_composition(name: str) -> bool:
@@ -247,7 +247,7 @@ def _key(name: str) -> str:
 
 
 @functools.lru_cache(maxsize=256)
-def _made(name: str, first: Part) -> Composition:
+def _make_composition(name: str, first: Part) -> Composition:
     if first not in ("drift", "kick"):
         raise UsageError(
             Problem("first", f"a step begins with a drift or a kick, not with {shown(first)} [E0329]", "drift")
@@ -269,4 +269,4 @@ def compositions(first: Part = "drift") -> tuple[Composition, ...]:
     """Return the compositions of the table, and the compositions of orders 4 to 8 by the rules of the table."""
     rules = [f"{rule}{order}" for order in (4, 6, 8) for rule in _FORWARD]
     names = (*_TABULATED, *rules, "creutz_gocksch4_3", "creutz_gocksch4_4")
-    return tuple(_made(name, first) for name in names)
+    return tuple(_make_composition(name, first) for name in names)

@@ -71,7 +71,7 @@ class SymplecticComposition(Family):
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
-        return tuple(MethodName(name, partial(_made, name), idle=("rho_inf",), fixed_steps=_FIXED) for name in NAMES)
+        return tuple(MethodName(name, partial(_make, name), idle=("rho_inf",), fixed_steps=_FIXED) for name in NAMES)
 
     @classmethod
     def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
@@ -107,7 +107,7 @@ class SymplecticComposition(Family):
         }
 
 
-def _made(name: str) -> SymplecticComposition:
+def _make(name: str) -> SymplecticComposition:
     return SymplecticComposition(composition_named(name, "kick"))
 
 

@@ -19,7 +19,7 @@ M_n of the start:
 
 so M may be singular if the matrix is not. If M depends on q, M_n a - r is off by (M_n - M_i) M_i^-1 r, which is
 of the power of h of the error of a pass anyway. If passes are so few that the order rests on more than a power each
-(``refined``), one correction of a by the factors of the step makes r small to one more power of h. Numbers of q have
+(``is_refined``), one correction of a by the factors of the step makes r small to one more power of h. Numbers of q have
 theta' = v, which is linear: after a pass its defect is -gamma h r d_p of v alone, with r = (P - A)/gamma applied to
 L_p, so no sum over nodes is needed for them.
 
@@ -125,7 +125,7 @@ class DiscontinuousGalerkin(OneFactorization):
         return operators(self.degree, self.gamma)
 
     @property
-    def refined(self) -> bool:
+    def is_refined(self) -> bool:
         """Whether passes are too few for accelerations that are off by the defect of the pass before."""
         return self.order > self.passes + min(self.degree, 2) - 1
 
@@ -182,7 +182,7 @@ class DiscontinuousGalerkin(OneFactorization):
             "at_nodes": numbers(result.values),
             "derivative": numbers(result.derivative),
             "lag": self._lag,
-            "refined": self.refined and not system.facts.constant_mass,
+            "refined": self.is_refined and not system.facts.constant_mass,
             "input_times": [0.0, *(float(node) for node in result.nodes)],
         }
 
@@ -230,7 +230,7 @@ class DiscontinuousGalerkin(OneFactorization):
                 for size, times in sorted(sums.items())
                 if size
             ),
-            Work("right sides and corrections", self.passes, False, *_of_pass(nodes, plain, v, z, forces)),
+            Work("right sides and corrections", self.passes, False, *_pass_work(nodes, plain, v, z, forces)),
             replace(sum_of_node, what="velocities and accelerations of nodes", times=evaluated,
                     additions=sum_of_node.additions + 2 * v * refined),
             Work("accelerations of the end", 1, False, (v + z) * (nodes - 1), nodes + (v + z) * nodes, 1),
@@ -239,7 +239,7 @@ class DiscontinuousGalerkin(OneFactorization):
         )  # fmt: skip  # a table
 
 
-def _of_pass(nodes: int, plain: int, v: int, z: int, forces: int) -> tuple[int, int]:
+def _pass_work(nodes: int, plain: int, v: int, z: int, forces: int) -> tuple[int, int]:
     """Return additions and multiplications of a pass without its sums, products and substitutions."""
     added = plain + 2 * (v - plain) + forces + v + 2 * z
     return nodes * added, nodes * (plain + bool(plain) + v + z)

@@ -100,7 +100,7 @@ _COMPILED_WITH: Mapping[str, Mapping[str, float]] = {"newmark_index3": {"alpha":
 
 
 @lru_cache(maxsize=64)
-def _written(number: float) -> Fraction:
+def _decimal_fraction(number: float) -> Fraction:
     """Return a number as the decimal number of its text."""
     return Fraction(repr(number))
 
@@ -473,7 +473,7 @@ class GeneralizedAlpha(Family):
     @property
     def rho(self) -> Fraction:
         """The spectral radius as the decimal number that was written."""
-        return _written(float(self.rho_inf))
+        return _decimal_fraction(float(self.rho_inf))
 
     @property
     def alpha_m(self) -> Fraction:

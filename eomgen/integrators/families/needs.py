@@ -59,7 +59,7 @@ POSITIONS_ALONE = SystemRequirement(
 )
 
 
-def constrained(otherwise: str) -> SystemRequirement:
+def needs_constraints(otherwise: str) -> SystemRequirement:
     """Return the need of a method that eliminates constraints; ``otherwise`` is the method for scenes without
     constraints."""
     reason = f"it eliminates constraint equations, and {otherwise} does the same work if there are none"

@@ -32,7 +32,7 @@ from eomgen.integrators.families.family import (
     rotation_too_large,
     velocities,
 )
-from eomgen.integrators.families.needs import SystemRequirement, constrained
+from eomgen.integrators.families.needs import SystemRequirement, needs_constraints
 from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4, RungeKuttaMuntheKaas
 
 if TYPE_CHECKING:
@@ -134,7 +134,7 @@ class PartitionedRungeKutta(RungeKuttaMuntheKaas):
     1].
     """
 
-    needs = (constrained("rk4"),)
+    needs = (needs_constraints("rk4"),)
     family = "partitioned"
     holds_constraints = True
     passes_singularities = True
@@ -215,7 +215,7 @@ class PartitionedEmbeddedRungeKutta(EmbeddedRungeKutta):
 
     @property
     def needs(self) -> tuple[SystemRequirement, ...]:  # type: ignore[override]
-        return (constrained(self.pair.name),)
+        return (needs_constraints(self.pair.name),)
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:

@@ -163,7 +163,7 @@ class Rattlie(Family):
         owners = system.inner_owners
         unknowns = Unknowns(nv, nl, system.holonomic, False, len(owners))
         known = samples if samples is not None else samples_of(system)
-        state_pattern, known = known.packing.nonzeros["Fz"], _of_momenta(known)
+        state_pattern, known = known.packing.nonzeros["Fz"], _momentum_samples(known)
         weights = (1.0, 0.5 * step, 0.0, 1.0, 1.0, 1.0, 1.0)
         solver = make_solver(unknowns, system.factors, known, weights, step, owners, sample=system.sample)
         data = solver_data(solver, system.factors, plain=True, iterated=True)
@@ -182,7 +182,7 @@ class Rattlie(Family):
 _LEFT_OUT = ("K", "Z", "Rz", "Fq", "Fv", "Fz", "Fx")
 
 
-def _of_momenta(samples: SampledPartials) -> SampledPartials:
+def _momentum_samples(samples: SampledPartials) -> SampledPartials:
     """Return samples with B at both ends of a step, and without terms outside the matrix of a step."""
     from eomgen.integrators.newton.sample_matrices import at_both_ends  # noqa: PLC0415
 

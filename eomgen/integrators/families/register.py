@@ -75,7 +75,7 @@ def families_of_others() -> tuple[type[Family], ...]:
     known = set(method_names())
     families = []
     for entry in extensions(GROUP):
-        family = _checked(entry)
+        family = _check_family(entry)
         taken = sorted({family.family} & names) + sorted(set(_rows((family,))) & known)
         if taken:
             raise broken(entry, f"takes the name {taken[0]}, which there is")
@@ -147,7 +147,7 @@ def _rows(families: Sequence[type[Family]]) -> dict[str, Row]:
     return {name: (family, row) for family in families for row in family.names() for name in (row.name, *row.aliases)}
 
 
-def _checked(entry: EntryPoint) -> type[Family]:
+def _check_family(entry: EntryPoint) -> type[Family]:
     family = loaded(entry, object)
     if not (inspect.isclass(family) and issubclass(family, Family)):
         raise broken(entry, f"is not a subclass of {Family.__module__}.Family")
@@ -204,18 +204,18 @@ def method_named(name: str, rho_inf: float | None = Simulation.rho_inf, **parame
     """
     row = row_of(name)[1]
     given = {"rho_inf": rho_inf, **parameters}
-    return _made(row.name, tuple((key, given[key]) for key in row.parameters if given.get(key) is not None))
+    return _make_method(row.name, tuple((key, given[key]) for key in row.parameters if given.get(key) is not None))
 
 
 def method_compiled(name: str) -> Method:
     """Return a method with valid parameters for the compilation of its stepper; runs set other parameters. Raises
     UsageError."""
     row = row_of(name)[1]
-    return _made(row.name, tuple(row.compiled_with.items())) if row.compiled_with else method_named(name)
+    return _make_method(row.name, tuple(row.compiled_with.items())) if row.compiled_with else method_named(name)
 
 
 @functools.lru_cache(maxsize=256)
-def _made(name: str, parameters: tuple[tuple[str, float | None], ...]) -> Method:
+def _make_method(name: str, parameters: tuple[tuple[str, float | None], ...]) -> Method:
     """Return a method, cached, because a check of exact coefficients takes longer than a short run."""
     return row_of(name)[1].make(**dict(parameters))
 

@@ -154,7 +154,7 @@ def eliminate(
     for number, (new_rows, new_columns) in enumerate(plan):
         begun = len(rows)
         delayed = bool(state.columns_of_stage)
-        late_rows, late_columns = state.left(long=long)
+        late_rows, late_columns = state.remaining_indices(long=long)
         own_rows, own_columns = [*late_rows, *new_rows], [*late_columns, *new_columns]
         state.rows_of_stage |= set(new_rows)
         state.columns_of_stage |= set(new_columns)
@@ -216,7 +216,7 @@ class _ActiveSubmatrix:
                 self.group[k] = number
         self.rows: list[dict[int, int]] = [{} for _ in range(size)]
         self.columns: list[set[int]] = [set() for _ in range(size)]
-        self.used, scaled = len(samples) + 1, _equilibrated(size, samples, groups)
+        self.used, scaled = len(samples) + 1, _equilibrate(size, samples, groups)
         self.values = np.zeros((2 * self.used, scaled.shape[1]))
         self.values[1 : self.used] = scaled
         for place, (row, column) in enumerate(samples, 1):
@@ -226,7 +226,7 @@ class _ActiveSubmatrix:
         self.columns_of_stage: set[int] = set()
         self.sizes: dict[int, dict[float, dict[int, float]]] = {}  # by column, threshold and row, while they hold
 
-    def left(self, *, long: bool) -> tuple[list[int], list[int]]:
+    def remaining_indices(self, *, long: bool) -> tuple[list[int], list[int]]:
         """Return the rows and columns that earlier stages leave; none unless there are many stages."""
         return (sorted(self.rows_of_stage), sorted(self.columns_of_stage)) if long else ([], [])
 
@@ -355,7 +355,7 @@ class _ActiveSubmatrix:
             self.values = np.concatenate([self.values, np.zeros((self.used, self.values.shape[1]))])
 
 
-def _equilibrated(size: int, samples: Mapping[tuple[int, int], Array], groups: Sequence[Sequence[int]]) -> Array:
+def _equilibrate(size: int, samples: Mapping[tuple[int, int], Array], groups: Sequence[Sequence[int]]) -> Array:
     """Return the entries (n, samples) with rows and columns scaled so that the largest of each is about 1 (Ruiz 2001).
 
     Every sample has separate scales: stiffness and inertia of an entry may differ by more orders of magnitude than

@@ -86,7 +86,7 @@ class Unknowns:
         return self.v
 
     @property
-    def skipped(self) -> int:
+    def skipped_rows(self) -> int:
         """Number of rows of w that are not equations."""
         return 0 if self.stabilised else self.holonomic
 
@@ -96,7 +96,7 @@ class Unknowns:
 
     def velocity_row(self, constraint: int) -> int | None:
         """Return the row of w that belongs to a constraint row, None if there is none."""
-        return None if constraint < self.skipped else self.v + self.holonomic + constraint - self.skipped
+        return None if constraint < self.skipped_rows else self.v + self.holonomic + constraint - self.skipped_rows
 
     @property
     def data(self) -> dict[str, int]:
@@ -109,7 +109,7 @@ class Unknowns:
             "size": self.size,
             "phi": self.phi,
             "w": self.v + self.holonomic,
-            "skipped": self.skipped,
+            "skipped": self.skipped_rows,
             "first_z": self.first_z,
         }
 
@@ -132,7 +132,7 @@ class Packing:
     size: int
 
 
-def packed(patterns: Mapping[str, Sequence[MatrixIndex]]) -> Packing:
+def pack(patterns: Mapping[str, Sequence[MatrixIndex]]) -> Packing:
     """Return the packing of the function ``iteration``."""
     return _append_matrices(Packing("iteration", {}, {}, 0), patterns, _MATRICES)
 
@@ -222,7 +222,7 @@ def iteration_terms(
     columns = _tangent_rows(factors, terms, packing, every_tangent)
     of_positions = packing.nonzeros.get("B_end", packing.nonzeros["B"])
     sources = {**{name: packing.nonzeros[name] for name in ("K", "Z", "Fq")}, "B": of_positions}
-    moved = {name: _moved(sources[name], columns, terms, packing.size) for name in ("K", "B", "Z", "Fq")}
+    moved = {name: _times_tangent(sources[name], columns, terms, packing.size) for name in ("K", "B", "Z", "Fq")}
     weight = {name: number for number, name in enumerate(WEIGHTS)}
     nv = unknowns.v
 
@@ -309,7 +309,7 @@ def _tangent_rows(
     return rows
 
 
-def _moved(
+def _times_tangent(
     nonzeros: Mapping[MatrixIndex, int],
     tangent_rows: Mapping[int, list[tuple[int, int]]],
     terms: NonzeroTerms,

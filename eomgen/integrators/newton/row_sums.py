@@ -51,17 +51,17 @@ def with_row_sums(system: System) -> System:
         return system
     entries = _entries(system, system.functions[matrix])
     coordinates = _coordinates(system)
-    groups = _joined(entries, coordinates)
+    groups = _join_groups(entries, coordinates)
     if not groups:
         return system
     residual = next(block.refs for block in system.functions[forces].outputs if block.name == "r")
     summands = {k: _summands(system.tape, residual[k]) for group in groups for k in group}
     with system.tape.block("row sums of stiffness and damping"):
-        groups, sums, mutual = _translated(system.tape, summands, groups, coordinates)
+        groups, sums, mutual = _sum_mutual_forces(system.tape, summands, groups, coordinates)
     groups = _resisting(system, groups)
     if not groups:
         return system
-    completed = _completed(system, tuple(groups), sums)
+    completed = _add_row_sums(system, tuple(groups), sums)
     if system.nv + system.nz > GROUPS_UNROLLED:
         return completed
     links = [_links(entries, summands, group, mutual) for group in groups]
@@ -94,7 +94,7 @@ def _coordinates(system: System) -> dict[int, int]:
     }
 
 
-def _joined(entries: Mapping[str, Mapping[MatrixIndex, Ref]], coordinates: Mapping[int, int]) -> list[list[int]]:
+def _join_groups(entries: Mapping[str, Mapping[MatrixIndex, Ref]], coordinates: Mapping[int, int]) -> list[list[int]]:
     """Return the groups that symmetric entries of K and C join, unless M couples them."""
     symmetric = (
         (row, column)
@@ -114,7 +114,7 @@ def _joined(entries: Mapping[str, Mapping[MatrixIndex, Ref]], coordinates: Mappi
     return [sorted(group) for root, group in sorted(members.items()) if len(group) > 1 and root not in coupled]
 
 
-def _translated(
+def _sum_mutual_forces(
     tape: Tape,
     summands: Mapping[int, Sequence[Ref]],
     groups: Sequence[Sequence[int]],
@@ -129,7 +129,7 @@ def _translated(
             seeds[InputSymbol("v", k)] = {2 * number + 1: ONE}
     terms = sorted({abs(ref) for refs in summands.values() for ref in refs})
     along = dict(zip(terms, forward_partials(tape, terms, seeds), strict=True))
-    touched = _touched(tape, terms, {key: group for group in groups for key in group}, coordinates)
+    touched = _dependencies(tape, terms, {key: group for group in groups for key in group}, coordinates)
     kept: list[list[int]] = []
     result: set[Ref] = set()
     sums: dict[str, dict[int, Ref]] = {name: {} for name in _ALONG}
@@ -165,7 +165,7 @@ def _summands(tape: Tape, ref: Ref) -> list[Ref]:
     return result
 
 
-def _touched(
+def _dependencies(
     tape: Tape, terms: Sequence[Ref], members: Mapping[int, Sequence[int]], coordinates: Mapping[int, int]
 ) -> dict[int, int]:
     """Return for each operation the coordinates of groups on which the result depends, as a set of bits."""
@@ -209,7 +209,7 @@ def _resisting(system: System, groups: Sequence[Sequence[int]]) -> list[list[int
     ]
 
 
-def _completed(system: System, groups: tuple[Sequence[int], ...], sums: Mapping[str, Mapping[int, Ref]]) -> System:
+def _add_row_sums(system: System, groups: tuple[Sequence[int], ...], sums: Mapping[str, Mapping[int, Ref]]) -> System:
     """Return the system with these groups, and the function that gives the sums that are not zero by structure."""
     blocks, patterns = [], {}
     for name, along in _ALONG.items():

@@ -14,7 +14,14 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
-from eomgen.integrators.newton.matrix import MatrixIndex, Packing, dense, packed, with_end_jacobian, with_sums
+from eomgen.integrators.newton.matrix import (
+    MatrixIndex,
+    Packing,
+    dense,
+    pack,
+    with_end_jacobian,
+    with_sums,
+)
 from eomgen.lie import product
 from eomgen.symbolic.evaluate import Evaluation, evaluate
 
@@ -60,7 +67,7 @@ def packing_of(system: Any) -> Packing:
 
 def _packing_of_partials(system: Any) -> Packing:
     if "iteration" in system.functions:
-        return packed(system.patterns)
+        return pack(system.patterns)
     nonzero: dict[str, list[MatrixIndex]] = {}
     for block in system.functions["partials"].outputs:
         nonzero[block.name] = [
@@ -242,7 +249,7 @@ def _consistent(system: Any, inputs: dict[str, Any]) -> dict[str, Any]:
     scale = _equilibrating(A, nv)
     solution = scale * np.linalg.lstsq(A * np.outer(scale, scale), -scale * right, rcond=None)[0]
     count = len(inputs["q"])
-    return {"a": _repeated(solution[:nv], count), "lam": _repeated(solution[nv:], count)}
+    return {"a": _repeat(solution[:nv], count), "lam": _repeat(solution[nv:], count)}
 
 
 def _equilibrating(A: Array, nv: int) -> Array:
@@ -255,5 +262,5 @@ def _equilibrating(A: Array, nv: int) -> Array:
     return scale
 
 
-def _repeated(values: Sequence[float] | Array, count: int) -> Array:
+def _repeat(values: Sequence[float] | Array, count: int) -> Array:
     return np.broadcast_to(np.asarray(values, float), (count, len(values))).copy()

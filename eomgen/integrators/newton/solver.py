@@ -300,7 +300,7 @@ def solver_data(
     iterated : whether an iteration makes up for a vanished pivot that is replaced
     """
     packing, terms = solver.packing, solver.terms
-    indices = _ordered(terms.entries, solver.elimination) if solver.fronts is None else list(solver.fronts.read_order)
+    indices = _sort(terms.entries, solver.elimination) if solver.fronts is None else list(solver.fronts.read_order)
     place_of = {index: place for place, index in enumerate(indices)}
     data: dict[str, Any] = {
         "kind": solver.kind,
@@ -360,7 +360,7 @@ def _grouped_columns(solver: Solver) -> list[list[int]]:
     ]
 
 
-def _ordered(indices: Iterable[MatrixIndex], elimination: Elimination | None) -> list[MatrixIndex]:
+def _sort(indices: Iterable[MatrixIndex], elimination: Elimination | None) -> list[MatrixIndex]:
     """Return the entries row by row in the order of elimination."""
     if elimination is None:
         return sorted(indices)

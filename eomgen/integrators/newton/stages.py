@@ -137,7 +137,7 @@ def _fill(neighbours: Mapping[int, set[int]], *, by_degree: bool) -> int:
 
 def _sharing(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing) -> list[MatrixIndex]:
     """Return pairs of components of one body."""
-    of_factors = list(_of_one_body(factors))
+    of_factors = list(_body_pairs(factors))
     inertia = packing.nonzeros["M"]
     if unknowns.lam:
         return [*of_factors, *inertia]
@@ -192,7 +192,7 @@ def _add_constraint(unknowns: Unknowns, constraint: int, rows: list[int], column
         columns.append(unknowns.v + unknowns.lam + constraint)
 
 
-def _of_one_body(factors: Sequence[Factor]) -> Iterator[MatrixIndex]:
+def _body_pairs(factors: Sequence[Factor]) -> Iterator[MatrixIndex]:
     """Yield pairs of components that join the components of one body, not all of its pairs: the first component of a
     factor with each other component, and the last of a rotation with the first of the position stored after the
     rotation."""
