@@ -189,7 +189,7 @@ def by_name(
     return result
 
 
-def measured(name: str, value: Any, units: Sequence[str], otherwise: str = "") -> Any:
+def read_quantities(name: str, value: Any, units: Sequence[str], otherwise: str = "") -> Any:
     """Return the values given for the components of a vector, each text ("30 deg") as the number in the unit of its
     component.
 
@@ -325,14 +325,14 @@ def _problem(item: Requirement, values: Mapping[str, float], names: Sequence[str
     try:
         numbers = [evaluate(formula, lambda symbol: values[symbol.name]) for formula in item.formulas]
     except ArithmeticError as error:
-        return Problem(item.where, f"{error} at {_listed(item, values, names)}", OTHER_VALUES)
+        return Problem(item.where, f"{error} at {_list_values(item, values, names)}", OTHER_VALUES)
     if item.rule is None or not item.rule.broken(numbers):
         return None
     fault, hint = item.rule.fault(numbers)
-    return Problem(item.where, f"{fault} at {_listed(item, values, names)}", hint)
+    return Problem(item.where, f"{fault} at {_list_values(item, values, names)}", hint)
 
 
-def _listed(item: Requirement, values: Mapping[str, float], names: Sequence[str]) -> str:
+def _list_values(item: Requirement, values: Mapping[str, float], names: Sequence[str]) -> str:
     """Return the tunable parameters that a requirement depends on, with the values of these parameters."""
     mentioned = {symbol.name for formula in item.formulas for symbol in symbols(formula) if symbol.kind == "parameter"}
     specified = [f"{name} = {values[name]:.6g}" for name in names if name in mentioned]

@@ -81,9 +81,9 @@ def pose(
     >>> model.pose("lower", [0.8, -0.3]).round(4)
     array([ 0.9689,  0.    , -0.2474,  0.    ,  0.3587,  0.    , -0.3284])
     """
-    place = _placed(model, body, parameters)
+    place = _body_point(model, body, parameters)
     model = _having(model, place.body, "poses")
-    result = _of_body(model, place.body, "poses", q=q, t=t, parameters=parameters, base=base)
+    result = _body_term(model, place.body, "poses", q=q, t=t, parameters=parameters, base=base)
     if place.fixed is None:
         return result
     turn = np.broadcast_to(np.array(place.fixed.quaternion), (*result.shape[:-1], 4))
@@ -132,9 +132,9 @@ def twist(
     >>> model.twist("lower", [0.8, -0.3], [1.0, 0.5], t=0.2).round(4)
     array([ 0.    , -1.5   ,  0.    ,  0.4958,  0.    , -0.0444])
     """
-    place = _placed(model, body, parameters)
+    place = _body_point(model, body, parameters)
     model = _having(model, place.body, "twists")
-    result = _of_body(model, place.body, "twists", q=q, v=v, t=t, parameters=parameters, base=base)
+    result = _body_term(model, place.body, "twists", q=q, v=v, t=t, parameters=parameters, base=base)
     if place.fixed is None:
         return result
     omega, velocity = result[..., :3], result[..., 3:] + np.cross(result[..., :3], place.position)
@@ -199,17 +199,17 @@ def point(
     needed = ["poses"] if v is None else ["poses", "twists"] if a is None else ["poses", "twists", "accelerations"]
     model = _having(model, body, *needed)
     given: dict[str, Any] = {"q": q, "t": t, "parameters": parameters, "base": base}
-    pose = _of_body(model, body, "poses", **given)
+    pose = _body_term(model, body, "poses", **given)
     turn = pose[..., :4]
     position = pose[..., 4:] + rotated(turn, r)
     if v is None:
         return PointMotion(position, None)
-    twist = _of_body(model, body, "twists", v=v, **given)
+    twist = _body_term(model, body, "twists", v=v, **given)
     omega = twist[..., :3]
     velocity = rotated(turn, twist[..., 3:] + np.cross(omega, r))
     if a is None:
         return PointMotion(position, velocity)
-    rate = _of_body(model, body, "accelerations", v=v, a=a, **given)
+    rate = _body_term(model, body, "accelerations", v=v, a=a, **given)
     relative = np.cross(rate[..., :3], r) + np.cross(omega, np.cross(omega, r))
     return PointMotion(position, velocity, rotated(turn, rate[..., 3:] + relative))
 
@@ -240,9 +240,9 @@ def body_jacobian(model: ExtensibleModel, body: str, q: ArrayLike, *, parameters
     >>> model.body_jacobian("lower", [0.8, -0.3]).shape
     (6, 2)
     """
-    place = _placed(model, body, parameters)
+    place = _body_point(model, body, parameters)
     model = _having(model, place.body, "jacobians")
-    result = _of_body(model, place.body, "jacobians", q=q, parameters=parameters)
+    result = _body_term(model, place.body, "jacobians", q=q, parameters=parameters)
     if place.fixed is None:
         return result
     columns = np.swapaxes(result, -1, -2)
@@ -298,7 +298,7 @@ def point_jacobian(
     body, place = _fixed_in(model, body, r, parameters)
     model = _having(model, body, "poses", "jacobians")
     r = place[..., np.newaxis, :]
-    turn = _of_body(model, body, "poses", q=q, t=t, parameters=parameters, base=base)[..., np.newaxis, :4]
+    turn = _body_term(model, body, "poses", q=q, t=t, parameters=parameters, base=base)[..., np.newaxis, :4]
     columns = np.swapaxes(body_jacobian(model, body, q, parameters=parameters), -1, -2)
     return np.swapaxes(rotated(turn, columns[..., 3:] + np.cross(columns[..., :3], r)), -1, -2)
 
@@ -327,7 +327,7 @@ class _BodyPoint(NamedTuple):
     position: Array
 
 
-def _placed(model: EvaluatedModel, name: str, parameters: Parameters) -> _BodyPoint:
+def _body_point(model: EvaluatedModel, name: str, parameters: Parameters) -> _BodyPoint:
     """Return the body that a name stands for, or the body that carries a frame, with the frame's position (..., 3)."""
     check_place(name)
     terms = model.evaluator
@@ -341,7 +341,7 @@ def _fixed_in(model: EvaluatedModel, body: str, r: ArrayLike, parameters: Parame
     """Return the body that carries a point, and the point's coordinates in the frame of the body."""
     check_place(body)
     at = components("r", r, 3)
-    place = _placed(model, body, parameters)
+    place = _body_point(model, body, parameters)
     if place.fixed is not None:
         at = place.position + at @ np.array(place.fixed.orientation).T
     return place.body, _rigid(model, body, place.body, at)
@@ -357,17 +357,17 @@ def _rigid(model: EvaluatedModel, name: str, body: str, position: Array) -> Arra
     return position
 
 
-def _of_body(model: EvaluatedModel, body: str, term: str, **given: Any) -> Array:
+def _body_term(model: EvaluatedModel, body: str, term: str, **given: Any) -> Array:
     terms = model.evaluator
     _check_name(model, body)
     if body in (BASE, WORLD):
-        return _of_base(model, body, term, **given)
+        return _base_term(model, body, term, **given)
     every = terms.call(term, **given)[0]
     result: Array = np.take(every, terms.bodies.index(body), axis=-3 if term == "jacobians" else -2)
     return result
 
 
-def _of_base(model: EvaluatedModel, name: str, term: str, **given: Any) -> Array:
+def _base_term(model: EvaluatedModel, name: str, term: str, **given: Any) -> Array:
     """Return the values of a term of bodies for the base or the world, which carry frames, too."""
     terms = model.evaluator
     batch = np.broadcast_shapes(terms.configuration(given["q"]).shape[:-1], np.shape(given.get("t", 0.0)))
@@ -446,7 +446,7 @@ def jacobian(
            [0.    , 0.    ],
            [0.3587, 0.    ]])
     """
-    return _of_frame(model, "frame_jacobians", frame, reference, q=q, t=t, parameters=parameters, base=base)
+    return _frame_term(model, "frame_jacobians", frame, reference, q=q, t=t, parameters=parameters, base=base)
 
 
 def jacobian_rate(
@@ -496,7 +496,7 @@ def jacobian_rate(
     >>> model.jacobian_rate("lower", [0.8, -0.3], [1.0, 0.5]).shape
     (6, 2)
     """
-    return _of_frame(model, "frame_jacobian_rates", frame, reference, q=q, v=v, t=t, parameters=parameters, base=base)
+    return _frame_term(model, "frame_jacobian_rates", frame, reference, q=q, v=v, t=t, parameters=parameters, base=base)
 
 
 def drift(
@@ -551,7 +551,7 @@ def drift(
     >>> np.allclose(model.drift("lower", q, v), rate @ v)
     True
     """
-    return _of_frame(model, "frame_drifts", frame, reference, q=q, v=v, t=t, parameters=parameters, base=base)
+    return _frame_term(model, "frame_drifts", frame, reference, q=q, v=v, t=t, parameters=parameters, base=base)
 
 
 def operational_inertia(
@@ -614,7 +614,7 @@ def operational_inertia(
         raise UsageError(Problem("rows", f"{shown(str(list(rows)))} are not rows of a twist [E0251]", "rows=[3, 4, 5]"))
     given: dict[str, Any] = {"q": q, "t": t, "parameters": parameters, "base": base}
     held = bool(model.evaluator.multipliers)
-    every = _held_mobility(model, frame, given) if held else _taken(model, "frame_mobilities", frame, **given)
+    every = _held_mobility(model, frame, given) if held else _term_of(model, "frame_mobilities", frame, **given)
     mobility = every[..., wanted, :][..., wanted]
     values = np.linalg.eigvalsh(mobility)
     if not np.all(values[..., 0] > _SINGULAR * values[..., -1]):
@@ -634,7 +634,7 @@ def _held_mobility(model: ExtensibleModel, frame: str, given: Mapping[str, Any])
     able = model.having(("mass", "constraint_jacobian", "frame_jacobians_aligned"))
     M = able.evaluator.call("mass", **{name: given[name] for name in ("q", "parameters")})[0]
     B = able.evaluator.call("constraint_jacobian", **given)[0]
-    J = _taken(able, "frame_jacobians_aligned", frame, **given)
+    J = _term_of(able, "frame_jacobians_aligned", frame, **given)
     nv = M.shape[-1]
     P = np.eye(nv) - np.linalg.pinv(B, rcond=_DEPENDENT) @ B
     s = np.trace(M, axis1=-2, axis2=-1)[..., np.newaxis, np.newaxis] / nv
@@ -643,12 +643,12 @@ def _held_mobility(model: ExtensibleModel, frame: str, given: Mapping[str, Any])
     return 0.5 * (mobility + np.swapaxes(mobility, -1, -2))
 
 
-def _of_frame(model: ExtensibleModel, term: str, frame: str, reference: str, **given: Any) -> Array:
+def _frame_term(model: ExtensibleModel, term: str, frame: str, reference: str, **given: Any) -> Array:
     if reference not in REFERENCES:
         name = str(reference)
         hint = _meant_reference(name) or nearest(name, REFERENCES)
         raise UsageError(Problem("reference", f"there is no reference {shown(name)} [E0253]", hint))
-    return _taken(model, f"{term}{REFERENCES[reference][0]}", frame, **given)
+    return _term_of(model, f"{term}{REFERENCES[reference][0]}", frame, **given)
 
 
 def _meant_reference(name: str) -> str:
@@ -656,7 +656,7 @@ def _meant_reference(name: str) -> str:
     return name.lower() if name.lower() in REFERENCES else _ELSEWHERE.get(name.lower(), "")
 
 
-def _taken(model: ExtensibleModel, term: str, frame: str, **given: Any) -> Array:
+def _term_of(model: ExtensibleModel, term: str, frame: str, **given: Any) -> Array:
     """Return the values of a term for one body or frame."""
     check_place(frame)
     if isinstance(given.get("t"), str):

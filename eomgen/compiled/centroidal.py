@@ -47,7 +47,7 @@ def center_of_mass(
     >>> model.center_of_mass([0.8, -0.3]).round(4)
     array([ 0.4306,  0.    , -0.46  ])
     """
-    return _called(model, "center_of_mass", q=q, t=t, parameters=parameters, base=base)[0]
+    return _call(model, "center_of_mass", q=q, t=t, parameters=parameters, base=base)[0]
 
 
 def total_mass(model: ExtensibleModel, *, parameters: Parameters = None) -> Array:
@@ -72,7 +72,7 @@ def total_mass(model: ExtensibleModel, *, parameters: Parameters = None) -> Arra
     2.0
     """
     q = model.evaluator.initial_q
-    mass: Array = _called(model, "center_of_mass", q=q, parameters=parameters)[1][..., 0]
+    mass: Array = _call(model, "center_of_mass", q=q, parameters=parameters)[1][..., 0]
     return mass
 
 
@@ -110,7 +110,7 @@ def center_of_mass_jacobian(
            [0.    , 0.    ],
            [0.4306, 0.0719]])
     """
-    return _called(model, "center_of_mass_jacobian", q=q, t=t, parameters=parameters, base=base)[0]
+    return _call(model, "center_of_mass_jacobian", q=q, t=t, parameters=parameters, base=base)[0]
 
 
 def center_of_mass_drift(
@@ -146,7 +146,7 @@ def center_of_mass_drift(
     >>> model.center_of_mass_drift([0.8, -0.3], [1.0, 0.5]).round(4)
     array([-0.5205,  0.    ,  0.6445])
     """
-    return _called(model, "center_of_mass_drift", q=q, v=v, t=t, parameters=parameters, base=base)[0]
+    return _call(model, "center_of_mass_drift", q=q, v=v, t=t, parameters=parameters, base=base)[0]
 
 
 def centroidal_momentum(
@@ -185,7 +185,7 @@ def centroidal_momentum(
            [ 0.768 ,  0.2106],
            [ 0.6889,  0.1151]])
     """
-    return _called(model, "centroidal_momentum", q=q, t=t, parameters=parameters, base=base)[0]
+    return _call(model, "centroidal_momentum", q=q, t=t, parameters=parameters, base=base)[0]
 
 
 def centroidal_momentum_rate(
@@ -221,7 +221,7 @@ def centroidal_momentum_rate(
     >>> model.centroidal_momentum_rate([0.8, -0.3], [1.0, 0.5]).shape
     (6, 2)
     """
-    return _called(model, "centroidal_momentum_rate", q=q, v=v, t=t, parameters=parameters, base=base)[0]
+    return _call(model, "centroidal_momentum_rate", q=q, v=v, t=t, parameters=parameters, base=base)[0]
 
 
 def centroidal_drift(
@@ -259,8 +259,8 @@ def centroidal_drift(
     >>> np.allclose(model.centroidal_drift(q, v), rate @ v)
     True
     """
-    return _called(model, "centroidal_drift", q=q, v=v, t=t, parameters=parameters, base=base)[0]
+    return _call(model, "centroidal_drift", q=q, v=v, t=t, parameters=parameters, base=base)[0]
 
 
-def _called(model: ExtensibleModel, term: str, **given: Any) -> tuple[Array, ...]:
+def _call(model: ExtensibleModel, term: str, **given: Any) -> tuple[Array, ...]:
     return model.having((term,)).evaluator.call(term, **given)

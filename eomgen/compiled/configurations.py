@@ -71,7 +71,7 @@ def integrate(
     start, step = terms.configuration(q), terms.velocity("dq", dq)
     shape = np.broadcast_shapes(start.shape[:-1], step.shape[:-1])
     start, step = np.broadcast_to(start, (*shape, start.shape[-1])), np.broadcast_to(step, (*shape, step.shape[-1]))
-    return terms.followed(product.update(terms.factors, start, step), t, terms.parameters(parameters))
+    return terms.follow_angles(product.update(terms.factors, start, step), t, terms.parameters(parameters))
 
 
 def difference(model: EvaluatedModel, first: ArrayLike, second: ArrayLike) -> Array:
@@ -174,7 +174,7 @@ def random(
             drawn = source.normal(size=(*shape, 4))
             part = slice(factor.q_start, factor.q_start + 4)
             q[..., part] = drawn / np.linalg.norm(drawn, axis=-1, keepdims=True)
-    return terms.followed(components("q", q, q.shape[-1]), 0.0, terms.parameters(parameters))
+    return terms.follow_angles(components("q", q, q.shape[-1]), 0.0, terms.parameters(parameters))
 
 
 def _ranges(model: EvaluatedModel, parameters: Parameters) -> tuple[Array, Array]:

@@ -69,4 +69,4 @@ def consistent_samples(
         sizes=sizes,
     )
     result = consistent_states(system, q, v, kept_components(model.factors, starts))
-    return result._replace(q=model.evaluator.followed(result.q, t, parameters))
+    return result._replace(q=model.evaluator.follow_angles(result.q, t, parameters))

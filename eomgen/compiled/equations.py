@@ -49,7 +49,7 @@ def check_digits(model: EvaluatedModel, q: ArrayLike, p: Array, accelerations: A
     if key not in known:
         if len(known) >= _REMEMBERED:
             known.clear()
-        known[key] = 0.0 if np.array_equal(p, evaluator.parameters(None)[np.newaxis]) else _lost(model, q, p)
+        known[key] = 0.0 if np.array_equal(p, evaluator.parameters(None)[np.newaxis]) else _loss(model, q, p)
         if known[key] > LOST:
             fault = f"forward_dynamics: at these parameters {digits_kept(known[key])}"
             warnings.warn(f"{fault}; try: {_hint(model)} [W0024]", RuntimeWarning, stacklevel=4)
@@ -60,7 +60,7 @@ def check_digits(model: EvaluatedModel, q: ArrayLike, p: Array, accelerations: A
         )
 
 
-def _lost(model: EvaluatedModel, q: ArrayLike, p: Array) -> float:
+def _loss(model: EvaluatedModel, q: ArrayLike, p: Array) -> float:
     """Return the relative error of accelerations by cancellation, the largest of some states; 1 for an infinite M."""
     evaluator = model.evaluator
     q = evaluator.configuration(q)
@@ -509,7 +509,7 @@ def has_residual_partials(model: EvaluatedModel) -> bool:
     """Return whether ``residual_partials`` gives whole matrices: by the term of the matrices, or by nonzeros of a small
     scene."""
     functions = model.evaluator.functions
-    if functions.of_runs("partials"):
+    if functions.for_runs("partials"):
         return True
     patterns = functions.library.layout["patterns"]
     known = {"M", "K"} <= patterns.keys() and not ("X" in patterns and unpacked_places(patterns["X"]).size)
@@ -531,7 +531,7 @@ def residual_partials(
     """Return K, C, M as ``partials`` does at one state, of models for runs from the nonzeros of ``iteration``."""
     given: dict[str, Any] = {"t": t, "u": u, "z": z, "multipliers": multipliers, "parameters": parameters}
     functions = model.evaluator.functions
-    if functions.of_runs("partials") or "iteration" not in functions:
+    if functions.for_runs("partials") or "iteration" not in functions:
         return partials(model, q, v, a, **given)
     entries = evaluate(model, "iteration", q, v, a, **given)
     whole: dict[str, Array] = {name: np.zeros((len(v), len(v))) for name in "KCM"}
@@ -554,11 +554,11 @@ class Nonzeros(NamedTuple):
     columns: NDArray[np.int64]
     values: Array
 
-    def applied(self, vectors: Array, size: int) -> Array:
+    def apply(self, vectors: Array, size: int) -> Array:
         """Return the products, (states, size), with a vector of each state, (states, columns)."""
         return _sums(self.rows, self.values * vectors[:, self.columns], size)
 
-    def transposed(self) -> Nonzeros:
+    def transpose(self) -> Nonzeros:
         """Return the nonzeros of the transposed matrix."""
         return Nonzeros(self.columns, self.rows, self.values)
 
@@ -787,7 +787,7 @@ def _outputs(model: EvaluatedModel, values: Array) -> dict[str, Array]:
     return result
 
 
-def of_motion(model: EvaluatedModel, name: str, values: Mapping[str, Array]) -> dict[str, Array]:
+def motion_values(model: EvaluatedModel, name: str, values: Mapping[str, Array]) -> dict[str, Array]:
     """Return ``outputs`` or ``energy`` at states of a run of the model, without checks of the arguments.
 
     Parameters

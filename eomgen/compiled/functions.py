@@ -127,7 +127,7 @@ class LaneCompanions:
             self._begin(name, companion)
         return companion
 
-    def judged(
+    def judge(
         self, companion: Companion, name: str, inputs: Sequence[Array], sizes: Sequence[int], choice: Choice
     ) -> Library | None:
         """Return the companion, or None if the companion is missing or was refused. A new companion evaluates some
@@ -165,7 +165,7 @@ class LaneCompanions:
         for own in (self._library, library):
             outputs = [np.empty((_COMPARED, size)) for size in sizes]
             call = own.bind(name, some, outputs)
-            seconds.append(min(_timed(call) for _ in range(5)))
+            seconds.append(min(_measure_time(call) for _ in range(5)))
             results.append(outputs)
         if not all(_same_bits(one, other) for one, other in zip(*results, strict=True)):
             return "differs in bits"
@@ -194,7 +194,7 @@ class LaneCompanions:
             companion.refused = True
 
 
-def _timed(call: Callable[[], Any]) -> float:
+def _measure_time(call: Callable[[], Any]) -> float:
     began = time.perf_counter()
     call()
     return time.perf_counter() - began
@@ -246,7 +246,7 @@ class Functions:
     def __contains__(self, name: str) -> bool:
         return name in self._layouts
 
-    def of_runs(self, name: str) -> bool:
+    def for_runs(self, name: str) -> bool:
         """Return whether the model has a function that runs may call, since it is not compiled later than others."""
         return name in self._layouts and name not in self.library.layout.get("later", ())
 
@@ -310,7 +310,7 @@ class Functions:
             ) from None
         count = math.prod(shape)
         flat = [_samples(array, shape, count) for array in arrays]
-        results = [_uninitialised((count, *output), self.library.dtype) for output in self._shapes[name]]
+        results = [_empty((count, *output), self.library.dtype) for output in self._shapes[name]]
         if count:
             self._batch(name, flat, results, count)
         return tuple(result.reshape((*shape, *result.shape[1:])) for result in results)
@@ -355,7 +355,7 @@ class Functions:
             whole = end - begin == count
             own = inputs if whole else [array if array.ndim == 1 else array[begin:end] for array in inputs]
             filled = results if whole else [result[begin:end] for result in results]
-            library = None if companion is None else lanes.judged(companion, name, inputs, sizes, choice)
+            library = None if companion is None else lanes.judge(companion, name, inputs, sizes, choice)
             (library or one_by_one).call(name, own, filled)
 
         began, threads = time.perf_counter(), 1
@@ -387,7 +387,7 @@ class Functions:
             np.ascontiguousarray(blocks[block][:, np.newaxis] if block == "t" else blocks[block], float)
             for block in self.inputs(name)
         ]
-        return LaneCompanions.of(one_by_one).judged(companion, name, inputs, sizes, chosen()) or one_by_one
+        return LaneCompanions.of(one_by_one).judge(companion, name, inputs, sizes, chosen()) or one_by_one
 
     def _few(self, name: str, arrays: list[Array]) -> int | None:
         """Return the number of samples along the first axes if there are few, 0 if there are no such axes, else
@@ -424,14 +424,14 @@ def by_one_library(function: Callable[P, R]) -> Callable[P, R]:
     library."""
 
     @functools.wraps(function)
-    def called(*args: P.args, **kwargs: P.kwargs) -> R:
+    def call(*args: P.args, **kwargs: P.kwargs) -> R:
         model: Any = args[0] if args else None
         if model is None or model.functions.library.successor is None:
             return function(*args, **kwargs)
         with model.functions.one_library():
             return function(*args, **kwargs)
 
-    return called
+    return call
 
 
 def compiled_or_same(library: Library) -> Library:
@@ -455,7 +455,7 @@ def compiled_or_same(library: Library) -> Library:
     return successor.library
 
 
-def _uninitialised(shape: tuple[int, ...], dtype: DTypeLike) -> Array:
+def _empty(shape: tuple[int, ...], dtype: DTypeLike) -> Array:
     if math.prod(shape) * np.dtype(dtype).itemsize < _LARGE:
         return np.empty(shape, dtype)
     from eomgen.compiled.result_memory import RESULT_MEMORY  # noqa: PLC0415  # single states need no such memory

@@ -11,7 +11,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.messages import distinct, shown
-from eomgen.compiled.arguments import by_name, check_finite, check_name, check_quaternions, measured, numbers
+from eomgen.compiled.arguments import by_name, check_finite, check_name, check_quaternions, numbers, read_quantities
 from eomgen.compiled.beams import placed_nodes
 from eomgen.errors import Message, Problem, UsageError
 from eomgen.formula.units.labels import several_turns
@@ -216,7 +216,7 @@ def _component(factors: Mapping[str, Factor], name: str) -> tuple[slice, slice] 
 
 
 def _put(target: Array, part: slice, name: str, value: Any, units: Sequence[str]) -> None:
-    array = numbers(name, measured(name, value, units[part]))
+    array = numbers(name, read_quantities(name, value, units[part]))
     size = len(target[part])
     if array.shape != (size,) and not (size == 1 and array.ndim == 0):
         hint = f"a list of {size} numbers, from Python or in the scene" if array.ndim == 0 else ""

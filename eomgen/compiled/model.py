@@ -648,4 +648,4 @@ def consistent(
     )
     result = assemble(equations if held is None else equations.holding(held), q, v, t, kept)
     deviations = (*result.deviations, *model.check_left_out(result.q, result.v, t, parameters))
-    return replace(result, q=model.evaluator.followed(result.q, t, parameters), deviations=deviations)
+    return replace(result, q=model.evaluator.follow_angles(result.q, t, parameters), deviations=deviations)

@@ -37,12 +37,12 @@ class ResultMemory:
         size = math.prod(shape) * np.dtype(dtype).itemsize
         if size >= _LARGE and not _RECLAIMED:
             return np.empty(shape, dtype)
-        memory = self._taken(size) or _mapped(size)
+        memory = self._take(size) or _map_memory(size)
         whole = np.frombuffer(memory, np.uint8)  # the base of all its views
         weakref.finalize(whole, self._give_back, memory).atexit = False
         return whole.view(dtype).reshape(shape)
 
-    def _taken(self, size: int) -> mmap.mmap | None:
+    def _take(self, size: int) -> mmap.mmap | None:
         for memory in reversed(self._unused.copy()):
             if len(memory) == size:
                 with contextlib.suppress(ValueError):  # another thread has taken it
@@ -63,7 +63,7 @@ class ResultMemory:
                 self._unused.popleft()
 
 
-def _mapped(size: int) -> mmap.mmap:
+def _map_memory(size: int) -> mmap.mmap:
     if not _RECLAIMED:
         return mmap.mmap(-1, size)
     memory = mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)

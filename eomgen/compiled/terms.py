@@ -143,7 +143,7 @@ class Terms:
             [array, np.broadcast_to(self._first_angles, (*array.shape[:-1], len(self.angles)))], axis=-1
         )
 
-    def followed(self, q: Array, t: float, parameters: Array, base: Array | None = None) -> Array:
+    def follow_angles(self, q: Array, t: float, parameters: Array, base: Array | None = None) -> Array:
         """Return q (..., nq) with references of angles that follow the angles, each reference within half a turn of the
         angle."""
         if not self.angles:
@@ -437,13 +437,13 @@ def derivative_values(
                 _rows(terms, term, block, given[block]) if block == "a_higher" else terms.velocity(block, given[block])
             )
     if any(block in blocks for block in ("u_dot", "u_ddot", "u_higher")):
-        result |= _of_inputs(terms, term, blocks, given, values)
+        result |= _input_derivatives(terms, term, blocks, given, values)
     if "base_rates" in blocks:
-        result["base_rates"] = _of_base(terms, given, values)
+        result["base_rates"] = _base_derivatives(terms, given, values)
     return result
 
 
-def _of_inputs(
+def _input_derivatives(
     terms: Terms, term: str, blocks: list[str], given: Mapping[str, Any], values: Mapping[str, Array]
 ) -> dict[str, Array]:
     """Return derivatives of inputs: given, the scene's own, or zero for inputs that the caller gives."""
@@ -479,7 +479,7 @@ def _of_inputs(
     return result
 
 
-def _of_base(terms: Terms, given: Mapping[str, Any], values: Mapping[str, Array]) -> Array:
+def _base_derivatives(terms: Terms, given: Mapping[str, Any], values: Mapping[str, Array]) -> Array:
     if given.get("base_rates") is not None:
         return terms.base_rates(given["base_rates"])
     if given.get("base") is not None:

@@ -41,7 +41,7 @@ def law_rates(model: CompiledModel, measures: SceneMeasures, q: Array) -> Array:
     """Return the rates of the rows, (rows,), due to laws of time at q, without the law of the base."""
     if not model.multipliers:
         return np.zeros(0)
-    able, given, rest = _kinematic(model), _given(measures), np.zeros(model.nv)
+    able, given, rest = _kinematic(model), _arguments(measures), np.zeros(model.nv)
     (rates,) = able.evaluate("constraint_velocity", q, rest, **given).values()
     (changes,) = able.evaluate("constraint_bias", q, rest, **given).values()
     length = measures.length(q)
@@ -67,7 +67,7 @@ def driven_velocity(model: CompiledModel, measures: SceneMeasures, q: Array) -> 
     if model.description.joints:
         fault = "bodies have absolute coordinates, in which rest relative to drives is a steady motion [E0039]"
         raise NumericalError(Problem("equilibrium", fault, 'model.steady_motion(), or coordinates = "joint"'))
-    (B,) = model.evaluate("constraint_jacobian", q, **_given(measures)).values()
+    (B,) = model.evaluate("constraint_jacobian", q, **_arguments(measures)).values()
     extents = _extents(model, measures, q)
     v = extents * np.linalg.lstsq(B * extents, -rates, rcond=None)[0]
     result: Array = np.where(np.abs(v) > _NOTHING * np.max(np.abs(v) / extents) * extents, v, 0.0)
@@ -79,7 +79,7 @@ def driven_components(model: CompiledModel, measures: SceneMeasures, q: Array) -
     rates = law_rates(model, measures, q)
     if not np.any(rates):
         return {}
-    (B,) = model.evaluate("constraint_jacobian", q, **_given(measures)).values()
+    (B,) = model.evaluate("constraint_jacobian", q, **_arguments(measures)).values()
     result: dict[str, float] = {}
     for rate, row in zip(rates.tolist(), B, strict=True):
         moving = np.flatnonzero(row)
@@ -94,7 +94,7 @@ def where_driven(model: CompiledModel, measures: SceneMeasures, q: Array) -> Arr
     as each correction reduces the violations."""
     if not model.functions.sizes["holonomic"]:
         return q
-    given, extents = _given(measures), _extents(model, measures, q)
+    given, extents = _arguments(measures), _extents(model, measures, q)
 
     def off(at: Array) -> Array:
         (violation,) = model.evaluate("constraint", at, **given).values()
@@ -104,7 +104,7 @@ def where_driven(model: CompiledModel, measures: SceneMeasures, q: Array) -> Arr
     for _ in range(_CORRECTIONS):
         (B,) = model.evaluate("constraint_jacobian", q, **given).values()
         step = extents * np.linalg.lstsq(B[: len(violation)] * extents, -violation, rcond=None)[0]
-        nearer = _moved(model, measures, q, step, 1.0)
+        nearer = _move(model, measures, q, step, 1.0)
         left = off(nearer)
         if not np.max(np.abs(left)) < np.max(np.abs(violation)):
             break
@@ -118,7 +118,7 @@ def check_rates(model: CompiledModel, measures: SceneMeasures, q: Array, v: Arra
     size = float(np.max(np.abs(v) / extents))
     for seconds in _later(size):
         later = SceneMeasures(model, measures.p, measures.t + seconds, measures.base)
-        then = driven_velocity(model, later, _moved(model, later, q, v, seconds))
+        then = driven_velocity(model, later, _move(model, later, q, v, seconds))
         k = int(np.argmax(np.abs(then - v) / extents))
         if not abs(then[k] - v[k]) <= _STEADY * size * extents[k]:
             before, after = distinct(float(v[k]), float(then[k]))
@@ -135,11 +135,11 @@ def check_lasting(model: CompiledModel, measures: SceneMeasures, u: Inputs, q: A
     """Raise NumericalError if forces at rest relative to drives change as the drives move on from q with v."""
     extents = _extents(model, measures, q)
     pace = float(np.max(np.abs(v) / extents))
-    left = 2.0 * np.abs(_unbalanced(model, measures, u, q, v, z))
+    left = 2.0 * np.abs(_imbalance(model, measures, u, q, v, z))
     for seconds in _later(pace):
         later = SceneMeasures(model, measures.p, measures.t + seconds, measures.base)
-        there = _moved(model, later, q, v, seconds)
-        excess = np.abs(_unbalanced(model, later, u, there, v, z)) - left
+        there = _move(model, later, q, v, seconds)
+        excess = np.abs(_imbalance(model, later, u, there, v, z)) - left
         k = int(np.argmax(excess / extents))
         if excess[k] <= _STEADY * pace**2 * extents[k]:
             continue
@@ -175,9 +175,9 @@ def _kinematic(model: CompiledModel) -> CompiledModel:
     return able
 
 
-def _unbalanced(model: CompiledModel, measures: SceneMeasures, u: Inputs, q: Array, v: Array, z: Array) -> Array:
+def _imbalance(model: CompiledModel, measures: SceneMeasures, u: Inputs, q: Array, v: Array, z: Array) -> Array:
     """Return the accelerations, (nv,), that constraint forces do not take up, including accelerations asked by rows."""
-    rest, given = np.zeros(model.nv), _given(measures)
+    rest, given = np.zeros(model.nv), _arguments(measures)
     lam = np.zeros(len(model.multipliers))
     (r,) = model.evaluate("residual", q, v, rest, z=z, multipliers=lam, u=u, **given).values()
     (B,) = model.evaluate("constraint_jacobian", q, **given).values()
@@ -191,8 +191,8 @@ def _unbalanced(model: CompiledModel, measures: SceneMeasures, u: Inputs, q: Arr
     return np.asarray(np.linalg.solve(L.T, result), dtype=float)
 
 
-def _moved(model: CompiledModel, later: SceneMeasures, q: Array, v: Array, seconds: float) -> Array:
-    return model.evaluator.followed(update(model.factors, q, v * seconds), later.t, later.p, later.base)
+def _move(model: CompiledModel, later: SceneMeasures, q: Array, v: Array, seconds: float) -> Array:
+    return model.evaluator.follow_angles(update(model.factors, q, v * seconds), later.t, later.p, later.base)
 
 
 def _later(pace: float) -> list[float]:
@@ -203,7 +203,7 @@ def _extents(model: CompiledModel, measures: SceneMeasures, q: Array) -> Array:
     return np.where([unit == "rad/s" for unit in model.v_units], 1.0, measures.length(q))
 
 
-def _given(measures: SceneMeasures) -> dict[str, Any]:
+def _arguments(measures: SceneMeasures) -> dict[str, Any]:
     return {"t": measures.t, "parameters": measures.p, "base": measures.base}
 
 

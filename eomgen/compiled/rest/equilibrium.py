@@ -213,14 +213,14 @@ def equilibrium(
         deviations = model.check_left_out(chosen.point.q, driven, time, p)
         notes = [*angles_of_several_turns(model, initial), *deviations, *_elsewhere(model, statics, chosen, damped)]
         if not any_kind and chosen is damped and chosen is not stepped and left_at_start(statics, start.z, damped):
-            notes.append(_left(model, statics, damped))
+            notes.append(_instability_note(model, statics, damped))
         notes += equilibrium_notes(measures, chosen.path, u)
         if left_along is not None:
             notes.append(_branches(model, statics, left_along))
         stiffness = _stiffness(statics, loaded, chosen.point)
         result = _result(model, loaded, stiffness, chosen, driven, measures, notes)
         if initial is None and u is None:
-            model.library.kept[_KEPT] = (p.tobytes(), time, any_kind), _copied(result)
+            model.library.kept[_KEPT] = (p.tobytes(), time, any_kind), _copy(result)
         return result
 
 
@@ -238,11 +238,11 @@ def solved_equilibrium(
     for model in models:
         conditions, result = model.library.kept.get(_KEPT, (None, None))
         if conditions == (parameters.tobytes(), t, any_kind):
-            return _copied(result)
+            return _copy(result)
     return None
 
 
-def _copied(result: Equilibrium) -> Equilibrium:
+def _copy(result: Equilibrium) -> Equilibrium:
     """Return an equilibrium with arrays of its own, since callers may change the arrays of theirs."""
     arrays: dict[str, Any] = {name: value for name, value in vars(result).items() if isinstance(value, np.ndarray)}
     return replace(result, **{name: array.copy() for name, array in arrays.items()})
@@ -343,7 +343,7 @@ def _elsewhere(model: CompiledModel, statics: Statics, chosen: Search, damped: S
     return [f"{_ELSEWHERE} from the start settles, which is {where}"]
 
 
-def _left(model: CompiledModel, statics: Statics, damped: Search) -> str:
+def _instability_note(model: CompiledModel, statics: Statics, damped: Search) -> str:
     """Return a note on an equilibrium that a damped motion leaves, such as a pendulum upside down."""
     off = difference(statics.factors, damped.path[0], damped.point.q)
     k = int(np.argmax(np.abs(off) / statics.sizes))
@@ -403,7 +403,7 @@ def _statics(model: CompiledModel, measures: SceneMeasures, q: Array, u: Inputs,
         stiffness=stiffness,
         rates=lambda q, z: value("internal_rate", q, z=z) if model.nz else np.zeros(0),
         couplings=couplings,
-        followed=lambda q: model.evaluator.followed(q, measures.t, p, measures.base),
+        followed=lambda q: model.evaluator.follow_angles(q, measures.t, p, measures.base),
         length=measures.length(q),
         gravity=measures.gravity(),
         total=measures.mass(),

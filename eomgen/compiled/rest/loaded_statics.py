@@ -62,7 +62,7 @@ class ElementStrains:
         """Read the beams; ``given`` are t, parameters and base, as of ``model.evaluate``."""
         self.model = model
         beams = model.description.element_stiffness
-        self._mentioned = _mentioned(beams)
+        self._mentioned = _stiffness_parameters(beams)
         self.stiffness = np.zeros((0, 6, 6))
         self._values: dict[str, float] | None = None
         self._set(p, given)
@@ -143,10 +143,10 @@ class ElementStrains:
         """Return blocks (elements, 6, 12) of the elements' two nodes times the twists of these, (6 elements, nv)."""
         twists = self._twists(q)
         if not isinstance(twists, np.ndarray):
-            return csc_array(self._of_nodes(blocks) @ twists)
+            return csc_array(self._node_matrix(blocks) @ twists)
         return np.asarray(blocks @ twists).reshape(6 * len(self), -1)
 
-    def _of_nodes(self, blocks: Array) -> csr_array:
+    def _node_matrix(self, blocks: Array) -> csr_array:
         """Return blocks (elements, 6, 12) of the elements' two nodes as (6 elements, 6 nodes)."""
         rows = 6 * np.arange(len(self))[:, np.newaxis, np.newaxis] + np.arange(6)[:, np.newaxis]
         first, second = (6 * places for places in self._ends)
@@ -201,7 +201,7 @@ class ElementStrains:
         return numeric.log(SE3, between) / (2.0 * _SMALL)
 
 
-def _mentioned(beams: Sequence[ElementStiffness]) -> set[str]:
+def _stiffness_parameters(beams: Sequence[ElementStiffness]) -> set[str]:
     """Return the parameters by which stiffnesses of sections change."""
     formulas = {entry for beam in beams for rows in beam.stiffness for row in rows for entry in row}
     return {symbol.name for formula in formulas for symbol in symbols(formula)}
@@ -302,7 +302,7 @@ def loaded_statics(
     strains_at: dict[bytes, ElementStrains] = {}
     whole = model.nv + rows + model.nz <= WHOLE
 
-    def given(s: float) -> dict[str, Any]:
+    def arguments(s: float) -> dict[str, Any]:
         if varied is None:
             return {"t": measures.t, "parameters": measures.p, "base": measures.base, "u": u}
         p, t, inputs = varied.at(s)
@@ -311,7 +311,7 @@ def loaded_statics(
     @lru_cache(maxsize=_FACTORS)
     def terms(s: float) -> tuple[TermsAt, TermsAt]:
         if varied is None:
-            at = model.evaluator.at(**given(s))
+            at = model.evaluator.at(**arguments(s))
             return at, at
         p, t, inputs = varied.at_each(s + _ENDS * (_STEP * reach))
         around = model.evaluator.at(t, p, inputs, held_base(model, p, t))
@@ -348,7 +348,7 @@ def loaded_statics(
 
     def nonzeros(rest: LoadedState) -> SparsePartials:
         state = rest.q, v, still, rest.z, rest.multipliers
-        return sparse_partials(model, *state, given(rest.s), of_velocities=False)
+        return sparse_partials(model, *state, arguments(rest.s), of_velocities=False)
 
     def tangents_at(rest: LoadedState) -> Tangents:
         if whole:
@@ -373,7 +373,7 @@ def loaded_statics(
     def strains(s: float) -> ElementStrains | None:
         if not model.description.element_stiffness or "poses" not in model.functions:
             return None
-        where = given(s)
+        where = arguments(s)
         where.pop("u")
         key = where["parameters"].tobytes() + np.float64(where["t"]).tobytes()
         if key not in strains_at:
@@ -383,11 +383,11 @@ def loaded_statics(
             strains_at[key] = model.library.kept[_KEPT] = now
         return strains_at[key]
 
-    def followed(q: Array, s: float) -> Array:
+    def follow_angles(q: Array, s: float) -> Array:
         if not model.evaluator.angles:
             return q
-        where = given(s)
-        return model.evaluator.followed(q, where["t"], where["parameters"], where["base"])
+        where = arguments(s)
+        return model.evaluator.follow_angles(q, where["t"], where["parameters"], where["base"])
 
     turning = np.array([unit == "rad/s" for unit in model.v_units])
     return LoadedStatics(
@@ -397,7 +397,7 @@ def loaded_statics(
         balance=balance,
         tangents=tangents,
         by_factor=by_factor,
-        followed=followed,
+        followed=follow_angles,
         mass=mass,
         strains=strains,
     )

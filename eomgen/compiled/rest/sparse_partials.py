@@ -112,7 +112,7 @@ def sparse_partials(
         entries = model.evaluate("iteration", **state)
         if not of_velocities:
             entries = {name: block for name, block in entries.items() if name not in _OF_VELOCITIES}
-        result = _of_iteration(model, entries, shapes)
+        result = _iteration_matrices(model, entries, shapes)
     else:
         result = {name: csc_array(block) for name, block in _whole(model, state, _WHOLE).items()}
     return SparsePartials(
@@ -135,19 +135,19 @@ def whole_partials(model: CompiledModel, at: Callable[[str], tuple[Array, ...]])
     nv, nz, rows = model.nv, model.nz, len(model.multipliers)
     shapes = {"K": (nv, nv), "B": (rows, nv), "Rz": (nv, nz), "Fq": (nz, nv), "Fz": (nz, nz)}
 
-    def named(term: str) -> dict[str, Array]:
+    def named_outputs(term: str) -> dict[str, Array]:
         return dict(zip(model.functions.output_names(term), at(term), strict=True))
 
     blocks: dict[str, Array] = {}
     if "iteration" not in model.functions:
         for term in ("partials", "constraint_jacobian", "internal_partials"):
-            blocks |= named(term) if term in model.functions else {}
+            blocks |= named_outputs(term) if term in model.functions else {}
     elif (places := _places(model)).get("X", np.zeros(0)).size:
         sizes = {**shapes, **dict.fromkeys("CM", (nv, nv)), "Z": (rows, nv), "Fv": (nz, nv)}
-        eliminated = _of_iteration(model, named("iteration"), sizes)
+        eliminated = _iteration_matrices(model, named_outputs("iteration"), sizes)
         blocks = {name: whole(matrix) for name, matrix in eliminated.items()}
     else:
-        entries = named("iteration")
+        entries = named_outputs("iteration")
         blocks = {name: np.zeros(shapes[name]) for name in shapes.keys() & entries.keys()}
         for name, block in blocks.items():
             np.add.at(block, tuple(places[name]), entries[name])
@@ -171,7 +171,7 @@ def _whole(model: CompiledModel, state: Mapping[str, Any], terms: Sequence[str])
     return blocks
 
 
-def _of_iteration(
+def _iteration_matrices(
     model: CompiledModel, values: Mapping[str, Array], shapes: Mapping[str, tuple[int, int]]
 ) -> dict[str, Matrix]:
     """Return the matrices of the term ``iteration``, the unknowns of the recursion eliminated."""

@@ -83,7 +83,7 @@ def momentum_drift(
         forces = forces - _constraint_forces(model, q, t, p, multipliers[chosen])
     if M is None:
         return None
-    momenta, sizes = M.applied(v, model.nv), M.magnitudes().applied(np.abs(v), model.nv)
+    momenta, sizes = M.apply(v, model.nv), M.magnitudes().apply(np.abs(v), model.nv)
     if not (np.all(np.isfinite(M.values)) and np.all(np.isfinite(forces))):
         return None
     every = np.array([_root_momentum(root, q, momenta, sizes, forces) for root in roots])
@@ -101,7 +101,7 @@ def _constraint_forces(model: CompiledModel, q: Array, t: Array, p: Array, multi
     if not model.multipliers:
         return np.zeros((len(t), model.nv))
     B = nonzeros(model, "constraint_jacobian", q, t, parameters=p)
-    return np.full((len(t), model.nv), math.nan) if B is None else B.transposed().applied(multipliers, model.nv)
+    return np.full((len(t), model.nv), math.nan) if B is None else B.transpose().apply(multipliers, model.nv)
 
 
 def _in_water(M: Array) -> bool:

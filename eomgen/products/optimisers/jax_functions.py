@@ -637,7 +637,7 @@ class _TermCall:
             if companion is None:
                 return
             inputs = samples(dict(zip(self.inputs, self._sizes, strict=True)))
-            library = lanes.judged(companion, term, inputs, self.outputs, choice)
+            library = lanes.judge(companion, term, inputs, self.outputs, choice)
         except (EomgenError, OSError) as error:
             _LOG.info("lanes of %s are left out: %s", term, error)
             return

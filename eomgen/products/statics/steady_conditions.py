@@ -95,7 +95,7 @@ class Conditions:
 
     def followed(self, q: Array) -> Array:
         """Return q with counted turns adapted to the poses."""
-        return self.model.evaluator.followed(q, self.t, self.parameters)
+        return self.model.evaluator.follow_angles(q, self.t, self.parameters)
 
     @cached_property
     def _terms(self) -> TermsAt:

@@ -105,7 +105,7 @@ class _Rates:
         model, count = self._model, len(self._states.t)
         needed = NEEDED if model.multipliers else ("forward_dynamics",)
         resisted = model.functions.library.layout["facts"]["velocity_forces"]  # else no velocity decays or grows
-        moves = bool(model.nv) and resisted and all(map(model.functions.of_runs, needed))  # compiles no other function
+        moves = bool(model.nv) and resisted and all(map(model.functions.for_runs, needed))  # compiles no other function
         decay = growth = passed = Rate()
         for step, column in self._steepest() if moves else ():
             held, grows, passes = self._within(step, column)
@@ -265,7 +265,7 @@ class _Rates:
     def _state_decay(self, row: int) -> Rate:
         """Return the fastest decay of internal states at a row, by the eigenvalues of -Fz: 0 if no state decays."""
         model, states = self._model, self._states
-        if not model.functions.of_runs("internal_partials"):
+        if not model.functions.for_runs("internal_partials"):
             return Rate()
         t = float(states.t[row])
         given = states.q[row], states.v[row], states.z[row], t, self._inputs(row)

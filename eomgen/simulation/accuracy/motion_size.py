@@ -77,10 +77,10 @@ def _equations(run: Run, rows: Array, parameters: Array, place: int, shift: floa
         u = run.signals.rows(t) if run.takes_rows else model.input_values(t, parameters=parameters)
     result = []
     with np.errstate(all="ignore"):
-        if model.functions.of_runs("inverse_dynamics"):
+        if model.functions.for_runs("inverse_dynamics"):
             # at the accelerations of the motion forces are zero: no measure for rounding
             result.append(model.inverse_dynamics(q, v, -a, t, u, z=z, parameters=parameters))
-        elif model.functions.of_runs("forward_dynamics") and not model.multipliers:
+        elif model.functions.for_runs("forward_dynamics") and not model.multipliers:
             result.append(accelerations(model, q, v, t, u, z=z, parameters=parameters))
         if "internal_rate" in model.functions:
             result.append(model.internal_rates(q, v, z, t, u, parameters=parameters))
@@ -221,7 +221,7 @@ def at_work(run: Run, rows: Array, parameters: Array) -> Work | None:
     of rounding; the range that the energy at work could give it is one, in the units of the component.
     """
     model = run.model
-    if not model.nv or not model.functions.of_runs("mass"):
+    if not model.nv or not model.functions.for_runs("mass"):
         return None
     every = max(1, len(rows) // _ROWS)
     states = states_of(rows[::every], model, views=True)

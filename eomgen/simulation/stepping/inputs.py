@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
-from eomgen.compiled.arguments import check_finite, check_name, measured, numbers
+from eomgen.compiled.arguments import check_finite, check_name, numbers, read_quantities
 from eomgen.errors import Problem, UsageError
 from eomgen.toolchain.library import Library
 
@@ -203,7 +203,7 @@ def read_signals(
             read[name] = signal
             continue
         law = f"a function, lambda t: ..., or [inputs] {name} = {{ formula = ... }} in the scene"
-        array = numbers(f"input {name}", measured(f"input {name}", signal, [(units or {}).get(name, "")], law))
+        array = numbers(f"input {name}", read_quantities(f"input {name}", signal, [(units or {}).get(name, "")], law))
         check_finite(f"input {name}", array)
         if array.ndim == 0:
             read[name] = float(array)

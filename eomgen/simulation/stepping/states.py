@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.compiled.equations import of_motion
+from eomgen.compiled.equations import motion_values
 from eomgen.compiled.initial_state import (
     InitialState,
     corrected_start,
@@ -96,7 +96,7 @@ def row_values(name: str, model: CompiledModel, states: States, given: Prescribe
             for name, block in blocks.items()
             if block is not None
         }
-        result.append(of_motion(model, name, there))
+        result.append(motion_values(model, name, there))
     if len(result) == 1:
         return dict(result[0])
     return {key: np.concatenate([one[key] for one in result]) for key in result[0]} if result else {}

@@ -432,7 +432,7 @@ def _later(model: CompiledModel, state: OperatingState, linear: Linearization, s
     """Return the linear model later along a motion with constant velocities, in the same coordinates."""
     later = replace(state.point, t=state.point.t + seconds)
     q = update(model.factors, state.q, state.v * seconds)
-    q = model.evaluator.followed(q, later.t, later.parameters, later.base)
+    q = model.evaluator.follow_angles(q, later.t, later.parameters, later.base)
     return about(model, replace(state, point=later, q=q, multipliers=None), linear.coordinates)
 
 
