@@ -21,7 +21,7 @@ from eomgen.base.data import dataclass, replace
 from eomgen.formula.curves import Curve, Interpolation, Outside, Pieces
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ONE, Application, Formula, Number, Operation, Quantity, Symbol, distinct_nodes
-from eomgen.formula.substitution import mapped
+from eomgen.formula.substitution import map_symbols
 
 #: From a symbol to its number; None for a symbol that has none while a formula is looked at.
 ValueOf = Callable[[Symbol], float | None]
@@ -149,7 +149,7 @@ def knots_along_a_beam(formulas: Iterable[Formula], value_of: ValueOf) -> tuple[
 
     places: set[float] = set()
     for formula in formulas:
-        for at in breakpoints(mapped(formula, as_time), value_of):
+        for at in breakpoints(map_symbols(formula, as_time), value_of):
             count = math.floor((1.0 - at.time) / at.period) + 1 if at.period else 1
             first = math.ceil(-at.time / at.period) if at.period else 0
             places.update(at.time + number * at.period for number in range(first, max(count, first)))
@@ -196,7 +196,7 @@ def _transitions(
     return Pieces(name, x, y, interpolation, outside, polynomials=polynomials, corners=corners)
 
 
-def smoothed(formula: Formula, duration: float, value_of: ValueOf) -> Formula:
+def smooth_law(formula: Formula, duration: float, value_of: ValueOf) -> Formula:
     """Return a law in which neither value nor rate jumps.
 
     Parameters
@@ -215,7 +215,7 @@ def smoothed(formula: Formula, duration: float, value_of: ValueOf) -> Formula:
         return _curve(formula, duration, value_of)
     if formula.name in _SWITCHES and not (formula.name == "max" and _is_condition(formula)):
         return _switch(formula, duration, value_of)
-    parts = [smoothed(argument, duration, value_of) for argument in formula.arguments]
+    parts = [smooth_law(argument, duration, value_of) for argument in formula.arguments]
     if formula.name == "max":  # one condition or another
         return ONE - (ONE - parts[0]) * (ONE - parts[1])
     if formula.name == "select":
@@ -271,7 +271,7 @@ def _curve(used: Application, duration: float, value_of: ValueOf) -> Formula:
     curve = used.curve
     rough = [place for place, order in curve.kinks() if order - used.derivative < 2]
     if not rough or not isinstance(curve, Curve) or isinstance(curve, Pieces):
-        return Application(curve, smoothed(used.argument, duration, value_of), used.derivative)
+        return Application(curve, smooth_law(used.argument, duration, value_of), used.derivative)
     line = affine(used.argument, value_of)
     if line is None or line[0] == 0.0:
         raise SmoothingError(f"the times are not known beforehand at which {curve.name} jumps [E0289]", _KNOWN)

@@ -150,7 +150,7 @@ def features(formula: Formula) -> Iterator[Feature]:
     zero = np.zeros(1)
     for node in distinct_nodes(formula):
         if isinstance(node, Application) and changes(node.argument):
-            yield from _of_curve(node)
+            yield from _curve_features(node)
         elif isinstance(node, Operation):
             first = node.arguments[0]
             if node.name in _WHERE_EQUAL and changes(node):
@@ -185,7 +185,7 @@ def _is_square(formula: Operation) -> bool:
     return formula.name == "mul" and first == last and not isinstance(first, Number)
 
 
-def _of_curve(formula: Application) -> Iterator[Feature]:
+def _curve_features(formula: Application) -> Iterator[Feature]:
     curve = formula.curve
     if isinstance(curve, Curve):
         places = curve.breaks

@@ -22,7 +22,7 @@ from eomgen.formula.discontinuities import Breakpoint, affine, breakpoints
 from eomgen.formula.evaluate import OTHER_VALUES, evaluate, evaluate_batch, symbols
 from eomgen.formula.nodes import ZERO, Application, Formula, Number, Operation, Symbol
 from eomgen.formula.prescribed_motion import constant
-from eomgen.formula.substitution import product, substituted, total
+from eomgen.formula.substitution import product, substitute, total
 
 #: Length of the piece after the last point of a curve that holds the value there, s of its argument.
 _BEHIND = 1e9
@@ -75,7 +75,7 @@ class SecondIntegral:
             self.onward + other.onward,
         )
 
-    def scaled(self, factor: Formula, value: float) -> SecondIntegral:
+    def scale(self, factor: Formula, value: float) -> SecondIntegral:
         """Return the integral times a formula of parameters, which has the value at their defaults."""
         size = abs(value)
         return SecondIntegral(
@@ -120,34 +120,34 @@ class Integration:
         result = SecondIntegral(ZERO)
         try:
             for factor, function in _terms(acceleration):
-                known = self._folded(factor)
+                known = self._fold(factor)
                 if known != Number(0.0):
-                    result += self._of_term(function).scaled(known, self._value(known))
+                    result += self._integrate_term(function).scale(known, self._value(known))
         except ArithmeticError as error:
             raise IntegrationError(f"at the default parameters, {error} [E0292]", OTHER_VALUES) from None
         return result
 
-    def _folded(self, formula: Formula) -> Formula:
+    def _fold(self, formula: Formula) -> Formula:
         """Return a formula with numbers in place of fixed parameters."""
-        return substituted(formula, self._fixed)
+        return substitute(formula, self._fixed_value)
 
     def _value(self, formula: Formula) -> float:
         """Return a formula of parameters at their defaults."""
         return evaluate(formula, lambda symbol: self.parameters[symbol.name])
 
-    def _of_term(self, function: Formula) -> SecondIntegral:
+    def _integrate_term(self, function: Formula) -> SecondIntegral:
         if isinstance(function, Number):
-            return self._of_constant(function.value)
+            return self._integrate_constant(function.value)
         line = self._line(function)
         if isinstance(function, Operation) and line is not None:
-            return self._of_sine(function, *line)
+            return self._integrate_sine(function, *line)
         if isinstance(function, Application) and line is not None and isinstance(function.curve, Curve):
             slope, start = (part.value for part in line if isinstance(part, Number))
             if not function.derivative and slope > 0.0:
-                return self._of_curve(function.curve, function.argument, slope, start)
+                return self._integrate_curve(function.curve, function.argument, slope, start)
         return self._by_quadrature(function)
 
-    def _of_constant(self, value: float) -> SecondIntegral:
+    def _integrate_constant(self, value: float) -> SecondIntegral:
         if self.corrected:
             raise IntegrationError("a constant acceleration is all drift, and would be removed [E0293]", _KEEP)
         time = Symbol("time")
@@ -157,7 +157,7 @@ class Integration:
         """Return a and b of the argument a t + b of a curve, a sine or a cosine; None for other functions, other
         arguments and a = 0. Of curves a and b are numbers."""
         if isinstance(function, Application):
-            line = affine(function.argument, self._fixed)
+            line = affine(function.argument, self._fixed_value)
             return None if line is None or line[0] == 0.0 else (Number(line[0]), Number(line[1]))
         if not isinstance(function, Operation) or function.name not in ("sin", "cos"):
             return None
@@ -165,27 +165,27 @@ class Integration:
         values = affine(argument, lambda symbol: self.parameters.get(symbol.name))
         if values is None or values[0] == 0.0:
             return None
-        at_zero, at_one = (_at_time(argument, time, self._fixed) for time in (0.0, 1.0))
+        at_zero, at_one = (_at_time(argument, time, self._fixed_value) for time in (0.0, 1.0))
         return total(at_one, product(Number(-1.0), at_zero)), at_zero
 
-    def _fixed(self, symbol: Symbol) -> float | None:
+    def _fixed_value(self, symbol: Symbol) -> float | None:
         """Return the number of a fixed parameter; None for the time and for tunable parameters."""
         known = symbol.kind == "parameter" and symbol.name not in self.tunable
         return self.parameters[symbol.name] if known else None
 
-    def _of_sine(self, function: Operation, rate: Formula, phase: Formula) -> SecondIntegral:
+    def _integrate_sine(self, function: Operation, rate: Formula, phase: Formula) -> SecondIntegral:
         """Return the integral of sin(rate t + phase) or of the cosine."""
         sine = function.name == "sin"
-        at_start = self._folded(Operation(function.name, (phase,)))
-        oscillation = product(self._folded(Number(1.0) / (rate * rate)), at_start - function)
+        at_start = self._fold(Operation(function.name, (phase,)))
+        oscillation = product(self._fold(Number(1.0) / (rate * rate)), at_start - function)
         other = Operation("cos" if sine else "sin", (phase,))
-        drift = self._folded(other / (rate if sine else -rate))  # the velocity of the oscillation at t = 0, reversed
+        drift = self._fold(other / (rate if sine else -rate))  # the velocity of the oscillation at t = 0, reversed
         if self.corrected or (isinstance(drift, Number) and drift.value == 0.0):
             return SecondIntegral(oscillation, end=self.duration)
         value, end = self._value(drift), self.duration
         return SecondIntegral(oscillation + product(drift, Symbol("time")), value, value * end, end)
 
-    def _of_curve(
+    def _integrate_curve(
         self, curve: Curve, argument: Formula, slope: float, start: float, error: float = 0.0
     ) -> SecondIntegral:
         """Return the integral of a curve at ``slope`` t + ``start``."""
@@ -197,7 +197,7 @@ class Integration:
             raise IntegrationError(f"{fault} at t = 0 [E0294]", hint)
         scale = 1.0 / (slope * slope)
         if curve.outside == "periodic":
-            return self._of_periodic(curve, argument, slope, start)
+            return self._integrate_periodic(curve, argument, slope, start)
         corrected = self.corrected and start < curve.end
         made, correction = _second_integral(curve, start, f"the integral of {curve.name}", corrected=corrected)
         last = curve.end if start < curve.end else start + slope * self.duration
@@ -209,7 +209,7 @@ class Integration:
         onward = curve.end_values[1] if curve.outside == "hold" and not corrected and end < self.duration else 0.0
         return SecondIntegral(formula, velocity, displacement, end, correction, error, onward)
 
-    def _of_periodic(self, curve: Curve, argument: Formula, slope: float, start: float) -> SecondIntegral:
+    def _integrate_periodic(self, curve: Curve, argument: Formula, slope: float, start: float) -> SecondIntegral:
         oscillation, mean = _periodic_integral(curve, f"the integral of {curve.name}")
         scale, time = 1.0 / (slope * slope), Symbol("time")
         formula = product(Number(scale), Application(oscillation, argument) - Number(float(oscillation(start))))
@@ -236,11 +236,11 @@ class Integration:
 
             return np.broadcast_to(evaluate_batch(function, value_of, along_motion=True), t.shape)
 
-        corners = {time for point in breakpoints(function, self._fixed) for time in self._within(point)}
-        made, error = _fitted(
+        corners = {time for point in breakpoints(function, self._fixed_value) for time in self._within(point)}
+        made, error = _fit(
             f"{self.name} (to simulation.duration)", values, np.array([0.0, *sorted(corners), self.duration])
         )
-        return self._of_curve(made, Symbol("time"), 1.0, 0.0, error)
+        return self._integrate_curve(made, Symbol("time"), 1.0, 0.0, error)
 
     def _within(self, point: Breakpoint) -> Iterator[float]:
         """Yield the times of a breakpoint within the run."""
@@ -257,7 +257,7 @@ _KEEP = 'drift = "keep", or position for a motion that is meant'
 
 
 def _at_time(formula: Formula, time: float, value_of: Callable[[Symbol], float | None]) -> Formula:
-    return substituted(formula, lambda symbol: time if symbol.kind == "time" else value_of(symbol))
+    return substitute(formula, lambda symbol: time if symbol.kind == "time" else value_of(symbol))
 
 
 def _terms(formula: Formula) -> Iterator[tuple[Formula, Formula]]:
@@ -315,11 +315,11 @@ def _second_integral(curve: Curve, start: float, name: str, *, corrected: bool) 
     """Return the second integral of a curve from rest at an argument, and the largest correction."""
     rates = _Rates(curve.breaks, curve.coefficients)
     if curve.outside == "hold":
-        rates = _held(curve, start, corrected=corrected)
+        rates = _extend_curve(curve, start, corrected=corrected)
     largest = 0.0
     if corrected:
         velocity, displacement = _from(rates, start)
-        rates, largest = _straightened(rates, max(start, curve.start), velocity[-1], displacement[-1])
+        rates, largest = _straighten(rates, max(start, curve.start), velocity[-1], displacement[-1])
     velocity, displacement = _from(rates, start)
     if corrected:
         velocity[-1] = displacement[-1] = 0.0
@@ -333,7 +333,7 @@ def _second_integral(curve: Curve, start: float, name: str, *, corrected: bool) 
     return made, largest
 
 
-def _held(curve: Curve, start: float, *, corrected: bool) -> _Rates:
+def _extend_curve(curve: Curve, start: float, *, corrected: bool) -> _Rates:
     """Return the polynomials of a curve with the pieces before its first point and after its last point."""
     first, last = curve.end_values
     breaks, coefficients = curve.breaks, curve.coefficients
@@ -361,7 +361,7 @@ def _from(rates: _Rates, start: float) -> tuple[Array, Array]:
     return velocity - rate, displacement - at - rate * (breaks - start)
 
 
-def _straightened(rates: _Rates, start: float, velocity: float, displacement: float) -> tuple[_Rates, float]:
+def _straighten(rates: _Rates, start: float, velocity: float, displacement: float) -> tuple[_Rates, float]:
     """Return polynomials plus the straight line from an argument to the end that takes a velocity and a displacement
     from the end, and the largest value of the line."""
     end = float(rates.breaks[-1])
@@ -399,7 +399,7 @@ def _periodic_integral(curve: Curve, name: str) -> tuple[Curve, float]:
     ), mean
 
 
-def _fitted(name: str, values: Callable[[Array], Array], breaks: Array) -> tuple[Pieces, float]:
+def _fit(name: str, values: Callable[[Array], Array], breaks: Array) -> tuple[Pieces, float]:
     """Return polynomials through a function between breaks, and an estimate of the error of their integral.
 
     Raises

@@ -32,7 +32,7 @@ _GRID = 1025
 _UNDEFINED_HALVINGS = 60
 
 
-def undefined(laws: Iterable[Law], values: Mapping[str, float], start: float, end: float) -> list[Problem]:
+def undefined_laws(laws: Iterable[Law], values: Mapping[str, float], start: float, end: float) -> list[Problem]:
     """Return a problem for each law that has no value over an interval of time: a root, a logarithm or a power of a
     negative number.
 
@@ -133,8 +133,8 @@ def jumps(laws: Iterable[Law], values: Mapping[str, float], start: float, end: f
         known = values_of_parameters(law.formula, values)
         jump = first_jump(law.formula, known, start, end, law.unit == "rad")
         if jump is not None:
-            without = undefined([law], values, start, end)
-            problems += without or [Problem(law.where, *_described(law, jump))]
+            without = undefined_laws([law], values, start, end)
+            problems += without or [Problem(law.where, *_describe(law, jump))]
     return problems
 
 
@@ -227,7 +227,7 @@ def _rounding(law: Callable[[Array], tuple[Array, Array]], start: float, end: fl
     return float(np.quantile(noise, 0.75)) if len(noise) else 0.0
 
 
-def _described(law: Law, jump: Jump) -> tuple[str, str]:
+def _describe(law: Law, jump: Jump) -> tuple[str, str]:
     """Return the meaning of a jump, and a remedy."""
     unit = law.unit if jump.order == 0 else f"{law.unit}/s"
     of = f"the {law.quantity}" if jump.order == 0 else f"the rate of the {law.quantity}"
@@ -321,7 +321,7 @@ def steepest(
     if not size > 64.0 * _EPSILON * np.max(np.abs(x)):
         return None
 
-    def missed(middle: Array, width: float) -> Array:
+    def trapezoid_error(middle: Array, width: float) -> Array:
         low, high = np.clip(middle - 0.5 * width, start, end), np.clip(middle + 0.5 * width, start, end)
         (x0, v0), (x1, v1) = law(low), law(high)
         lost = np.abs(x1 - x0 - 0.5 * (high - low) * (v0 + v1))
@@ -340,7 +340,7 @@ def steepest(
         if not len(low):
             return None
     middle = np.unique(np.add.outer(low + 0.5 * width, step * np.arange(-0.5, 0.75, 0.25)).ravel())
-    lost = missed(middle, step)
+    lost = trapezoid_error(middle, step)
     worst = int(np.argmax(lost))
     if not lost[worst] > REPORTED * size:
         return None
@@ -348,7 +348,7 @@ def steepest(
     for _ in range(_HALVINGS):
         enough *= 0.5
         around = time + enough * np.arange(-2.0, 2.5, 0.5)
-        left = missed(around, enough)
+        left = trapezoid_error(around, enough)
         time = around[int(np.argmax(left))]
         if not np.max(left) > _RESOLVED * size:
             break

@@ -54,7 +54,7 @@ def unit_circle(angle: float, quarter_turns: int = 0) -> tuple[float, float]:
         power = (power * x >> _DIGITS) // order
     for _ in range((quarters + quarter_turns) % 4):
         cosine, sine = -sine, cosine
-    return _rounded(cosine), _rounded(sine)
+    return _to_float(cosine), _to_float(sine)
 
 
 def _inverse_tangent(number: int) -> int:
@@ -67,7 +67,7 @@ def _inverse_tangent(number: int) -> int:
     return total
 
 
-def _rounded(value: int) -> float:
+def _to_float(value: int) -> float:
     return float(Fraction(value, 1 << _DIGITS))
 
 
@@ -205,10 +205,10 @@ def law_and_rate(formula: Formula, known: Mapping[str, float]) -> Callable[[Arra
     algebra = Algebra(tape)
     time = Scalar(tape, tape.input("t", 0))
 
-    def resolved(symbol: Symbol) -> Scalar:
+    def resolve(symbol: Symbol) -> Scalar:
         return time if symbol.kind == "time" else algebra.scalar(known[symbol.name])
 
-    law = record(algebra, formula, resolved)
+    law = record(algebra, formula, resolve)
 
     def values(t: Array) -> tuple[Array, Array]:
         with np.errstate(all="ignore"):

@@ -18,7 +18,7 @@ from eomgen.formula.evaluate import apply, quantity_at
 from eomgen.formula.nodes import ONE, ZERO, Application, Formula, Number, Operation, Quantity, Symbol, infix
 
 
-def substituted(formula: Formula, value_of: Callable[[Symbol], float | None]) -> Formula:
+def substitute(formula: Formula, value_of: Callable[[Symbol], float | None]) -> Formula:
     """Return a formula in which symbols with known values are numbers.
 
     Parameters
@@ -35,14 +35,14 @@ def substituted(formula: Formula, value_of: Callable[[Symbol], float | None]) ->
         known = value_of(formula)
         return formula if known is None else Number(known)
     if isinstance(formula, Application):
-        return _curve_at(formula, substituted(formula.argument, value_of))
+        return _curve_at(formula, substitute(formula.argument, value_of))
     if not isinstance(formula, Operation):
         return formula
     if formula.name == "select":
-        condition = substituted(formula.arguments[0], value_of)
+        condition = substitute(formula.arguments[0], value_of)
         if isinstance(condition, Number):  # the branch that is not taken may have no value
-            return substituted(formula.arguments[1 if condition.value != 0.0 else 2], value_of)
-    arguments = tuple(substituted(argument, value_of) for argument in formula.arguments)
+            return substitute(formula.arguments[1 if condition.value != 0.0 else 2], value_of)
+    arguments = tuple(substitute(argument, value_of) for argument in formula.arguments)
     numbers = [argument.value for argument in arguments if isinstance(argument, Number)]
     if len(numbers) == len(arguments):
         if isinstance(formula, Quantity):
@@ -51,7 +51,7 @@ def substituted(formula: Formula, value_of: Callable[[Symbol], float | None]) ->
     return replace(formula, arguments=arguments)
 
 
-def mapped(
+def map_symbols(
     formula: Formula,
     symbol_for: Callable[[Symbol], Formula],
     number_for: Callable[[Number], Formula] | None = None,
@@ -67,11 +67,11 @@ def mapped(
     if isinstance(formula, Number):
         return formula if number_for is None else number_for(formula)
     if isinstance(formula, Application):
-        return replace(formula, argument=mapped(formula.argument, symbol_for, number_for, added=added))
+        return replace(formula, argument=map_symbols(formula.argument, symbol_for, number_for, added=added))
     arguments = formula.arguments
     kept = len(formula.word.added(formula.item)) if isinstance(formula, Quantity) and not added else 0
     changed = arguments[: len(arguments) - kept]
-    given = (mapped(argument, symbol_for, number_for, added=added) for argument in changed)
+    given = (map_symbols(argument, symbol_for, number_for, added=added) for argument in changed)
     return replace(formula, arguments=(*given, *arguments[len(changed) :]))
 
 
@@ -110,10 +110,10 @@ def total(first: Formula, second: Formula) -> Formula:
     return first + second
 
 
-def folded(formula: Formula) -> Formula:
+def fold(formula: Formula) -> Formula:
     """Return a formula of numbers as a number; NaN if the formula has no value."""
     try:
-        return substituted(formula, lambda _: None)
+        return substitute(formula, lambda _: None)
     except ArithmeticError:
         return Number(math.nan)
 
@@ -127,7 +127,7 @@ def pattern(formulas: tuple[Formula, ...]) -> tuple[tuple[Formula, ...], tuple[f
         numbers.append(number.value)
         return Symbol("number", index=len(numbers) - 1)
 
-    return tuple(mapped(formula, lambda symbol: symbol, symbol_of) for formula in formulas), tuple(numbers)
+    return tuple(map_symbols(formula, lambda symbol: symbol, symbol_of) for formula in formulas), tuple(numbers)
 
 
 #: Powers of formulas, each an exponent.
@@ -186,7 +186,7 @@ def _sum(parts: Iterable[tuple[float, Combination]]) -> Combination:
     return {powers: number for powers, number in result.items() if number != 0.0}
 
 
-def collected(formula: Formula) -> Formula:
+def collect(formula: Formula) -> Formula:
     """Return a formula with equal products of powers collected, a number if all of it is numbers."""
     return _formula(combination(formula))
 

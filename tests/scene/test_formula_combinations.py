@@ -7,7 +7,7 @@ import pytest
 
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula, Operation, Symbol, infix
-from eomgen.formula.substitution import collected, mean, weighted_sum
+from eomgen.formula.substitution import collect, mean, weighted_sum
 
 A, B = Symbol("parameter", "a"), Symbol("parameter", "b")
 FORMULAS: list[Formula] = [
@@ -25,14 +25,14 @@ def test_collected_formulas_keep_their_values(formula: Formula, rng: np.random.G
     for a, b in rng.uniform(0.5, 2.0, (5, 2)):
         values = {"a": float(a), "b": float(b)}
         expected = evaluate(formula, lambda symbol, values=values: values[symbol.name])  # type: ignore[misc]
-        found = evaluate(collected(formula), lambda symbol, values=values: values[symbol.name])  # type: ignore[misc]
+        found = evaluate(collect(formula), lambda symbol, values=values: values[symbol.name])  # type: ignore[misc]
         assert found == pytest.approx(expected, rel=1e-13, abs=1e-15)
 
 
 def test_sums_of_one_formula_by_numbers_are_one_product() -> None:
     found = weighted_sum([0.25, 0.25, 0.5], [s * A / B for s in (1.0, 2.0, 4.0)])
     assert infix(found) == infix(2.75 * A / B)
-    assert infix(collected(1.0 / weighted_sum([0.5, 0.5], [1.0 / (2.0 * A), 1.0 / (4.0 * A)]))) == infix(8 / 3 * A)
+    assert infix(collect(1.0 / weighted_sum([0.5, 0.5], [1.0 / (2.0 * A), 1.0 / (4.0 * A)]))) == infix(8 / 3 * A)
 
 
 def test_the_mean_of_equal_formulas_is_the_formula() -> None:

@@ -68,7 +68,7 @@ def to_unit(quantity: QuantityWithUnit, unit: str, *, over_time: bool = False) -
     size, dimension = measure(quantity.factors)
     wanted_size, wanted = measure(read_unit(unit))
     if not _matches(dimension, wanted):
-        fault = f"{shown(quantity.text)} is {_words(quantity.factors)}, {_expected(unit)} [E0303]"
+        fault = f"{shown(quantity.text)} is {_words(quantity.factors)}, {_expectation(unit)} [E0303]"
         value = _finite(quantity, quantity.number * size)
         raise UnitError(fault, _hint(quantity, wanted, unit, value, over_time=over_time))
     return _finite(quantity, quantity.number * size / wanted_size)
@@ -88,15 +88,15 @@ def unit_fault(text: str, factors: Factors, unit: str) -> tuple[str, str] | None
     hint = f'"{unit}", or another unit of the same kind'
     if factors == (("g", 1),) and wanted == {"[length]": 1, "[time]": -2}:
         hint = '"g0", 9.80665 m/s^2: g is the gram'
-    return f"the unit {shown(text)} is {_of_kind(factors)}, {_expected(unit)} [E1882]", hint
+    return f"the unit {shown(text)} is {_kind_text(factors)}, {_expectation(unit)} [E1882]", hint
 
 
-def _of_kind(factors: Factors) -> str:
+def _kind_text(factors: Factors) -> str:
     words = _words(factors)
     return words.replace("a ", "of a ", 1) if words.startswith("a ") else words.replace("an ", "of an ", 1)
 
 
-def misplaced(label: str, unit: str) -> str:
+def misplaced_kind(label: str, unit: str) -> str:
     """Return the kind of a quantity with a unit if a quantity in another unit is expected, in words; empty if the
     quantity could be the expected one, angles being no dimension here.
 
@@ -112,7 +112,7 @@ def misplaced(label: str, unit: str) -> str:
     )
     words = _words(factors)
     named = words if words.startswith("in ") else f"{words} ({label.strip()})"
-    return "" if result == wanted else f"{named}, {_expected(unit)}"
+    return "" if result == wanted else f"{named}, {_expectation(unit)}"
 
 
 def to_si(quantity: QuantityWithUnit) -> tuple[float, str]:
@@ -155,7 +155,7 @@ def _matches(dimension: Dimension, wanted: Dimension) -> bool:
     return wanted.get(_ANGLE, 0) < 0 and dimension == without_angle
 
 
-def _expected(unit: str) -> str:
+def _expectation(unit: str) -> str:
     return f"{NAMED.get(unit, 'a quantity')} in {unit} is expected"
 
 

@@ -154,7 +154,7 @@ class _Unit:
         if divides:
             self.place = 1
             if not self.accept(_OVER):
-                raise self.malformed()
+                raise self.syntax_error()
             result += self.term(-1)
         else:
             result += self.product(1)
@@ -166,7 +166,7 @@ class _Unit:
                 fault = f"{shown(self.text)} can be read in two ways [E0312]"
                 raise UnitError(fault, "brackets, N/(m s), or the divisor last, N s/m")
             else:
-                raise self.malformed()
+                raise self.syntax_error()
         return tuple(result)
 
     def accept(self, pattern: str) -> bool:
@@ -188,12 +188,12 @@ class _Unit:
                 raise UnitError(f"{shown(self.text)} has more brackets than a unit needs [E0313]", "N/(m s)")
             result = self.product(sign)
             if not self.unit.startswith(")", self.place):
-                raise self.malformed()
+                raise self.syntax_error()
             self.place += 1
             return result
         match = re.compile(_FACTOR).match(self.unit, self.place)
         if match is None:
-            raise self.malformed()
+            raise self.syntax_error()
         self.check(match[1])
         exponent = int(match[2] or 1)
         if not 1 <= abs(exponent) <= LARGEST_EXPONENT:
@@ -218,7 +218,7 @@ class _Unit:
         message = f"there is no unit {shown(name)} [E0317]"
         raise UnitError(message, f"a * before {close[0]}" if close else _nearest(name))
 
-    def malformed(self) -> UnitError:
+    def syntax_error(self) -> UnitError:
         rest = self.unit[self.place :].lstrip(" \t")
         if rest[:1] in _ADVICE:
             return UnitError(f"{shown(rest[0])} is not part of a unit [E0318]", _ADVICE[rest[0]])
@@ -260,7 +260,7 @@ def in_formula(number: str, word: str) -> tuple[str, str]:
     return f"the number {shown(number)} runs into a name [E1580]", f"a * after {number[:20]}"
 
 
-def of_product(number: str, unit: str) -> str:
+def product_hint(number: str, unit: str) -> str:
     """Return the remedy of a number times a unit, as ``2*kg``; empty for a name that is not a unit."""
     return f'"{number[:20]} {unit}": a number, a space and its unit, alone' if unit in names() else ""
 
@@ -308,19 +308,19 @@ class Dimension(NamedTuple):
 def dimension_of(label: str) -> Dimension | None:
     """Return the dimension of a unit; None for a text that is not a unit."""
     factors = factors_of(label)
-    return None if factors is None else _of_factors(factors)
+    return None if factors is None else _dimension(factors)
 
 
-def _of_factors(factors: Factors) -> Dimension:
+def _dimension(factors: Factors) -> Dimension:
     powers = dict.fromkeys((*_BASE, _ANGLE), 0.0)
     for name, exponent in factors:
-        for base, power in _of_coherent(names()[name].coherent):
+        for base, power in _base_exponents(names()[name].coherent):
             powers[base] += exponent * power
     return Dimension(tuple(powers[base] for base in _BASE), powers[_ANGLE])
 
 
 @cache
-def _of_coherent(unit: str) -> tuple[tuple[str, float], ...]:
+def _base_exponents(unit: str) -> tuple[tuple[str, float], ...]:
     """Return the exponents of the base units of a coherent unit of SI."""
     if unit in _BASE or unit == _ANGLE:
         return ((unit, 1.0),)
@@ -330,23 +330,23 @@ def _of_coherent(unit: str) -> tuple[tuple[str, float], ...]:
         factors = [(word, int(power or 1) * (-1 if sign == "/" else 1)) for sign, word, power in terms]
     result: dict[str, float] = {}
     for name, exponent in factors:
-        for base, power in _of_coherent(names()[name].coherent):
+        for base, power in _base_exponents(names()[name].coherent):
             result[base] = result.get(base, 0.0) + exponent * power
     return tuple(result.items())
 
 
 @cache
-def _named() -> dict[Dimension, str]:
+def _unit_names() -> dict[Dimension, str]:
     result: dict[Dimension, str] = {}
     for unit in NAMED:
-        result.setdefault(_of_factors(read_unit(unit)), unit)
+        result.setdefault(_dimension(read_unit(unit)), unit)
     return result
 
 
 @cache
 def _text(dimension: Dimension) -> str:
     """Return the unit of SI with a dimension, by a common name if there is one."""
-    known = _named().get(dimension if dimension.angle is not None else Dimension(dimension.powers))
+    known = _unit_names().get(dimension if dimension.angle is not None else Dimension(dimension.powers))
     if known and not (known == "Hz" and dimension.angle is None):
         return known
     powers = [*zip(_BASE, dimension.powers, strict=True), (_ANGLE, dimension.angle or 0.0)]

@@ -12,7 +12,7 @@ from itertools import accumulate
 
 from eomgen.base.data import dataclass, replace
 from eomgen.formula.nodes import ZERO, Formula
-from eomgen.formula.substitution import folded, times, total
+from eomgen.formula.substitution import fold, times, total
 from eomgen.scene.bodies.model import Body
 
 Rows = tuple[tuple[Formula, ...], ...]
@@ -155,12 +155,12 @@ def _node(name: str, beside: list[tuple[Fraction, BeamSection]], beam: str) -> B
     if beside[-1][1].center_of_mass != (y, z):
         masses = [times(length, section.mass_per_length) for length, section in beside]
         others = beside[-1][1].center_of_mass
-        reduced = folded(masses[0] * masses[1] / mass)
-        off_y, off_z = (folded(a - b) for a, b in zip((y, z), others, strict=True))
-        y, z = (folded((masses[0] * a + masses[1] * b) / mass) for a, b in zip((y, z), others, strict=True))
-        xx = folded(xx + reduced * (off_y * off_y + off_z * off_z))
-        yy, zz = folded(yy + reduced * off_z * off_z), folded(zz + reduced * off_y * off_y)
-        yz = folded(yz - reduced * off_y * off_z)
+        reduced = fold(masses[0] * masses[1] / mass)
+        off_y, off_z = (fold(a - b) for a, b in zip((y, z), others, strict=True))
+        y, z = (fold((masses[0] * a + masses[1] * b) / mass) for a, b in zip((y, z), others, strict=True))
+        xx = fold(xx + reduced * (off_y * off_y + off_z * off_z))
+        yy, zz = fold(yy + reduced * off_z * off_z), fold(zz + reduced * off_y * off_y)
+        yz = fold(yz - reduced * off_y * off_z)
     return Body(name, mass, (ZERO, y, z), (xx, yy, zz, xy, xz, yz), node_of=beam)
 
 

@@ -21,7 +21,7 @@ from eomgen.base.arrays import Array, Flags, Numbers
 from eomgen.base.data import dataclass
 from eomgen.base.messages import listed
 from eomgen.formula.nodes import ONE, ZERO, Formula, Number, Operation, Vector
-from eomgen.formula.substitution import folded, product, total
+from eomgen.formula.substitution import fold, product, total
 from eomgen.scene.bodies.cosserat import CONSTRAINED, STRAINS
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.inertia import NO_INERTIA, impossible
@@ -172,7 +172,7 @@ class SectionReader:
         given: Formula | None = self._optional("shear_modulus")
         if given is not None or self.section.poisson_ratio is None:
             return given
-        return folded(self.elastic_modulus / (2.0 * (ONE + self._ratio)))
+        return fold(self.elastic_modulus / (2.0 * (ONE + self._ratio)))
 
     @cached_property
     def _ratio(self) -> Formula:
@@ -181,7 +181,7 @@ class SectionReader:
             return given
         if self.shear_modulus is None:
             return Number(0.0)
-        return folded(self.elastic_modulus / (2.0 * self.shear_modulus) - ONE)
+        return fold(self.elastic_modulus / (2.0 * self.shear_modulus) - ONE)
 
     @cached_property
     def _shape(self) -> ShapeValues | None:
@@ -199,10 +199,10 @@ class SectionReader:
             self.values.require(f"{self.key}.thickness", RELATIONS["wall of a tube"], list(reversed(sizes)))
         result = shape.law(sizes, self._ratio, self.values.value)
         return ShapeValues(
-            folded(result.area),
-            cast("tuple[Formula, Formula]", tuple(map(folded, result.second_moments))),
-            folded(result.torsion_constant),
-            cast("tuple[Formula, Formula]", tuple(map(folded, result.shear_factors))),
+            fold(result.area),
+            cast("tuple[Formula, Formula]", tuple(map(fold, result.second_moments))),
+            fold(result.torsion_constant),
+            cast("tuple[Formula, Formula]", tuple(map(fold, result.shear_factors))),
         )
 
     def required_value(self, field: str) -> Formula:
@@ -351,10 +351,10 @@ def inertia_of_matrix(matrix: Sequence[Sequence[Formula]]) -> SectionInertia:
     """
     mass = matrix[3][3]
     by_y, by_z = matrix[0][5], matrix[1][3]
-    y, z = folded(by_y / mass), folded(by_z / mass)
+    y, z = fold(by_y / mass), fold(by_z / mass)
     xx, yy, zz = (matrix[place][place] for place in range(3))
-    moments = (folded(xx - y * by_y - z * by_z), folded(yy - z * by_z), folded(zz - y * by_y))
-    return SectionInertia(mass, moments, (y, z), (matrix[0][1], matrix[0][2], folded(matrix[1][2] + y * by_z)))
+    moments = (fold(xx - y * by_y - z * by_z), fold(yy - z * by_z), fold(zz - y * by_y))
+    return SectionInertia(mass, moments, (y, z), (matrix[0][1], matrix[0][2], fold(matrix[1][2] + y * by_z)))
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.formula.nodes import ONE, ZERO, Formula, Number
-from eomgen.formula.substitution import collected, folded, mean, product, total, weighted_sum
+from eomgen.formula.substitution import collect, fold, mean, product, total, weighted_sum
 from eomgen.scene.bodies.cosserat import BeamElement, BeamSection, Rows, SectionMoments
 
 #: Returns the section at a place along the beam, 0 to 1; None if a fault was found there.
@@ -203,17 +203,17 @@ def _center(
         return centers[0], (ZERO,) * 6
     masses = [section.mass_per_length for section in sections]
     y, z = (
-        collected(
+        collect(
             mean(weights, [product(mass, center[axis]) for mass, center in zip(masses, centers, strict=True)]) / mass
         )
         for axis in range(2)
     )
-    off = [(folded(center[0] - y), folded(center[1] - z)) for center in centers]
+    off = [(fold(center[0] - y), fold(center[1] - z)) for center in centers]
     along_y, along_z, across = (
         mean(weights, [product(mass, *(pair[axis] for axis in axes)) for mass, pair in zip(masses, off, strict=True)])
         for axes in ((0, 0), (1, 1), (0, 1))
     )
-    return (y, z), (total(along_y, along_z), along_z, along_y, ZERO, ZERO, folded(-across))
+    return (y, z), (total(along_y, along_z), along_z, along_y, ZERO, ZERO, fold(-across))
 
 
 def _vary(sections: Sequence[BeamSection]) -> bool:
@@ -291,7 +291,7 @@ def _times(first: _Matrix, second: _Matrix) -> _Matrix:
 
 def _dot(row: Sequence[Formula], column: Sequence[Formula]) -> Formula:
     pairs = [(a, b) for a, b in zip(row, column, strict=True) if ZERO not in (a, b)]
-    return reduce(total, [collected(product(*pair)) for pair in pairs]) if pairs else ZERO
+    return reduce(total, [collect(product(*pair)) for pair in pairs]) if pairs else ZERO
 
 
 def _inverse(matrix: _Matrix) -> _Matrix:
@@ -307,7 +307,7 @@ def _inverse_of_formulas(matrix: _Matrix) -> _Matrix:
     size = len(matrix)
     rows = [[*row, *(ONE if i == j else ZERO for j in range(size))] for i, row in enumerate(matrix)]
     for pivot in range(size):
-        rows[pivot] = [collected(entry / rows[pivot][pivot]) if entry != ZERO else ZERO for entry in rows[pivot]]
+        rows[pivot] = [collect(entry / rows[pivot][pivot]) if entry != ZERO else ZERO for entry in rows[pivot]]
         for k in range(size):
             if k != pivot and (factor := rows[k][pivot]) != ZERO:
                 rows[k] = [

@@ -333,9 +333,9 @@ class _Converter:
             return None
         from fractions import Fraction  # noqa: PLC0415  # scenes whose labels fit do not need it
 
-        from eomgen.formula.units.conversion import misplaced, to_unit  # noqa: PLC0415
+        from eomgen.formula.units.conversion import misplaced_kind, to_unit  # noqa: PLC0415
 
-        if name in self.parameters and (fault := misplaced(self.labels[name], unit)):
+        if name in self.parameters and (fault := misplaced_kind(self.labels[name], unit)):
             self.report.add(key, f"the parameter {name} is {fault} [E1474]", f"a parameter in {unit}")
             return FaultyText(name)
         try:

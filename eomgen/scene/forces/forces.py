@@ -13,7 +13,7 @@ from pydantic import Field
 from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import key_of
 from eomgen.formula.nodes import Formula, LoadSymbol, Symbol, Vector
-from eomgen.formula.substitution import mapped
+from eomgen.formula.substitution import map_symbols
 from eomgen.scene.forces.element import Attach, ForceElement
 from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.formula.scope import LOAD, LOCAL_LOAD, PARAMETERS
@@ -56,7 +56,7 @@ class Force(ForceElement):
     axes: Literal["world", "body"] = "world"
 
     def formulas(self) -> Iterator[tuple[Formula, int]]:
-        yield from ((mapped(formula, self._load_symbol), 0) for formula in (*self.force, *self.torque))
+        yield from ((map_symbols(formula, self._load_symbol), 0) for formula in (*self.force, *self.torque))
 
     def _load_symbol(self, symbol: Symbol) -> Symbol:
         if symbol.kind != "local":

@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 from eomgen.base.data import dataclass, field, fields, replace
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Symbol
-from eomgen.formula.substitution import mapped
+from eomgen.formula.substitution import map_symbols
 from eomgen.scene.formula.definitions import NamedExpression, check_extent, definition_symbols, expand
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import DRIVEN, PARAMETERS, REACTING, SceneNames, Scope
@@ -76,10 +76,10 @@ def read_included(text: str, names: SceneNames, scope: Scope, inner: SceneNames 
         space = inner or names
         parts = {word: expand(word, names, scope, lambda text: read_included(text, space, scope)) for word in used}
         check_extent(formula, parts)
-        formula = mapped(formula, lambda symbol: parts[symbol].formula if symbol in parts else symbol)
+        formula = map_symbols(formula, lambda symbol: parts[symbol].formula if symbol in parts else symbol)
     if not names.modes and not names.motions and not any(laws.formulas for laws in names.laws.values()):
         return formula
-    return mapped(formula, lambda symbol: _by_parameters(symbol, names, scope))
+    return map_symbols(formula, lambda symbol: _by_parameters(symbol, names, scope))
 
 
 def _by_parameters(symbol: Symbol, names: SceneNames, scope: Scope) -> Formula:
@@ -156,7 +156,7 @@ def read_as_written(text: str, names: SceneNames, scope: Scope) -> Formula:
 
 def _read(text: str, spaces: tuple[Namespace, ...], names: SceneNames, scope: Scope) -> Formula:
     formula = read_formula(text, _visible(names, spaces), scope)
-    return mapped(formula, lambda symbol: _resolve(symbol, spaces, names), added=False) if spaces else formula
+    return map_symbols(formula, lambda symbol: _resolve(symbol, spaces, names), added=False) if spaces else formula
 
 
 def _visible(names: SceneNames, spaces: tuple[Namespace, ...]) -> SceneNames:

@@ -17,7 +17,7 @@ from eomgen.base.messages import counted, is_legal, listed, nearest, shown
 from eomgen.base.products import fault_of_absent
 from eomgen.formula.evaluate import apply, symbols
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol, quantity_of
-from eomgen.formula.units.parser import of_product
+from eomgen.formula.units.parser import product_hint
 from eomgen.formula.words import FUNCTIONS, WORDS, Word, added_word, own_words
 from eomgen.scene.formula.definitions import NamedExpression
 from eomgen.scene.formula.scope import (
@@ -474,7 +474,7 @@ class _FormulaReader:
         hint = IN_RADIANS if name in DEGREES else name_hint(name, self.names, self.scope, known)
         unit = re.fullmatch(rf"\s*([\d.eE+-]+?)\s*\*\s*({re.escape(name)})\s*", self.text.text)
         if unit and name not in DEGREES:
-            hint = of_product(unit[1], unit[2]) or hint
+            hint = product_hint(unit[1], unit[2]) or hint
         return FormulaError(f"unknown name {shown(name)} [E1553]", self.text.column(node.col_offset), hint, name)
 
     def declared_names(self) -> list[str]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eomgen.errors import ModelError
-from eomgen.formula.discontinuities import SmoothingError, smoothed
+from eomgen.formula.discontinuities import SmoothingError, smooth_law
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula
 from eomgen.formula.prescribed_motion import constant
@@ -86,7 +86,7 @@ def _without_jumps(key: str, formula: Formula, values: Values, smooth: float | N
     if smooth is None or formula is UNKNOWN:
         return formula
     try:
-        law = smoothed(formula, smooth, values.fixed_number)
+        law = smooth_law(formula, smooth, values.fixed_number)
         if law == formula:
             values.notes.append(f"{key}: smooth has no effect, since the law has no jumps and no kinks [W0133]")
         return law

@@ -19,7 +19,7 @@ from eomgen.formula.curves import Curve
 from eomgen.formula.discontinuities import applications, knots_along_a_beam
 from eomgen.formula.evaluate import OTHER_VALUES, curves, entries, evaluate, quantities, symbols
 from eomgen.formula.nodes import Formula, Number, Operation, Quantity, Symbol, Vector, distinct_nodes
-from eomgen.formula.substitution import substituted
+from eomgen.formula.substitution import substitute
 from eomgen.formula.units.parser import Dimension, dimension_of, read_unit
 from eomgen.scene.design_poses import Axes, DesignPoses, FramePlacement, UnknownPoseError
 from eomgen.scene.formula.namespaces import mentions_any, read_included
@@ -191,10 +191,10 @@ class Values:
         """Note a formula in another unit than the unit of its key, if both are known; return whether it is noted."""
         if expected is None or known is None or known.powers == expected.powers:
             return False
-        from eomgen.formula.units.conversion import misplaced  # noqa: PLC0415  # imports pint
+        from eomgen.formula.units.conversion import misplaced_kind  # noqa: PLC0415  # imports pint
 
         plain = f"a plain number, a quantity in {expected} is expected"
-        fault = plain if known.is_number else misplaced(str(known), str(expected))
+        fault = plain if known.is_number else misplaced_kind(str(known), str(expected))
         self.note([f"{key}: the formula is {fault}; try: {FACTOR} [W0288]"])
         return True
 
@@ -287,7 +287,7 @@ class Values:
         def known_number(symbol: Symbol) -> float | None:
             return self.place if symbol.kind == "place" else self.fixed_number(symbol)
 
-        return substituted(formula, known_number)
+        return substitute(formula, known_number)
 
     def fixed_number(self, symbol: Symbol) -> float | None:
         """Return the number of a fixed parameter; None for any other symbol."""

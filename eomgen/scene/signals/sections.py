@@ -72,9 +72,9 @@ def doubtful_label(label: str, unit: str) -> str:
     note = f"its unit {label} is a label, and its values are in {unit} [W0141]"
     if not all(names()[name].is_coherent for name, _ in factors):
         return f"{note}: a label does not convert values, a formula does [W0140]"
-    from eomgen.formula.units.conversion import misplaced  # noqa: PLC0415  # imports pint
+    from eomgen.formula.units.conversion import misplaced_kind  # noqa: PLC0415  # imports pint
 
-    return note if misplaced(label, unit) else ""
+    return note if misplaced_kind(label, unit) else ""
 
 
 def read_motion(name: str, entry: curve_schema.Input, report: Report) -> Motion:

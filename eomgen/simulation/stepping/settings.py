@@ -296,11 +296,11 @@ def followed_laws(model: CompiledModel, method: Method, p: Array, grid: TimeGrid
     laws = [law for law in model.description.laws if not law.constant]
     if not laws:
         return [], []
-    from eomgen.formula.motion_faults import jumps, steep, undefined  # noqa: PLC0415  # most scenes need none of it
+    from eomgen.formula.motion_faults import jumps, steep, undefined_laws  # noqa: PLC0415  # most scenes need none of it
 
     values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
     looked_at = laws, values, grid.start, grid.reached
-    if refused := undefined(*looked_at) or jumps(*looked_at):
+    if refused := undefined_laws(*looked_at) or jumps(*looked_at):
         return refused, []
     if method.chooses_steps:
         return [], []

@@ -18,7 +18,7 @@ from eomgen.base.random_inputs import FASTEST, standard_normals
 from eomgen.errors import UsageError
 from eomgen.formula.curves import Curve
 from eomgen.formula.nodes import Application, Formula, Number, Symbol
-from eomgen.formula.substitution import mapped
+from eomgen.formula.substitution import map_symbols
 from eomgen.products.reliability.random_processes.coherence import Coherence, nearest_correlation
 from eomgen.products.reliability.random_processes.karhunen_loeve import MOST_MODES, Expansion, expand, expand_jointly
 from eomgen.products.reliability.section import schema as written
@@ -97,7 +97,7 @@ def _formula(process: NormalSeries) -> Formula:
     g: Formula = _sum([Number(process.mean), *terms] if process.mean else terms)
     if process.translation is None:
         return g
-    return mapped(process.translation, lambda symbol: g if symbol.kind == "gaussian" else symbol)
+    return map_symbols(process.translation, lambda symbol: g if symbol.kind == "gaussian" else symbol)
 
 
 def _sum(terms: Sequence[Formula]) -> Formula:
