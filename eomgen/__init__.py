@@ -126,12 +126,12 @@ def _of_products(name: str) -> object:
     text = f"module 'eomgen' has no attribute {name!r}"
     if name.startswith("_"):
         raise AttributeError(text)
-    from eomgen.base.products import fault_of_absent, fault_of_removed, named, public_modules, public_names  # noqa: PLC0415  # for names of products
+    from eomgen.base.products import fault_of_absent, fault_of_removed, import_target, public_modules, public_names  # noqa: PLC0415  # for names of products
 
     if name in public_modules():
         return import_module(f"{__name__}.{name}")
     if name in public_names():
-        return named(public_names()[name])
+        return import_target(public_names()[name])
     from eomgen.base.calls import attribute_hint  # noqa: PLC0415  # for a mistake only
 
     if absent := fault_of_absent(name) or fault_of_removed("name", name):

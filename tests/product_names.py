@@ -6,7 +6,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from eomgen.base.products import Product, named, products
+from eomgen.base.products import Product, import_target, products
 from eomgen.base.verbs import OWNERS, Verb, methods_of
 
 COMMAND = "python -m tests.product_names eomgen/products/offered.py"
@@ -34,7 +34,7 @@ _KEYS = ("key", "name", "kind")
 def names_of(product: Product) -> set[str]:
     """Return the names of a product: of ``eomgen``, of verbs and methods, and of the rows of its registers."""
     rows = [
-        named(row) if isinstance(row, str) else row
+        import_target(row) if isinstance(row, str) else row
         for group, of_group in product.rows.items()
         if group not in _UNNAMED
         for row in of_group
@@ -42,7 +42,7 @@ def names_of(product: Product) -> set[str]:
     called = {str(getattr(row, key)) for row in rows for key in _KEYS if isinstance(getattr(row, key, None), str)}
     verbs = tuple(row for row in rows if isinstance(row, Verb))
     methods = {name for owner in OWNERS for name, _, _ in methods_of(verbs, owner)}
-    parts = [(verb, named(part)) for row in verbs for verb, part in row.parts.items()]
+    parts = [(verb, import_target(part)) for row in verbs for verb, part in row.parts.items()]
     options = {f"{verb} {option.opts[0]}" for verb, part in parts for option in getattr(part, "OPTIONS", ())}
     endings = {ending for row in rows for ending in getattr(row, "endings", ())}
     return {*product.modules, *product.names, *called, *methods, *options, *endings} - {""}

@@ -12,7 +12,14 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.base.calls import UnknownAttribute, UnknownName, attributes_elsewhere, checked_call, meant_term, of_models
+from eomgen.base.calls import (
+    UnknownAttribute,
+    UnknownName,
+    attributes_elsewhere,
+    checked_call,
+    meant_term,
+    methods_of_models,
+)
 from eomgen.system.terms import TERMS, nearest_term
 from tests.models.cache import shared_cache
 from tests.models.scenes import PENDULUM_TOML, pendulum, pendulum_scene
@@ -201,7 +208,7 @@ def test_errors_from_within_a_call_pass() -> None:
 
 
 def test_lists_name_what_there_is() -> None:
-    assert all(hasattr(eomgen.Model, name) for name in of_models())
+    assert all(hasattr(eomgen.Model, name) for name in methods_of_models())
     known = {meant_term(name) for name in ("inertia", "M", "bias", "gravity", "RNEA", "ABA", "kinetic", "phi", "b")}
     assert known <= set(TERMS) and not meant_term("mass")
     assert nearest_term("mas") == "mass" and nearest_term("mass_rate").startswith("mass_rates")

@@ -12,7 +12,7 @@ import click
 import pytest
 
 import eomgen
-from eomgen.base.products import named, products
+from eomgen.base.products import import_target, products
 from eomgen.cli import commands
 from eomgen.errors import UsageError
 from eomgen.integrators.families.family import Sizes
@@ -43,7 +43,7 @@ def test_methods_show_and_document_every_argument(owner: str, name: str) -> None
 @pytest.mark.parametrize("row", HANDED_ON, ids=lambda row: row["function"])
 def test_options_that_are_handed_on_are_shown(row: dict[str, str]) -> None:
     typed = getattr(option_types, row["options"])
-    function, taker = (cast("Callable[..., Any]", named(row[key])) for key in ("function", "taken_by"))
+    function, taker = (cast("Callable[..., Any]", import_target(row[key])) for key in ("function", "taken_by"))
     given, taken = inspect.signature(function).parameters, inspect.signature(taker).parameters
     assert set(typed.__annotations__) <= set(given)
     kinds = get_type_hints(taker)

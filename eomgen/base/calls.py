@@ -228,10 +228,10 @@ class ReadOnly(NamedResults[T]):
         super().__init__(kind, values)
         self.what_to_try = what_to_try
 
-    def _refused(self, *_: object, **__: object) -> NoReturn:
+    def _refuse(self, *_: object, **__: object) -> NoReturn:
         raise UsageError(Problem(f"{self.kind}s", self.why, self.what_to_try))
 
-    __setitem__ = __delitem__ = update = pop = popitem = clear = setdefault = __ior__ = _refused
+    __setitem__ = __delitem__ = update = pop = popitem = clear = setdefault = __ior__ = _refuse
 
     def __reduce__(self) -> tuple[type[ReadOnly[T]], tuple[str, dict[str, T], str]]:
         return type(self), (self.kind, dict(self), self.what_to_try)
@@ -260,9 +260,9 @@ def checked_call(
         Names of arguments in other tools, and the names here; or a call in place of an argument, with brackets.
     """
 
-    def decorated(function: Callable[P, R]) -> Callable[P, R]:
+    def decorate(function: Callable[P, R]) -> Callable[P, R]:
         @functools.wraps(function)
-        def called(*args: P.args, **kwargs: P.kwargs) -> R:
+        def call(*args: P.args, **kwargs: P.kwargs) -> R:
             try:
                 return function(*args, **kwargs)
             except (TypeError, UsageError) as error:
@@ -273,9 +273,9 @@ def checked_call(
                     raise
             raise UsageError(problem)
 
-        return called
+        return call
 
-    return decorated
+    return decorate
 
 
 def names_of(argument: str, kind: str, given: object, example: str) -> tuple[str, ...]:
@@ -311,14 +311,14 @@ def with_options_of(source: Callable[..., Any], names: Iterable[str]) -> Callabl
     """
     given = inspect.signature(source).parameters
 
-    def decorated(function: Callable[P, R]) -> Callable[P, R]:
+    def decorate(function: Callable[P, R]) -> Callable[P, R]:
         signature = inspect.signature(function)
         own = [item for item in signature.parameters.values() if item.kind is not inspect.Parameter.VAR_KEYWORD]
         others = [given[name] for name in names if name not in signature.parameters]
         function.__signature__ = signature.replace(parameters=[*own, *others])  # type: ignore[attr-defined]
         return function
 
-    return decorated
+    return decorate
 
 
 def check_options(
@@ -343,7 +343,7 @@ def check_options(
 def checked_calls(what_to_try: str = "", **meant: str) -> Callable[[C], C]:
     """Return a class decorator that puts ``checked_call`` on constructor and public methods, also inherited methods."""
 
-    def decorated(kind: C) -> C:
+    def decorate(kind: C) -> C:
         wrap_method(kind, "__init__", checked_call(what_to_try, **meant))
         for name in dir(kind):
             member = next((vars(base)[name] for base in kind.__mro__ if name in vars(base)), None)
@@ -351,7 +351,7 @@ def checked_calls(what_to_try: str = "", **meant: str) -> Callable[[C], C]:
                 setattr(kind, name, checked_call(**meant)(member))
         return kind
 
-    return decorated
+    return decorate
 
 
 def unknown_attribute(owner: object, name: str) -> AttributeError:
@@ -415,16 +415,16 @@ def not_assigned_to(what_to_try: str) -> Callable[[C], C]:
     In ``what_to_try`` the attribute is ``{0}``.
     """
 
-    def refused(owner: object, name: str, value: object) -> NoReturn:
+    def refuse(owner: object, name: str, value: object) -> NoReturn:
         kind = type(owner).__name__
         fault = f"a {kind} does not change, so {shown(name)} is not assigned to [E0111]"
         raise NoAssignment(Problem("", fault, what_to_try.format(name)))
 
-    def decorated(kind: C) -> C:
-        wrap_method(kind, "__setattr__", lambda _: refused)
+    def decorate(kind: C) -> C:
+        wrap_method(kind, "__setattr__", lambda _: refuse)
         return kind
 
-    return decorated
+    return decorate
 
 
 def meant_term(name: str) -> str:
@@ -448,7 +448,7 @@ def attribute_hint(name: str, known: Iterable[str], kind: str = "") -> str:
         return other
     if kind == "Model" and name in public_names():
         return f"eomgen.{name}(scene, ...)"
-    if name in of_models() and kind != "Model":
+    if name in methods_of_models() and kind != "Model":
         scene = {"SceneBuilder": "builder.build()"}.get(kind, "scene")
         return f"eomgen.build({scene}).{name}(...), of the compiled model"
     if meant := _SYMBOLS.get(name):
@@ -458,12 +458,12 @@ def attribute_hint(name: str, known: Iterable[str], kind: str = "") -> str:
     return nearest(name, (item for item in known if not item.startswith("_")))
 
 
-def of_models() -> frozenset[str]:
+def methods_of_models() -> frozenset[str]:
     """Return the methods of a compiled model that users look for at scenes, at systems and at the package."""
     return methods() | _OF_COMPILED
 
 
-def _meant(name: str, meant: Mapping[str, str], named: Sequence[str]) -> str:
+def _present_name(name: str, meant: Mapping[str, str], named: Sequence[str]) -> str:
     """Return the name here of an argument of another tool, or a call in place of the argument."""
     other = meant.get(name, "")
     return other if other in named or "(" in other else nearest(name, named)
@@ -513,7 +513,7 @@ class _Call:
         unknown = [name for name in self.kwargs if name not in self.named]
         if not unknown or self.takes_any:
             return None
-        hints = [_meant(name, meant, self.named) for name in unknown[:3]]
+        hints = [_present_name(name, meant, self.named) for name in unknown[:3]]
         hint = " and ".join(dict.fromkeys(filter(None, hints))) or "no arguments"
         return f"there is no argument {', '.join(map(shown, unknown))} [E0105]", hint
 

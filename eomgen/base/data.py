@@ -72,7 +72,7 @@ class _DeferredAttribute:
             if sets and _arguments(cast("Hashable", self.kind)):
                 self.filled += 1
                 return partial(self._fill, instance)
-        return self._compiled(instance, owner)
+        return self._compiled_attribute(instance, owner)
 
     def _fill(self, instance: Any, /, *values: object, **named: object) -> None:
         """Fill an instance as the constructor does, which is compiled for a call that it refuses."""
@@ -84,13 +84,13 @@ class _DeferredAttribute:
                 state[name] = named[name] if name in named else default if factory is MISSING else factory()
                 known = known and state[name] is not MISSING
         if not known:
-            self._compiled(instance, type(instance))(*values, **named)
+            self._compiled_attribute(instance, type(instance))(*values, **named)
             return
         vars(instance).update(state)
         if hasattr(instance, "__post_init__"):
             instance.__post_init__()
 
-    def _compiled(self, instance: object, owner: type) -> Any:
+    def _compiled_attribute(self, instance: object, owner: type) -> Any:
         """Return the attribute itself, after a compilation."""
         with _COMPILING:
             if vars(self.kind).get(self.name) is self:
@@ -182,7 +182,7 @@ def _is_special(annotation: str, given: object) -> bool:
     return isinstance(given, dataclasses.Field) and not (given.init and given.kw_only is not True)
 
 
-def _deferred(kind: type, options: dict[str, Any]) -> type:
+def _defer(kind: type, options: dict[str, Any]) -> type:
     asked = {"": True, "repr": True, "eq": True, "frozen": False, **options}
     given = {name: value for name, value in vars(kind).items() if isinstance(value, dataclasses.Field)}
     for name, value in given.items():  # a compiled class has defaults alone
@@ -242,7 +242,7 @@ else:
 
     def dataclass(kind: type | None = None, /, **options: Any) -> Any:
         """Make a dataclass as ``dataclasses.dataclass`` does, with the same options except ``slots``."""
-        return _deferred(kind, options) if kind is not None else lambda kind: _deferred(kind, options)
+        return _defer(kind, options) if kind is not None else lambda kind: _defer(kind, options)
 
 
 class EvaluatesOnce:

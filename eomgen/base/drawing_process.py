@@ -86,7 +86,7 @@ def drawing_process(prepared: Callable[[], Drawings]) -> Iterator[DrawingProcess
     prepared : callable
         Imports modules and returns the drawings of an order, the longest last; called in the copy.
     """
-    if not _copied():
+    if not _can_copy():
         yield None
         return
     taken, orders = os.pipe()
@@ -112,7 +112,7 @@ def in_copy(work: Callable[[], object]) -> Iterator[Callable[[], bool]]:
     Gives a function that waits, and returns whether the work is done: False if the work has failed, and on one core,
     besides other threads, and on other systems than Linux. The caller does the work then, and reports faults.
     """
-    if not _copied():
+    if not _can_copy():
         yield lambda: False
         return
     number = fork()
@@ -173,7 +173,7 @@ def from_copy(compute: Callable[[], _T]) -> Iterator[Callable[[], _T | None]]:
         yield value
 
 
-def _copied() -> bool:
+def _can_copy() -> bool:
     """Return whether this process can be copied, and would go on at the same time."""
     if sys.platform != "linux" or len(os.sched_getaffinity(0)) < _COPIES:
         return False

@@ -27,7 +27,7 @@ def extensions(group: str) -> Iterator[EntryPoint]:
     yield from sorted(entry_points(group=group), key=lambda entry: (entry.name, entry.value))
 
 
-def loaded(entry: EntryPoint, kind: type[Row]) -> Row:
+def load_row(entry: EntryPoint, kind: type[Row]) -> Row:
     """Return the object that an entry point names. Raises UsageError naming the distribution if the import fails or the
     type is wrong."""
     try:

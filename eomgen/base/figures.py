@@ -156,7 +156,7 @@ def axes_of_caller(call: str, axes: object, panels: Sequence[str], size: Size | 
     return given
 
 
-def saved(figure: Any, path: Path, hint: str = "another folder") -> Path:
+def save_figure(figure: Any, path: Path, hint: str = "another folder") -> Path:
     """Write a figure to a file and return the path of the file. Raises FileError, with a remedy."""
     try:
         figure.savefig(path, pil_kwargs={"compress_level": _COMPRESSION} if path.suffix == ".png" else None)

@@ -397,11 +397,11 @@ def example_folder() -> Traversable:
     archive = Path(__file__).resolve().parents[1] / "_examples.zip.xz"
     if not archive.is_file():
         return _data_folder("examples", "four_bar")
-    return _unpacked(archive)
+    return _unpack(archive)
 
 
 @functools.cache
-def _unpacked(archive: Path) -> Traversable:
+def _unpack(archive: Path) -> Traversable:
     import lzma  # noqa: PLC0415  # for examples of installed packages only
     import zipfile  # noqa: PLC0415
 

@@ -10,7 +10,7 @@ _ROWS = 40
 _CELL = "text-align:left;vertical-align:top;padding:0.15em 0.8em 0.15em 0"
 
 
-def escaped(text: str, *, quote: bool = True) -> str:
+def escape_html(text: str, *, quote: bool = True) -> str:
     """Return plain text as HTML."""
     from html import escape  # noqa: PLC0415  # brings a table of all characters; most processes show none
 
@@ -19,17 +19,17 @@ def escaped(text: str, *, quote: bool = True) -> str:
 
 def page(heading: str, *parts: str) -> str:
     """Return parts of HTML under a heading in plain text; empty parts are left out."""
-    return f"<div><strong>{escaped(heading)}</strong>{''.join(parts)}</div>"
+    return f"<div><strong>{escape_html(heading)}</strong>{''.join(parts)}</div>"
 
 
 def paragraph(text: str) -> str:
     """Return plain text as a paragraph; an empty text for an empty one."""
-    return f'<p style="margin:0.3em 0">{escaped(text)}</p>' if text else ""
+    return f'<p style="margin:0.3em 0">{escape_html(text)}</p>' if text else ""
 
 
 def formula(latex: str) -> str:
     """Return a formula on a separate line, which notebooks set by MathJax."""
-    return f"<div>$$\\displaystyle {escaped(latex, quote=False)}$$</div>"
+    return f"<div>$$\\displaystyle {escape_html(latex, quote=False)}$$</div>"
 
 
 def table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
@@ -43,9 +43,9 @@ def table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
         return ""
     left = sum(1 for _ in waiting)
     kept = [k for k in range(len(headings)) if any(row[k] for row in shown)]
-    head = "".join(f'<th style="{_CELL}">{escaped(headings[k])}</th>' for k in kept)
+    head = "".join(f'<th style="{_CELL}">{escape_html(headings[k])}</th>' for k in kept)
     body = "".join(
-        f"<tr>{''.join(f'<td style={chr(34)}{_CELL}{chr(34)}>{escaped(row[k])}</td>' for k in kept)}</tr>"
+        f"<tr>{''.join(f'<td style={chr(34)}{_CELL}{chr(34)}>{escape_html(row[k])}</td>' for k in kept)}</tr>"
         for row in shown
     )
     more = paragraph(f"and {left} more") if left else ""

@@ -26,9 +26,9 @@ _PAUSE = 0.05
 
 
 @contextlib.contextmanager
-def claimed(file: Path) -> Iterator[None]:
+def claim(file: Path) -> Iterator[None]:
     """Hold the lock on this file, waiting while another process holds the lock. The file is removed afterwards."""
-    descriptor = _taken(file)
+    descriptor = _take(file)
     try:
         yield
     finally:
@@ -41,7 +41,7 @@ def claimed(file: Path) -> Iterator[None]:
 
 def hold(folder: Path) -> int | None:
     """Return a descriptor that marks a folder as in use until the descriptor is closed; None if there are no locks."""
-    return _locked(folder, os.O_RDONLY, wait=False)
+    return _lock(folder, os.O_RDONLY, wait=False)
 
 
 @contextlib.contextmanager
@@ -63,19 +63,19 @@ def sole_use(folder: Path) -> Iterator[bool]:
             os.close(descriptor)
 
 
-def abandoned(folder: Path) -> bool:
+def is_abandoned(folder: Path) -> bool:
     """Return whether no process holds the lock on a folder."""
-    descriptor = _locked(folder, os.O_RDONLY, wait=False)
+    descriptor = _lock(folder, os.O_RDONLY, wait=False)
     if descriptor is None:
         return False
     os.close(descriptor)
     return True
 
 
-def _taken(file: Path) -> int | None:
+def _take(file: Path) -> int | None:
     """Return a descriptor of the file that this path names now, locked."""
     while True:
-        descriptor = _locked(file, os.O_RDWR | os.O_CREAT, wait=True)
+        descriptor = _lock(file, os.O_RDWR | os.O_CREAT, wait=True)
         if descriptor is None:
             return None
         try:
@@ -86,7 +86,7 @@ def _taken(file: Path) -> int | None:
         os.close(descriptor)
 
 
-def _locked(path: Path, flags: int, *, wait: bool) -> int | None:
+def _lock(path: Path, flags: int, *, wait: bool) -> int | None:
     if fcntl is None and _windows is None:
         return None
     descriptor = -1

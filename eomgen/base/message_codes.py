@@ -97,7 +97,7 @@ def rows(*words: str, package: Path = PACKAGE) -> tuple[Row, ...]:
     return tuple(by_code[code] for code in sorted(by_code))
 
 
-def searched(words: Sequence[str]) -> Iterator[Row]:
+def search(words: Sequence[str]) -> Iterator[Row]:
     """Yield the messages that contain all words, in small or capital letters."""
     for row in rows(*words):
         text = " ".join(row).lower()

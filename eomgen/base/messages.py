@@ -42,7 +42,7 @@ class Log:
         self._logger: Any = None
 
     @property
-    def enabled(self) -> bool:
+    def is_enabled(self) -> bool:
         """Whether messages of the level ``INFO`` are shown or kept."""
         if self._logger is None:
             if "logging" not in sys.modules:
@@ -52,12 +52,12 @@ class Log:
 
     def info(self, text: str, *values: object) -> None:
         """Hand on a message of the level ``INFO``, with values for the places in its text."""
-        if self.enabled:
+        if self.is_enabled:
             self._logger.info(text, *values, stacklevel=2)
 
     def debug(self, text: str, *values: object) -> None:
         """Hand on a message of the level ``DEBUG``, as ``info`` does."""
-        if self.enabled:
+        if self.is_enabled:
             self._logger.debug(text, *values, stacklevel=2)
 
 
@@ -164,7 +164,7 @@ def listed(names: Iterable[str]) -> str:
     return f"{', '.join(every[:_LISTED])} and {len(every) - _LISTED} more"
 
 
-def unmentioned(singular: str, plural: str, names: Sequence[str]) -> str:
+def unused_note(singular: str, plural: str, names: Sequence[str]) -> str:
     """Return a note on entries that no formula mentions, with the nouns of one and of several; empty without names."""
     if not names:
         return ""

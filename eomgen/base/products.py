@@ -84,7 +84,7 @@ def rows_of(group: str, kind: type[Row]) -> tuple[Row, ...]:
     """Return the rows of all products in a register, tables of rows opened; rows of another class than ``kind`` are
     left out."""
     rows = (row for product in products().values() for row in product.rows.get(group, ()))
-    objects = (named(row) if isinstance(row, str) else row for row in rows)
+    objects = (import_target(row) if isinstance(row, str) else row for row in rows)
     tables = (row if type(row) is tuple else (row,) for row in objects)
     return tuple(row for row in chain.from_iterable(tables) if isinstance(row, kind))
 
@@ -92,10 +92,10 @@ def rows_of(group: str, kind: type[Row]) -> tuple[Row, ...]:
 @cache
 def objects_of(group: str) -> tuple[Any, ...]:
     """Return the objects of all late rows of a register."""
-    return tuple(named(row.target) for row in rows_of(group, LateRow))
+    return tuple(import_target(row.target) for row in rows_of(group, LateRow))
 
 
-def placed(
+def insert(
     rows: Sequence[Row], added: Sequence[Row], name: Callable[[Row], str], behind: Callable[[Row], str]
 ) -> tuple[Row, ...]:
     """Return rows with the added rows among them, each directly after the row that the added row names.
@@ -156,7 +156,7 @@ def earlier_names() -> dict[str, str]:
     return MOVED | {name: module for product in products().values() for name, module in product.moved.items()}
 
 
-def named(target: str) -> object:
+def import_target(target: str) -> object:
     """Return the object of a target ``module:name``."""
     module, _, name = target.partition(":")
     return getattr(import_module(module), name)

@@ -13,7 +13,7 @@ from contextvars import ContextVar
 from types import FrameType
 from typing import Any
 
-from eomgen.base.html import escaped
+from eomgen.base.html import escape_html
 from eomgen.errors import Problem, UsageError
 
 #: Called with (steps done, all steps).
@@ -92,7 +92,7 @@ class Interrupts:
 
 
 @contextlib.contextmanager
-def shown(progress: Progress | bool | None, title: str) -> Iterator[Progress | None]:
+def show_progress(progress: Progress | bool | None, title: str) -> Iterator[Progress | None]:
     """Give the callback for progress: the caller's own function, a bar for ``True``, or None.
 
     A bar is shown in a notebook, and on stderr if that is a terminal; otherwise a line a minute.
@@ -163,7 +163,7 @@ class _Lines:
     def report(self, done: int, total: int) -> None:
         """Write progress with an estimate of the time left, if a line is due."""
         self._before = done if self._before < 0 else self._before
-        if (spent := self._spent()) is not None:
+        if (spent := self._seconds_if_due()) is not None:
             rest = ""
             if done > self._before:
                 rest = f", about {duration(spent * (total - done) / (done - self._before))} left"
@@ -171,10 +171,10 @@ class _Lines:
 
     def stage(self, text: str) -> None:
         """Write words on the present work, if a line is due."""
-        if (spent := self._spent()) is not None:
+        if (spent := self._seconds_if_due()) is not None:
             _write_line(f"{self._title}: {text}, after {duration(spent)}")
 
-    def _spent(self) -> float | None:
+    def _seconds_if_due(self) -> float | None:
         """Return the seconds so far if a line is due, else None."""
         now = time.monotonic()
         if now < self._due:
@@ -254,7 +254,7 @@ def _notebook_line(title: str, began: float) -> Iterator[Progress]:
         seconds = time.monotonic() - began
         if seconds < _SHORT_PATIENCE:
             return
-        line = shows.HTML(escaped(_units(title, done, total, seconds)))
+        line = shows.HTML(escape_html(_units(title, done, total, seconds)))
         if handle is None:
             handle = shows.display(line, display_id=True)
         else:
@@ -302,7 +302,7 @@ def notebook_bar(title: str) -> Iterator[Progress]:
 
 def _html(title: str, done: int, total: int) -> str:
     part = done / max(total, 1)
-    return f'{escaped(title)} <progress value="{part:.4f}" style="width:20em"></progress> {part:.1%}'
+    return f'{escape_html(title)} <progress value="{part:.4f}" style="width:20em"></progress> {part:.1%}'
 
 
 def _in_notebook() -> bool:

@@ -13,9 +13,9 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from eomgen.base.data import dataclass, field, replace, without_garbage_collection
-from eomgen.base.extensions import broken, extensions, loaded
+from eomgen.base.extensions import broken, extensions, load_row
 from eomgen.base.messages import shown
-from eomgen.base.products import named, placed, rows_of
+from eomgen.base.products import import_target, insert, rows_of
 from eomgen.errors import UsageError
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ class Verb:
         """
         try:
             with without_garbage_collection():
-                value = named(target)
+                value = import_target(target)
         except Exception as error:  # modules of other distributions may raise anything
             if self.entry is None:
                 raise
@@ -224,7 +224,7 @@ def methods_of(verbs: tuple[Verb, ...], owner: str = "Model") -> Iterator[tuple[
 @cache
 def own() -> tuple[Verb, ...]:
     """Return the verbs of the core and of the installed products, in the order of lists."""
-    return placed(CORE, rows_of(GROUP, Verb), lambda verb: verb.name, lambda verb: verb.behind)
+    return insert(CORE, rows_of(GROUP, Verb), lambda verb: verb.name, lambda verb: verb.behind)
 
 
 @cache
@@ -259,7 +259,7 @@ def others() -> ExternalVerbs:
     faults: dict[str, UsageError] = {}
     for entry in extensions(GROUP):
         try:
-            verb = _checked(entry, (*own(), *verbs.values()))
+            verb = _check_verb(entry, (*own(), *verbs.values()))
         except UsageError as error:
             faults[entry.name] = error
         else:
@@ -272,9 +272,9 @@ def _by_class(verbs: tuple[Verb, ...]) -> dict[tuple[str, str], tuple[Verb, str]
     return {(owner, name): (verb, target) for owner in OWNERS for name, verb, target in methods_of(verbs, owner)}
 
 
-def _checked(entry: EntryPoint, known: tuple[Verb, ...]) -> Verb:
+def _check_verb(entry: EntryPoint, known: tuple[Verb, ...]) -> Verb:
     """Return the row of an entry point. Raises UsageError with the name of the distribution."""
-    row = loaded(entry, Verb)
+    row = load_row(entry, Verb)
     if row.name != entry.name:
         raise broken(entry, f"has the row of another verb, {shown(row.name)}")
     for target in (*filter(None, (row.command,)), *row.methods, *row.solution_methods):

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import click
 
-from eomgen.base.message_codes import EXAMPLES, KINDS, Row, code_of_finding, codes, rows, searched
+from eomgen.base.message_codes import EXAMPLES, KINDS, Row, code_of_finding, codes, rows, search
 from eomgen.base.messages import counted, shown
 from eomgen.cli.options import debug_option, json_option
 from eomgen.cli.printing import print_json, say
@@ -161,7 +161,7 @@ def rows_of(words: Sequence[str]) -> list[Row]:
     text = " ".join(words)
     code = _CODE.fullmatch(text) or re.search(r"\[([EW]\d{4})\]$", text)
     named = code[1].upper() if code else code_of_finding(text)
-    chosen = [row for row in rows(named) if row.code == named] if named else list(searched(text.split()))
+    chosen = [row for row in rows(named) if row.code == named] if named else list(search(text.split()))
     if code and not chosen:
         raise UsageError(
             Problem("eomgen explain", f"there is no code {named} [E0158]", "eomgen explain mass, a search")

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 import click
 
 from eomgen.base.messages import shown
-from eomgen.base.products import named
+from eomgen.base.products import import_target
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.units.labels import in_label
 from eomgen.formula.units.parser import is_quantity
@@ -84,7 +84,7 @@ class Argument(NamedTuple):
 @cache
 def argument_of(target: str, name: str) -> Argument:
     """Return an argument of the function ``module:function`` by signature and docstring of the function."""
-    taker: Any = named(target)
+    taker: Any = import_target(target)
     default = inspect.signature(taker).parameters[name].default
     for names, text in _DOCUMENTED.findall(inspect.getdoc(taker) or ""):
         if name in names.split(", "):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import click
 
-from eomgen.base.products import named, placed
+from eomgen.base.products import import_target, insert
 from eomgen.base.verbs import own
 
 if TYPE_CHECKING:
@@ -105,12 +105,12 @@ class RunPart:
 @cache
 def parts_of(verb: str) -> tuple[Any, ...]:
     """Return the classes of the parts that installed products add to the command of a verb of the core."""
-    return tuple(named(row.parts[verb]) for row in own() if verb in row.parts)
+    return tuple(import_target(row.parts[verb]) for row in own() if verb in row.parts)
 
 
 def with_parts(command: click.Command) -> click.Command:
     """Return the command with the options of its parts."""
     added = [option for part in parts_of(str(command.name)) for option in part.OPTIONS]
     kept = [option for option in command.params if option.name not in {other.name for other in added}]
-    command.params = [*placed(kept, added, lambda param: param.opts[0], lambda param: getattr(param, "behind", ""))]
+    command.params = [*insert(kept, added, lambda param: param.opts[0], lambda param: getattr(param, "behind", ""))]
     return command

@@ -17,7 +17,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import replace
-from eomgen.base.products import named
+from eomgen.base.products import import_target
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.curves import AnyCurve, Bump, Waves
 from eomgen.formula.nodes import Application, Formula, Number, Quantity, Symbol
@@ -113,7 +113,7 @@ def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:
             return record(algebra, branches[0 if taken != 0.0 else 1], resolve)
     arguments = [record(algebra, argument, resolve) for argument in formula.arguments]
     if isinstance(formula, Quantity):
-        recording: Any = named(formula.word.recording)
+        recording: Any = import_target(formula.word.recording)
         result: Scalar = recording(algebra, formula.item, formula.name, formula.component, arguments)
         return result
     try:

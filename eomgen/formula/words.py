@@ -7,7 +7,7 @@ from functools import cache
 from typing import Any
 
 from eomgen.base.data import dataclass
-from eomgen.base.extensions import broken, extensions, loaded
+from eomgen.base.extensions import broken, extensions, load_row
 from eomgen.base.products import rows_of
 from eomgen.symbolic.operations import NAMES
 
@@ -190,7 +190,7 @@ def other_words() -> Mapping[str, Word]:
     """
     rows: dict[str, Word] = {}
     for entry in extensions(GROUP):
-        row = loaded(entry, Word)
+        row = load_row(entry, Word)
         if row.name != entry.name:
             raise broken(entry, f"is the word {row.name}")
         if row.name in RESERVED or row.name in rows or row.name in own_words():

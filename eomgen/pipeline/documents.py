@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 
 from eomgen.base.calls import checked_call
 from eomgen.base.data import without_garbage_collection
-from eomgen.base.extensions import extensions, loaded
+from eomgen.base.extensions import extensions, load_row
 from eomgen.base.messages import log_notes
 from eomgen.errors import DescriptionError, EomgenError, Problem, UsageError
 from eomgen.pipeline.front_end import Document, FileKind, FrontEnd, file_kinds, is_scene, other_document
@@ -113,7 +113,7 @@ def as_document(described: Described) -> tuple[Document, FrontEnd]:
             return described, SCENES
         if isinstance(own := getattr(described, "front_end", None), FrontEnd):
             return described, own
-        for row in (loaded(entry, FrontEnd) for entry in extensions("eomgen.front_ends")):
+        for row in (load_row(entry, FrontEnd) for entry in extensions("eomgen.front_ends")):
             if isinstance(described, row.document):
                 return described, row
     return load_scene(described), SCENES  # for anything else, load names the expected kinds

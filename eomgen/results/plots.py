@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
-from eomgen.base.figures import axes_of_caller, axis_label, new_figure, place_panels, pyplot_figure, saved
+from eomgen.base.figures import axes_of_caller, axis_label, new_figure, place_panels, pyplot_figure, save_figure
 from eomgen.base.messages import listed, nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import numeric
@@ -116,7 +116,7 @@ def _draw(solution: RecordedSolution, folder: Path, kind: str, curves: list[Plot
     heading = f"{solution.metadata.get('scene', '')}: {kind}"
     heading += f" (the first {len(curves) - hidden} of {len(curves)})" if hidden else ""
     figure = _figure(solution, panels[:_PANELS], None, heading + _marks(solution.events))
-    return [saved(figure, folder / f"{kind}.png", "another folder, or --no-plots")]
+    return [save_figure(figure, folder / f"{kind}.png", "another folder, or --no-plots")]
 
 
 def draw_over(solution: RecordedSolution, folder: Path, over: str) -> list[Path]:
@@ -132,7 +132,7 @@ def draw_over(solution: RecordedSolution, folder: Path, over: str) -> list[Path]
     abscissa = only_curve(solution, over, "--over")
     curves, left_out = _over(solution, (), abscissa)
     figure = _figure(solution, _panels(curves)[:_PANELS], abscissa, _heading(solution, abscissa, left_out))
-    return [saved(figure, folder / "outputs_over.png", "another folder, or --no-plots")]
+    return [save_figure(figure, folder / "outputs_over.png", "another folder, or --no-plots")]
 
 
 def draw_chosen(solution: RecordedSolution, names: Sequence[str], over: str | None, folder: Path) -> Path:
@@ -155,7 +155,7 @@ def draw_chosen(solution: RecordedSolution, names: Sequence[str], over: str | No
     figure = _figure(solution, panels, abscissa, _heading(solution, abscissa, left_out))
     words = [*(names or ["outputs"]), *([] if over is None else ["over", over])]
     file = re.sub(r"[^A-Za-z0-9.-]+", "_", "_".join(words))[:_FILE_NAME].strip("_.")
-    return saved(figure, folder / f"{file}.png")
+    return save_figure(figure, folder / f"{file}.png")
 
 
 def _figure(

@@ -13,7 +13,7 @@ from functools import cache, cached_property
 from typing import Any, Generic, Literal, TypeVar, get_args
 
 from eomgen.base.data import dataclass
-from eomgen.base.extensions import broken, extensions, loaded
+from eomgen.base.extensions import broken, extensions, load_row
 from eomgen.base.messages import is_legal
 
 JointType = Literal[
@@ -337,7 +337,7 @@ def joint_types_of_others() -> Mapping[str, Connection]:
     """
     rows: dict[str, Connection] = {}
     for entry in extensions(GROUP):
-        row = loaded(entry, Connection)
+        row = load_row(entry, Connection)
         if row.name != entry.name:
             raise broken(entry, f"is the joint type {row.name}")
         if row.name in _OWN or row.name in rows:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar, cast
 
 from eomgen.base.data import dataclass, field, field_names
 from eomgen.base.messages import NAME_LENGTH
-from eomgen.base.products import named
+from eomgen.base.products import import_target
 from eomgen.formula.nodes import Formula, Vector
 from eomgen.scene.formula.scope import ElementQuantity, SceneNames
 from eomgen.scene.reading.report import Report
@@ -107,7 +107,7 @@ class Section:
     @property
     def schema(self) -> type[Table]:
         """Schema of an entry, imported if need be."""
-        return cast("type[Table]", named(self.entry)) if isinstance(self.entry, str) else self.entry
+        return cast("type[Table]", import_target(self.entry)) if isinstance(self.entry, str) else self.entry
 
     @property
     def title(self) -> str:

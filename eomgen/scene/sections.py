@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from typing import cast
 
-from eomgen.base.extensions import broken, extensions, loaded
-from eomgen.base.products import LateRow, named, placed, rows_of
+from eomgen.base.extensions import broken, extensions, load_row
+from eomgen.base.products import LateRow, import_target, insert, rows_of
 from eomgen.scene.control.sections import CONTROLLERS, REFERENCES
 from eomgen.scene.events.sections import EVENTS, MODES
 from eomgen.scene.forces.register import ELEMENTS, LateElement
@@ -43,7 +43,7 @@ _CORE: tuple[Section | LateRow, ...] = (
     LateRow("shapes", "eomgen.scene.bodies.shapes:SHAPES"),
 )
 #: Sections of the core and of the installed products; rows of some are imported for scenes that have the section.
-_ROWS = placed(_CORE, rows_of(GROUP, LateRow), lambda row: row.key, lambda row: getattr(row, "behind", ""))
+_ROWS = insert(_CORE, rows_of(GROUP, LateRow), lambda row: row.key, lambda row: getattr(row, "behind", ""))
 #: Keys of these sections, in order.
 KEYS = tuple(row.key for row in _ROWS)
 #: Quantities of force elements for formulas, by section.
@@ -61,7 +61,7 @@ def others() -> dict[str, Section]:
     """
     rows: dict[str, Section] = {}
     for entry in extensions(GROUP):
-        row = loaded(entry, Section)
+        row = load_row(entry, Section)
         if row.key != entry.name or row.single:
             raise broken(entry, f"is the section [{row.key}]")
         if row.key in rows or row.key in KEYS:
@@ -89,7 +89,7 @@ def own_sections() -> tuple[Section, ...]:
 @cache
 def _own(wanted: frozenset[str]) -> tuple[Section, ...]:
     rows = (row for row in _ROWS if not isinstance(row, LateRow) or row.key in wanted)
-    return tuple(cast("Section", named(row.target)) if isinstance(row, LateRow) else row for row in rows)
+    return tuple(cast("Section", import_target(row.target)) if isinstance(row, LateRow) else row for row in rows)
 
 
 @cache

@@ -10,7 +10,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call
-from eomgen.base.progress import Progress, shown
+from eomgen.base.progress import Progress, show_progress
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.functions import by_one_library
 from eomgen.compiled.model import CompiledModel
@@ -120,7 +120,7 @@ def resume(
         raise UsageError(Problem("t_end", fault, "a later t_end"))
     check_span(run, library)
     written = file if checkpoint is None else checkpoint
-    with shown(progress, model.name) as reported:
+    with show_progress(progress, model.name) as reported:
         execution = Execution(library, written, checkpoint_every, reported, estimated=error_estimate)
         return execution.outcome(run, None, resumed=stepper).solution(at_once=True)
 

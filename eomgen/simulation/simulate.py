@@ -10,7 +10,7 @@ from typing import Any
 from eomgen.base.arrays import count_of
 from eomgen.base.calls import checked_call
 from eomgen.base.messages import Log
-from eomgen.base.progress import Progress, shown
+from eomgen.base.progress import Progress, show_progress
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.functions import by_one_library
 from eomgen.compiled.initial_state import angles_of_several_turns
@@ -184,9 +184,9 @@ def simulate(
     grid = time_grid(request.t, end, request.step, chosen.library.real)
     run = request.run(chosen, grid, every, inputs, read_controllers(controllers, chosen.library.layout))
     chosen.check_span(run, changed=request.changed)
-    told = _LOG.enabled
+    told = _LOG.is_enabled
     beginning = _begin(request, chosen, run, choice)
-    with nullcontext() if progress is None else shown(progress, model.name) as reported:
+    with nullcontext() if progress is None else show_progress(progress, model.name) as reported:
         execution = Execution(chosen.library, checkpoint, checkpoint_every, reported, estimated=error_estimate)
         outcome = execution.outcome(run, beginning)
         if chosen.finds_bound and run.controllers is None:

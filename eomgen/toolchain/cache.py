@@ -26,7 +26,7 @@ from pathlib import Path
 
 from eomgen.base.data import dataclass
 from eomgen.base.files import belongs_to_others, make_private_folder, temporary_file
-from eomgen.base.locks import abandoned, claimed, hold
+from eomgen.base.locks import claim, hold, is_abandoned
 from eomgen.errors import FileError, Problem, ToolchainError
 
 #: Bytes that the cache may hold; the least recently used entries go first.
@@ -165,7 +165,7 @@ class Cache:
         claims = self.folder / "claims"
         with contextlib.suppress(OSError):
             make_private_folder(claims)
-        with claimed(claims / key):
+        with claim(claims / key):
             yield
 
     def put(self, key: str, build: Callable[[Path], None]) -> Entry:
@@ -351,7 +351,7 @@ class Cache:
     def _sweep(self) -> None:
         for folder in self.folder.glob(f"{_TEMPORARY}*"):
             with contextlib.suppress(OSError):
-                if time.time() - folder.stat().st_mtime > ABANDONED_AFTER and abandoned(folder):
+                if time.time() - folder.stat().st_mtime > ABANDONED_AFTER and is_abandoned(folder):
                     shutil.rmtree(folder, ignore_errors=True)
         for shelf in ("quarantine", "failed"):
             if (self.folder / shelf).is_dir():

@@ -71,7 +71,7 @@ def test_margins_are_drawn_with_the_circles_that_they_measure() -> None:
 
 def test_responses_are_drawn_with_units_and_continuous_phase(monkeypatch: pytest.MonkeyPatch) -> None:
     kept: list[Any] = []
-    monkeypatch.setattr(plots, "saved", lambda figure, path: kept.append(figure) or path)
+    monkeypatch.setattr(plots, "save_figure", lambda figure, path: kept.append(figure) or path)
     f = np.geomspace(0.1, 100.0, 400)
     chain = 5.0 / (1.0 + 1j * f / 2.0) ** 5
     responses = {("push", "tip"): chain, ("push", "push2"): 0.0 * chain, ("road", "force"): chain**2}
@@ -142,7 +142,7 @@ def test_figures_of_modes_draw_the_largest_coordinates_and_count_modes_left_out(
     rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     kept: list[Any] = []
-    monkeypatch.setattr(linear_modes, "saved", lambda figure, path: kept.append(figure) or path)
+    monkeypatch.setattr(linear_modes, "save_figure", lambda figure, path: kept.append(figure) or path)
     modes = modes_of(linear_modes._MODES + 2, linear_modes._COORDINATES + 4, rng)
     modes.weights[3] = 100.0
     linear_modes.draw_modes(modes, "car", Path("a.png"))

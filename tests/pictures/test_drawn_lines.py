@@ -92,7 +92,7 @@ def test_figures_of_sections_have_six_instants_beside_maps(
         kept.append((figure, hint))
         return path
 
-    monkeypatch.setattr(section_loads, "saved", saved)
+    monkeypatch.setattr(section_loads, "save_figure", saved)
     section_loads.store_drawn_loads(solution, tmp_path / "loads.npz")
     files = section_loads.draw_sections(solution, section_loads.stored_drawn_loads(tmp_path / "loads.npz"), tmp_path)
     assert files == [tmp_path / "sections_rope.png", tmp_path / "sections_mast.png"]
@@ -196,7 +196,7 @@ MODEL: Any = SimpleNamespace(
 @pytest.mark.parametrize("count", [1, 2, 5])
 def test_mode_shapes_are_drawn_about_the_shape_at_rest(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
     kept: list[Any] = []
-    monkeypatch.setattr(shapes, "saved", lambda figure, path: kept.append(figure) or path)
+    monkeypatch.setattr(shapes, "save_figure", lambda figure, path: kept.append(figure) or path)
     monkeypatch.setattr(shapes, "_Lines", Machine)
     modes = np.array([[1.0, 0.0, 0.5, 0.0, 1e-6], [0.0, 3.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 2.0, 1.0]])
     q, titles = np.array([0.01, 0.0, 0.0]), [f"title {k}" for k in range(count)]
@@ -225,7 +225,7 @@ def test_a_surface_is_drawn_once_below_a_ball_at_rest_with_a_legend(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     kept: list[Any] = []
-    monkeypatch.setattr(shapes, "saved", lambda figure, path: kept.append(figure) or path)
+    monkeypatch.setattr(shapes, "save_figure", lambda figure, path: kept.append(figure) or path)
     builder = eomgen.SceneBuilder("bowl").body("ball", 1.0, inertia=[4e-4] * 3)
     builder.joint("ball", "free", "base", "ball", initial={"position": [0.08, 0.05, 0.06]})
     contact = {"shape": "sphere", "radius": 0.05, "surface": "0.5 * (x**2 + y**2)"}

@@ -50,7 +50,9 @@ def test_equilibrium_tells_what_an_engineer_looks_for(
     scene.write_text(SCENE, encoding="utf-8")
     arguments = ["equilibrium", str(scene), "--profile", "quick", "--plot", str(figure), "--out", str(rest)]
     drawn: list[Any] = []
-    monkeypatch.setattr(shapes, "saved", lambda figure, path: drawn.append(figure) or figures.saved(figure, path))
+    monkeypatch.setattr(
+        shapes, "save_figure", lambda figure, path: drawn.append(figure) or figures.save_figure(figure, path)
+    )
     assert main(arguments) == 0
     legend = drawn[0].legends[0].get_window_extent()
     assert not any(legend.overlaps(axis.get_window_extent()) for axis in drawn[0].axes)

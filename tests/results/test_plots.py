@@ -335,7 +335,7 @@ def test_the_verb_draws_what_simulate_stored(tmp_path: Path, monkeypatch: pytest
     assert main(["plot", str(tmp_path / "run")]) == 0
     names = sorted(path.name for path in (tmp_path / "run").glob("*.png"))
     assert names == ["coordinates.png", "energy.png", "outputs.png", "velocities.png"]
-    monkeypatch.setattr(plots, "saved", kept)
+    monkeypatch.setattr(plots, "save_figure", kept)
     npz, out = str(tmp_path / "run" / "solution.npz"), str(tmp_path / "new" / "folder")
     assert main(["plot", npz, "tip[0]", "v.hinge", "--over", "q.hinge", "--out", out]) == 0
     assert main(["plot", npz, "--over", "q.hinge", "--out", out]) == main(["plot", npz, "energy"]) == 0

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import eomgen
-from eomgen.base.progress import counted_units, shown, terminal_bar, told_by, waiting
+from eomgen.base.progress import counted_units, show_progress, terminal_bar, told_by, waiting
 
 
 @pytest.fixture
@@ -50,7 +50,7 @@ def test_a_notebook_gets_a_bar_that_goes_away(model: eomgen.Model, monkeypatch: 
 
 def test_the_bar_goes_away_when_the_work_ends_early(monkeypatch: pytest.MonkeyPatch) -> None:
     pages = _notebook(monkeypatch, kernel=object())
-    with pytest.raises(KeyboardInterrupt), shown(True, "arm"):
+    with pytest.raises(KeyboardInterrupt), show_progress(True, "arm"):
         raise KeyboardInterrupt
     assert pages[-1] == ""
 

@@ -357,7 +357,7 @@ def test_locks_of_windows_are_waited_for(tmp_path: Path, monkeypatch: pytest.Mon
 
     monkeypatch.setattr(locks, "fcntl", None)
     monkeypatch.setattr(locks, "_windows", SimpleNamespace(locking=locking, LK_NBLCK=2))
-    with locks.claimed(tmp_path / "claim"):
+    with locks.claim(tmp_path / "claim"):
         assert tries == [2, 2, 2] and (tmp_path / "claim").is_file()
     assert not (tmp_path / "claim").exists()
     tries.clear()

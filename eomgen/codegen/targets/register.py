@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 
-from eomgen.base.extensions import broken, extensions, loaded
+from eomgen.base.extensions import broken, extensions, load_row
 from eomgen.base.messages import nearest, shown
 from eomgen.base.products import fault_of_absent, rows_of
 from eomgen.codegen.program import Program
@@ -31,7 +31,7 @@ def targets() -> dict[str, Target]:
     """Return all targets by name. Raises UsageError naming the distribution of one that cannot be taken."""
     by_name = {target.name: target for target in (*BUILT_IN, *rows_of(GROUP, Target))}
     for entry in extensions(GROUP):
-        target = loaded(entry, Target)
+        target = load_row(entry, Target)
         if target.name in by_name:
             raise broken(entry, f"takes the name {shown(target.name)}, which another target has")
         by_name[target.name] = target

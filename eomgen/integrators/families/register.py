@@ -12,7 +12,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
-from eomgen.base.extensions import broken, extensions, loaded
+from eomgen.base.extensions import broken, extensions, load_row
 from eomgen.base.messages import nearest, shown
 from eomgen.base.products import fault_of_removed
 from eomgen.errors import ModelError, Problem, UsageError
@@ -148,7 +148,7 @@ def _rows(families: Sequence[type[Family]]) -> dict[str, Row]:
 
 
 def _check_family(entry: EntryPoint) -> type[Family]:
-    family = loaded(entry, object)
+    family = load_row(entry, object)
     if not (inspect.isclass(family) and issubclass(family, Family)):
         raise broken(entry, f"is not a subclass of {Family.__module__}.Family")
     if inspect.isabstract(family):

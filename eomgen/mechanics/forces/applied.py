@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from eomgen.base.products import named
+from eomgen.base.products import import_target
 from eomgen.errors import Problem, UsageError
 from eomgen.mechanics.forces.joint_forces import add_joint
 from eomgen.mechanics.forces.loads import Law, Loads, no_loads
@@ -61,7 +61,7 @@ def law_of(kind: type[ForceElement]) -> Law:
         If the module does not load, or has no law for this class: one of another distribution may be broken.
     """
     try:
-        law = named(kind.law)
+        law = import_target(kind.law)
     except Exception as error:  # any error of a module of another distribution
         raise _broken(kind, f"does not load: {type(error).__name__}: {error} [E0499]") from error
     if not isinstance(law, Law) or law.model is not kind:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from eomgen.base.data import dataclass
-from eomgen.base.products import named
+from eomgen.base.products import import_target
 from eomgen.formula.nodes import Formula
 from eomgen.mechanics.laws.derived import LAWS
 from eomgen.scene.forces.element import ForceElement
@@ -100,7 +100,7 @@ def added_masses(
     classes."""
     result: list[AddedMass] = []
     for element in elements:
-        added: Any = named(element.added_masses)
+        added: Any = import_target(element.added_masses)
         result += added(algebra, element, number)
     return tuple(result)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.limits import Limit
-from eomgen.base.messages import key_of, unmentioned
+from eomgen.base.messages import key_of, unused_note
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.recording import law_and_rate
@@ -73,7 +73,7 @@ def unused_names(document: Document, reading: Reading) -> list[str]:
         )
         for kind in ("parameter", "input", "curve")
     ]
-    notes += [note for item in (*every, *(row.unused(reading) for row in reading.rows)) if (note := unmentioned(*item))]
+    notes += [note for item in (*every, *(row.unused(reading) for row in reading.rows)) if (note := unused_note(*item))]
     for name in document.section("modes"):
         if ("parameter", mode_parameter(name)) not in values.mentioned:
             notes.append(f"the mode {name} changes nothing: no formula mentions it [W0102]")

@@ -17,7 +17,7 @@ from typing import Any, cast
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.products import LateRow, named, rows_of
+from eomgen.base.products import LateRow, import_target, rows_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import EomgenError, Message
 from eomgen.products.ensembles.samples import SampleRunner
@@ -96,7 +96,7 @@ def _further_doubts(work: SampleRunner, nominal: Solution) -> list[str]:
     span = float(nominal.metadata["t_end"]), float(nominal.metadata["settings"]["step"])
     rows = rows_of("eomgen.ensemble_notes", LateRow) if chosen else ()
     options = {**work.options.common, **work.options.rest}
-    doubts = [cast("Callable[..., list[str]]", named(row.target)) for row in rows]
+    doubts = [cast("Callable[..., list[str]]", import_target(row.target)) for row in rows]
     return [note for doubt in doubts for note in doubt(work.model, chosen, varied, span, options)]
 
 

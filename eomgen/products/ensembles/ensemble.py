@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from eomgen.base.arrays import Array, count_of
 from eomgen.base.csv_tables import write_table
 from eomgen.base.data import dataclass, field, replace
-from eomgen.base.figures import axis_label, new_figure, saved
+from eomgen.base.figures import axis_label, new_figure, save_figure
 from eomgen.base.files import make_folder, write_text
 from eomgen.base.json_text import json_text
 from eomgen.base.messages import nearest, shown
@@ -454,11 +454,11 @@ def _draw(ensemble: Ensemble, folder: Path) -> list[Path]:
     """Draw all plots of an ensemble and return the files."""
     if not ensemble.done or ensemble.done == len(ensemble.failed):
         return []
-    files = [saved(_fans(ensemble), folder / "fan.png")]
+    files = [save_figure(_fans(ensemble), folder / "fan.png")]
     if ensemble.varied:
-        files.append(saved(_scatter(ensemble), folder / "scatter.png"))
+        files.append(save_figure(_scatter(ensemble), folder / "scatter.png"))
         if (figure := _rankings(ensemble)) is not None:
-            files.append(saved(figure, folder / "sensitivity.png"))
+            files.append(save_figure(figure, folder / "sensitivity.png"))
     return files
 
 

@@ -21,7 +21,7 @@ from eomgen.base.files import make_folder
 from eomgen.base.locks import sole_use
 from eomgen.base.messages import counted, nearest
 from eomgen.base.messages import shown as quoted
-from eomgen.base.progress import Progress, Reporter, duration, shown
+from eomgen.base.progress import Progress, Reporter, duration, show_progress
 from eomgen.base.threads import thread_count
 from eomgen.base.version import __version__
 from eomgen.compiled.model import CompiledModel
@@ -209,7 +209,7 @@ def simulate_many(
     with (
         nullcontext() if cluster is None else connect_cluster(cluster, workers) as machines,
         _alone(target),
-        nullcontext() if progress is None else shown(progress, model.name) as reported,
+        nullcontext() if progress is None else show_progress(progress, model.name) as reported,
     ):
         journal = BlockJournal(target, described, resume=resume)
         if runs is not None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.figures import axes_of_caller, axis_label, draw_grid, new_figure, saved
+from eomgen.base.figures import axes_of_caller, axis_label, draw_grid, new_figure, save_figure
 from eomgen.base.messages import shown
 from eomgen.errors import Problem, UsageError
 
@@ -154,7 +154,7 @@ def draw_campbell(diagram: DrawnCampbell, title: str, path: Path, view: Campbell
     _Drawing(figure.subplots(), diagram, view).draw()
     figure.suptitle(f"{title}: Campbell diagram", fontsize=11)
     figure.text(0.99, 0.01, f"modes: {numbering(diagram)}", ha="right", va="bottom", fontsize=7.5, color="#444444")
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def numbering(diagram: DrawnCampbell) -> str:

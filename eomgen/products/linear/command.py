@@ -380,11 +380,11 @@ class _Request:
 
     def roots(self, parameter: str, values: list[float]) -> tuple[RootLocus | None, str]:
         """Return the root locus, as much of it as was computed, and a line that reports Ctrl-C."""
-        from eomgen.base.progress import shown  # noqa: PLC0415
+        from eomgen.base.progress import show_progress  # noqa: PLC0415
         from eomgen.products.linear.eigenvalue_loci import root_locus  # noqa: PLC0415
 
         try:
-            with shown(True, f"{self.model.name}: roots over {parameter}") as report:
+            with show_progress(True, f"{self.model.name}: roots over {parameter}") as report:
                 locus = root_locus(
                     parameter, values, lambda value, last: self.linearize({parameter: value}, last), report
                 )

@@ -20,7 +20,7 @@ from scipy.optimize import linear_sum_assignment
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass, field
-from eomgen.base.figures import axes_of_caller, draw_grid, new_figure, saved
+from eomgen.base.figures import axes_of_caller, draw_grid, new_figure, save_figure
 from eomgen.base.html import page, table
 from eomgen.base.progress import Progress
 from eomgen.errors import EomgenError, Problem
@@ -377,7 +377,7 @@ def draw_root_locus(locus: RootLocus, unit: str, title: str, path: Path) -> Path
     figure = new_figure((8.4, 6.0))
     _draw_roots(figure.subplots(), locus, unit)
     figure.suptitle(f"{title}: roots over {locus.parameter}", fontsize=11)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def _draw_roots(axis: Any, locus: RootLocus, unit: str) -> None:

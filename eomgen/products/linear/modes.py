@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import NamedAttributes, checked_calls
 from eomgen.base.data import dataclass
-from eomgen.base.figures import axes_of_caller, draw_grid, new_figure, pyplot_figure, saved
+from eomgen.base.figures import axes_of_caller, draw_grid, new_figure, pyplot_figure, save_figure
 from eomgen.base.html import page, table
 from eomgen.errors import Problem, UsageError
 from eomgen.products.linear.eigenvalues import balance, decomposition, order_of_eigenvalues, unbalance, uncertainties
@@ -255,7 +255,7 @@ def draw_modes(modes: Modes, title: str, path: Path) -> Path:
     if count > _COORDINATES:
         notes.append(f"of {count} coordinates, of each mode the {_COORDINATES} with most kinetic energy")
     figure.suptitle(f"{title}: shapes of modes" + (f" ({'; '.join(notes)})" if notes else ""), fontsize=11)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def _shown_modes(modes: Modes) -> list[int]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array, Complex
-from eomgen.base.figures import axes_of_caller, axis_label, draw_grid, new_figure, pyplot_figure, saved
+from eomgen.base.figures import axes_of_caller, axis_label, draw_grid, new_figure, pyplot_figure, save_figure
 from eomgen.products.linear.spectra import PowerSpectrum
 
 
@@ -34,7 +34,7 @@ def draw_responses(
         _response(column[0], column[1], frequencies, values, f"{output} for {of_input}", over)
     figure.align_ylabels(list(axes.ravel()))
     figure.suptitle(f"{title}: frequency responses", fontsize=11)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def plot_response(frequencies: Array, values: Complex, pair: tuple[str, str], axes: object = None) -> list[Any]:
@@ -93,7 +93,7 @@ def draw_spectra(spectra: Sequence[PowerSpectrum], title: str, path: Path) -> Pa
     for axis, item in zip(figure.subplots(len(spectra), 1, squeeze=False)[:, 0], spectra, strict=True):
         item.plot(axis)
     figure.suptitle(f"{title}: spectra on a random road", fontsize=11)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def _ratio(over: str, under: str) -> str:

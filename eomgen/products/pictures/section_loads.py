@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import fields, replace
-from eomgen.base.figures import axes_of_caller, axis_label, new_figure, pyplot_figure, saved
+from eomgen.base.figures import axes_of_caller, axis_label, new_figure, pyplot_figure, save_figure
 from eomgen.base.files import read_arrays, write_arrays
 from eomgen.base.messages import listed, nearest, shown
 from eomgen.compiled.beams import SectionLoads
@@ -163,7 +163,7 @@ def draw_sections(solution: RecordedSolution, drawn: Mapping[str, SectionLoads],
             _over_time(right, loads, quantity, index, solution.t[rows])
         axes[-1][0].set_xlabel("x at rest, m")
         axes[-1][1].set_xlabel("time, s")
-        files.append(saved(figure, folder / f"sections_{name}.png", "another folder, or --no-plots"))
+        files.append(save_figure(figure, folder / f"sections_{name}.png", "another folder, or --no-plots"))
     return files
 
 

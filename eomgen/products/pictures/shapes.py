@@ -11,7 +11,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.figures import new_figure, saved
+from eomgen.base.figures import new_figure, save_figure
 from eomgen.compiled.initial_state import initial_state
 from eomgen.formula.evaluate import evaluate
 from eomgen.lie import numeric
@@ -106,7 +106,7 @@ def draw_rest(
         _arrows(axis, lines, loads, plane)
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=8, frameon=False)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def draw_modes(
@@ -144,7 +144,7 @@ def draw_modes(
         _draw(axis, lines, 2 * k + 1, plane, color=_THICK, linewidth=2.2)
         _supports(axis, lines, plane)
         axis.set_title(titles[k], fontsize=9)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 class _Lines:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.csv_tables import write_table
 from eomgen.base.data import dataclass, field
-from eomgen.base.figures import axes_of_caller, axis_label, draw_grid, new_figure, pyplot_figure, saved
+from eomgen.base.figures import axes_of_caller, axis_label, draw_grid, new_figure, pyplot_figure, save_figure
 from eomgen.base.files import write_text
 from eomgen.base.json_text import json_text
 from eomgen.base.messages import nearest, shown
@@ -259,7 +259,7 @@ class EquilibriumPath:
         for ax, name, column in zip(drawn, names, columns, strict=True):
             self._draw(ax, name, column)
         if path is not None and figure is not None:
-            saved(figure, Path(path))
+            save_figure(figure, Path(path))
         return drawn
 
     def _draw(self, ax: Any, name: str, column: Array) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
-from eomgen.base.progress import Progress, shown
+from eomgen.base.progress import Progress, show_progress
 from eomgen.base.threads import one_thread_of_algebra
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state
@@ -125,7 +125,7 @@ def equilibrium_path(
     given = (model, "equilibrium_path", parameter, first, number_of("to - start", last - first, kind))
     varied, statics, onto = start_of_path(*given, initial, parameters, t, u)
     limits = StepLimits(max_step, _PART * abs(last - first))
-    with shown(progress, f"{model.name}: {parameter}") as report, one_thread_of_algebra(model.nv):
+    with show_progress(progress, f"{model.name}: {parameter}") as report, one_thread_of_algebra(model.nv):
         return _followed(model, varied, statics, onto, last, limits, max_points, stability=stability, report=report)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from eomgen.base.products import Product, named
+from eomgen.base.products import Product, import_target
 from eomgen.base.verbs import Verb
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ PRODUCT = Product(
 
 def __getattr__(name: str) -> object:
     if name in _HOMES:
-        return named(f"{__name__}.{_HOMES[name]}:{name}")
+        return import_target(f"{__name__}.{_HOMES[name]}:{name}")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Literal
 
 from eomgen.base.data import dataclass, field, replace
-from eomgen.base.extensions import extensions, loaded
+from eomgen.base.extensions import extensions, load_row
 from eomgen.integrators.families.register import is_built_in, row_of
 
 #: Entry points of other distributions: the name of a method, with its ``MethodFacts``.
@@ -42,7 +42,7 @@ def facts_of(name: str) -> MethodFacts:
     name = row_of(name)[1].name
     if not is_built_in(name):
         entry = next((entry for entry in extensions(GROUP) if entry.name == name), None)
-        return loaded(entry, MethodFacts) if entry is not None else MethodFacts()
+        return load_row(entry, MethodFacts) if entry is not None else MethodFacts()
     return FACTS.get(name, MethodFacts())
 
 

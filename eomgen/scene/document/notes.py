@@ -11,7 +11,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import EvaluatesOnce, dataclass
 from eomgen.base.limits import doubt_settings
-from eomgen.base.products import placed, rows_of
+from eomgen.base.products import insert, rows_of
 from eomgen.errors import DescriptionError, Message
 from eomgen.lie.numeric import rotation_matrix
 from eomgen.scene.joints.model import Joint
@@ -141,7 +141,7 @@ LAST = Note("doubtful values", lambda facts: facts.values.notes)
 @cache
 def every_note() -> tuple[Note, ...]:
     """Return the notes of the core and of products, in the order of their listing."""
-    return *placed(NOTES, rows_of(GROUP, Note), lambda note: note.name, lambda note: note.behind), LAST
+    return *insert(NOTES, rows_of(GROUP, Note), lambda note: note.name, lambda note: note.behind), LAST
 
 
 def notes_of(facts: SceneFacts) -> tuple[Message, ...]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, create_model
 
-from eomgen.base.products import named
+from eomgen.base.products import import_target
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, key, optional, shown_power
 from eomgen.scene.reading.kinds import Description, Finite, Triple
@@ -146,7 +146,7 @@ def _document(keys: frozenset[str]) -> type[Document]:
         rows = sections_for([*KEYS, *_keys_of_others(rows)])
         wanted = frozenset([*_OF_PARTS, *(row.key for row in rows)])
     if (rows, wanted) not in _MADE:
-        parts = {key: _by_name(named(table)) for key, table in _OF_PARTS.items() if key in wanted}
+        parts = {key: _by_name(import_target(table)) for key, table in _OF_PARTS.items() if key in wanted}
         sections = {row.key: _field(row) for row in rows if row.key in wanted}
         further = {key: sections.pop(key) for key in _keys_of_others(rows)}
         fields: dict[str, Any] = {**parts, **sections, "simulation": _SIMULATION, **further}

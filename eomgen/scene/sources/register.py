@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from eomgen.base.extensions import broken, extensions, loaded
+from eomgen.base.extensions import broken, extensions, load_row
 from eomgen.base.files import read_bytes
 from eomgen.base.messages import nearest, shown
 from eomgen.base.products import rows_of
@@ -38,7 +38,7 @@ def sources() -> tuple[Source, ...]:
     """Return all sources. Raises UsageError naming the distribution of one that cannot be taken."""
     result = list(own_sources())
     for entry in extensions(GROUP):
-        source = loaded(entry, Source)
+        source = load_row(entry, Source)
         taken = [ending for ending in source.endings if any(ending in known.endings for known in result)]
         if taken:
             raise broken(entry, f"reads {taken[0]} files, which another source does")

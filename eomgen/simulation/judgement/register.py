@@ -7,7 +7,7 @@ from functools import cached_property
 from itertools import chain, pairwise, takewhile
 
 from eomgen.base.limits import doubt_settings
-from eomgen.base.products import placed, rows_of
+from eomgen.base.products import insert, rows_of
 from eomgen.results.finding import FAILURE, WARNING, Finding
 from eomgen.simulation.judgement import beams, failures, stated_errors
 from eomgen.simulation.judgement.failures import end_of
@@ -21,7 +21,7 @@ OWN = (*failures.ROWS, *stated_errors.ROWS, *beams.ROWS, stated_errors.UNKNOWN_E
 _ADDED = rows_of(GROUP, Check)
 _PREVIOUS = {check.name: before.name for before, check in pairwise(_ADDED)}
 #: In the order of findings and of sentences of the message.
-CHECKS: tuple[Check, ...] = placed(
+CHECKS: tuple[Check, ...] = insert(
     OWN, _ADDED, lambda check: check.name, lambda check: check.behind or _PREVIOUS.get(check.name, "")
 )
 #: Notes of a run that no product checks.

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from eomgen.base.data import replace
-from eomgen.base.messages import NAME_RULE, is_legal, shown, unmentioned
+from eomgen.base.messages import NAME_RULE, is_legal, shown, unused_note
 from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import Formula, Number
@@ -168,7 +168,7 @@ class FieldEntries(Generic[Kind]):
 
     def note_on_unused(self) -> tuple[str, ...]:
         """Return a note on the definitions that no formula mentions; none if formulas mention all."""
-        note = unmentioned("definition", "definitions", [name for name, item in self.defined.items() if not item.used])
+        note = unused_note("definition", "definitions", [name for name, item in self.defined.items() if not item.used])
         return (note,) if note else ()
 
     def hint(self, error: FormulaError) -> str:

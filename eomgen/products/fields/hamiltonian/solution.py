@@ -14,7 +14,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import NamedAttributes, checked_calls, not_unpacked
 from eomgen.base.csv_tables import write_table
 from eomgen.base.data import asdict, dataclass, field
-from eomgen.base.figures import axis_label, new_figure, saved
+from eomgen.base.figures import axis_label, new_figure, save_figure
 from eomgen.base.files import write_arrays
 from eomgen.errors import Problem, UsageError
 
@@ -278,4 +278,4 @@ def draw(solution: HamiltonianSolution, folder: Path) -> list[Path]:
     for axes in every:
         axes.grid(alpha=0.3)
     every[0].set_title("{name}: {method}, step {step:g}".format_map(solution.metadata))
-    return [saved(figure, folder / "motion.png")]
+    return [save_figure(figure, folder / "motion.png")]

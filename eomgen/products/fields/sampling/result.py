@@ -11,7 +11,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.csv_tables import write_table
 from eomgen.base.data import dataclass
-from eomgen.base.figures import axis_label, new_figure, saved
+from eomgen.base.figures import axis_label, new_figure, save_figure
 from eomgen.base.files import make_folder, write_arrays, write_text
 from eomgen.base.json_text import json_text
 from eomgen.base.messages import counted
@@ -364,10 +364,10 @@ def draw(result: FieldSamples, folder: str | Path) -> list[Path]:
     """
     files, folder = [], make_folder(Path(folder))
     if result.count > 1:
-        files.append(saved(_slices(result), folder / "slices.png"))
-        files.append(saved(_power(result), folder / "power.png"))
+        files.append(save_figure(_slices(result), folder / "slices.png"))
+        files.append(save_figure(_power(result), folder / "power.png"))
     if result.count or result.warm_up.size:
-        files.append(saved(_chains(result), folder / "chains.png"))
+        files.append(save_figure(_chains(result), folder / "chains.png"))
     return files
 
 

@@ -16,7 +16,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.files import make_folder, read_arrays, write_arrays
 from eomgen.base.messages import listed, nearest
 from eomgen.base.messages import shown as quoted
-from eomgen.base.progress import Interrupts, Progress, shown
+from eomgen.base.progress import Interrupts, Progress, show_progress
 from eomgen.errors import FileError, Problem, UsageError
 from eomgen.products.fields.documents.document import Chains, FieldSystem
 from eomgen.products.fields.documents.field_reading import fields_from_data, load_fields
@@ -88,7 +88,7 @@ def sample(
     with at_settings(system, settings):
         problem = field_problem(dataclasses.replace(system, sampling=chosen), chosen.chains)
         run = _Run(problem, chosen, mass or system.mass, None if folder is None else make_folder(Path(folder)), resume)
-    with shown(progress, system.name) as bar, Interrupts() as interrupts:
+    with show_progress(progress, system.name) as bar, Interrupts() as interrupts:
         return run.go(bar, interrupts, checkpoint_every)
 
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from eomgen.base.arrays import Array
 from eomgen.base.messages import nearest, shown
 from eomgen.base.progress import Progress
-from eomgen.base.progress import shown as shown_progress
+from eomgen.base.progress import show_progress as shown_progress
 from eomgen.base.threads import one_thread_of_algebra
 from eomgen.compiled.arguments import check_finite, numbers
 from eomgen.compiled.initial_state import initial_state

@@ -14,7 +14,7 @@ from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_call
 from eomgen.base.messages import shown
 from eomgen.base.progress import Progress
-from eomgen.base.progress import shown as shown_progress
+from eomgen.base.progress import show_progress as shown_progress
 from eomgen.compiled.coordinates import StateArrays
 from eomgen.compiled.initial_state import angles_of_several_turns, check_initial
 from eomgen.compiled.model import CompiledModel

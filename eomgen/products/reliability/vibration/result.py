@@ -15,7 +15,7 @@ from scipy import special
 from eomgen.base.arrays import Array
 from eomgen.base.csv_tables import write_table
 from eomgen.base.data import dataclass
-from eomgen.base.figures import axis_label, new_figure, saved
+from eomgen.base.figures import axis_label, new_figure, save_figure
 from eomgen.base.files import make_folder, write_text
 from eomgen.base.json_text import json_text
 from eomgen.results.error_estimate import SampleErrors
@@ -227,10 +227,10 @@ _NAMED = (1e-9, 1e-7, 1e-5, 1e-3, 0.01, 0.1, 0.5, 0.9, 0.99)
 
 def draw(result: RandomVibration, folder: Path) -> list[Path]:
     """Draw all plots and return the files."""
-    files = [saved(_distribution(result), folder / "distribution.png")]
+    files = [save_figure(_distribution(result), folder / "distribution.png")]
     if len(result.times):
-        files.append(saved(_covariance(result), folder / "autocovariance.png"))
-    files.append(saved(_modes(result), folder / "modes.png"))
+        files.append(save_figure(_covariance(result), folder / "autocovariance.png"))
+    files.append(save_figure(_modes(result), folder / "modes.png"))
     return files
 
 

@@ -13,7 +13,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import NamedResults
 from eomgen.base.csv_tables import write_rows, write_table
 from eomgen.base.data import dataclass
-from eomgen.base.figures import axis_label, new_figure, saved
+from eomgen.base.figures import axis_label, new_figure, save_figure
 from eomgen.base.files import make_folder, write_text
 from eomgen.base.json_text import json_text
 from eomgen.products.studies.identification.estimation import Combination
@@ -223,7 +223,7 @@ _SHOWN = 8
 
 def draw(result: Identification, folder: Path) -> list[Path]:
     """Draw all runs and return the files."""
-    return [saved(_run(result, record), folder / f"fit_{record.name}.png") for record in result.records]
+    return [save_figure(_run(result, record), folder / f"fit_{record.name}.png") for record in result.records]
 
 
 def _run(result: Identification, record: Record) -> Any:

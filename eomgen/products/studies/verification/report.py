@@ -12,7 +12,7 @@ import numpy as np
 
 from eomgen.base.csv_tables import write_rows
 from eomgen.base.data import asdict, dataclass, field
-from eomgen.base.figures import new_figure, saved
+from eomgen.base.figures import new_figure, save_figure
 from eomgen.base.files import write_text
 from eomgen.base.json_text import json_text
 from eomgen.errors import FileError, Message, Problem
@@ -115,7 +115,7 @@ def draw(forms: Sequence[FormReport], title: str, path: Path) -> Path:
     for axis in axes[len(panels) :]:
         axis.set_visible(False)
     figure.suptitle(f"{title}\ndotted: against complex steps", fontsize=11)
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def _panels(forms: Sequence[FormReport]) -> list[tuple[str, list[FormReport]]]:

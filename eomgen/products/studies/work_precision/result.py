@@ -11,7 +11,7 @@ import numpy as np
 
 from eomgen.base.csv_tables import write_rows
 from eomgen.base.data import asdict, dataclass, field
-from eomgen.base.figures import new_figure, saved
+from eomgen.base.figures import new_figure, save_figure
 from eomgen.base.files import make_folder, write_text
 from eomgen.base.json_text import json_text
 from eomgen.products.studies.work_precision.axes import Configuration
@@ -410,7 +410,7 @@ def draw(study: Tradeoff, path: Path) -> Path:
         axis.legend(
             handles, labels, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False, fontsize=8
         )
-    return saved(figure, path)
+    return save_figure(figure, path)
 
 
 def _groups(study: Tradeoff) -> list[list[Point]]:
