@@ -52,9 +52,9 @@ class _Verbs(click.Group):
         if args and not args[0].startswith("-") and _verb_named(args[0]) is None:
             from eomgen.base.messages import shown  # noqa: PLC0415
             from eomgen.base.products import fault_of_absent  # noqa: PLC0415
-            from eomgen.cli.mistakes import of_verb  # noqa: PLC0415  # for a mistake only
+            from eomgen.cli.mistakes import verb_remedy  # noqa: PLC0415  # for a mistake only
 
-            because, hint = fault_of_absent(args[0]) or ("", of_verb(args[0], _every_verb()))
+            because, hint = fault_of_absent(args[0]) or ("", verb_remedy(args[0], _every_verb()))
             raise UsageError(
                 Problem("eomgen", f"there is no verb {shown(args[0])}{because and ': '}{because} [E0147]", hint)
             )
@@ -109,7 +109,7 @@ def commands(context: click.Context) -> None:
         click.echo(welcome())
 
 
-def _called(words: Sequence[str]) -> object:
+def _run_command(words: Sequence[str]) -> object:
     """Return the result of a command. Raises BrokenPipeError in place of the exit with 1, which is click's answer: any
     other error is raised."""
     try:
@@ -136,15 +136,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
             _talk()
         with warnings.catch_warnings():
             warnings.showwarning = _show_warning
-            result = _called(words)
+            result = _run_command(words)
         return result if isinstance(result, int) else 0
     except click.UsageError as error:
-        from eomgen.cli.mistakes import of_usage, usage_code, what_of_usage  # noqa: PLC0415  # for a mistake only
+        from eomgen.cli.mistakes import usage_code, usage_remedy, what_of_usage  # noqa: PLC0415  # for a mistake only
 
         path = error.ctx.command_path if error.ctx is not None else "eomgen"
         text = what_of_usage(error)
         text = text[:1].lower() + text[1:]
-        usage = UsageError(Problem(path, text, of_usage(error, path, words), usage_code(text)))
+        usage = UsageError(Problem(path, text, usage_remedy(error, path, words), usage_code(text)))
         _show_error(usage, words)
         return error.exit_code
     except (click.Abort, KeyboardInterrupt) as stop:

@@ -81,7 +81,7 @@ def equilibrium(
         return asked.answer(model, given, as_json)
     with waiting(f"{model.name}: equilibrium"):
         result = model.equilibrium(**given, any_kind=any_kind)
-    data = _described(model, result, given, parts)
+    data = _describe(model, result, given, parts)
     for part in parts:
         part.draw(model, result, given)
     if path is not None:
@@ -136,9 +136,7 @@ def _print_coordinates(model: Model, result: Equilibrium, *, whole: bool) -> int
     return kept.count(False)
 
 
-def _described(
-    model: Model, result: Equilibrium, given: Mapping[str, Any], parts: Sequence[RestPart]
-) -> dict[str, Any]:
+def _describe(model: Model, result: Equilibrium, given: Mapping[str, Any], parts: Sequence[RestPart]) -> dict[str, Any]:
     import numpy as np  # noqa: PLC0415
 
     p = model.parameter_array(given["parameters"])

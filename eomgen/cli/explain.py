@@ -135,7 +135,7 @@ def _limits(row: Row) -> str:
     return "; ".join(map(str, BY_NAME[row.pattern].limits if row.pattern in BY_NAME else ()))
 
 
-def _printed(parts: Mapping[str, str]) -> str:
+def _format(parts: Mapping[str, str]) -> str:
     lines = [f"{parts['code']}: {parts['kind']}", ""]
     lines += [f"{name:8} {parts[name]}" for name in ("message", "cause", "remedy", "limits") if parts[name]]
     lines.append(f"see      {parts['page']}")
@@ -201,7 +201,7 @@ def explain(words: tuple[str, ...], as_json: bool) -> None:
     if as_json:
         print_json([explanation(row) for row in chosen])
     elif len(chosen) == 1:
-        click.echo(_printed(explanation(chosen[0])))
+        click.echo(_format(explanation(chosen[0])))
     else:
         click.echo("\n".join(f"{row.code}  {shown_pattern(row.pattern)}" for row in chosen[:_LISTED]))
         if len(chosen) > _LISTED:

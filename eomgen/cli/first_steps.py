@@ -75,13 +75,13 @@ def scenes_of(folder: Traversable) -> list[str]:
     return [name for name, _ in files_of(folder) if name.endswith((*own_endings(), ".py"))]
 
 
-def _completed(context: click.Context, parameter: click.Parameter, start: str) -> list[CompletionItem]:
+def _complete(context: click.Context, parameter: click.Parameter, start: str) -> list[CompletionItem]:
     return [
         CompletionItem(name, help=title_and_sentence(name)[0]) for name in example_names() if name.startswith(start)
     ]
 
 
-def copied(name: str, target: Path) -> list[str]:
+def copy_example(name: str, target: Path) -> list[str]:
     """Copy an example to a new or empty folder, and return the files.
 
     Raises
@@ -130,7 +130,7 @@ def _say_next(folder: Path, files: Iterable[str]) -> None:
     "--example",
     default=None,
     metavar="EXAMPLE",
-    shell_complete=_completed,
+    shell_complete=_complete,
     help="Copy this example of `eomgen examples` in place of a pendulum with two links.",
 )
 @json_option
@@ -152,14 +152,14 @@ def new(name: str, example: str | None, as_json: bool) -> None:
         write_text(make_folder(folder) / "scene.toml", re.sub(r'(?m)^name = ".*"', f'name = "{word}"', text, count=1))
         files = ["scene.toml"]
     else:
-        files = copied(example, folder)
+        files = copy_example(example, folder)
     if as_json:
         print_json({"folder": str(folder), "files": files})
     _say_next(folder, files)
 
 
 @click.command()
-@click.argument("names", metavar="[NAME]...", nargs=-1, shell_complete=_completed)
+@click.argument("names", metavar="[NAME]...", nargs=-1, shell_complete=_complete)
 @optional_folder("Copy to folders below DIR.  [default: this folder]")
 @json_option
 @debug_option
@@ -182,7 +182,7 @@ def examples(names: tuple[str, ...], folder: str | None, as_json: bool) -> None:
     made = []
     for name in names:
         target = Path(folder or ".") / name
-        made.append({"folder": str(target), "files": copied(name, target)})
+        made.append({"folder": str(target), "files": copy_example(name, target)})
         if not as_json:
             click.echo(str(target))
             _say_next(target, scenes_of(target))

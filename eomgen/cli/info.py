@@ -75,7 +75,7 @@ def info(
         return
     described_scene = load_scene(scene, **reading)
     system = derive(described_scene, terms)
-    data = {**described(system), "joined": joined_coordinates(system)}
+    data = {**describe_system(system), "joined": joined_coordinates(system)}
     data["notes"] += [note for note in described_scene.notes if note not in data["notes"]]  # on shapes, too
     data["repeated"] = dict(described_scene.metadata.get("repeat", {}))
     data["calibrated"] = [name for item in described_scene.feedback for name in item.calibrated_parameters]
@@ -101,7 +101,7 @@ def info(
         _print(data)
 
 
-def described(system: System) -> dict[str, Any]:
+def describe_system(system: System) -> dict[str, Any]:
     """Return the data shown by ``info``, as JSON types."""
     counts = {name: {**dataclasses.asdict(count), "flops": count.flops} for name, count in system.counts.items()}
     return {
@@ -242,7 +242,7 @@ def _print_configuration(data: dict[str, Any]) -> None:
     print_table(
         "Configuration",
         ("group", "joints", "names"),
-        [(g, len(names), ", ".join(_joined(names))) for g, names in groups.items()],
+        [(g, len(names), ", ".join(_join_runs(names))) for g, names in groups.items()],
         numeric=(1,),
     )
     if data["constraints"]:
@@ -383,10 +383,10 @@ def _by_constraint(data: Mapping[str, Any]) -> list[tuple[str, int, str]]:
         if name in data["equations"]:
             meaning = f"{data['equations'][name][:_LONGEST]} = 0, multiplier in {unit}"
         groups.setdefault(name, []).append(meaning)
-    return [(name, len(meanings), ", ".join(_joined(meanings))) for name, meanings in groups.items()]
+    return [(name, len(meanings), ", ".join(_join_runs(meanings))) for name, meanings in groups.items()]
 
 
-def _joined(names: Sequence[str]) -> list[str]:
+def _join_runs(names: Sequence[str]) -> list[str]:
     """Return names, with runs of names that end in consecutive numbers joined, ``rope.1 to 40``, and names with all
     numbers within a range of each kind, too: ``knot_0_1.position to knot_9_10.position``."""
     by_text: dict[tuple[str, ...], list[str]] = {}

@@ -78,7 +78,7 @@ _EXAMPLES: Mapping[str, str] = {
 }
 
 
-def of_verb(word: str, verbs: Mapping[str, Verb]) -> str:
+def verb_remedy(word: str, verbs: Mapping[str, Verb]) -> str:
     """Return the remedy for a word that is not a verb; ``verbs`` are the rows of the register by name."""
     if word.endswith(own_endings()):
         others = [name for name, verb in verbs.items() if verb.takes_scene][:7]
@@ -106,7 +106,7 @@ def usage_code(text: str) -> str:
     return "" if text.endswith("]") else next((words.code for words in _OF_CLICK if words in text), "")
 
 
-def of_usage(error: click.UsageError, path: str, words: Sequence[str]) -> str:
+def usage_remedy(error: click.UsageError, path: str, words: Sequence[str]) -> str:
     """Return the remedy for an error in the arguments of a verb.
 
     Parameters
@@ -126,14 +126,14 @@ def of_usage(error: click.UsageError, path: str, words: Sequence[str]) -> str:
         example = f"the path of {one_of_each()}" if name == "scene" else _EXAMPLES.get(name, "")
         return f"{example}; {listing} lists all" if example else listing
     if isinstance(error, click.BadParameter) and error.param is not None:
-        example = _of_value(error.param, error.format_message())
+        example = _value_example(error.param, error.format_message())
         return f"{example}; {listing} lists all" if example else listing
     if extra := _EXTRA.search(error.format_message()):
-        return f"{_of_extra(extra[1].split()[0], error, path, words)}; {listing} lists all"
+        return f"{_extra_remedy(extra[1].split()[0], error, path, words)}; {listing} lists all"
     return listing
 
 
-def _of_value(param: click.Parameter, message: str) -> str:
+def _value_example(param: click.Parameter, message: str) -> str:
     """Return a possible value of an option in place of an impossible value; empty if there is no example."""
     option = param.opts[0]
     given = (_GIVEN.search(message) or ("", ""))[1]
@@ -154,7 +154,7 @@ def _of_value(param: click.Parameter, message: str) -> str:
     return ""
 
 
-def _of_extra(word: str, error: click.UsageError, path: str, words: Sequence[str]) -> str:
+def _extra_remedy(word: str, error: click.UsageError, path: str, words: Sequence[str]) -> str:
     """Return the remedy for a word in excess of the arguments."""
     taken = [param for param in error.ctx.command.params if isinstance(param, click.Argument)] if error.ctx else []
     if not taken:

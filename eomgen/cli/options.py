@@ -180,7 +180,7 @@ def completed_methods(context: click.Context, parameter: click.Parameter, start:
 def reading_options(without: Sequence[str] = ()) -> Callable[[Command], Command]:
     """Return the decorator that adds the options of the sources, but some, and ``--strict``."""
 
-    def decorated(command: Command) -> Command:
+    def decorate(command: Command) -> Command:
         for source, option in all_options().values():
             if option.name not in without:
                 command = _source_option(source, option)(command)
@@ -192,7 +192,7 @@ def reading_options(without: Sequence[str] = ()) -> Callable[[Command], Command]
             "--help-files", is_flag=True, is_eager=True, expose_value=False, help=text, callback=_show_file_options
         )(command)
 
-    return decorated
+    return decorate
 
 
 def _show_file_options(context: click.Context, _: click.Parameter, wanted: bool) -> None:
@@ -405,14 +405,14 @@ def check_assigned(scene: Scene, changes: Mapping[str, object], signals: Mapping
     inputs, tunable = [item.name for item in scene.inputs], [item.name for item in scene.parameters if item.tunable]
     for name in changes:
         if name in [item.name for item in scene.states] and name not in tunable:
-            hint = f"[states.{name}] initial = {_said(changes[name])} in the scene"
+            hint = f"[states.{name}] initial = {_text(changes[name])} in the scene"
             raise UsageError(Problem(f"--set {name}", f"{name} is a state, not a parameter [E0196]", hint))
     _check_changes(changes, inputs, tunable, [item.name for item in scene.bodies] if robot else [])
     joints = [item.name for item in scene.joints] if robot else []
     for name, value in signals.items():
         if name in tunable and name not in inputs:
             raise UsageError(
-                Problem(f"--input {name}", f"{name} is a parameter [E0197]", f"--set {name}={_said(value)}")
+                Problem(f"--input {name}", f"{name} is a parameter [E0197]", f"--set {name}={_text(value)}")
             )
         if name in joints and name not in inputs:
             fault = f"{name} is a joint, which no input drives [E0198]"
@@ -425,14 +425,14 @@ def _check_changes(
     """Raise UsageError for an input among the changed parameters, or for inertia of a robot's link that is fixed."""
     for name, value in changes.items():
         if name in inputs and name not in tunable:
-            raise UsageError(Problem(f"--set {name}", f"{name} is an input [E0199]", f"--input {name}={_said(value)}"))
+            raise UsageError(Problem(f"--set {name}", f"{name} is an input [E0199]", f"--input {name}={_text(value)}"))
         body = max((link for link in links if name == link or name.startswith(f"{link}_")), key=len, default="")
         if body and name not in tunable:
             fault = f"the mass, the centre of mass and the inertia of {body} are fixed in the code [E0200]"
             raise UsageError(Problem(f"--set {name}", fault, f"--tunable {body}, which makes them parameters"))
 
 
-def _said(value: object) -> str:
+def _text(value: object) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 

@@ -55,7 +55,7 @@ def migrate(files: tuple[str, ...], check: bool, folder: str | None, as_json: bo
         raise UsageError(Problem("--check", "no file is written, and --out names a folder [E2171]", "one of them"))
     if folder is not None and len({path.name for path in paths}) < len(paths):
         raise UsageError(Problem("--out", "two files have one name [E2172]", "a call for each folder"))
-    renewed = [_renewed(path) for path in paths]  # all faults come before the first file is written
+    renewed = [_renew(path) for path in paths]  # all faults come before the first file is written
     for path, (text, report) in zip(paths, renewed, strict=True):
         target = path if folder is None else make_folder(Path(folder)) / path.name
         if not check and (folder is not None or report["changes"]):
@@ -68,7 +68,7 @@ def migrate(files: tuple[str, ...], check: bool, folder: str | None, as_json: bo
     return DescriptionError.exit_code if check and any(report["changes"] for _, report in renewed) else 0
 
 
-def _renewed(path: Path) -> tuple[str, dict[str, Any]]:
+def _renew(path: Path) -> tuple[str, dict[str, Any]]:
     """Return the text of a file with the present names of its keys, and a report. Raises UsageError, FileError and
     DescriptionError."""
     from eomgen.scene.sources.renamed_keys import renamed_text  # noqa: PLC0415  # imported with fine arguments

@@ -63,10 +63,10 @@ def simulate(
             _check_output(over, [output.name for output in described.outputs])
         target = make_folder(Path(folder))
         model, solution = run(described, options, once=not timing)
-        times = _timed(model, solution, options["inputs"]) if timing and solution.success else None
+        times = _time_steps(model, solution, options["inputs"]) if timing and solution.success else None
         parts: list[RunPart] = [part(solution, model) for part in parts_of("simulate")]
         drawings = {"folder": f"{target}", "over": over} if plots else None
-        files = _written(solution, target, times, drawings, parts, copy)
+        files = _write_run(solution, target, times, drawings, parts, copy)
     if as_json:
         summary = _summary(solution, model, files)
         for part in parts:
@@ -88,13 +88,13 @@ def _check_output(column: str, known: Sequence[str]) -> None:
         raise UsageError(Problem(f"--over {column}", f"there is no output {shown(name)} [E0204]", nearest(name, known)))
 
 
-def _timed(model: Model, solution: Solution, inputs: dict[str, float]) -> StepTimes:
+def _time_steps(model: Model, solution: Solution, inputs: dict[str, float]) -> StepTimes:
     from eomgen.simulation.timing import step_times  # noqa: PLC0415
 
     return step_times(model, solution, inputs or None)
 
 
-def _written(
+def _write_run(
     solution: Solution,
     folder: Path,
     times: StepTimes | None,
@@ -115,7 +115,7 @@ def _written(
     table = folder / "solution.csv"
     with _meanwhile(solution, table) as written:
         files = [solution.save(folder / "solution.npz")]
-        with _ordered(order, parts, copy):
+        with _drawing(order, parts, copy):
             files.append(table if written() else solution.save(table))
             files += _tables(solution, folder, times)
             names = None if copy is None else copy.files()
@@ -143,7 +143,7 @@ def _meanwhile(solution: Solution, table: Path) -> AbstractContextManager[Callab
 
 
 @contextmanager
-def _ordered(order: dict[str, Any] | None, parts: Sequence[RunPart], copy: DrawingProcess | None) -> Iterator[None]:
+def _drawing(order: dict[str, Any] | None, parts: Sequence[RunPart], copy: DrawingProcess | None) -> Iterator[None]:
     """Have the figures drawn by a copy of this process, if there is one; all that they need of the model is in files
     meanwhile."""
     if order is None or copy is None:

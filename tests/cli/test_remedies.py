@@ -59,7 +59,7 @@ def bad(param: click.Parameter, given: str) -> click.BadParameter:
     ],
 )
 def test_remedies_of_options_and_values(error: click.UsageError, remedy: str) -> None:
-    assert mistakes.of_usage(error, PATH, []) == remedy
+    assert mistakes.usage_remedy(error, PATH, []) == remedy
 
 
 @pytest.mark.parametrize(
@@ -78,9 +78,9 @@ def test_remedies_of_options_and_values(error: click.UsageError, remedy: str) ->
 def test_remedies_of_extra_words(words: str, extra: str, remedy: str) -> None:
     context = click.Context(click.Command("simulate", params=[click.Argument(["scene"]), STEP]))
     error = click.UsageError(f"Got unexpected extra argument ({extra} more)", ctx=context)
-    assert mistakes.of_usage(error, PATH, words.split()) == f"{remedy}{LISTED}"
+    assert mistakes.usage_remedy(error, PATH, words.split()) == f"{remedy}{LISTED}"
     alone = click.UsageError(f"Got unexpected extra arguments ({extra})", ctx=click.Context(click.Command("list")))
-    assert mistakes.of_usage(alone, PATH, words.split()) == f"{PATH} alone: it takes no scene{LISTED}"
+    assert mistakes.usage_remedy(alone, PATH, words.split()) == f"{PATH} alone: it takes no scene{LISTED}"
 
 
 def test_a_missing_choice_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
@@ -100,8 +100,8 @@ def test_other_names_of_verbs() -> None:
         "TRIM": "equilibrium", "verify": "check", "simulat": "simulate",
     }  # fmt: skip
     for word, verb in others.items():
-        assert mistakes.of_verb(word, verbs) == verb
-    assert mistakes.of_verb("car.toml", verbs) == (
+        assert mistakes.verb_remedy(word, verbs) == verb
+    assert mistakes.verb_remedy("car.toml", verbs) == (
         "eomgen info car.toml, or another verb before the scene: simulate, info, check, linearize, generate, animate,"
         " equilibrium"
     )

@@ -14,7 +14,7 @@ import pytest
 import eomgen
 from eomgen.base.calls import attributes_elsewhere
 from eomgen.cli import VERBS, commands, main
-from eomgen.cli.mistakes import of_verb
+from eomgen.cli.mistakes import verb_remedy
 from eomgen.toolchain.profiles import PROFILES
 from tests.failures.catalogue.robots import robot
 from tests.failures.failure import SCENE, tables_of_products
@@ -232,4 +232,4 @@ def test_a_command_line_takes_times_with_units_and_a_profile(
 
 
 def test_verbs_of_elsewhere_lead_to_ours() -> None:
-    assert {of_verb(word, VERBS) for word in ("sim", "modes", "compile", "validate", "view", "trim")} <= set(VERBS)
+    assert {verb_remedy(word, VERBS) for word in ("sim", "modes", "compile", "validate", "view", "trim")} <= set(VERBS)

@@ -116,7 +116,7 @@ def test_a_copy_that_draws_finds_the_loads_of_beams_in_a_file(rng: np.random.Gen
     copy: Any = SimpleNamespace(order=orders.append)
     order = {"folder": f"{tmp_path}", "over": None}
     model: Any = SimpleNamespace(description=SimpleNamespace(exact_beams=[("rope",), ("mast",)]))
-    with simulate._ordered(order, [SectionsOfRun(solution, model), SectionsOfRun(solution)], copy):
+    with simulate._drawing(order, [SectionsOfRun(solution, model), SectionsOfRun(solution)], copy):
         (stored, nothing) = orders[0].pop("stored")
         loads = section_loads.stored_drawn_loads(Path(stored))
     assert nothing is None
