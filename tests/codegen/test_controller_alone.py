@@ -249,8 +249,14 @@ def test_scenes_without_a_controller_of_their_own_are_refused(data: dict[str, An
     ("arguments", "text"),
     [
         ({"only": "plant"}, "only: no part of a scene is called 'plant'; try: controller"),
-        ({"only": "controller", "method": "rk4"}, "method: method is of the whole machine, and a controller alone has"),
-        ({"only": "controller", "terms": ["mass"]}, "terms: terms is of the whole machine, and a controller alone has"),
+        (
+            {"only": "controller", "method": "rk4"},
+            "method: method belongs to the whole machine, and only the controller is generated",
+        ),
+        (
+            {"only": "controller", "terms": ["mass"]},
+            "terms: terms belongs to the whole machine, and only the controller is generated",
+        ),
         ({"only": "controller", "parameters": {"kk": 1.0}}, "there is no parameter 'kk'; try: k"),
         ({"only": "controller", "real": "half"}, "a model cannot be built with real = 'half'; try: double or float"),
     ],
