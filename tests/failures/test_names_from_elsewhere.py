@@ -153,7 +153,7 @@ def test_labels_that_fit_are_not_noted() -> None:
 
 def test_friction_that_is_asked_for_and_not_there_is_noted(tmp_path: Path) -> None:
     (tmp_path / "r.urdf").write_text(robot())
-    note = "friction=True changes nothing: no joint has <dynamics> with a friction above 0"
+    note = "friction=True has no effect: no joint has <dynamics> with a friction above 0"
     assert note in eomgen.load(tmp_path / "r.urdf", friction=True).notes
     assert note not in eomgen.load(tmp_path / "r.urdf").notes
 

@@ -240,7 +240,7 @@ def test_heights_of_runs_keep_the_waves_from_breaking() -> None:
         ),
         (
             {"variables": True, "spectrum": None, "regular": [{"amplitude": 1, "period": 8}]},
-            r"waves.sea.variables\): variables is of a spectrum, and these waves are given one by one; try: without it",
+            r"waves.sea.variables\): variables belongs to a spectrum, and these waves are given one by one; try: ",
         ),
     ],
 )

@@ -183,7 +183,7 @@ def test_inverse_dynamics_of_references_and_momenta_leave_water_out() -> None:
 
 
 REFUSED: list[tuple[dict[str, Any], str]] = [
-    ({"body": "base"}, r"\(hulls\.column\.body\): water moves nothing of the base: its motion is prescribed"),
+    ({"body": "base"}, r"\(hulls\.column\.body\): a hull on the base has no effect: its motion is prescribed"),
     ({"end": [0, 0, -DRAUGHT]}, r"end\): both ends are at the same place, so it has no axis; try: ends at two places"),
     ({"wet": 12}, r"wet\): 12 m of it move water, and it is 10 m long; try: the distance of its ends or less"),
     ({"diameter": 0}, r"diameter\): the diameter of a hull is 0; try: a number above 0"),

@@ -545,7 +545,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"depth": -3}, r"\(waves\.sea\.depth\): the depth -3 m is not positive; try: no depth for water without"),
     ({"ramp": -1}, r"the time -1 s is negative"),
     ({"components": 0}, r"waves\.sea\.components"),
-    ({"band": [2, 1]}, r"\(waves\.sea\.band\): the band from 2 to 1 is none; try: band = \[0\.5, 3\]"),
+    ({"band": [2, 1]}, r"\(waves\.sea\.band\): the band from 2 to 1 is empty; try: band = \[0\.5, 3\]"),
     (
         {"components": 60, "order": 2},
         r"order\): 120 waves have 14400 bound waves, more than 10000; try: fewer components or directions",
@@ -617,7 +617,7 @@ REGULAR: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"regular": [{"amplitude": 1, "period": 8}], "seed": 3},
-        r"seed\): seed is of a spectrum, and these waves are given one by one",
+        r"seed\): seed belongs to a spectrum, and these waves are given one by one",
     ),
 ]
 

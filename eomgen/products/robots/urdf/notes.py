@@ -30,7 +30,7 @@ def notes_of_friction(robot: Robot) -> list[str]:
     axes = [axis for joint in robot.joints.values() if joint.unit for axis in joint.axes]
     if any(axis.friction > 0.0 for axis in axes):
         return []
-    return ["friction=True changes nothing: no joint has <dynamics> with a friction above 0 [W0177]"]
+    return ["friction=True has no effect: no joint has <dynamics> with a friction above 0 [W0177]"]
 
 
 def notes_of_what_has_no_effect(robot: Robot, still: Collection[str]) -> list[str]:

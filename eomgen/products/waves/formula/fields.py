@@ -192,6 +192,7 @@ def _added_arguments(waves: WaveField) -> tuple[Formula, ...]:
 
 
 def _word(name: str, arguments: tuple[str, ...], components: int, unit: str) -> Word:
+    """Return a word of formulas for waves."""
     return Word(
         name,
         "waves",

@@ -315,8 +315,8 @@ def _wet_share(
 
 
 def _changes(algebra: Algebra, accelerations: Sequence[Vector]) -> list[Vector]:
-    """Return the change of the water's acceleration over each slice of a hull: central differences of the
-    accelerations at the centres of the slices in order, one-sided at both ends; zero for a single slice."""
+    """Return the change of the water's acceleration over each slice of a hull, by central differences between slice
+    centres, one-sided at both ends; zero for a single slice."""
     last = len(accelerations) - 1
     result = []
     for k in range(last + 1):

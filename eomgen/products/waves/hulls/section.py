@@ -134,7 +134,7 @@ def read_hull(name: str, entry: HullEntry, site: Site) -> Hull:
     key, values, report = key_of("hulls", name), site.values, site.values.report
     if entry.body in (BASE, WORLD):
         why = "its motion is prescribed" if entry.body == BASE else "it rests"
-        report.add(f"{key}.body", f"water moves nothing of the {entry.body}: {why} [E1164]", "a body")
+        report.add(f"{key}.body", f"a hull on the {entry.body} has no effect: {why} [E1164]", "a body")
     elif entry.body in site.beams:
         fault = f"{entry.body} is a beam, and a hull is a part of a rigid body [E1165]"
         report.add(f"{key}.body", fault, "a distributed load by water_velocity.NAME(...) and velocity.here")

@@ -163,6 +163,7 @@ class PairTape:
     # -- components -------------------------------------------------------------------------------------------------
 
     def _component(self, dispersion: Dispersion) -> tuple[Ref, ...]:
+        """Record wave number, frequency and depth functions of a component."""
         call, case = self._algebra.call, self.case
         one, zero = self._algebra.one, self._algebra.zero
         kx, ky = self._algebra.block("k", 2)

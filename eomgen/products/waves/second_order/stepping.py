@@ -143,6 +143,8 @@ class SteppedSea:
         time: float = 0.0,
         ramp: Ramp | None = None,
     ) -> None:
+        """Prepare the Fourier modes of a sea on a grid of labels, with the sums over pairs at the start. Raises
+        UsageError."""
         if min(lengths) <= 0.0 or min(counts) < 1:
             fault = f"lengths {lengths} m and {counts} labels are not above 0 [E1225]"
             raise UsageError(Problem("SteppedSea", fault, "along x and y; any length with one label along y"))

@@ -176,10 +176,11 @@ def _rows(*columns: Array) -> list[WaveComponent]:
 
 
 def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, values: Values) -> list[WaveComponent]:
+    """Return the components of regular waves; faults are reported."""
     report, result = values.report, []
     for word in _OF_SPECTRA:
         if getattr(entry, word) != written.SeaWaves.model_fields[word].default:
-            fault = f"{word} is of a spectrum, and these waves are given one by one [E1236]"
+            fault = f"{word} belongs to a spectrum, and these waves are given one by one [E1236]"
             report.add(f"{key}.{word}", fault, "without it")
     if not entry.regular:
         report.add(f"{key}.regular", "there are no waves [E1237]", "regular = [{ amplitude = 1, period = 8 }]")
@@ -245,7 +246,7 @@ def _irregular(
     heading = values.constant(f"{key}.heading", entry.heading)
     low, high = values.constants(f"{key}.band", entry.band)
     if not 0.0 < low < high:
-        report.add(f"{key}.band", f"the band from {low:.6g} to {high:.6g} is none [E1244]", "band = [0.5, 3]")
+        report.add(f"{key}.band", f"the band from {low:.6g} to {high:.6g} is empty [E1244]", "band = [0.5, 3]")
     spreading = None if entry.spreading is None else _spreading(f"{key}.spreading", entry.spreading, heading, values)
     if spectrum is None or not 0.0 < low < high or report.concerns(f"{key}.spreading") or math.isnan(heading):
         return [], None
