@@ -1,5 +1,5 @@
-"""Register entries of other distributions: entry points, loaded when eomgen has no entry of that name itself, and
-digests of their code for the key of the cache."""
+"""Entry points of other distributions, loaded if eomgen has no entry with that name; and digests of their code for the
+cache's key."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Files that eomgen writes, whole or not at all: texts, bytes, archives of arrays (``.npz``); hints of names for files
-that are missing; digests of the files that a reading took, and the folders of templates and examples."""
+"""Files that eomgen writes, whole or not at all: texts, bytes and arrays (``.npz``); hints for missing files; digests
+of files that were read; and the folders of templates and examples."""
 
 from __future__ import annotations
 

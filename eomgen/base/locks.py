@@ -87,6 +87,7 @@ def _take(file: Path) -> int | None:
 
 
 def _lock(path: Path, flags: int, *, wait: bool) -> int | None:
+    """Open and lock a file; return its descriptor, None if another process has the lock or locks are missing."""
     if fcntl is None and _windows is None:
         return None
     descriptor = -1

@@ -97,6 +97,7 @@ def equilibrium(
 def _print(
     model: Model, result: Equilibrium, data: Mapping[str, Any], parts: Sequence[RestPart], *, whole: bool
 ) -> None:
+    """Print coordinates, outputs, multipliers and frequencies of an equilibrium."""
     hidden = _print_coordinates(model, result, whole=whole)
     outputs = [(name, values, data["units"][name]) for name, values in data["outputs"].items()]
     if outputs:
@@ -137,6 +138,7 @@ def _print_coordinates(model: Model, result: Equilibrium, *, whole: bool) -> int
 
 
 def _describe(model: Model, result: Equilibrium, given: Mapping[str, Any], parts: Sequence[RestPart]) -> dict[str, Any]:
+    """Return an equilibrium as data for JSON."""
     import numpy as np  # noqa: PLC0415
 
     p = model.parameter_array(given["parameters"])

@@ -151,7 +151,7 @@ def _alike(words: Set[str]) -> list[Row]:
 
 
 def rows_of(words: Sequence[str]) -> list[Row]:
-    """Return the rows of a code, of the name of a finding, of a message in full, or of a search.
+    """Return the rows for a code, a finding's name, a message in full, or words to search for.
 
     Raises
     ------

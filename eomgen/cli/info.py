@@ -195,6 +195,7 @@ def _states(system: System) -> list[dict[str, Any]]:
 
 
 def _print(data: dict[str, Any]) -> None:
+    """Print all tables of ``eomgen info``."""
     products = rows_of(GROUP, InfoPart)
     hidden = {name for part in products for name in part.hidden(data)}
     _print_summary(data)

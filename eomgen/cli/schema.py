@@ -1,4 +1,4 @@
-"""``eomgen schema``: the JSON Schema of scene files, and of other kinds of files; ``eomgen migrate``: files in the
+"""``eomgen schema``: the JSON Schema of scenes and other kinds of files; ``eomgen migrate``: files brought to the
 present words of their format."""
 
 from __future__ import annotations

@@ -210,6 +210,7 @@ def _print(
     times: StepTimes | None,
     parts: Sequence[RunPart],
 ) -> None:
+    """Print the table of a run."""
     rows = [
         *_rows_of_run(solution),
         *_rows_of_values(solution, model, inputs),

@@ -291,6 +291,7 @@ def _flat(value: Any) -> tuple[Hashable, list[int]]:
 
 
 def _shape(value: Any, numbers: list[int]) -> Hashable:
+    """Return data with counts removed, and append the counts to ``numbers``."""
     kind = type(value)
     if kind is int:
         numbers.append(value)

@@ -345,6 +345,7 @@ def _function(
     shared: list[SharedText] | None,
     limits: tuple[int, int] | None,
 ) -> ProgramFunction:
+    """Return a function of the Program with its scheduled statements, loops and outputs. Raises ModelError."""
     name = names.function(function.name, "the function")
     unknown = [block for block in function.inputs if block not in INPUT_BLOCKS]
     if unknown:

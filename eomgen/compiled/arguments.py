@@ -1,6 +1,5 @@
-"""Conversion of arguments to arrays of doubles of the right shape, and validation of tunable parameters by the
-requirements of the description; errors name the argument.
-"""
+"""Conversion of arguments to double arrays in the right shape, and checks of tunable parameters against the
+description's requirements; errors name the argument."""
 
 from __future__ import annotations
 

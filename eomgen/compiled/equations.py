@@ -889,7 +889,7 @@ def internal_partials(
 
 
 def _zeros(model: EvaluatedModel, q: ArrayLike, v: ArrayLike, t: Array, parameters: Parameters, block: str) -> Array:
-    """Return zeros of the size of a block, for each of a batch of arguments that are good."""
+    """Check a batch of arguments, and return zeros with the size of a block for each."""
     terms = model.evaluator
     arrays = (terms.configuration(q), terms.velocity("v", v), terms.parameters(parameters))
     return np.zeros(

@@ -153,6 +153,7 @@ def _written_by_hand(q: object, size: int) -> list[float] | None:
 
 
 def _joints(model: CompiledModel, given: Mapping[str, Any], state: InitialState) -> None:
+    """Write initial values given by joints and internal states into a state. Raises UsageError."""
     factors = {factor.name: factor for factor in model.factors}
     for name, value in given.items():
         if name in model.states and name not in factors:
@@ -286,8 +287,8 @@ def kept_components(factors: Sequence[Factor], starts: Sequence[WrittenStart]) -
 
 
 def starts_of(model: CompiledModel, initial: Mapping[str, Any] | None) -> tuple[WrittenStart, ...]:
-    """Return the written parts of the initial state of a run: of the caller for joints that the caller names, else of
-    the scene; none if the caller gives whole arrays."""
+    """Return the written parts of a run's initial state, joint by joint: by the caller for joints that the caller
+    names, else in the scene; none if the caller gives whole arrays."""
     given = initial or {}
     if "q" in given or "v" in given:
         return ()

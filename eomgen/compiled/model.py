@@ -116,6 +116,7 @@ class CompiledModel(NamedAttributes):
     def __init__(
         self, description: Description, library: Library, stepper: Callable[..., Library], source: Source | None = None
     ) -> None:
+        """Make a model from its description and library; the functions make further libraries on request."""
         layout = library.layout
         self.description = description
         self._source = source = Source() if source is None else source

@@ -45,6 +45,7 @@ class Terms:
     """
 
     def __init__(self, library: Library, description: Description) -> None:
+        """Read names, units, sizes and initial values from the layout of a library."""
         layout: Mapping[str, Any] = library.layout
         self.functions = Functions(library)
         self.bodies: tuple[str, ...] = tuple(layout["bodies"])

@@ -243,6 +243,7 @@ class Pieces(Curve):
 
 
 def _quintic(x: Array, y: Array, outside: Outside, *, smooth_ends: bool) -> Array:
+    """Return the coefficients of an interpolating quintic spline, (pieces, 6), lowest power first, over each break."""
     # slow to import, and needed only when deriving
     from scipy.interpolate import PPoly, make_interp_spline  # noqa: PLC0415
 

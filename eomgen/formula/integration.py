@@ -221,6 +221,7 @@ class Integration:
         return SecondIntegral(moved, drift + mean * end, drift * end + 0.5 * mean * end * end, end)
 
     def _by_quadrature(self, function: Formula) -> SecondIntegral:
+        """Return the second integral of a function of time as a fitted curve. Raises IntegrationError."""
         names = sorted({symbol.name for symbol in symbols(function)} & self.tunable)
         if names:
             fault = (

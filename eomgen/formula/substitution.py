@@ -1,8 +1,9 @@
-"""Formulas with numbers in place of some symbols, sums and products that are numbers if all operands are, sums of
-numbers times powers of formulas, and the common form of formulas that differ in numbers alone.
+"""Formulas with numbers in place of some symbols; sums and products with all operands known as numbers; sums of numbers
+times powers; and the common form of formulas that differ in numbers alone.
 
 As numbers times powers the mean of ``EI * (1 - 0.5 * s)`` over several places is one number times ``EI``, and the mean
-of the reciprocal is one number by ``EI``."""
+of the reciprocal is one number by ``EI``.
+"""
 
 from __future__ import annotations
 

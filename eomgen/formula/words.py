@@ -40,8 +40,8 @@ class Signature:
 
 @dataclass(frozen=True)
 class Word:
-    """A word that a package adds to formulas, a row of the register: ``WORD.NAME(x, y)[1]`` is a quantity of an entry
-    of a section of the scene, at given arguments.
+    """A word that a package adds to formulas, a row of the register: ``WORD.NAME(x, y)[1]`` is a quantity of a
+    section's entry, at given arguments.
 
     The reader of the section puts the object of each entry, with an attribute ``name`` and a hash, into
     ``reading.tables["entries"][section]``.

@@ -216,6 +216,7 @@ def _controller_data(
     numbers: Mapping[str, int],
     clocks: Sequence[tuple[float, float]],
 ) -> dict[str, Any]:
+    """Return the data of a sampled controller for the stepper: names, states, clock and C function."""
     by_state = {row.state: row for row in rows}
     given = [by_state[numbers[name]] for name in item.value_states]
     return {

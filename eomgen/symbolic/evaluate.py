@@ -50,6 +50,7 @@ class Evaluation:
     """
 
     def __init__(self, tape: Tape, refs: Iterable[Ref]) -> None:
+        """Collect the live operations as steps with slots of their operands."""
         self.tape = tape
         place_of: dict[Ref, int] = {}
         self._places = [place_of.setdefault(ref, len(place_of)) for ref in refs]
@@ -197,6 +198,7 @@ def run(
 
 
 def _run_map(repetition: Map, kernel: Evaluation, value: Callable[[Ref], Any], arithmetic: Arithmetic) -> list[Any]:
+    """Return sums, last carries and rows of a Map, elements side by side if the arithmetic can."""
     shared = [value(ref) for ref in repetition.shared]
     if arithmetic.side_by_side is not None and (repetition.elements or repetition.gather) and not repetition.last:
         return _run_at_once(repetition, kernel, shared, value, arithmetic, arithmetic.side_by_side)

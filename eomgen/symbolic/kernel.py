@@ -64,8 +64,8 @@ class Kernel:
 
 
 def _step_rule(step: Step) -> _Rule | tuple[bool, int, int]:
-    """Return the function that records a step, given a tape, the values of symbols and the references of earlier steps;
-    for sums and products of two operands, the kind of operation and the positions of both operands."""
+    """Return the function that records a step on a tape from symbol values and earlier references; for a sum or product
+    with two operands, return the kind of operation and both operands' positions."""
     kind, *operands = step
     if kind == "symbol":
         name = str(operands[0])

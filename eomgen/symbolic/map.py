@@ -85,6 +85,7 @@ class Map:
     label: str = ""
 
     def __post_init__(self) -> None:
+        """Check counts, carries and inputs of the kernel. Raises ValueError."""
         if self.count < 1:
             raise ValueError(f"a Map needs at least one element, not {self.count}")
         for kind, columns in (("elements", self.elements), ("gather", self.gather)):

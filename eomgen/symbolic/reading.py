@@ -176,6 +176,7 @@ def _number(value: float) -> sympy.Expr:
 
 
 def _sympy_rules() -> dict[Op, Callable[..., Any]]:
+    """Return the SymPy function of each operation."""
     import sympy  # noqa: PLC0415  # as in block_to_sympy
 
     def indicator(condition: Any) -> Any:

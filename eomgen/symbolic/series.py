@@ -101,6 +101,7 @@ class Series:
         return self._rate(x.next) if self.time is not None else None
 
     def _rate(self, ref: Ref) -> Ref | None:
+        """Return the constant rate of a reference that is linear in time; None for other references."""
         tape = self.tape
         if ref < 0:
             rate = self._rate(-ref)
@@ -194,6 +195,7 @@ class Series:
         return self._pairs[hyperbolic, x]
 
     def _pair(self, x: SeriesTerm, hyperbolic: bool) -> tuple[SeriesTerm, SeriesTerm]:
+        """Return the series of sine and cosine of x, circular or hyperbolic."""
         ops = (Op.SINH, Op.COSH) if hyperbolic else (Op.SIN, Op.COS)
         values = [self.tape.call(op, x.value) for op in ops]
         if x.next == ZERO:

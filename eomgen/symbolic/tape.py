@@ -171,6 +171,7 @@ class Tape:
     # -- arithmetic -----------------------------------------------------------------------------------------------
 
     def add(self, x: Ref, y: Ref) -> Ref:
+        """Return x + y, folded if both are constants."""
         if abs(x) == ZERO:  # -ZERO results from negated references
             return y if abs(y) != ZERO else ZERO
         if abs(y) == ZERO:
@@ -191,6 +192,7 @@ class Tape:
         return self.add(x, -y) if y != ZERO else x
 
     def mul(self, x: Ref, y: Ref) -> Ref:
+        """Return x y, folded if both are constants."""
         if x < 0 or y < 0:
             product = self.mul(abs(x), abs(y))
             return -product if (x < 0) != (y < 0) and product != ZERO else product

@@ -32,6 +32,7 @@ class _Residues:
     """Arithmetic modulo the prime, of samples side by side."""
 
     def __init__(self) -> None:
+        """Define all operations modulo a prime, with random residues for unknown values."""
         self._random = np.random.default_rng(0)
         self._known: dict[Any, Any] = {}
         rules: dict[Op, Callable[..., Any]] = {

@@ -180,6 +180,7 @@ class Builder:
         compiler: Compiler | None = None,
         timeout: float = DEFAULT_TIMEOUT,
     ) -> None:
+        """Choose profile, compiler, cache and mode of the loader. Raises ToolchainError."""
         if real not in _REALS:
             raise ToolchainError(f"no number type {real!r} [E2098]", f"one of {', '.join(_REALS)}")
         self.profile: Profile = profile_named(profile)
@@ -326,6 +327,7 @@ class Builder:
                 yield item
 
         def compile_sources(folder: Path) -> list[str]:
+            """Write, compile and link the sources in a folder, and return the commands of the compilers."""
             nonlocal lines, fresh
             texts: dict[str, str] = {}
             sources: list[Path] = []

@@ -114,6 +114,7 @@ class Cache:
     """
 
     def __init__(self, folder: Path | str | None = None, limit: int = DEFAULT_LIMIT) -> None:
+        """Open the cache in a folder, or a substitute if the folder cannot be written."""
         self.limit = limit
         # compilers run in other folders
         self.folder = (default_folder() if folder is None else Path(folder)).absolute()
@@ -188,6 +189,7 @@ class Cache:
             self._substitute(folder, reason)
 
     def _put(self, folder: Path, key: str, build: Callable[[Path], None]) -> Entry:
+        """Build an entry in a private folder and move it to its place; remove old entries beyond the limit."""
         private, held = None, None
         try:
             private = _new_folder(_TEMPORARY, folder)

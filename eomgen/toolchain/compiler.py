@@ -311,6 +311,7 @@ class Compilation:
         running: RunningCompilers | None = None,
         progress: Progress | None = None,
     ) -> None:
+        """Begin without sources, with a deadline and a queue for the compilers."""
         from queue import PriorityQueue  # noqa: PLC0415  # a library of the cache needs no threads
 
         self._progress = progress
@@ -702,6 +703,7 @@ def run_compiler(command: Sequence[str], made: Path, place: str = "") -> str:
 def _run(
     command: Sequence[str], made: Path, deadline: float, running: RunningCompilers | None = None, place: str = ""
 ) -> str:
+    """Run a compiler and return its messages. Raises ToolchainError, FileError, StoppedError."""
     import subprocess  # noqa: PLC0415  # a library of the cache needs no process
 
     where = place or f"C compiler, sources kept in {made.parent}"

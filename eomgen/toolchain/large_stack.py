@@ -51,6 +51,7 @@ class LargeStackFunctions:
         return function if name in _FLAT else partial(self._call, function)
 
     def _call(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Call a function in a thread with a large stack, and return or raise as the function does."""
         results: list[Any] = []
         failures: list[BaseException] = []
         spent: list[int] = []

@@ -48,6 +48,7 @@ class BoundCall:
         strides: list[int],
         outputs: Sequence[Array],
     ) -> None:
+        """Bind the arrays of a call, so that calls take no conversion."""
         ffi = library.ffi
         doubles, pointers, longs = library.types
         buffers = [ffi.from_buffer(doubles, array) for array in inputs]
@@ -101,6 +102,7 @@ class Library:
     def __init__(
         self, ffi: Any, lib: Any, layout: Mapping[str, Any], mode: str, file: Path, tables: bytes = b""
     ) -> None:
+        """Read the number type, fingerprint and functions of a loaded library. Raises ToolchainError."""
         if tables:
             hand_over(file, tables)
         self.ffi, self._interface = ffi, lib

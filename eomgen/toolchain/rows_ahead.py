@@ -1,5 +1,5 @@
-"""Fetches of rows in the C of lanes: a function that computes a block of samples asks for the memory of the inputs of
-the next samples and of the outputs of the present samples, a line of the cache after every few statements.
+"""Fetches of rows in the C of lanes: between the statements for a block of samples, memory is fetched ahead for the
+next samples' inputs and the present samples' outputs, a cache line after every few statements.
 
 Rows are read and written at once at the ends of a block, between two computations, and a processor waits for few lines
 at a time. Fetches at the beginning of a function wait as long as the reads would; between the statements the memory

@@ -50,7 +50,7 @@ class AccumulatedOutputs:
 
 
 def accumulate_maps(tape: Tape, outputs: Sequence[Sequence[Ref]]) -> AccumulatedOutputs:
-    """Take the results of Maps out of the outputs if all used results of a Map are summands of outputs."""
+    """Take a Map's results out of the outputs if all its used results are summands of outputs."""
     numbers = {
         number
         for number, loop in enumerate(tape.maps)

@@ -44,6 +44,7 @@ class _Paragraphs:
     """
 
     def __init__(self, paragraphs: Sequence[Sequence[int]], reads: Mapping[int, Sequence[int]]) -> None:
+        """Collect which paragraphs read the values of other paragraphs, and the order that follows."""
         self.of = {node: number for number, nodes in enumerate(paragraphs) for node in nodes}
         home = self.of.get
         self.readers: dict[int, set[int]] = {}

@@ -1,5 +1,5 @@
-"""Plan of a function before scheduling: live operations, fused groups, numbers of uses, and number and lengths of the
-parts of a long function."""
+"""Plan of a function before scheduling: live operations, fused groups, uses of each node, and the parts of a long
+function."""
 
 from __future__ import annotations
 
@@ -53,6 +53,7 @@ class Plan:
         *,
         share: bool = False,
     ) -> None:
+        """Find loops, shared stretches, fused groups and parts of the live operations."""
         self.tape = tape
         self.added = added or {}
         last = {node for nodes in self.added.values() for node in nodes}
@@ -167,6 +168,7 @@ class Plan:
         return leader
 
     def _count_reads(self) -> None:
+        """Count the reads of each operation, and find the last part that reads the operation."""
         tape, uses, last_part, head = self.tape, self.uses, self.last_part, self.head
         for node in self.order:
             part = self.part_of[node]

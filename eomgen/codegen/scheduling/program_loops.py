@@ -1,4 +1,4 @@
-"""Loops of a Program: a Map on the tape becomes statements of its kernel, with tables of constants and of gathered
+"""Loops of a Program: a Map on the tape becomes the statements of its kernel, with tables for constants and gathered
 places."""
 
 from __future__ import annotations

@@ -132,6 +132,7 @@ def _search(
 
 
 def _longest(codes: NDArray[np.uint64], sample: Sample) -> tuple[int, int, int] | None:
+    """Return start, period and iterations of the repetition that saves most operations; None if none saves enough."""
     best: tuple[int, int, int, int] | None = None
     for period, _ in equal_windows(codes, _WINDOW).most_common(_DISTANCES):
         same = np.concatenate(([False], codes[:-period] == codes[period:], [False]))

@@ -94,6 +94,7 @@ class Writer:
         calls: list[Call],
         shared: list[SharedText],
     ) -> None:
+        """Begin without statements, with the plan of a function."""
         self.shared = shared
         self.plan = plan
         self.tape = plan.tape
@@ -391,6 +392,7 @@ class _Scheduler(LoopWriter):
     additions: Mapping[int, tuple[Addition, ...]] = MappingProxyType({})
 
     def _node(self, node: int) -> None:
+        """Write the statements of an operation, or keep the operation to be nested in its only use."""
         tape, plan = self.tape, self.plan
         code = tape.op[node]
         if code is _MAP:
@@ -608,6 +610,7 @@ class _Scheduler(LoopWriter):
         return [item for item in items if item[0] not in copied]
 
     def run(self, may_fill: bool) -> Schedule:
+        """Schedule all parts of the function, with registers for values that cross parts."""
         plan = self.plan
         parts: list[FunctionPart] = []
         for number in range(plan.parts):

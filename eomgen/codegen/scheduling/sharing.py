@@ -111,6 +111,7 @@ class _Search:
     """Repeats in a sequence of operations."""
 
     def __init__(self, tape: Tape, live: Sequence[int]) -> None:
+        """Collect operations and operands of the live nodes as arrays."""
         self.tape = tape
         self.live = live
         self.fixed = _outside(tape, live)
@@ -286,6 +287,7 @@ class _Signs:
         groups: Sequence[tuple[int, list[int]]],
         outputs: Sequence[Sequence[Ref]],
     ) -> None:
+        """Number the nodes in all occurrences of shared stretches, and pair the results of occurrences."""
         self.tape = tape
         self.live = live
         self.position = {node: place for place, node in enumerate(live)}

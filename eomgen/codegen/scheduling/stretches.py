@@ -101,6 +101,7 @@ def _search(table: NDArray[np.int64], fixed: Sequence[int]) -> Iterator[RowStret
 def _longest(
     table: NDArray[np.int64], codes: NDArray[np.intp], fixed: Sequence[int], low: int, high: int
 ) -> RowStretch | None:
+    """Return the stretch of repeated rows that saves most rows between two limits; None if none saves enough."""
     inside = codes[low : high - 1]
     best: tuple[int, int, RowStretch] | None = None
     for period in _periods(inside):

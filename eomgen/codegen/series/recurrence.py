@@ -40,6 +40,7 @@ class Recurrence:
     """
 
     def __init__(self, system: System, *, by_inverse: bool) -> None:
+        """Record the recurrence of the Taylor coefficients of q, v and z on a tape."""
         self.system = system
         self.by_inverse = by_inverse
         tape, self.source = Tape(), Tape()
@@ -120,6 +121,7 @@ class _AffineAccelerations:
         given: dict[InputSymbol, SeriesTerm],
         known: dict[int, SeriesTerm],
     ) -> None:
+        """Separate the residual into nodes that contain accelerations and series of all other nodes."""
         self.series, self.source, self.residual = series, source, residual
         self.moved: set[int] = set()  # nodes that accelerations are in
         live = source.live(residual)
@@ -228,6 +230,7 @@ class _TreeSolver:
     """M = L^T D L from the tips to the root at order 0, and substitutions of right sides of any order."""
 
     def __init__(self, series: Series, mass: Sequence[Ref], parents: Sequence[int]) -> None:
+        """Record the factorization of an inertia matrix with the sparsity of a tree."""
         tape, size = series.tape, len(parents)
         A = [list(mass[row * size : (row + 1) * size]) for row in range(size)]
         self.series = series

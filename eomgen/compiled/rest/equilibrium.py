@@ -419,6 +419,7 @@ def _result(
     measures: SceneMeasures,
     notes: Sequence[str],
 ) -> Equilibrium:
+    """Return an equilibrium with its stability, frequencies, undetermined coordinates and message."""
     point, values, directions = search.point, stiffness.values, stiffness.directions
     soft = stiffness.values == 0.0
     undetermined = _components(model, directions[:, soft[: directions.shape[1]]])

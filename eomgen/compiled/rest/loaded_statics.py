@@ -1,4 +1,4 @@
-"""A compiled model at rest as sparse equations of a load factor: of all loads, or of one parameter; section forces of
+"""A compiled model at rest as sparse equations in a load factor for all loads or for one parameter; section forces of
 geometrically exact beams are extrapolated from the strains of their elements.
 
 In a step of Newton's method strains change to second order in addition to their linear change, and a stiff section
@@ -156,8 +156,9 @@ class ElementStrains:
         return csr_array((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
 
     def _twists(self, q: Array) -> Matrix:
-        """Return the body twists of nodes by v: for free nodes six components of v, else from joints; up to ``WHOLE``
-        components of both nodes of each element, (elements, 12, nv), else of all nodes, (6 nodes, nv)."""
+        """Return the derivative of the nodes' body twists by v, six components of v for free nodes, else through
+        joints: up to ``WHOLE`` components for both nodes per element, (elements, 12, nv), else for all nodes, (6 nodes,
+        nv)."""
         if self._last is None or (self._carried and not np.array_equal(self._last[0], q)):
             twists = self._twists_at(q)
             if isinstance(twists, np.ndarray):
@@ -167,6 +168,8 @@ class ElementStrains:
         return self._last[1]
 
     def _twists_at(self, q: Array) -> Matrix:
+        """Return the derivative of the nodes' body twists by v at q, (6 nodes, nv), sparse for more than ``WHOLE``
+        components."""
         rows, columns = [np.zeros(0, int)], [np.zeros(0, int)]
         entries = [np.zeros(0)]
         for place, start in self._free:

@@ -203,8 +203,8 @@ def _iteration_matrices(
 
 @lru_cache(maxsize=64)
 def _structure(text: str, rows: int, columns: int) -> tuple[NDArray[np.intp], NDArray[np.int32], NDArray[np.int32]]:
-    """Return the places in the data of a matrix by columns of all entries of a pattern, row indices, and ends of
-    columns."""
+    """Return the structure of a matrix by columns from a pattern: the position in the data of each entry, row indices,
+    and ends of columns."""
     row, column = _unpacked(text)
     kept, places = np.unique(column * rows + row, return_inverse=True)
     ends = np.searchsorted(kept, rows * np.arange(columns + 1))

@@ -170,6 +170,7 @@ def _words(factors: Factors) -> str:
 
 
 def _hint(quantity: QuantityWithUnit, wanted: Dimension, unit: str, value: float, *, over_time: bool) -> str:
+    """Return the unit or formula that may be meant by a quantity of another dimension."""
     dimension = measure(quantity.factors)[1]
     times = tuple((name, abs(power)) for name, power in quantity.factors)
     if times != quantity.factors and measure(times)[1] == wanted:

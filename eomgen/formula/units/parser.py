@@ -149,6 +149,7 @@ class _Unit:
         self.place = 0
 
     def read(self) -> Factors:
+        """Read a whole unit as names with powers. Raises UnitError."""
         result: list[tuple[str, int]] = []
         divides = self.unit[0] == "1"
         if divides:
@@ -182,6 +183,7 @@ class _Unit:
         return result
 
     def term(self, sign: int) -> list[tuple[str, int]]:
+        """Read a name with an exponent, or a product in brackets. Raises UnitError."""
         if self.unit.startswith("(", self.place):
             self.place += 1
             if self.unit.count("(") > 1:
@@ -203,6 +205,7 @@ class _Unit:
         return [(match[1], sign * exponent)]
 
     def check(self, name: str) -> None:
+        """Raise UnitError for a name that is not a unit, is refused, or is a name of the scene too."""
         if name in names():
             if name in self.known:
                 fault = f"in {shown(self.text)}, {name} can be the unit or the scene's own {name} [E0315]"

@@ -223,8 +223,8 @@ class Composition:
 
     @functools.cached_property
     def error_constant(self) -> float:
-        """The limit of sqrt(rho)/(omega h)^order for small steps, with the mean energy error rho sin^2 that an
-        oscillator of thermal energy has after any number of steps, in units of the temperature.
+        """The limit of sqrt(rho)/(omega h)^order for small steps; rho sin^2 is the mean energy error of an oscillator
+        with thermal energy after any number of steps, relative to the temperature.
 
         With b and c, the off-diagonal entries of the oscillator's matrix, rho = -(b + c)^2/(2 b c) (Blanes, Casas,
         Sanz-Serna, SIAM J. Sci. Comput. 36 (2014) A1556).

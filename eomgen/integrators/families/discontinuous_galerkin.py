@@ -103,6 +103,7 @@ class DiscontinuousGalerkin(OneFactorization):
     renewal = "needs no restart, because it evaluates the forces at its start"
 
     def __post_init__(self) -> None:
+        """Check the conditions on quadrature, operators and order."""
         operators, one = self.operators, Fraction(1)
         nodes, weights = operators.nodes, operators.integration[-1]
         for k in range(2 * len(nodes) - 1):
@@ -169,6 +170,7 @@ class DiscontinuousGalerkin(OneFactorization):
         return (*super().statuses(constrained, angles), rotation_too_large(angles), GROWTH_STATUS)
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
+        """Return nodes, operators and the linear system for the stepper."""
         result = self.operators
         return {
             **linear_system(system, float(self.gamma) * step, samples, guarded=True, turned=True),
@@ -187,6 +189,7 @@ class DiscontinuousGalerkin(OneFactorization):
         }
 
     def work(self, system: System, method: Mapping[str, Any]) -> tuple[Work, ...]:
+        """Return the work of a step: calls of functions, and the stepper's own operations."""
         from eomgen.integrators.step_work import (  # noqa: PLC0415
             Work,
             work_of_groups,

@@ -146,6 +146,7 @@ class GeneralizedAlpha(Family):
     projection = "the smallest change in the metric of M"
 
     def __post_init__(self) -> None:
+        """Check spectral radius, form and variant. Raises UsageError."""
         if self.case is not None:
             self._take(self.case)
         elif not (isinstance(self.rho_inf, int | float) and math.isfinite(self.rho_inf) and 0.0 <= self.rho_inf <= 1.0):
@@ -189,6 +190,7 @@ class GeneralizedAlpha(Family):
         raise UsageError(Problem("method.rho_inf", fault, hint))
 
     def warnings(self, constrained: bool) -> tuple[str, ...]:
+        """Return sentences on coefficients that are not stable for all steps or scenes."""
         if self.form == INDEX_3 and not constrained:
             return ()
         if self.case is not None and not self.case.unconditionally_stable:
@@ -294,6 +296,7 @@ class GeneralizedAlpha(Family):
         return sizes.holonomic if self.form == STABILISED else 0
 
     def state(self, sizes: Sizes) -> tuple[Field, ...]:
+        """Return the fields that the stepper keeps from step to step."""
         before = "of the last two steps, newest first, for predictions"
         fields = [
             Field("a", "algorithmic acceleration", sizes.v),
@@ -328,6 +331,7 @@ class GeneralizedAlpha(Family):
         )
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
+        """Return the settings of the stepper with meanings and ranges."""
         below = f" (index 3: below {INDEX_3_REFUSED_RHO:g})" if self._index_3(sizes) else ""
         meaning = {
             "rho_inf": f"spectral radius at infinite frequency, 0 to 1{below}",
@@ -357,6 +361,7 @@ class GeneralizedAlpha(Family):
         )
 
     def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
+        """Return the bounds of the settings that the stepper checks."""
         largest = Bound("rho_inf", "<", INDEX_3_REFUSED_RHO) if self._index_3(sizes) else Bound("rho_inf", "<=", 1.0)
         of_case = (
             Bound("alpha_m", "<=", "alpha_f"),
@@ -389,6 +394,7 @@ class GeneralizedAlpha(Family):
         }
 
     def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
+        """Return the statistics of runs with constraints."""
         if not sizes.lam:
             return ()
         raw = (
@@ -419,6 +425,7 @@ class GeneralizedAlpha(Family):
         )
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
+        """Return unknowns, solver and hooks for the stepper."""
         from eomgen.integrators.harmonics import harmonics_data  # noqa: PLC0415
         from eomgen.integrators.newton.matrix import Unknowns  # noqa: PLC0415
         from eomgen.integrators.newton.sample_matrices import samples_of  # noqa: PLC0415
@@ -506,6 +513,7 @@ class GeneralizedAlpha(Family):
         return (1 - self.rate_alpha_m) / (self.rate_gamma * (1 - self.alpha_f))
 
     def _check(self) -> None:
+        """Check order, stability and the spectral radius of the coefficients."""
         if self.case is not None:
             return
         hold("order 2: gamma = 1/2 + alpha_f - alpha_m", self.gamma == Fraction(1, 2) + self.alpha_f - self.alpha_m)

@@ -155,6 +155,7 @@ class Rattlie(Family):
         )
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
+        """Return unknowns, solver and hooks for the stepper."""
         from eomgen.integrators.newton.matrix import Unknowns  # noqa: PLC0415
         from eomgen.integrators.newton.sample_matrices import samples_of  # noqa: PLC0415
         from eomgen.integrators.newton.solver import make_solver, solver_data  # noqa: PLC0415

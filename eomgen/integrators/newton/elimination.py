@@ -195,8 +195,8 @@ _Candidate = tuple[float, bool, float, int, int]
 
 
 class _ActiveSubmatrix:
-    """Remaining submatrix: the place of each entry of a row in one array of scaled samples, and the rows of each
-    column.
+    """Submatrix that remains in an elimination: for each row the place of its entries in an array of scaled samples,
+    and for each column its rows.
 
     Place 0 is reserved, not an entry.
     """
@@ -209,6 +209,7 @@ class _ActiveSubmatrix:
         diagonal_first: bool,
         alike: float,
     ) -> None:
+        """Take all entries, with scaled samples."""
         self.diagonal_first, self.grouped, self.alike = diagonal_first, bool(groups), alike
         self.group = [-1] * size
         for number, group in enumerate(groups):

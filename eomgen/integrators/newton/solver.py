@@ -45,8 +45,8 @@ _DENSE_ADVANTAGE = 4.0
 
 @dataclass(frozen=True)
 class Solver:
-    """Terms of the matrix, and the elimination, None for a dense one; ``fronts`` if stages of the elimination
-    repeat; ``growth``: ratio of the lengths of the scene that is meant and the scene that is derived."""
+    """Terms of the matrix, and its elimination, None for a dense matrix; ``fronts`` if stages of the elimination
+    repeat; ``growth``: length of the scene that is meant, relative to the derived scene."""
 
     unknowns: Unknowns
     packing: Packing
@@ -567,6 +567,7 @@ def _add_sources(data: dict[str, Any], links: Sequence[tuple[int, int]], *, unkn
 
 
 def _fronts_data(fronts: Fronts, elimination: Elimination, size: int, rights: int) -> dict[str, Any]:
+    """Return an elimination by fronts as data for the stepper."""
     row_at = {row: position for position, row in enumerate(elimination.rows)}
     column_at = {column: position for position, column in enumerate(elimination.columns)}
     width = max(len(row) for row in fronts.table)

@@ -115,8 +115,8 @@ def stages(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing, grow
 
 
 def _fill(neighbours: Mapping[int, set[int]], *, by_degree: bool) -> int:
-    """Return the sum of the squares of the numbers of neighbours at the elimination of each body, in order or with the
-    fewest neighbours first."""
+    """Return the sum of squared neighbour counts at the elimination of each body, in order or with the fewest
+    neighbours first."""
     left = {body: set(others) for body, others in neighbours.items()}
     queue = [(len(others) if by_degree else 0, body) for body, others in left.items()]
     heapify(queue)
@@ -193,9 +193,8 @@ def _add_constraint(unknowns: Unknowns, constraint: int, rows: list[int], column
 
 
 def _body_pairs(factors: Sequence[Factor]) -> Iterator[MatrixIndex]:
-    """Yield pairs of components that join the components of one body, not all of its pairs: the first component of a
-    factor with each other component, and the last of a rotation with the first of the position stored after the
-    rotation."""
+    """Yield pairs of components that suffice to join a body's components: the first component of a factor with each
+    other component, and a rotation's last component with the first of the position stored after the rotation."""
     rotations = {(factor.q_start + 4, factor.v_start + 3) for factor in factors if factor.group == "SO3"}
     for factor in factors:
         yield from ((factor.v_start, factor.v_start + k) for k in range(1, factor.v_size))
@@ -370,6 +369,7 @@ class _Front:
         front_of: Sequence[int],
         live: Sequence[bool],
     ) -> None:
+        """Collect pivots, border and entries of a front."""
         self.start, self.pivots = start, pivots
         self.live = {pivot: live[pivot] for pivot in pivots}
         self.upper = {pivot: elimination.upper[pivot] for pivot in pivots}

@@ -1,6 +1,5 @@
 """Causes of values that are not finite: curves left, springs whose ends meet, angles too large for sines, tyres without
-directions of slip, and operations of formulas that have no value: quotients by zero, roots and logarithms of negative
-numbers."""
+a slip direction, and formulas without a value: quotients by zero, roots and logarithms of negative numbers."""
 
 from __future__ import annotations
 
@@ -105,6 +104,7 @@ def _quantity_without_value(formula: Quantity, value_of: Callable[[Symbol], floa
 
 
 def _without_value(formula: Formula, value_of: Callable[[Symbol], float]) -> Iterator[str]:
+    """Yield a text for each operation in a formula that has no value at its operands."""
     if isinstance(formula, Application):
         yield from _without_value(formula.argument, value_of)
     if not isinstance(formula, Operation):

@@ -107,6 +107,7 @@ def _sentence(words: str, swing: _Swing, run: Run, step: float) -> str:
 
 
 def _places(finished: FinishedRun) -> list[_ExaminedState]:
+    """Return the states at which fast motions may begin: start, events and jumps of forces."""
     run, events, acting = finished.run, finished.events, finished.changes
     model, (times, q, v, _, _, z) = run.model, finished.states
     result: list[_ExaminedState] = []
@@ -301,6 +302,8 @@ def _chosen(times: Array, step: float, last: float, ends: Array) -> NDArray[np.i
 
 
 def _inputs(finished: FinishedRun) -> list[_Law]:
+    """Return the values of inputs at the nodes of steps and between nodes, with the values that the steps show
+    there."""
     run, nodes = finished.run, finished.stepper.input_times
     model, step, last = run.model, run.settings["step"], float(finished.states.t[-1])
     seen_at_nodes = run.takes_rows and run.method.inputs == "sampled"

@@ -126,7 +126,7 @@ def _root_momentum(root: Factor, q: Array, momenta: Array, sizes: Array, forces:
 
 
 def _drifts(parts: Array, rounding: float, span: float) -> Array:
-    """Return the drifts of the conserved components of a momentum, (6,), as parts of the magnitude of the momentum.
+    """Return the drifts of conserved momentum components, (6,), relative to the magnitude of the momentum.
 
     A momentum counts as conserved if its change is at most the accumulated rounding of forces, even if the momentum is
     small.

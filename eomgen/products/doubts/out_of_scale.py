@@ -73,9 +73,9 @@ def out_of_scale(
     parameters: Iterable[Parameter] = (),
     constraints: Iterable[Constraint] = (),
 ) -> list[str]:
-    """Return a note on each mass, radius of gyration, length of a spring, radius of a tyre, size of a shape, length of
-    a constraint, height of a curve in a constraint, parameter in m, place in a body that is much larger than the other
-    lengths in the scene, at the default parameters; empty without arms.
+    """Return a note on each mass, length, size or position that is much larger than the other lengths in the scene, at
+    the default parameters: radii of gyration, springs, tyres, shapes, constraints with their curves, parameters in m,
+    places in bodies; empty without arms.
 
     Parameters
     ----------
@@ -210,6 +210,8 @@ def _too_dense(
 def _arms(
     bodies: Iterable[Body], joints: Iterable[Joint], points: Iterable[Point], frames: Collection[str], values: Values
 ) -> Iterator[_Arm]:
+    """Yield the distances of centres of mass, joints and points from the origins of their bodies."""
+
     def length(position: Vector) -> float:
         return math.hypot(*(values.value(part) for part in position))
 
@@ -240,6 +242,7 @@ def _far(arms: Sequence[_Arm]) -> list[_Arm]:
 def _lengths(
     bodies: Iterable[Body], elements: Iterable[ForceElement], shaped: Collection[str], values: Values
 ) -> Iterator[tuple[str, str, float, str]]:
+    """Yield radii of gyration and lengths of force elements, with key, name, value and unit."""
     for body in bodies:
         if body.node_of in shaped:
             continue
@@ -316,8 +319,8 @@ def _lengths_of_shapes(shapes: Iterable[Shape], values: Values) -> Iterator[tupl
 
 
 def angles_of_several_turns(data: Mapping[str, Any], rows: Sequence[Section]) -> list[str]:
-    """Return a note on each start, limit, rest and offset of joints, each angle of a rotation, and each angle of other
-    sections, of more than a turn as a plain number.
+    """Return a note on each angle of more than a turn that is written as a plain number: starts, limits, rests and
+    offsets of joints, rotations, and angles in other sections.
 
     Parameters
     ----------
@@ -329,6 +332,7 @@ def angles_of_several_turns(data: Mapping[str, Any], rows: Sequence[Section]) ->
 
 
 def _joint_angles(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
+    """Yield the angles of joints that are written as plain numbers, rad, each with a text."""
     for name, joint in data.get("joints", {}).items():
         limits = joint.get("limits") or {}
         places = (
@@ -380,8 +384,8 @@ def angles_against_numbers(data: Mapping[str, Any], values: Values) -> list[str]
 
 
 def lengths_against_numbers(data: Mapping[str, Any], values: Values, size_of: Callable[[], float]) -> list[str]:
-    """Return a note on each plain number of a hundred times the size of the scene that a formula compares with a place
-    of a point or a travel of a joint, adds to a length or subtracts from a length.
+    """Return a note on each plain number, a hundred times the scene's size or more, that a formula compares with, adds
+    to or subtracts from a length: a point's position or a joint's travel.
 
     Parameters
     ----------
@@ -409,7 +413,7 @@ def _against_numbers(data: Mapping[str, Any], values: Values) -> Iterator[tuple[
     coordinates = {name: tuple(JOINTS[joint["type"]].coordinates.values()) for name, joint in joints.items()}
 
     def units_of(symbol: Symbol) -> tuple[str, ...]:
-        """Return the units of the components of a place or of the coordinates of a joint; none of other quantities."""
+        """Return the units of a position's components or a joint's coordinates; none for other quantities."""
         if symbol.kind == "position":
             return ("m",) * 3
         return coordinates.get(symbol.name, ()) if symbol.kind == "q" else ()

@@ -79,6 +79,8 @@ class _Roots:
         changes: Array,
         breaks: NDArray[np.intp] | None = None,
     ) -> None:
+        """Choose the steps in which roots of events are searched for, and the share of the run that these steps stand
+        for."""
         self._path, self._known, self._signs = path, list(known), signs
         t = path.states.t
         near = 1e-9 * float(t[-1] - t[0])

@@ -237,6 +237,7 @@ class _Examination:
         laws: Sequence[Formula],
         breaks: NDArray[np.intp] = _NONE,
     ) -> None:
+        """Collect the laws, known times and sizes by which steps are examined."""
         self._path, self._model, self._finished = path, path.run.model, finished
         ends, changes = finished.parts.ends, finished.changes
         #: Part of the motion from which the sum of defects is a finding.
@@ -437,6 +438,7 @@ class _Examination:
         return _Nodes(blocks, np.where(np.isfinite(rates), rates, 0.0), counts)
 
     def _defects(self, steps: NDArray[np.intp], meshes: Sequence[Array], rates: Array) -> _Defects:
+        """Return the impulses that steps lack, compared with finer meshes, net and within each step."""
         h = np.diff(self._t)[steps]
         edges = np.concatenate([self._t[s] + h[k] * m[1:] for k, (s, m) in enumerate(zip(steps, meshes, strict=True))])
         numbers = np.repeat(steps, [len(mesh) - 1 for mesh in meshes])
@@ -654,6 +656,7 @@ class _Examination:
     # -- message ---------------------------------------------------------------------------------------------------
 
     def _defect_law(self, defects: _Defects, meshes: Sequence[Array], share: float) -> UnseenLaw:
+        """Return the law that acts between the steps, with its time and effect in words."""
         summed = share * np.cumsum(defects.net, axis=0)
         after = self._sizes_after[defects.steps + 1]
         parts, inside = self._shares(summed, after), self._shares(defects.within)

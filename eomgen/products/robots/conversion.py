@@ -75,6 +75,7 @@ class Conversion:
     """
 
     def __init__(self, draft: Draft, scene: SceneDraft, *, limits: bool, friction: bool) -> None:
+        """Begin a scene from a draft, with legal names for bodies, joints and constraints."""
         self.draft, self.world, self.scene, report = draft, draft.world, scene, scene.report
         self.file = report.file
         self.limits, self.friction = limits, friction

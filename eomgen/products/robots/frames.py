@@ -191,6 +191,7 @@ class Frames:
         return self._links[node]
 
     def _carrier(self, path: tuple[str, ...], name: str) -> Node:
+        """Return the link that carries a frame."""
         model = self.models[path]
         if name in model.links:
             return path, name

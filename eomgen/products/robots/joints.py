@@ -101,8 +101,8 @@ def friction_of(axes: Sequence[Axis], unit: str) -> dict[str, Any] | None:
 
 
 def stops_of(axes: Sequence[Axis], unit: str) -> dict[str, Any] | None:
-    """Return the limits of a joint as a key of a scene; None without a range, for one of no width, or without a measure
-    of the stops: the stiffness of the file, or the largest effort, under which they give way as in URDF."""
+    """Return a joint's limits as a key of a scene. None without a range, for an empty range, or without a measure of
+    the stops: stiffness in the file, or the largest effort, under which stops give way as in URDF."""
     bounded = [math.isfinite(axis.lower) or math.isfinite(axis.upper) for axis in axes]
     stops = [axis.stop or _by_effort(axis, unit) for axis in axes]
     if any(axis.lower >= axis.upper for axis in axes):

@@ -35,7 +35,7 @@ WeightedGradient = Callable[[Tape, Sequence[Ref], Sequence[Ref], Sequence[Ref]],
 def map_partials(
     tape: Tape, number: int, tangents: Mapping[int, Tangent], forward_partials: ForwardPartials
 ) -> list[Tangent]:
-    """Return the tangent of every result of a Map, in the order of results, from the tangents of nodes.
+    """Return the tangent of every result of a Map, in order, from the tangents of nodes.
 
     One loop carries all directions. Only if most products would be with zeros (no carries, and few directions reach
     each element) the loop gives the local partials of each element instead, which are combined outside; or, if fewer
@@ -69,7 +69,7 @@ def map_partials(
 
 
 def map_jets(tape: Tape, number: int, jet: Callable[[Ref], Sequence[Ref]], order: int, jets: Jets) -> list[list[Ref]]:
-    """Return the jet of every result of a Map, in the order of results, from the jets of outer references."""
+    """Return the jet of every result of a Map, in order, from the jets of outer references."""
     loop = cast("Map", tape.maps[number])
     outer = {symbol: [jet(ref) for ref in refs] for symbol, refs in _outer(loop).items()}
     loop = replace(
@@ -257,6 +257,7 @@ class _Growth:
 def _combined_partials(
     tape: Tape, loop: Map, outer: Mapping[InputSymbol, Sequence[Tangent]], forward_partials: ForwardPartials
 ) -> list[Tangent]:
+    """Return the tangents of a Map's results from local partials of each element, combined outside of the loop."""
     active = [symbol for symbol, column in outer.items() if any(column)]
     kernel = Tape()
     refs = splice(kernel, loop.kernel, loop.kernel_refs, {})

@@ -105,7 +105,7 @@ def check_identifier(name: str, kind: str) -> str:
 
 
 def output_name(name: str, inputs: tuple[str, ...]) -> str:
-    """Return the name of an output argument, out of the way of inputs, locals and words of C."""
+    """Return the C name of an output argument, different from inputs, locals and C words."""
     check_identifier(name, "the output")
     clash = name in inputs or _C_WORDS.fullmatch(name) or _LOCALS.fullmatch(name)
     return f"{name}_out" if clash else name
@@ -303,8 +303,8 @@ class CNames:
         return inputs + outputs
 
     def rows(self, function: ProgramFunction) -> list[str]:
-        """Return the addresses of the rows of each copied input of the next samples, and of each output of the present
-        samples; empty if there are more than ``MOST_ROWS``."""
+        """Return the addresses of the rows that a block touches: each copied input at the next samples, each output at
+        the present samples; empty for more than ``MOST_ROWS``."""
         inputs = [
             f"inputs[{number}] + next * strides[{number}]"
             for number, block in enumerate(function.inputs)
@@ -401,7 +401,7 @@ class CNames:
 
     @staticmethod
     def loop_outputs(loop: ProgramLoop) -> list[str | Sequence[str]]:
-        """Return the texts of the results of an element of a loop: terms of sums, next carries, rows."""
+        """Return the texts for the results of a loop element: terms of sums, next carries, rows."""
         if loop.additions:
             return ["term", "next", "row"]
         head = loop.sums + len(loop.initial)

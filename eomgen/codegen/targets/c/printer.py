@@ -228,7 +228,7 @@ def _line_key(statement: Statement) -> int | None:
 
 @dataclass
 class NumberTable:
-    """Numbers of a function in a table of another file, so that the text of the function is independent of the numbers.
+    """Numbers of a function in another file's table, so that the function's text is independent of the numbers.
 
     Attributes
     ----------
@@ -302,6 +302,7 @@ class Printer:
         numbers: NumberTable | None = None,
         place_type: str = "int",
     ) -> None:
+        """Set the C texts of inputs, outputs, locals and constants."""
         self.numbers = numbers
         self.place_type = place_type
         self.constants = constants or {}
@@ -317,6 +318,7 @@ class Printer:
         return self._print(expression)[0]
 
     def _print(self, expression: Expression) -> tuple[str, int]:
+        """Return the C text of an expression, and the rank of its outermost operator."""
         if isinstance(expression, int):
             return (self._local(expression), _ATOM) if expression > 0 else (f"-{self._local(-expression)}", _PREFIX)
         kind = expression[0]
@@ -384,6 +386,7 @@ class Printer:
         return [_KEPT.sub(lambda made: made[0 if used[made[1]] > 1 else 2], line) for line in lines]
 
     def _lines(self, statements: Iterable[Statement], *, first: bool) -> list[str]:
+        """Return the C lines of statements."""
         lines: list[str] = []
         for statement in statements:
             kind, data = statement.kind, statement.data
@@ -523,6 +526,7 @@ class Printer:
             return place(rule[0], rule[1], "k") if len(rule) == 2 else table("int", [str(value) for value in rule[0]])
 
         def text(expression: Expression) -> str:
+            """Return the C text of an expression that depends on the counter of a loop."""
             if not isinstance(expression, tuple) or expression[0] not in _COUNTED:
                 return self.expression(expression)
             kind, *rest = expression

@@ -428,7 +428,7 @@ class FunctionCalls:
         return " && ".join(f"{test}({owner}{part}, {size})" for part, size in sized if size)
 
     def row_unit(self, row: str) -> str:
-        """Return the unit of a row of the whole matrix: by a macro if rows of w share units with rows of Phi."""
+        """Return the unit of a row in the whole matrix: by a macro if rows of w share units with rows of Phi."""
         un = self.program.method["unknowns"]
         is_shifted = un["w"] < un["first_z"] and un["holonomic"] > un["skipped"]
         return f"{self.program.prefix}_ROW_UNIT({row})" if is_shifted else f"unit[{row}]"

@@ -1,6 +1,6 @@
-"""Tables of integers in C: regular long ones, of equal parts of a scene, become counted expressions; texts of places in
-arrays, loops over nonzeros, and the tables of fronts. Tables of curves: one for all curves of the same rows, and large
-ones as bytes, which compile ten times faster.
+"""Tables of integers in C: long regular tables, as equal parts of a scene give, become counted expressions; texts for
+places in arrays, loops over nonzeros, and tables of fronts. Tables of curves: one for all curves of the same rows, and
+large ones as bytes, which compile ten times faster.
 
 A compiler takes 4 us for a number in an initializer and 50 ns for a byte in a text. So tables of many numbers are texts
 in a file of their own: doubles of IEEE 754, byte by byte, the least significant first, for any byte order of machines.
@@ -82,6 +82,7 @@ class Lookup:
             self.tables = [(name, self.values)]
 
     def _count(self) -> None:
+        """Describe the values by ranges of counted expressions or of periods, else by a table."""
         even = ranges(self.values)
         if len(even) <= _RANGES:
             self.ranges = [(end, place(start, step, "@")) for end, start, step in even]
@@ -153,6 +154,7 @@ class RowLookup:
     """
 
     def __init__(self, rows: Sequence[Sequence[int]]) -> None:
+        """Find repeated rows, of which one period is stored with a step."""
         self.rows, self.row, self.moved = rows, "", ""
         if len(rows) < _LONG:
             return
@@ -239,6 +241,7 @@ def collapse(items: Sequence[Mapping[str, Any]], kinds: Sequence[str], places: S
 
 
 def _collapse(items: Sequence[Mapping[str, Any]], kinds: Sequence[str], places: Sequence[str]) -> list[dict[str, Any]]:
+    """Return items with equal kinds and evenly spaced places as one item with a count."""
     result: list[dict[str, Any]] = []
     start = 0
     while start < len(items):

@@ -1,4 +1,4 @@
-"""Functions of a Program as code of the tape engine, in place of statements of C that a compiler has to read.
+"""Functions of a Program as code for the tape engine, in place of C statements that a compiler has to read.
 
 Operations of a function become instructions of four 16-bit numbers on one array of registers, ``w``: the workspace,
 the function's constants, its inputs, local values. The engine (``templates/c/model/eomgen_tape.c.jinja``) evaluates the
@@ -173,6 +173,7 @@ class _Assembler:
     """
 
     def __init__(self, program: Program, function: ProgramFunction, begin: int) -> None:
+        """Assign registers to inputs, local values and constants of a function."""
         self.function = function
         self.code: list[int] = []
         self.numbers: list[float] = []
@@ -241,6 +242,7 @@ class _Assembler:
             self._target = -1
 
     def _statement(self, statement: Statement) -> None:
+        """Emit the instructions of a statement."""
         kind, data = statement.kind, statement.data
         if kind == "let":
             self._value(data[1], 0, self.first_local + data[0])

@@ -186,6 +186,7 @@ class _Context:
         later: Collection[str] = (),
         ready: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
+        """Prepare the names, files and tables that the templates of a Program read."""
         self.program = program
         self.ready = ready
         self.tape = tape
@@ -239,6 +240,7 @@ class _Context:
         return self.declaration(_part_name(function, part))
 
     def _body(self, function: ProgramFunction, part: int) -> str:
+        """Return the C statements of a part of a function, from memory if known."""
         outputs = (
             [self.c.base_targets()] if function.name == "base" else [output.argument for output in function.outputs]
         )
@@ -287,6 +289,7 @@ class _Context:
         return name, self.ready.get(name) or self.render(template)
 
     def render(self, template: str, **extra: object) -> str:
+        """Return the text of a template for the Program."""
         from eomgen.codegen.targets.c.templates import environment  # noqa: PLC0415  # known texts need no Jinja
 
         program = self.program
@@ -479,6 +482,7 @@ def _context_of_library(
     later: Collection[str] = (),
     ready: Mapping[str, str] = MappingProxyType({}),
 ) -> _Context:
+    """Return the context for the texts of a library, with kept bytecode of templates."""
     from eomgen.codegen.targets.c.templates import environment, kept_bytecode  # noqa: PLC0415
 
     environment().bytecode_cache = kept_bytecode(bytecode)

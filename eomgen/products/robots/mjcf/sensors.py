@@ -148,7 +148,7 @@ def _axis(k: int) -> _Components:
 
 
 def _subtree_mean(word: str) -> _Components:
-    """Return the mean of a quantity of the centres of mass of all bodies of a tree, weighted by mass."""
+    """Return the mean of a quantity over all centres of mass in a tree, weighted by mass."""
 
     def components(draft: Draft, index: int) -> list[str] | None:
         model, root = draft.model, _object(draft, index)

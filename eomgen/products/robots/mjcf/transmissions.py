@@ -162,6 +162,7 @@ def _add_efforts(drive: Drive, joint: str, force: str, parts: Sequence[str], fir
 
 
 def _on_ball(drive: Drive, joint: int, in_parent: bool) -> Transmission:
+    """Return a transmission on a ball joint, with the gear in child or parent axes."""
     draft, name, gear = drive.draft, drive.draft.joints[joint], drive.gear[:3]
     quaternion = [f"q.{name}[{i}]" for i in range(4)]
     vector = quaternions.logarithm(draft, f"{drive.name}_turn", quaternion)
@@ -180,6 +181,7 @@ def _on_ball(drive: Drive, joint: int, in_parent: bool) -> Transmission:
 
 
 def _on_free(drive: Drive, joint: int, in_parent: bool) -> Transmission:
+    """Return a transmission on a free joint, with forces at its origin and torques by the gear."""
     draft, name = drive.draft, drive.draft.joints[joint]
     pushes, turns = drive.gear[:3], drive.gear[3:]
     child = draft.data["joints"][name]["child"]
@@ -200,6 +202,7 @@ def _on_free(drive: Drive, joint: int, in_parent: bool) -> Transmission:
 
 
 def _on_site(drive: Drive, site: int) -> Transmission:
+    """Return a transmission on a site, with force and torque in axes of the site."""
     draft, place = drive.draft, site_place(drive.draft, site)
     center, ends = draft.frame_points(f"site_{draft.element_name('site', site) or site}", place)
     rates = []

@@ -165,9 +165,8 @@ class BodyReader:
         return result
 
     def add_armature(self, joint: int, body: str) -> None:
-        """Add a link with the kinetic energy of an armature of all components: of a free joint a mass at the origin of
-        the body, which gravity does not pull, and an isotropic inertia; of a ball joint on the base the inertia
-        alone."""
+        """Add a link with the kinetic energy of an armature on all components: for a free joint a mass at the body's
+        origin, not pulled by gravity, and an isotropic inertia; for a ball joint on the base the inertia alone."""
         scene, model, kind = self.scene, self.model, int(self.model.jnt_type[joint])
         armature = float(model.dof_armature[int(model.jnt_dofadr[joint])])
         if armature and kind in (FREE, BALL):

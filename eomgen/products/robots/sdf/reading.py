@@ -236,6 +236,7 @@ class _FileReader:
         return Link(name, self.place(element), inertia, pose, pulled, visuals)
 
     def inertia(self, link: Element, name: str) -> Inertia:
+        """Return the inertia of a link, 1 kg and unit moments if missing as in SDF."""
         element, values = link.first("inertial"), self.values
         if element is None:
             self.reader.defaulted.append(name)
@@ -368,6 +369,7 @@ class _FileReader:
         return result
 
     def limits(self, element: Element, axis: Axis, joint: Element) -> Axis:
+        """Return an axis with its limits, effort, velocity and stops."""
         values = self.values
         defaults = {"lower": -math.inf, "upper": math.inf, "effort": math.inf, "velocity": math.inf}
         lower, upper, effort, speed = (values.number(element, tag, defaults[tag], infinite=True) for tag in defaults)

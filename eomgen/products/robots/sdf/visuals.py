@@ -1,4 +1,4 @@
-"""Visual geometry of SDF as entries of the section of shapes; no fault of a visual refuses a file."""
+"""Visual geometry of SDF as entries in the section of shapes; a faulty visual does not refuse a file."""
 
 from __future__ import annotations
 

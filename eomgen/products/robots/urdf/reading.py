@@ -131,6 +131,7 @@ class _UrdfReader:
         self.used: dict[str, set[str]] = {kind: set() for kind in ("link", "joint", "loop_joint", "constraint")}
 
     def robot(self, root: Element) -> Robot:
+        """Read all links, joints, loops and constraints of a robot."""
         self.out.name = legal_name(root.get("name") or "robot", ())
         self.out.minor = self.version(root)
         visuals = VisualReader(root, _drawn_numbers, _drawn_placement)
@@ -292,6 +293,7 @@ class _UrdfReader:
         return [self.numbers(element, attribute, key, (0.0,))[0] for attribute in attributes]
 
     def joint(self, name: str, element: Element) -> Joint:
+        """Read a joint; faults are reported."""
         key = f"joints.{name}"
         written = element.get("type")
         types = _TYPES_OF_DRAKE if element.tag == _OF_DRAKE else JOINT_TYPES

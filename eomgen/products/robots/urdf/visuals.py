@@ -1,4 +1,4 @@
-"""Visual geometry of a URDF as entries of the section of shapes; no fault of a visual refuses a robot."""
+"""Visual geometry of a URDF as entries in the section of shapes; a faulty visual does not refuse a robot."""
 
 from __future__ import annotations
 
