@@ -36,10 +36,16 @@ REMOVED: Mapping[str, str] = {
 }
 
 
+#: Made by `build` alone: parameters of the constructor are no public names.
+BUILT = ("eomgen.Model",)
+
+
 def python_names() -> Iterator[str]:
     """Yield public names, and each parameter of a function with its default."""
     for name, value in names():
         yield name
+        if name in BUILT:
+            continue
         if inspect.isclass(value) and (issubclass(value, BaseException) or issubclass(value, enum.Enum)):
             continue
         if callable(value):
