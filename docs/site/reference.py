@@ -20,7 +20,7 @@ from click.testing import CliRunner
 from docs.site.docstrings import escaped
 from docs.site.pages import Page, headings, read
 from eomgen.base import message_codes
-from eomgen.base.message_codes import Row
+from eomgen.base.message_codes import MessageRow
 from eomgen.base.products import OF_THE_CORE, products, public_modules
 from eomgen.base.verbs import OWNERS, methods
 from eomgen.cli import VERBS, commands
@@ -457,7 +457,7 @@ def c_pages() -> Iterator[Page]:
 
 def message_pages() -> Iterator[Page]:
     """Yield a list of the parts that make messages, and for each part a page with its messages by code and examples."""
-    folder, pages = "reference/messages", dict[str, list[Row]]()
+    folder, pages = "reference/messages", dict[str, list[MessageRow]]()
     for row in message_codes.rows():
         if row.kinds != "r":
             pages.setdefault(topic_name(row.room), []).append(row)

@@ -37,7 +37,7 @@ _REMEDY = r',\s*(?:hint=)?f?"([^"\\\n]{6,60})(?<! \[[EW]\d{4}\])"'
 Literal = ast.Constant | ast.JoinedStr
 
 
-class Row(NamedTuple):
+class MessageRow(NamedTuple):
     """A message of the source.
 
     Attributes
@@ -63,7 +63,7 @@ class Row(NamedTuple):
 
 #: Codes of kinds of errors, for messages without a code.
 _GENERAL = [
-    Row(f"E{place:04d}", kind, "errors", f"{KINDS[kind]}{' without a code' * (place > 1)}", "")
+    MessageRow(f"E{place:04d}", kind, "errors", f"{KINDS[kind]}{' without a code' * (place > 1)}", "")
     for place, kind in enumerate("iudmtnf", 1)
 ]
 
@@ -85,9 +85,9 @@ def codes(package: Path = PACKAGE) -> list[str]:
 
 
 @cache
-def rows(*words: str, package: Path = PACKAGE) -> tuple[Row, ...]:
+def rows(*words: str, package: Path = PACKAGE) -> tuple[MessageRow, ...]:
     """Return the messages of the modules with all words in name or text, errors first, in the order of codes."""
-    places = dict[str, list[Row]]()
+    places = dict[str, list[MessageRow]]()
     for module, text in sources(package).items():
         whole = f"{module} {text}".lower() if words else ""
         if all(word.lower() in whole for word in words):
@@ -97,7 +97,7 @@ def rows(*words: str, package: Path = PACKAGE) -> tuple[Row, ...]:
     return tuple(by_code[code] for code in sorted(by_code))
 
 
-def search(words: Sequence[str]) -> Iterator[Row]:
+def search(words: Sequence[str]) -> Iterator[MessageRow]:
     """Yield the messages that contain all words, in small or capital letters."""
     for row in rows(*words):
         text = " ".join(row).lower()
@@ -110,7 +110,7 @@ def code_of_finding(name: str) -> str:
     return next((row.code for row in rows(f'"{name} [w') if row.kinds == "r" and row.pattern == name), "")
 
 
-def _one_row(same: Sequence[Row]) -> Row:
+def _one_row(same: Sequence[MessageRow]) -> MessageRow:
     """Return one row for the places of a message: the shortest text of some words, all kinds, the remedy of all."""
     kinds = "".join(dict.fromkeys("".join(row.kinds for row in same)))
     remedies = {row.remedy for row in same}
@@ -118,7 +118,7 @@ def _one_row(same: Sequence[Row]) -> Row:
     return same[0]._replace(kinds=kinds, pattern=shortest, remedy=remedies.pop() if len(remedies) == 1 else "")
 
 
-def messages(module: str, source: str) -> Iterator[Row]:
+def messages(module: str, source: str) -> Iterator[MessageRow]:
     """Yield the messages of a module, in the order of lines."""
     lines = source.splitlines()
     coded = [number for number, line in enumerate(lines, 1) if CODE.search(line)]
@@ -139,7 +139,7 @@ def messages(module: str, source: str) -> Iterator[Row]:
         else:
             error = _ERROR.search("\n".join(lines[statement.lineno - 1 : end]))
             kind = (error[1] or "Description" if error else usual)[:1].lower()
-        yield Row(code, kind, module, pattern(written), pattern(remedy[1]) if remedy else "")
+        yield MessageRow(code, kind, module, pattern(written), pattern(remedy[1]) if remedy else "")
 
 
 def _literals(

@@ -121,7 +121,7 @@ def terminal_bar(title: str) -> Iterator[Reporter]:
     If stderr is not a terminal, lines: after ten seconds, then one a minute. Compilers report there, too.
     """
     if not sys.stderr.isatty():
-        lines = _Lines(title)
+        lines = _ProgressLines(title)
         with told_by(lines.stage):
             yield Reporter(lines.report, _write_line, lines.stage)
         return
@@ -153,7 +153,7 @@ def _write_line(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
-class _Lines:
+class _ProgressLines:
     """Lines on stderr: after ten seconds, then one a minute."""
 
     def __init__(self, title: str) -> None:

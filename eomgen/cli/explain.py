@@ -11,7 +11,7 @@ from pathlib import Path
 
 import click
 
-from eomgen.base.message_codes import EXAMPLES, KINDS, Row, code_of_finding, codes, rows, search
+from eomgen.base.message_codes import EXAMPLES, KINDS, MessageRow, code_of_finding, codes, rows, search
 from eomgen.base.messages import counted, shown
 from eomgen.cli.options import debug_option, json_option
 from eomgen.cli.printing import print_json, say
@@ -88,18 +88,18 @@ def _page_of_example(code: str) -> str:
     return ""
 
 
-def page_of(row: Row) -> str:
+def page_of(row: MessageRow) -> str:
     """Return the page of a message, from the folder docs: by the code, by the example, or by the room."""
     example = "" if topic_name(row.room) in _every_page()["subjects"] else _page_of_example(row.code)
     return pages_of_codes().get(row.code) or example or pages()[topic_name(row.room)]
 
 
-def explanation(row: Row) -> dict[str, str]:
+def explanation(row: MessageRow) -> dict[str, str]:
     """Return the parts of an explanation by their titles.
 
     Parameters
     ----------
-    row : Row
+    row : MessageRow
         Of the catalogue.
 
     Returns
@@ -126,7 +126,7 @@ def explanation(row: Row) -> dict[str, str]:
     }
 
 
-def _limits(row: Row) -> str:
+def _limits(row: MessageRow) -> str:
     """Return the limits of a check of a run, in words."""
     if "r" not in row.kinds:
         return ""
@@ -144,13 +144,13 @@ def _format(parts: Mapping[str, str]) -> str:
     return "\n".join(lines)
 
 
-def _alike(words: Set[str]) -> list[Row]:
+def _alike(words: Set[str]) -> list[MessageRow]:
     """Return the row with the most of some words, if none of its own words is missing."""
     within = [(len(own), row) for row in rows() if (own := set(row.pattern.split()) - {"{}"}) and own <= words]
     return [max(within, key=itemgetter(0))[1]] if within else []
 
 
-def rows_of(words: Sequence[str]) -> list[Row]:
+def rows_of(words: Sequence[str]) -> list[MessageRow]:
     """Return the rows for a code, a finding's name, a message in full, or words to search for.
 
     Raises

@@ -20,7 +20,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.formula.curves import Curve, Interpolation, Outside, Pieces
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import ONE, Application, Formula, Number, Operation, Quantity, Symbol, distinct_nodes
+from eomgen.formula.nodes import ONE, Application, EntryQuantity, Formula, Number, Operation, Symbol, distinct_nodes
 from eomgen.formula.substitution import map_symbols
 
 #: From a symbol to its number; None for a symbol that has none while a formula is looked at.
@@ -34,7 +34,7 @@ def applications(formula: Formula) -> Sequence[Application]:
     for node in distinct_nodes(formula):
         if isinstance(node, Application):
             result.append(node)
-        elif isinstance(node, Quantity):
+        elif isinstance(node, EntryQuantity):
             result += node.curves()
     return result
 
@@ -136,7 +136,7 @@ def breakpoints(formula: Formula, value_of: ValueOf, derivatives: int = 0) -> It
         elif isinstance(node, Operation) and node.name in _NON_SMOOTH:
             pair = [affine(argument, value_of) for argument in (*node.arguments, Number(0.0))[:2]]
             yield from _crossing(pair, _NON_SMOOTH[node.name] - derivatives)
-        elif isinstance(node, Quantity):
+        elif isinstance(node, EntryQuantity):
             for used in node.curves():
                 yield from breakpoints(used, value_of, derivatives)
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol, distinct_nodes
+from eomgen.formula.nodes import Application, EntryQuantity, Formula, Number, Operation, Symbol, distinct_nodes
 from eomgen.symbolic.operations import ELEMENTARY, NAMES
 
 #: Remedy for a formula of parameters without a value.
@@ -91,10 +91,10 @@ def evaluate(formula: Formula, value_of: Callable[[Symbol], float]) -> float:
         condition, then, otherwise = formula.arguments
         return evaluate(then if evaluate(condition, value_of) != 0.0 else otherwise, value_of)
     arguments = [evaluate(argument, value_of) for argument in formula.arguments]
-    return quantity_at(formula, arguments) if isinstance(formula, Quantity) else apply(formula.name, arguments)
+    return quantity_at(formula, arguments) if isinstance(formula, EntryQuantity) else apply(formula.name, arguments)
 
 
-def quantity_at(formula: Quantity, arguments: Sequence[float]) -> float:
+def quantity_at(formula: EntryQuantity, arguments: Sequence[float]) -> float:
     """Return the value of a quantity of an entry at numbers as arguments."""
     return float(formula.word.values(formula.item, formula.name, formula.component, *arguments))
 
@@ -132,7 +132,7 @@ def _values(formula: Formula, value_of: Callable[[Symbol], ArrayLike], *, along_
     if formula.name == "select":
         condition, then, otherwise = arguments
         return np.where(np.isnan(condition), np.nan, np.where(condition != 0.0, then, otherwise))
-    if isinstance(formula, Quantity):
+    if isinstance(formula, EntryQuantity):
         value = formula.word.values(formula.item, formula.name, formula.component, *arguments)
     else:
         value = _FUNCTIONS[formula.name][1](*arguments)
@@ -147,9 +147,9 @@ def curves(formula: Formula) -> frozenset[str]:
     return frozenset(node.curve.name for node in distinct_nodes(formula) if isinstance(node, Application))
 
 
-def quantities(formula: Formula) -> Iterator[Quantity]:
+def quantities(formula: Formula) -> Iterator[EntryQuantity]:
     """Yield the quantities of entries in a formula, also within arguments."""
-    return (node for node in distinct_nodes(formula) if isinstance(node, Quantity))
+    return (node for node in distinct_nodes(formula) if isinstance(node, EntryQuantity))
 
 
 def entries(formula: Formula) -> frozenset[tuple[str, str]]:

@@ -15,7 +15,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.formula.curves import Bump, Curve, Waves
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import VECTORS, Application, Formula, Number, Operation, Quantity, distinct_nodes, infix
+from eomgen.formula.nodes import VECTORS, Application, EntryQuantity, Formula, Number, Operation, distinct_nodes, infix
 from eomgen.symbolic.operations import ELEMENTARY, NAMES
 
 #: Functions of one number with an unbounded slope at the edge of the domain.
@@ -120,7 +120,7 @@ def may_be_fast(formula: Formula) -> bool:
     """Return whether a formula may change much faster than the symbols; False for polynomials of low degree."""
     if isinstance(formula, Application):
         return may_be_fast(formula.argument) or (changes(formula) and not isinstance(formula.curve, Waves))
-    if isinstance(formula, Quantity) and not formula.word.fast:
+    if isinstance(formula, EntryQuantity) and not formula.word.fast:
         return any(may_be_fast(argument) for argument in formula.arguments)
     if not isinstance(formula, Operation) or not changes(formula):
         return False

@@ -290,7 +290,7 @@ def _times(factor: Formula, formula: Formula) -> Iterator[tuple[Formula, Formula
 
 
 @dataclass(frozen=True)
-class _Rates:
+class _RateCurve:
     """Polynomials between breaks, with the change of velocity and displacement over each."""
 
     breaks: Array
@@ -314,7 +314,7 @@ class _Rates:
 
 def _second_integral(curve: Curve, start: float, name: str, *, corrected: bool) -> tuple[Curve, float]:
     """Return the second integral of a curve from rest at an argument, and the largest correction."""
-    rates = _Rates(curve.breaks, curve.coefficients)
+    rates = _RateCurve(curve.breaks, curve.coefficients)
     if curve.outside == "hold":
         rates = _extend_curve(curve, start, corrected=corrected)
     largest = 0.0
@@ -334,7 +334,7 @@ def _second_integral(curve: Curve, start: float, name: str, *, corrected: bool) 
     return made, largest
 
 
-def _extend_curve(curve: Curve, start: float, *, corrected: bool) -> _Rates:
+def _extend_curve(curve: Curve, start: float, *, corrected: bool) -> _RateCurve:
     """Return the polynomials of a curve with the pieces before its first point and after its last point."""
     first, last = curve.end_values
     breaks, coefficients = curve.breaks, curve.coefficients
@@ -346,10 +346,10 @@ def _extend_curve(curve: Curve, start: float, *, corrected: bool) -> _Rates:
         breaks = np.append(breaks, max(curve.end, start) + _BEHIND)
         coefficients = np.vstack([coefficients, constants])
         coefficients[-1, 0] = last
-    return _Rates(breaks, coefficients)
+    return _RateCurve(breaks, coefficients)
 
 
-def _from(rates: _Rates, start: float) -> tuple[Array, Array]:
+def _from(rates: _RateCurve, start: float) -> tuple[Array, Array]:
     """Return velocities and displacements at the breaks, from rest at an argument."""
     velocity, displacement = rates.integrals
     breaks = rates.breaks
@@ -362,7 +362,7 @@ def _from(rates: _Rates, start: float) -> tuple[Array, Array]:
     return velocity - rate, displacement - at - rate * (breaks - start)
 
 
-def _straighten(rates: _Rates, start: float, velocity: float, displacement: float) -> tuple[_Rates, float]:
+def _straighten(rates: _RateCurve, start: float, velocity: float, displacement: float) -> tuple[_RateCurve, float]:
     """Return polynomials plus the straight line from an argument to the end that takes a velocity and a displacement
     from the end, and the largest value of the line."""
     end = float(rates.breaks[-1])
@@ -380,16 +380,16 @@ def _straighten(rates: _Rates, start: float, velocity: float, displacement: floa
     covered = breaks[:-1] >= start
     coefficients[covered, 0] += offset + slope * (breaks[:-1] - start)[covered]
     coefficients[covered, 1] += slope
-    return _Rates(breaks, coefficients), max(abs(offset), abs(offset + slope * length))
+    return _RateCurve(breaks, coefficients), max(abs(offset), abs(offset + slope * length))
 
 
 def _periodic_integral(curve: Curve, name: str) -> tuple[Curve, float]:
     """Return the periodic part of the second integral of a periodic curve, and the mean of the curve."""
-    velocity, _ = _Rates(curve.breaks, curve.coefficients).integrals
+    velocity, _ = _RateCurve(curve.breaks, curve.coefficients).integrals
     mean = float(velocity[-1]) / curve.period
     coefficients = curve.coefficients.copy()
     coefficients[:, 0] -= mean
-    rates = _Rates(curve.breaks, coefficients)
+    rates = _RateCurve(curve.breaks, coefficients)
     velocity, displacement = rates.integrals
     speed = float(displacement[-1]) / curve.period
     velocity, displacement = velocity - speed, displacement - speed * (curve.breaks - curve.start)

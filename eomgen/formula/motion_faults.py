@@ -24,7 +24,7 @@ from eomgen.errors import Problem
 from eomgen.formula.discontinuities import breakpoints
 from eomgen.formula.evaluate import curves, evaluate_batch, values_of_parameters
 from eomgen.formula.nodes import Formula, Symbol
-from eomgen.formula.prescribed_motion import Law
+from eomgen.formula.prescribed_motion import PrescribedLaw
 from eomgen.formula.recording import law_and_rate
 
 #: Times of the grid.
@@ -32,7 +32,9 @@ _GRID = 1025
 _UNDEFINED_HALVINGS = 60
 
 
-def undefined_laws(laws: Iterable[Law], values: Mapping[str, float], start: float, end: float) -> list[Problem]:
+def undefined_laws(
+    laws: Iterable[PrescribedLaw], values: Mapping[str, float], start: float, end: float
+) -> list[Problem]:
     """Return a problem for each law that has no value over an interval of time: a root, a logarithm or a power of a
     negative number.
 
@@ -116,7 +118,7 @@ class Jump(NamedTuple):
     after: float
 
 
-def jumps(laws: Iterable[Law], values: Mapping[str, float], start: float, end: float) -> list[Problem]:
+def jumps(laws: Iterable[PrescribedLaw], values: Mapping[str, float], start: float, end: float) -> list[Problem]:
     """Return a problem for each law that jumps.
 
     Parameters
@@ -227,7 +229,7 @@ def _rounding(law: Callable[[Array], tuple[Array, Array]], start: float, end: fl
     return float(np.quantile(noise, 0.75)) if len(noise) else 0.0
 
 
-def _describe(law: Law, jump: Jump) -> tuple[str, str]:
+def _describe(law: PrescribedLaw, jump: Jump) -> tuple[str, str]:
     """Return the meaning of a jump, and a remedy."""
     unit = law.unit if jump.order == 0 else f"{law.unit}/s"
     of = f"the {law.quantity}" if jump.order == 0 else f"the rate of the {law.quantity}"
@@ -263,7 +265,7 @@ class Steepness(NamedTuple):
 
 
 def steep(
-    laws: Iterable[Law], values: Mapping[str, float], start: float, end: float, step: float
+    laws: Iterable[PrescribedLaw], values: Mapping[str, float], start: float, end: float, step: float
 ) -> tuple[list[Problem], list[str]]:
     """Return a problem for each law that a step cannot follow, and a sentence for each law that a step follows badly.
 

@@ -123,7 +123,7 @@ class Operation(Node):
 
 
 @dataclass(frozen=True)
-class Quantity(Operation):
+class EntryQuantity(Operation):
     """A quantity of an entry of a section at given arguments, ``WORD.NAME(x, y)[1]``, by a word of the register.
 
     Attributes
@@ -145,9 +145,9 @@ class Quantity(Operation):
         return self.word.curves(self.item, self.arguments)
 
 
-def quantity_of(word: Word, item: Any, arguments: tuple[Formula, ...], component: int = 0) -> Quantity:
+def quantity_of(word: Word, item: Any, arguments: tuple[Formula, ...], component: int = 0) -> EntryQuantity:
     """Return the quantity of an entry's object at given arguments."""
-    return Quantity(word.name, (*arguments, *word.added(item)), word, item, component)
+    return EntryQuantity(word.name, (*arguments, *word.added(item)), word, item, component)
 
 
 @dataclass(frozen=True)
@@ -217,7 +217,7 @@ def _name(symbol: Symbol, sizes: Callable[[Symbol], int]) -> str:
 def _infix(formula: Operation, sizes: Callable[[Symbol], int]) -> tuple[str, int]:
     """Return the text of an operation, and its precedence."""
     parts = [_text(argument, sizes) for argument in formula.arguments]
-    if isinstance(formula, Quantity):
+    if isinstance(formula, EntryQuantity):
         index = f"[{formula.component}]" if formula.word.components > 1 else ""
         given = ", ".join(text for text, _ in parts[: len(formula.word.arguments_of(formula.item))])
         return f"{formula.word.named(formula.item, formula.component)}({given}){index}", _ATOM

@@ -6,7 +6,7 @@ from functools import cached_property
 
 from eomgen.base.data import dataclass
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity
+from eomgen.formula.nodes import Application, EntryQuantity, Formula, Number, Operation
 from eomgen.symbolic.operations import ELEMENTARY, NAMES
 
 #: Operations that are as smooth as their operands.
@@ -14,7 +14,7 @@ _SMOOTH = frozenset({"add", "sub", "mul", "neg"} | {NAMES[op] for op, row in ELE
 
 
 @dataclass(frozen=True)
-class Law:
+class PrescribedLaw:
     """A formula of time that a coordinate or a body must follow, with location and description for messages, and the
     unit of the formula."""
 
@@ -41,7 +41,7 @@ def smooth(formula: Formula) -> bool:
     if isinstance(formula, Application):  # a spline's third derivative jumps at its ends
         kinks = [order for _, order in formula.curve.kinks()]
         return formula.derivative <= 1 and min(kinks, default=3) - formula.derivative >= 2 and smooth(formula.argument)
-    if isinstance(formula, Quantity):
+    if isinstance(formula, EntryQuantity):
         return formula.word.smooth and all(smooth(item) for item in formula.arguments)
     first, second = formula.arguments[0], formula.arguments[-1]
     if formula.name == "div":

@@ -20,7 +20,7 @@ from eomgen.base.data import replace
 from eomgen.base.products import import_target
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.curves import AnyCurve, Bump, Waves
-from eomgen.formula.nodes import Application, Formula, Number, Quantity, Symbol
+from eomgen.formula.nodes import Application, EntryQuantity, Formula, Number, Symbol
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.map import add_map
 from eomgen.symbolic.operations import Op
@@ -112,7 +112,7 @@ def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:
         if taken is not None:  # the other branch may well divide by zero: the condition prevents the division
             return record(algebra, branches[0 if taken != 0.0 else 1], resolve)
     arguments = [record(algebra, argument, resolve) for argument in formula.arguments]
-    if isinstance(formula, Quantity):
+    if isinstance(formula, EntryQuantity):
         recording: Any = import_target(formula.word.recording)
         result: Scalar = recording(algebra, formula.item, formula.name, formula.component, arguments)
         return result

@@ -16,7 +16,7 @@ from fractions import Fraction
 from eomgen.base.data import replace
 from eomgen.formula.curves import Curve
 from eomgen.formula.evaluate import apply, quantity_at
-from eomgen.formula.nodes import ONE, ZERO, Application, Formula, Number, Operation, Quantity, Symbol, infix
+from eomgen.formula.nodes import ONE, ZERO, Application, EntryQuantity, Formula, Number, Operation, Symbol, infix
 
 
 def substitute(formula: Formula, value_of: Callable[[Symbol], float | None]) -> Formula:
@@ -46,7 +46,7 @@ def substitute(formula: Formula, value_of: Callable[[Symbol], float | None]) -> 
     arguments = tuple(substitute(argument, value_of) for argument in formula.arguments)
     numbers = [argument.value for argument in arguments if isinstance(argument, Number)]
     if len(numbers) == len(arguments):
-        if isinstance(formula, Quantity):
+        if isinstance(formula, EntryQuantity):
             return Number(quantity_at(formula, numbers))
         return Number(apply(formula.name, numbers))
     return replace(formula, arguments=arguments)
@@ -70,7 +70,7 @@ def map_symbols(
     if isinstance(formula, Application):
         return replace(formula, argument=map_symbols(formula.argument, symbol_for, number_for, added=added))
     arguments = formula.arguments
-    kept = len(formula.word.added(formula.item)) if isinstance(formula, Quantity) and not added else 0
+    kept = len(formula.word.added(formula.item)) if isinstance(formula, EntryQuantity) and not added else 0
     changed = arguments[: len(arguments) - kept]
     given = (map_symbols(argument, symbol_for, number_for, added=added) for argument in changed)
     return replace(formula, arguments=(*given, *arguments[len(changed) :]))

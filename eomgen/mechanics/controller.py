@@ -47,7 +47,7 @@ def derive_controller(scene: Scene) -> System:
         The scene has no controller; formulas need the equations of motion; an event or a caller's function is part of
         the controller.
     """
-    parts = _Parts(scene)
+    parts = _ControllerParts(scene)
     tape = _ControllerTape(parts)
     functions = {function.name: function for function in tape.functions()}
     return System(
@@ -82,7 +82,7 @@ class _Command:
     description: str
 
 
-class _Parts:
+class _ControllerParts:
     """The parts of a scene's controller, with inputs in place of quantities of the plant.
 
     Attributes
@@ -322,7 +322,7 @@ def _names(kind: str, formulas: Iterable[Formula]) -> set[str]:
 class _ControllerTape:
     """The tape of a controller, on which its formulas are recorded."""
 
-    def __init__(self, parts: _Parts) -> None:
+    def __init__(self, parts: _ControllerParts) -> None:
         self.scene = parts
         self.tape = Tape()
         self.algebra = Algebra(self.tape)

@@ -18,7 +18,7 @@ from eomgen.base.data import replace
 from eomgen.base.messages import key_of
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number
-from eomgen.formula.prescribed_motion import Law, constant
+from eomgen.formula.prescribed_motion import PrescribedLaw, constant
 from eomgen.lie.product import Factor
 from eomgen.mechanics.linear_parameters import linear_parameters
 from eomgen.scene.bodies.cosserat import Cosserat
@@ -34,15 +34,15 @@ from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.system.description import (
     BASE,
     WORLD,
+    CoordinateLimit,
     Coordinates,
     Description,
     Drawing,
+    DrawnLink,
     ElementStiffness,
     HeightSurface,
     Hinge,
-    Limit,
     Line,
-    Link,
     Point,
     Shape,
     Solid,
@@ -142,7 +142,7 @@ def base_disturbances(scene: Scene) -> tuple[str, ...]:
     return (*angular, *(f"base.acceleration[{k}]" for k in range(3)))
 
 
-def laws_of(scene: Scene) -> Iterator[Law]:
+def laws_of(scene: Scene) -> Iterator[PrescribedLaw]:
     """Yield the prescribed motions in a scene: drives of joints and constraints, lengths over time, and the position
     and rotation of the base."""
     where = Report(scene.name, scene.source).where
@@ -151,23 +151,23 @@ def laws_of(scene: Scene) -> Iterator[Law]:
             zip(joint.drive, joint.kind.coordinates.items(), strict=False)
         ):
             key = key_of("joints", joint.name, *(("drive",) if len(joint.drive) == 1 else ("drive", number)))
-            yield Law(where(key), f"driven {meaning}", unit, formula)
+            yield PrescribedLaw(where(key), f"driven {meaning}", unit, formula)
     for constraint in scene.constraints:
         if constraint.drive is not None:
             key, meaning = where(key_of("constraints", constraint.name, "drive")), constraint.kind.drive
-            yield Law(key, f"driven {meaning}", DRIVE_UNITS[meaning], constraint.drive)
+            yield PrescribedLaw(key, f"driven {meaning}", DRIVE_UNITS[meaning], constraint.drive)
         elif constraint.prescribed_coordinate is not None:
             key = where(key_of("constraints", constraint.name, "length"))
-            yield Law(key, "driven distance", "m", constraint.prescribed_coordinate)
+            yield PrescribedLaw(key, "driven distance", "m", constraint.prescribed_coordinate)
     if scene.base is not None:
         for axis, formula in enumerate(scene.base.position):
             written = "acceleration" if axis in scene.base.integrals else "position"
-            yield Law(where(key_of("base", written, axis)), "position of the base", "m", formula)
+            yield PrescribedLaw(where(key_of("base", written, axis)), "position of the base", "m", formula)
         for axis, rotation in enumerate(scene.base.rotations):
             added = scene.base.added_by
             written = key_of("base", "rotation", axis - len(added), "angle")
             key = key_of("base", added[axis]) if axis < len(added) else written
-            yield Law(where(key), "angle of the base", "rad", rotation.angle)
+            yield PrescribedLaw(where(key), "angle of the base", "rad", rotation.angle)
 
 
 def formulas_of_forces(scene: Scene) -> Iterator[tuple[Formula, int]]:
@@ -229,7 +229,7 @@ def _elastic(name: str, beam: Beam) -> Coordinates:
     return Coordinates(name, tuple(units), tuple(reach), beam.length, beam.order == 1)
 
 
-def _limits(scene: Scene) -> Iterator[Limit]:
+def _limits(scene: Scene) -> Iterator[CoordinateLimit]:
     """Yield the limits of all joints; in absolute coordinates limits of angles, which are counted in addition to the
     poses."""
     for joint in scene.joints:
@@ -280,7 +280,7 @@ def _drawing(scene: Scene) -> Drawing:
         points=scene.points,
         lines=tuple(item for item in drawn if isinstance(item, Line)),
         links=tuple(
-            Link(
+            DrawnLink(
                 item.name,
                 Point("", item.first.body, item.first.position),
                 Point("", item.second.body, item.second.position),
@@ -377,12 +377,12 @@ def _free_nodes(scene: Scene) -> set[str]:
     return {body.name for body in scene.bodies if body.node_of and body.name != body.node_of}
 
 
-def _elements(scene: Scene) -> Iterator[Link]:
+def _elements(scene: Scene) -> Iterator[DrawnLink]:
     """Yield the elements of geometrically exact beams as lines between two nodes."""
     for element in scene.elements:
         if isinstance(element, CosseratBeam):
             for first, second in pairwise(element.beam.nodes):
-                yield Link(second, Point("", first, ZERO_VECTOR), Point("", second, ZERO_VECTOR), visible=True)
+                yield DrawnLink(second, Point("", first, ZERO_VECTOR), Point("", second, ZERO_VECTOR), visible=True)
 
 
 def _solid(body: Body, joint: Joint) -> Solid:

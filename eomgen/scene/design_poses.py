@@ -43,7 +43,7 @@ class FramePlacement(NamedTuple):
     axes: Axes
 
 
-class Pose(NamedTuple):
+class DesignPose(NamedTuple):
     """Pose of a body at the design position, in the base: axes (3, 3), body axes to base axes, and origin, m."""
 
     axes: Array
@@ -115,9 +115,9 @@ class DesignPoses:
     base_moves: bool = False
 
     def __post_init__(self) -> None:
-        self._poses: dict[str, Pose] = {BASE: Pose(np.eye(3), ({}, {}, {}))}
+        self._poses: dict[str, DesignPose] = {BASE: DesignPose(np.eye(3), ({}, {}, {}))}
 
-    def pose(self, body: str) -> Pose:
+    def pose(self, body: str) -> DesignPose:
         """Return the pose of a body in the base.
 
         Raises
@@ -135,7 +135,7 @@ class DesignPoses:
             given, carrier = self.placements[name], self._poses[frame]
             origin = _sums(carrier.axes, given.position)
             x, y, z = (_plus(a, b) for a, b in zip(carrier.origin, origin, strict=True))
-            self._poses[name] = Pose(carrier.axes @ np.array(given.axes), (x, y, z))
+            self._poses[name] = DesignPose(carrier.axes @ np.array(given.axes), (x, y, z))
         return self._poses[path[0]]
 
     def _reference(self, path: Sequence[str]) -> str:

@@ -19,7 +19,7 @@ from eomgen.errors import DescriptionError, EomgenError, FileError, Problem
 from eomgen.formula.units.labels import number_in_label
 from eomgen.formula.units.parser import UnitError, is_quantity
 from eomgen.scene.control.controllers import made_by_controller
-from eomgen.scene.control.schema import Controller
+from eomgen.scene.control.schema import ControllerEntry
 from eomgen.scene.document.parts_schema import Include, include_of
 from eomgen.scene.document.schema import document_for, section_keys
 from eomgen.scene.document.units import in_si, start_in_si
@@ -452,7 +452,7 @@ def _controller_names(data: Mapping[str, Any]) -> dict[str, list[str]]:
     result: dict[str, list[str]] = {"states": [], "parameters": [], "controllers": []}
     for name in _names(data, "controllers"):
         try:
-            entry = Controller.model_validate(data["controllers"][name])
+            entry = ControllerEntry.model_validate(data["controllers"][name])
         except ValidationError:
             continue
         for section, made in made_by_controller(name, entry).items():

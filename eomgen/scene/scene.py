@@ -53,7 +53,7 @@ def digest_of(data: Mapping[str, Any]) -> bytes:
     return parts.digest.digest()
 
 
-class _Parts(Protocol):
+class _ByteParts(Protocol):
     def append(self, part: bytes, /) -> object: ...
 
 
@@ -71,7 +71,7 @@ class _Digested:
 Known = dict[int, tuple[Any, bytes]]
 
 
-def _add(value: Any, parts: _Parts, known: Known) -> None:
+def _add(value: Any, parts: _ByteParts, known: Known) -> None:
     """Add bytes that differ for any two different values of the classes in a Scene."""
     kind = type(value)
     if kind is float or kind is str or kind is int:  # most values
@@ -103,7 +103,7 @@ def _add(value: Any, parts: _Parts, known: Known) -> None:
         raise TypeError(f"a {kind.__qualname__} in a scene has no digest")
 
 
-def _add_field(value: Any, parts: _Parts, known: Known) -> None:
+def _add_field(value: Any, parts: _ByteParts, known: Known) -> None:
     """Add the bytes of a field; equal parts of a scene share most fields."""
     kind = type(value)
     if kind is not tuple and not _field_names(cast("Hashable", kind)):
@@ -116,7 +116,7 @@ def _add_field(value: Any, parts: _Parts, known: Known) -> None:
     parts.append(known[id(value)][1])
 
 
-def _add_sorted(values: Iterable[Any], parts: _Parts, known: Known) -> None:
+def _add_sorted(values: Iterable[Any], parts: _ByteParts, known: Known) -> None:
     """Add the items of a set, sorted by bytes."""
     items: list[bytes] = []
     for item in values:

@@ -6,7 +6,7 @@ from eomgen.base.data import replace
 from eomgen.base.messages import Log
 from eomgen.simulation.execution import CostlyRunError, Execution, own_steps
 from eomgen.simulation.judgement.finished_run import RunStart
-from eomgen.simulation.outcome import Outcome
+from eomgen.simulation.outcome import JudgedRun
 
 _LOG = Log(__name__)
 
@@ -23,7 +23,7 @@ _SMALLER = 0.5
 _GIVEN_UP = 4.0
 
 
-def bound_steps(outcome: Outcome, execution: Execution, beginning: RunStart) -> Outcome:
+def bound_steps(outcome: JudgedRun, execution: Execution, beginning: RunStart) -> JudgedRun:
     """Return the outcome of the run with bounded steps, if the steps pass over a law and the bound is affordable; its
     checkpoints replace the checkpoints of the first run."""
     run, taken = outcome.run, own_steps(outcome.statistics)
@@ -62,6 +62,6 @@ def bound_steps(outcome: Outcome, execution: Execution, beginning: RunStart) -> 
     return outcome
 
 
-def _with_checkpoints(outcome: Outcome, execution: Execution, beginning: RunStart) -> Outcome:
+def _with_checkpoints(outcome: JudgedRun, execution: Execution, beginning: RunStart) -> JudgedRun:
     """Return the outcome of a run again if another run has overwritten its checkpoints."""
     return outcome if outcome.writer is None else execution.outcome(outcome.run, beginning)

@@ -16,7 +16,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.family import BAD_ARGUMENT
 from eomgen.simulation.checkpoint import CheckpointWriter, checkpoint_writer
 from eomgen.simulation.judgement.finished_run import RunStart
-from eomgen.simulation.outcome import Outcome
+from eomgen.simulation.outcome import JudgedRun
 from eomgen.simulation.stepping.chunks import Trajectory, run_chunks
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.settings import check_memory
@@ -53,7 +53,7 @@ class Execution:
 
     def outcome(
         self, run: Run, beginning: RunStart | None, most_steps: float = math.inf, resumed: Stepper | None = None
-    ) -> Outcome:
+    ) -> JudgedRun:
         """Return the outcome of a run from its start, or from the present state of the stepper of an earlier run.
 
         Parameters
@@ -90,7 +90,7 @@ class Execution:
         trajectory = _trajectory(run, stepper, state, report if most_steps == math.inf else watch, writer)
         stepper.close()
         wall, estimated = time.perf_counter() - began, self.estimated
-        return Outcome(run, stepper, trajectory, wall, writer, beginning, estimated=estimated, progress=self.progress)
+        return JudgedRun(run, stepper, trajectory, wall, writer, beginning, estimated=estimated, progress=self.progress)
 
 
 def _trajectory(

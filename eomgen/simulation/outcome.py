@@ -74,7 +74,7 @@ def run_metadata(run: Run) -> dict[str, Any]:
     }
 
 
-class Outcome(FinishedRun):
+class JudgedRun(FinishedRun):
     """A finished run with the verdict: attributes of the ``Solution``, evaluated at first use."""
 
     def solution(self, *, at_once: bool) -> Solution:

@@ -438,7 +438,7 @@ class ConsistentStates(NamedTuple):
     met: NDArray[np.bool_]
 
 
-class _Rows:
+class _SampleRows:
     """``constraint_rows.Rows`` of samples; ``defined`` says which have finite rows and a metric."""
 
     def __init__(self, system: ConstrainedSamples, q: Array, chosen: Chosen) -> None:
@@ -561,7 +561,7 @@ def _nearest(system: ConstrainedSamples, for_rates: ConstrainedSamples, q: Array
         if not len(chosen):
             return ConsistentStates(q, v, met)
         system = for_rates
-        rows, guess = _Rows(system, q[chosen], chosen), v[chosen]
+        rows, guess = _SampleRows(system, q[chosen], chosen), v[chosen]
         rates = system.velocity(q[chosen], guess, chosen)
         corrected = guess - rows.correction(np.where(np.isfinite(rates), rates, 0.0))
         left = system.velocity(q[chosen], corrected, chosen)
@@ -578,7 +578,7 @@ def _positions(system: ConstrainedSamples, q: Array) -> tuple[Array, NDArray[np.
     best = np.full((len(q), system.holonomic), np.inf)
     chosen = np.arange(len(q))
     for _ in range(MAX_ITERATIONS):
-        violation, rows = system.constraint(q[chosen], chosen), _Rows(system, q[chosen], chosen)
+        violation, rows = system.constraint(q[chosen], chosen), _SampleRows(system, q[chosen], chosen)
         summands = np.maximum(rows.size[:, : system.holonomic], np.finfo(float).tiny)
         size = np.abs(violation) / summands / EPSILON
         kept = np.abs(violation) <= rows.limits

@@ -37,7 +37,7 @@ from eomgen.solvers.tangent_stiffness import TangentStiffness, canonical_directi
 
 
 @dataclass(frozen=True)
-class Blocks:
+class RotatingTriples:
     """Triples of components of v in rotating axes.
 
     Attributes
@@ -51,7 +51,7 @@ class Blocks:
     turned_by: NDArray[np.intp]
 
 
-def turning_blocks(factors: Sequence[Factor]) -> Blocks:
+def turning_blocks(factors: Sequence[Factor]) -> RotatingTriples:
     """Return the triples of a configuration's rotations and poses."""
     blocks = []
     for factor in factors:
@@ -60,15 +60,15 @@ def turning_blocks(factors: Sequence[Factor]) -> Blocks:
         if factor.group == "SE3":
             blocks.append((factor.q_start, factor.v_start + 3, factor.v_start))
     places = np.array(blocks, np.intp).reshape(-1, 3, 1)
-    return Blocks(places[:, 0] + np.arange(4), places[:, 1] + np.arange(3), places[:, 2] + np.arange(3))
+    return RotatingTriples(places[:, 0] + np.arange(4), places[:, 1] + np.arange(3), places[:, 2] + np.arange(3))
 
 
-def dead_forces(blocks: Blocks, q: Array, forces: Array, *, back: bool) -> Array:
+def dead_forces(blocks: RotatingTriples, q: Array, forces: Array, *, back: bool) -> Array:
     """Return generalized forces (nv,) whose triples on free rotations are turned from body axes to base axes, or back.
 
     Parameters
     ----------
-    blocks : Blocks
+    blocks : RotatingTriples
         Indices of quaternions in q and of triples in forces.
     q, forces : (nq,) and (nv,) ndarray
         Configuration and generalized forces.
@@ -91,7 +91,7 @@ def _cross(first: Array, second: Array) -> Array:
     return np.asarray(first[:, after] * second[:, before] - first[:, before] * second[:, after])
 
 
-def with_turned(K: Matrix, blocks: Blocks, forces: Array, factor: float) -> Matrix:
+def with_turned(K: Matrix, blocks: RotatingTriples, forces: Array, factor: float) -> Matrix:
     """Return a stiffness (nv, nv) plus a factor times the derivative by q of forces that are constant in the base.
 
     Parameters

@@ -20,7 +20,7 @@ ZERO, ONE = 1, 2
 _FIRST_ORDER = frozenset({Op.ABS, Op.MAX, Op.MIN, Op.SQRT})
 
 
-class Tape(Protocol):
+class TapeInterface(Protocol):
     """Interface of ``tape.Tape``, whose module imports this one."""
 
     @property
@@ -41,7 +41,7 @@ class Tape(Protocol):
     def select(self, condition: Ref, then: Ref, otherwise: Ref, /) -> Ref: ...
 
 
-def flat_zero(tape: Tape, x: Ref) -> Ref | None:
+def flat_zero(tape: TapeInterface, x: Ref) -> Ref | None:
     """Return a number that is zero only if x and all first derivatives of x are zero, or None if none is known.
 
     Squares, absolute values, max(0, y) and min(0, y), which are 0 beyond the edge, and sums, products and roots of such
@@ -70,7 +70,7 @@ def flat_zero(tape: Tape, x: Ref) -> Ref | None:
     return None
 
 
-def _flat_product(tape: Tape, node: Ref) -> Ref | None:
+def _flat_product(tape: TapeInterface, node: Ref) -> Ref | None:
     """Return ``flat_zero`` of a product."""
     a, b = tape.a[node], tape.b[node]
     if a == b:  # a root of a fourth power has second derivatives, which a selected slope would not have
@@ -84,7 +84,7 @@ def _flat_product(tape: Tape, node: Ref) -> Ref | None:
     return node if (first, second) == (a, b) else tape.mul(first, second)
 
 
-def _flat_sum(tape: Tape, node: Ref) -> Ref | None:
+def _flat_sum(tape: TapeInterface, node: Ref) -> Ref | None:
     """Return ``flat_zero`` of a sum, whose terms must all have one; iterative, since sums may have many terms."""
     terms, pending, positive = list[Ref](), [node], True
     while pending:
@@ -107,7 +107,7 @@ def _flat_sum(tape: Tape, node: Ref) -> Ref | None:
     return total
 
 
-def quotient(tape: Tape, numerator: Ref, divisor: Ref, x: Ref) -> Ref:
+def quotient(tape: TapeInterface, numerator: Ref, divisor: Ref, x: Ref) -> Ref:
     """Record numerator / divisor, 0 if x and its first derivatives are zero; the divisor is zero only with x."""
     flat = flat_zero(tape, x)
     if flat is None:
@@ -116,7 +116,7 @@ def quotient(tape: Tape, numerator: Ref, divisor: Ref, x: Ref) -> Ref:
     return tape.select(regular, tape.div(numerator, tape.select(regular, divisor, ONE)), ZERO)
 
 
-def power_slope(tape: Tape, x: Ref, exponent: Ref) -> Ref:
+def power_slope(tape: TapeInterface, x: Ref, exponent: Ref) -> Ref:
     """Record d(x^e)/dx = e x^(e - 1).
 
     It is 0 at a flat zero of x if e may be below 1, and at x = 0 if a variable exponent is 0: x^(e - 1) may be
@@ -133,6 +133,6 @@ def power_slope(tape: Tape, x: Ref, exponent: Ref) -> Ref:
     return tape.select(regular, tape.mul(exponent, power), ZERO)
 
 
-def logarithm_of_base(tape: Tape, x: Ref) -> Ref:
+def logarithm_of_base(tape: TapeInterface, x: Ref) -> Ref:
     """Record log(x) as a factor of x^e, with 0 log(0) = 0."""
     return tape.call(Op.LOG, tape.select(tape.call(Op.ABS, x), x, ONE))

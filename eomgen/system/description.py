@@ -17,7 +17,7 @@ from eomgen.base.data import dataclass, field
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.features import may_be_fast, summands
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Vector
-from eomgen.formula.prescribed_motion import Law
+from eomgen.formula.prescribed_motion import PrescribedLaw
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import Factor
@@ -89,7 +89,7 @@ class WrittenStart:
 
 
 @dataclass(frozen=True)
-class Limit:
+class CoordinateLimit:
     """A range of one coordinate, beyond which a stop pushes it back.
 
     Attributes
@@ -299,7 +299,7 @@ class Hinge:
 
 
 @dataclass(frozen=True)
-class Link:
+class DrawnLink:
     """A connection between two places, drawn as a rod if ``visible``; both bodies are drawn up to the connection."""
 
     name: str
@@ -473,7 +473,7 @@ class Drawing:
     hinges: tuple[Hinge, ...] = ()
     points: tuple[Point, ...] = ()
     lines: tuple[Line, ...] = ()
-    links: tuple[Link, ...] = ()
+    links: tuple[DrawnLink, ...] = ()
     wheels: tuple[Wheel, ...] = ()
     shapes: tuple[Shape, ...] = ()
     contact_surfaces: tuple[HeightSurface, ...] = ()
@@ -538,9 +538,9 @@ class Description:
     coordinates: tuple[Coordinates, ...] = ()
     joints: tuple[Factor, ...] = ()
     base: tuple[str, ...] = ()
-    laws: tuple[Law, ...] = ()
+    laws: tuple[PrescribedLaw, ...] = ()
     formulas: tuple[Formula, ...] = ()
-    limits: tuple[Limit, ...] = ()
+    limits: tuple[CoordinateLimit, ...] = ()
     requirements: tuple[Requirement, ...] = ()
     lengths: tuple[tuple[Formula, ...], ...] = ()
     gravity: Vector = ZERO_VECTOR

@@ -51,7 +51,7 @@ from eomgen.toolchain.profiles import (
     OF_ANGLES,
     OF_STRAIGHT,
     STANDARD_PROFILE,
-    Profile,
+    CompilerProfile,
     beside_straight,
     passes_for,
     without_slow_passes,
@@ -60,7 +60,7 @@ from eomgen.toolchain.profiles import profile as profile_named
 from eomgen.toolchain.tables import TABLES, library_texts, tables_in
 
 
-def library_key(content: bytes, compiler: Compiler, profile: Profile, flags: Sequence[str], mode: str) -> str:
+def library_key(content: bytes, compiler: Compiler, profile: CompilerProfile, flags: Sequence[str], mode: str) -> str:
     """Return the key of the library of these content bytes that a compiler makes with these flags on this machine.
 
     Parameters
@@ -72,7 +72,7 @@ def library_key(content: bytes, compiler: Compiler, profile: Profile, flags: Seq
     return _digest(compiler.identity, content, profile, flags, mode)
 
 
-def origin_of(content: bytes, profile: Profile, flags: Sequence[str], mode: str) -> str:
+def origin_of(content: bytes, profile: CompilerProfile, flags: Sequence[str], mode: str) -> str:
     """Return the key of the same library for any compiler."""
     return _digest("", content, profile, flags, f"{mode} on {platform.system()} {platform.machine()}")
 
@@ -85,7 +85,7 @@ def wrapper_key(compiler: Compiler, cdef: str, header: str, headers: Path) -> st
     return hashlib.sha256(b"wrapper\0" + content.encode()).hexdigest()
 
 
-def _digest(compiler: str, content: bytes, profile: Profile, flags: Sequence[str], mode: str) -> str:
+def _digest(compiler: str, content: bytes, profile: CompilerProfile, flags: Sequence[str], mode: str) -> str:
     machine = processor_digest() if profile.native else ""
     digest = hashlib.sha256()
     for text in (compiler, " ".join(flags), machine, mode, library_suffix()):
@@ -183,7 +183,7 @@ class Builder:
         """Choose profile, compiler, cache and mode of the loader. Raises ToolchainError."""
         if real not in _REALS:
             raise ToolchainError(f"no number type {real!r} [E2098]", f"one of {', '.join(_REALS)}")
-        self.profile: Profile = profile_named(profile)
+        self.profile: CompilerProfile = profile_named(profile)
         self.real = real
         self._compiler = compiler
         self._missing: ToolchainError | None = None

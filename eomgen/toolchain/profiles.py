@@ -13,7 +13,7 @@ from eomgen.errors import Problem, ToolchainError
 
 
 @dataclass(frozen=True)
-class Profile:
+class CompilerProfile:
     """All that builds decide by their profile.
 
     Attributes
@@ -60,10 +60,10 @@ _FAST = (
 #: emitted manifest gives. ``quick``: for tests. ``instant``: the least work for a compiler; the bits of
 #: ``reproducible``.
 _ROWS = (
-    Profile("fast", _FAST, native=True, split=True),
-    Profile("reproducible", ("-O2", "-ffp-contract=off"), split=True),
-    Profile("quick", ("-O0", "-ffp-contract=off")),
-    Profile("instant", _INSTANT, on_tape=True, short_runs="", successor=_SUCCESSOR, other_numbers=False),
+    CompilerProfile("fast", _FAST, native=True, split=True),
+    CompilerProfile("reproducible", ("-O2", "-ffp-contract=off"), split=True),
+    CompilerProfile("quick", ("-O0", "-ffp-contract=off")),
+    CompilerProfile("instant", _INSTANT, on_tape=True, short_runs="", successor=_SUCCESSOR, other_numbers=False),
 )
 PROFILES = {row.name: row for row in _ROWS}
 
@@ -165,7 +165,7 @@ def run_seconds_on_tape(functions: Sequence[Mapping[str, Any]], steps: float) ->
     return _ON_TAPE + _OF_TAPE * operations + 2.0 * steps * _EVALUATED * evaluated
 
 
-def profile(name: str) -> Profile:
+def profile(name: str) -> CompilerProfile:
     """Return a profile by name. Raises ToolchainError with the known names."""
     if name not in PROFILES:
         where = f"environment variable {PROFILE_VARIABLE}" if name == os.environ.get(PROFILE_VARIABLE) else ""

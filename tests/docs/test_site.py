@@ -92,7 +92,7 @@ WITHOUT_PAGE = {
         "eomgen.integrators.families.needs.SystemRequirement",
         "eomgen.integrators.step_work.Work",
         "eomgen.mechanics.tree.links.Mount",
-        "eomgen.scene.bodies.beam_schema.Beam",
+        "eomgen.scene.bodies.beam_schema.BeamEntry",
         "eomgen.scene.bodies.cosserat.SectionMoments",
         "eomgen.scene.reading.report.Report",
         "eomgen.scene.reading.requirements.Row",

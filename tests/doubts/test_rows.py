@@ -422,7 +422,7 @@ def quantised(span: float, values: int) -> Change:
 
 def steep(share: float, sign: float) -> tuple[Change, ...]:
     """Give a velocity that falls from 1 to -1 a law with a jump at 0, as a part of its change within the step."""
-    rates = object.__new__(fastest_rates._Rates)
+    rates = object.__new__(fastest_rates._RateSearch)
     step = np.array([[1.0], [-1.0]])
     states = SimpleNamespace(v=step, t=np.array([0.0, 0.05]))
     run = SimpleNamespace(settings={"step": 1.0})

@@ -11,7 +11,7 @@ import pytest
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import describe, joint_factors
 from eomgen.products.linear.freedom import Measures, Partials, freedom
-from eomgen.products.linear.linearization import Linearization, Names, Reference
+from eomgen.products.linear.linearization import Linearization, LinearNames, Reference
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.system.description import BASE
@@ -38,7 +38,7 @@ def linear(scene: Scene, system: System, state: dict[str, Array]) -> Linearizati
     names = [f"{factor.name}.{k}" for factor in joint_factors(scene) for k in range(factor.v_size)]
     outputs = tuple(f"{item.name}.{k}" for item in scene.outputs for k in range(len(item.values)))
     said = describe(scene)
-    known = Names(tuple(names), tuple(names), (), said.driven, said.disturbances, outputs)
+    known = LinearNames(tuple(names), tuple(names), (), said.driven, said.disturbances, outputs)
     partials = Partials.of(blocks, len(known.inputs), len(known.disturbances), len(outputs), system.holonomic)
     v, a = state["v"][0], state["a"][0]
     if scene.coordinates == "absolute":

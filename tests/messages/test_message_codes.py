@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import eomgen
-from eomgen.base.message_codes import CODE, EXAMPLES, Row, code_of_finding, codes, messages, rows, sources
+from eomgen.base.message_codes import CODE, EXAMPLES, MessageRow, code_of_finding, codes, messages, rows, sources
 from eomgen.cli import main
 from eomgen.cli.explain import (
     examples,
@@ -69,7 +69,7 @@ def test_each_code_has_one_meaning() -> None:
         assert shared or len(patterns) == 1, f"{code} stands for different messages: {patterns}"
 
 
-def rows_of(folder: Path, source: str) -> tuple[Row, ...]:
+def rows_of(folder: Path, source: str) -> tuple[MessageRow, ...]:
     """Return the rows of a package of one module, in a new folder, without codes of kinds."""
     package = folder / "eomgen"
     package.mkdir(parents=True)
@@ -80,7 +80,7 @@ def rows_of(folder: Path, source: str) -> tuple[Row, ...]:
 def test_rows_follow_from_the_source(tmp_path: Path) -> None:
     narrow = 'raise ModelError(Problem(place, f"the gate of {width:.3g} m is narrow [E0011]", "a wider gate"))'
     assert rows_of(tmp_path / "narrow", narrow) == (
-        Row("E0011", "m", "gates", "the gate of {} m is narrow", "a wider gate"),
+        MessageRow("E0011", "m", "gates", "the gate of {} m is narrow", "a wider gate"),
     )
     source = """
 def gate(place):
@@ -98,11 +98,11 @@ def other(place):
 ROWS = (Check("stopped [W0012]", stopped),)
 """
     assert rows_of(tmp_path / "several", source) == (
-        Row("E0012", "u", "gates", "no hinge", "a hinge of {}"),
-        Row("E0013", "u", "gates", "a gate {} {} without a {}", "a hinge of {}"),
-        Row("E0014", "u", "gates", "low", ""),
-        Row("W0011", "w", "gates", "rusty", ""),
-        Row("W0012", "r", "gates", "stopped", ""),
+        MessageRow("E0012", "u", "gates", "no hinge", "a hinge of {}"),
+        MessageRow("E0013", "u", "gates", "a gate {} {} without a {}", "a hinge of {}"),
+        MessageRow("E0014", "u", "gates", "low", ""),
+        MessageRow("W0011", "w", "gates", "rusty", ""),
+        MessageRow("W0012", "r", "gates", "stopped", ""),
     )
 
 

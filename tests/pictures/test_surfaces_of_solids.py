@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from eomgen.products.pictures.solids import Part, _is_closed, drawn_shape, parts_of
+from eomgen.products.pictures.solids import SolidPart, _is_closed, drawn_shape, parts_of
 from eomgen.system.description import Shape
 
 #: Area of a polygon of 30 corners in a circle of radius 1.
 POLYGON = 15.0 * np.sin(2.0 * np.pi / 30.0)
 
 
-def volume(part: Part) -> float:
+def volume(part: SolidPart) -> float:
     """Return the volume of faces of any number of corners, counterclockwise from outside."""
     total = 0.0
     for face in part.faces:
@@ -108,7 +108,7 @@ def test_a_wheel_is_a_tyre_with_spokes_and_a_rim_between_them() -> None:
     assert np.hypot(*rims[:, :2].T) == pytest.approx(1.32)
 
 
-def angle_of(part: Part, face: Sequence[int]) -> float:
+def angle_of(part: SolidPart, face: Sequence[int]) -> float:
     x, y, _ = part.vertices[list(face)].mean(axis=0)
     return float(np.degrees(np.arctan2(y, x)))
 
@@ -132,7 +132,7 @@ TETRAHEDRON = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
 )
 def test_meshes_keep_their_outside_when_they_are_mirrored(scale: tuple[float, ...], sign: float) -> None:
     (part,) = drawn_shape(mesh(TETRAHEDRON), scale, (1.0, 2.0, 3.0))
-    drawn = Part(np.array(part["vertices"]) - [1.0, 2.0, 3.0], part["faces"])
+    drawn = SolidPart(np.array(part["vertices"]) - [1.0, 2.0, 3.0], part["faces"])
     size = abs(np.prod(np.array(scale))) ** (3 // len(scale))
     assert volume(drawn) == pytest.approx(size / 6.0, rel=1e-5)
     assert (part["faces"] == TETRAHEDRON) == (sign > 0.0)

@@ -14,11 +14,11 @@ from eomgen.products.reliability.random_processes.covariance import (
     Covariance,
     CovarianceTable,
     DampedCosine,
+    DensityTable,
     Exponential,
     KanaiTajimi,
     Oscillator,
     RoadProfile,
-    SpectrumTable,
     SquaredExponential,
 )
 
@@ -33,7 +33,7 @@ PAIRS: dict[str, tuple[Covariance, float, float]] = {
     "band": (Band(1.5, 0.3, 2.2), 0.3, 2.2),
     "road": (RoadProfile("C"), 0.011, 2.83),
     "table of a spectrum": (
-        SpectrumTable(np.array([0.1, 0.5, 1.0, 2.5]), np.array([0.0, 2.0, 0.5, 1.0])), 0.1, 2.5,
+        DensityTable(np.array([0.1, 0.5, 1.0, 2.5]), np.array([0.0, 2.0, 0.5, 1.0])), 0.1, 2.5,
     ),
 }  # fmt: skip  # a table
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
-from eomgen.products.reliability.tails.quadratic_form import Expansion
+from eomgen.products.reliability.tails.quadratic_form import ResponseExpansion
 
 ZETA, FORCE, SPAN, NODES, VARIABLES = 0.1, 0.5, 15.0, 301, 21
 
@@ -59,7 +59,7 @@ class Duffing:
         found = self.expansion(point)
         return found.value, found.gradient
 
-    def expansion(self, point: Array) -> Expansion:
+    def expansion(self, point: Array) -> ResponseExpansion:
         h, last, one = self.step, self.last, np.eye(2)
         q = np.array(self.trajectories(point[None])[:, 0], dtype=float)
         slope = 2.0 * FORCE * self.depth * (1.0 + self.depth * self.modes @ point)[:, None] * self.modes
@@ -83,4 +83,4 @@ class Duffing:
         forced = 2.0 * FORCE * self.depth**2 * weights
         hessian = np.einsum("n,ni,nj->ij", bent, tangents[:, 0], tangents[:, 0])
         hessian += np.einsum("n,ni,nj->ij", forced, self.modes, self.modes)
-        return Expansion(float(q[last]), weights @ slope, hessian)
+        return ResponseExpansion(float(q[last]), weights @ slope, hessian)

@@ -10,7 +10,7 @@ from eomgen.base.arrays import Array
 from eomgen.errors import NumericalError
 from eomgen.products.reliability.tails.distribution import Draws, corrected_tail, far_branches, steepest_descent
 from eomgen.products.reliability.tails.most_probable_point import JUMPING, points_on_curve
-from eomgen.products.reliability.tails.quadratic_form import Expansion, QuadraticForm
+from eomgen.products.reliability.tails.quadratic_form import QuadraticForm, ResponseExpansion
 
 
 def monotonic(points: Array) -> tuple[Array]:
@@ -76,9 +76,9 @@ class Kinked:
         slope = self.jumps * np.sign(point[1] - 0.05)
         return float(self.values(point[None])[0]), np.array([1.0, slope])
 
-    def expansion(self, point: Array) -> Expansion:
+    def expansion(self, point: Array) -> ResponseExpansion:
         value, gradient = self.gradient(point)
-        return Expansion(value, gradient, np.zeros((2, 2)))
+        return ResponseExpansion(value, gradient, np.zeros((2, 2)))
 
 
 def test_a_curve_that_ends_at_a_kink_says_that_the_gradient_jumps() -> None:

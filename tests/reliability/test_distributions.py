@@ -11,7 +11,7 @@ from scipy import optimize, stats
 
 from eomgen.products.reliability.tails.distribution import Draws
 from eomgen.products.reliability.tails.most_probable_point import JUMPING, MostProbablePoint, UnreachedThreshold
-from eomgen.products.reliability.tails.quadratic_form import Expansion, QuadraticForm
+from eomgen.products.reliability.tails.quadratic_form import QuadraticForm, ResponseExpansion
 from eomgen.products.reliability.vibration import distributions as under_test
 from eomgen.products.reliability.vibration.result import Distribution
 
@@ -23,7 +23,7 @@ def plane_point(threshold: float) -> MostProbablePoint:
     """Return the most probable point of y = 1 + 2 z_0 in the plane: P(y > threshold) is that of a normal variable."""
     point = np.array([0.5 * (threshold - 1.0), 0.0])
     multiplier = -1.0 if threshold > 1.0 else 1.0
-    return MostProbablePoint(threshold, point, multiplier, Expansion(threshold, GRADIENT, np.zeros((2, 2))), 1)
+    return MostProbablePoint(threshold, point, multiplier, ResponseExpansion(threshold, GRADIENT, np.zeros((2, 2))), 1)
 
 
 THRESHOLDS = np.array([-5.0, 0.0, 1.5, 4.0, 8.0])
@@ -64,7 +64,7 @@ def test_corrections_by_samples_are_within_their_bounds(cubic: float) -> None:
     for threshold in THRESHOLDS:
         root = optimize.brentq(lambda z, c=threshold: float(y(np.array([z]))) - c, -9.0, 9.0)
         gradient, hessian = np.array([2.0 + 3.0 * cubic * root**2, 0.0]), np.diag([6.0 * cubic * root, 0.0])
-        expansion = Expansion(threshold, gradient, hessian)
+        expansion = ResponseExpansion(threshold, gradient, hessian)
         points.append(MostProbablePoint(threshold, np.array([root, 0.0]), -np.sign(root), expansion, 1))
     response: Any = SimpleNamespace(values=y)
     about_mean = Draws(lambda z: (y(z),), np.zeros(2), 5)

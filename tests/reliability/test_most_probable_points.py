@@ -18,9 +18,9 @@ from eomgen.products.reliability.tails.most_probable_point import (
     points_on_curve,
 )
 from eomgen.products.reliability.tails.quadratic_form import (
-    Expansion,
     ProjectedResponse,
     Response,
+    ResponseExpansion,
     hermite_projection,
     leading_directions,
     projected_hessian,
@@ -47,7 +47,7 @@ class CountedResponse:
         self.sloped += 1
         return self.response.gradient(point)
 
-    def expansion(self, point: Array) -> Expansion:
+    def expansion(self, point: Array) -> ResponseExpansion:
         self.expanded += 1
         return self.response.expansion(point)
 
@@ -60,15 +60,15 @@ class Formula:
     def __init__(self, kind: str) -> None:
         self.kind = kind
 
-    def expansion(self, point: Array) -> Expansion:
+    def expansion(self, point: Array) -> ResponseExpansion:
         x, y = point
         if self.kind == "two valleys":  # x^2 reaches 9 at x = 3 and x = -3; the slope makes one of them nearer
-            return Expansion(x * x + 0.05 * x, np.array([2.0 * x + 0.05, 0.0]), np.diag([2.0, 0.0]))
+            return ResponseExpansion(x * x + 0.05 * x, np.array([2.0 * x + 0.05, 0.0]), np.diag([2.0, 0.0]))
         if self.kind == "bounded":
             bend = 1.0 / np.cosh(x) ** 2
-            return Expansion(np.tanh(x), np.array([bend, 0.0]), np.diag([-2.0 * np.tanh(x) * bend, 0.0]))
+            return ResponseExpansion(np.tanh(x), np.array([bend, 0.0]), np.diag([-2.0 * np.tanh(x) * bend, 0.0]))
         if self.kind == "flat":
-            return Expansion(x * x + y * y, np.array([2.0 * x, 2.0 * y]), 2.0 * np.eye(2))
+            return ResponseExpansion(x * x + y * y, np.array([2.0 * x, 2.0 * y]), 2.0 * np.eye(2))
         raise ValueError(self.kind)
 
     def gradient(self, point: Array) -> tuple[float, Array]:
@@ -160,9 +160,9 @@ def test_curvatures_of_a_circle_give_its_known_probability() -> None:
     """P(z1 + c z2^2 / 2 > b): curvature -c; Breitung's (1 + b c')^(-1/2), exact as b grows."""
 
     class Parabola(Formula):
-        def expansion(self, point: Array) -> Expansion:
+        def expansion(self, point: Array) -> ResponseExpansion:
             x, y = point
-            return Expansion(x - 0.2 * y * y, np.array([1.0, -0.4 * y]), np.diag([0.0, -0.4]))
+            return ResponseExpansion(x - 0.2 * y * y, np.array([1.0, -0.4 * y]), np.diag([0.0, -0.4]))
 
     (found,) = most_probable_points(Parabola(""), [4.0])
     np.testing.assert_allclose(found.curvatures, [0.4], rtol=1e-12)
@@ -175,9 +175,9 @@ def test_curvatures_of_a_circle_give_its_known_probability() -> None:
 
 def test_a_point_with_nearer_ones_beside_it_is_none() -> None:
     class Bowl(Formula):  # x + y^2 / 2 = 2 is nearer to the mean beside (2, 0), at (1, sqrt 2)
-        def expansion(self, point: Array) -> Expansion:
+        def expansion(self, point: Array) -> ResponseExpansion:
             x, y = point
-            return Expansion(x + 0.5 * y * y, np.array([1.0, y]), np.diag([0.0, 1.0]))
+            return ResponseExpansion(x + 0.5 * y * y, np.array([1.0, y]), np.diag([0.0, 1.0]))
 
     (near, far) = most_probable_points(Bowl(""), [0.5, 2.0])
     assert near.nearest and not far.nearest
@@ -186,9 +186,9 @@ def test_a_point_with_nearer_ones_beside_it_is_none() -> None:
 
 def test_a_valley_far_behind_is_no_rival() -> None:
     class Steep(Formula):  # x^2 + 3 x = 9 at 1.85 and -4.85
-        def expansion(self, point: Array) -> Expansion:
+        def expansion(self, point: Array) -> ResponseExpansion:
             x, _ = point
-            return Expansion(x * x + 3.0 * x, np.array([2.0 * x + 3.0, 0.0]), np.diag([2.0, 0.0]))
+            return ResponseExpansion(x * x + 3.0 * x, np.array([2.0 * x + 3.0, 0.0]), np.diag([2.0, 0.0]))
 
     (found,) = most_probable_points(Steep(""), [9.0])
     assert found.index == pytest.approx(-1.5 + np.sqrt(11.25), rel=1e-9)
@@ -279,11 +279,11 @@ class Turned:
         self.slope = random.standard_normal(30)
         self.multiplied = 0
 
-    def expansion(self, point: Array) -> Expansion:
+    def expansion(self, point: Array) -> ResponseExpansion:
         along = self.bending.T @ point
         value = self.slope @ point + np.cos(along).sum()
         hessian = -(self.bending * np.cos(along)) @ self.bending.T
-        return Expansion(float(value), self.slope - self.bending @ np.sin(along), hessian)
+        return ResponseExpansion(float(value), self.slope - self.bending @ np.sin(along), hessian)
 
     def gradient(self, point: Array) -> tuple[float, Array]:
         found = self.expansion(point)

@@ -11,7 +11,7 @@ from scipy import integrate, special
 from eomgen.base.arrays import Array
 from eomgen.products.reliability.tails.distribution import Draws
 from eomgen.products.reliability.tails.most_probable_point import draws_about, points_on_curve, searched_points
-from eomgen.products.reliability.tails.quadratic_form import Expansion
+from eomgen.products.reliability.tails.quadratic_form import ResponseExpansion
 from eomgen.products.reliability.vibration.distributions import at_points, correct_by_samples, further_points, spread
 from eomgen.products.reliability.vibration.result import Distribution
 
@@ -29,10 +29,10 @@ class Response:
         ahead, behind = self.values(point + steps), self.values(point - steps)
         return float(self.values(point[None])[0]), (ahead - behind) / 2e-6
 
-    def expansion(self, point: Array) -> Expansion:
+    def expansion(self, point: Array) -> ResponseExpansion:
         steps = 1e-4 * np.eye(self.size)
         rows = [(self.gradient(point + one)[1] - self.gradient(point - one)[1]) / 2e-4 for one in steps]
-        return Expansion(*self.gradient(point), 0.5 * (np.array(rows) + np.array(rows).T))
+        return ResponseExpansion(*self.gradient(point), 0.5 * (np.array(rows) + np.array(rows).T))
 
 
 def product_above(threshold: float) -> float:

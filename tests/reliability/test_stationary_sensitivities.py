@@ -9,7 +9,7 @@ import pytest
 
 import eomgen
 from eomgen.base.arrays import Array
-from eomgen.products.derivatives.equations import Equations
+from eomgen.products.derivatives.equations import StepEquations
 from eomgen.products.derivatives.stationary_run import StationaryRun
 
 PUSHED = ("push_z1", "push_z2", "push_z3", "push_z4")
@@ -106,9 +106,9 @@ def test_the_hessian_takes_directions_that_bend_something_and_no_others(monkeypa
     """Of a linear scene it is zero, and takes no matrix of all parameters at all steps; of one that parameters alone
     bend it is the sum over the rows."""
     asked: list[int] = []
-    original = Equations.second_partials
+    original = StepEquations.second_partials
 
-    def counted(self: Equations, values: Any, multipliers: Array, along: Array, *more: Any) -> Array:
+    def counted(self: StepEquations, values: Any, multipliers: Array, along: Array, *more: Any) -> Array:
         asked.extend(along.shape[2:] if len(along) > 1 else ())  # one row is the start's
         return original(self, values, multipliers, along, *more)
 
@@ -125,7 +125,7 @@ def test_the_hessian_takes_directions_that_bend_something_and_no_others(monkeypa
         expected = hessian_at(scene, "x", 1.5)
         asked.clear()
         with monkeypatch.context() as patch:
-            patch.setattr(Equations, "second_partials", counted)
+            patch.setattr(StepEquations, "second_partials", counted)
             exact = still.hessian(0, 30)
         assert asked == directions
         np.testing.assert_allclose(exact, expected, rtol=0, atol=1e-13 * max(1.0, float(np.abs(expected).max())))

@@ -15,7 +15,7 @@ from scipy.io import netcdf_file
 
 import eomgen
 from eomgen.errors import DescriptionError, ModelError
-from eomgen.products.maps.surface import Surface
+from eomgen.products.maps.surface import MapSurface
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
@@ -69,7 +69,7 @@ def test_surfaces_are_products_of_splines_along_both_axes(*, turned: bool) -> No
     expected = np.array(
         [natural(Y, row[:, None], np.array([place]))[0, 0] for row, place in zip(along, y, strict=True)]
     )
-    surface = Surface("s", Y, X, VALUES.T) if turned else Surface("s", X, Y, VALUES)
+    surface = MapSurface("s", Y, X, VALUES.T) if turned else MapSurface("s", X, Y, VALUES)
     given = (y, x) if turned else (x, y)
     assert len(surface.terms) == len(Y)
     assert np.abs(surface.value("map", 0, *given) - expected).max() < 1e-12
@@ -78,22 +78,22 @@ def test_surfaces_are_products_of_splines_along_both_axes(*, turned: bool) -> No
 def test_linear_maps_are_bilinear() -> None:
     rng = np.random.default_rng(4)
     places = np.stack([rng.uniform(-10.0, 10.0, 50), rng.uniform(-2.0, 2.0, 50)], axis=1)
-    surface = Surface("s", X, Y, VALUES, "linear")
+    surface = MapSurface("s", X, Y, VALUES, "linear")
     expected = RegularGridInterpolator((X, Y), VALUES)(places)
     assert np.abs(surface.value("map", 0, *places.T) - expected).max() < 1e-13
 
 
 def test_beyond_the_grid_values_are_held_or_none() -> None:
-    held = Surface("s", X, Y, VALUES, outside="hold")
+    held = MapSurface("s", X, Y, VALUES, outside="hold")
     assert held.value("map", 0, 50.0, 9.0) == pytest.approx(VALUES[-1, -1], abs=1e-14)
-    assert np.isnan(Surface("s", X, Y, VALUES).value("map", 0, 50.0, 0.0))
+    assert np.isnan(MapSurface("s", X, Y, VALUES).value("map", 0, 50.0, 0.0))
 
 
 @pytest.mark.slow
 def test_motions_and_partials_follow_the_map() -> None:
     built = eomgen.build(eomgen.load(scene()), profile="quick")
     run = built.simulate(2.0)
-    surface = Surface("s", X, Y, VALUES, outside="hold")
+    surface = MapSurface("s", X, Y, VALUES, outside="hold")
 
     def rates(t: float, state: np.ndarray) -> list[float]:
         return [state[1], -float(surface.value("map", 0, state[1], 0.5 * state[0]))]

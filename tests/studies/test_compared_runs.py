@@ -16,12 +16,12 @@ from eomgen.products.studies.ladders import register, study
 from eomgen.products.studies.work_precision.formulations import _apart
 from eomgen.products.studies.work_precision.observation import Observation, errors, known_errors, with_arrays
 from eomgen.products.studies.work_precision.reference import _extrapolate
-from eomgen.simulation.accuracy.motion_size import Components
+from eomgen.simulation.accuracy.motion_size import RunNames
 from eomgen.simulation.judgement.invariants import _is_pulse
 
 FACTORS = (Factor("SE3", "base", 0, 7, 0, 6), Factor("R", "hinge", 7, 1, 6, 1), Factor("R", "slide", 8, 1, 7, 1))
 UNITS = ("1",) * 4 + ("m",) * 3 + ("rad", "m")
-NAMES = Components(
+NAMES = RunNames(
     FACTORS, ("q.base",) * 7 + ("q.hinge", "q.slide"), UNITS, ("rad/s",) * 3 + ("m/s",) * 3 + ("rad/s", "m/s"),
     ("z.level", "z.flow"), ("V", "A"), {"tip": "m", "load": "N"},
 )  # fmt: skip

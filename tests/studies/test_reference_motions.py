@@ -14,7 +14,7 @@ from eomgen.products.studies.tuning import judge as under_test
 from eomgen.products.studies.tuning.judge import Condition, Demand, Judge, under, verify
 from eomgen.products.studies.work_precision.observation import ErrorSize, Observation
 from eomgen.products.studies.work_precision.running import REACHED, ComparedRun
-from eomgen.simulation.accuracy.motion_size import Components
+from eomgen.simulation.accuracy.motion_size import RunNames
 
 T = np.linspace(0.0, 1.0, 11)
 ROW = 0.1
@@ -24,7 +24,7 @@ def motion(error: float) -> Observation:
     """Return a motion of one coordinate from 0 to 1, wrong by a part at its end."""
     q = (T * (1.0 + error * T))[:, None]
     factors = (Factor("R", "slide", 0, 1, 0, 1),)
-    names = Components(factors, ("q.slide",), ("m",), ("m/s",), (), (), {})
+    names = RunNames(factors, ("q.slide",), ("m",), ("m/s",), (), (), {})
     none = np.zeros((11, 0))
     return Observation(T, q, np.ones((11, 1)), none, none, names, (), {}, {}, {})
 

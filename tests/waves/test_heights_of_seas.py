@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from eomgen.errors import UsageError
-from eomgen.formula.nodes import Quantity
+from eomgen.formula.nodes import EntryQuantity
 from eomgen.scene.load import from_data
 from eomgen.waves import Components, Jonswap, Sea, Spreading, discretized, divided
 
@@ -137,7 +137,7 @@ def test_steep_waves_of_first_order_are_noted(steepness: float, depth: float | N
     notes = [note for note in scene.notes if "first order" in note]
     assert len(notes) == (percent > 0)
     (elevation,) = from_data(_scene(sea | {"order": 2})).outputs[0].values
-    assert isinstance(elevation, Quantity)
+    assert isinstance(elevation, EntryQuantity)
     bound = elevation.item.components[-1].amplitude
     if percent:
         assert f"has crests that are {percent} % too low, and troughs as much too deep: order = 2" in notes[0]

@@ -18,7 +18,7 @@ from eomgen.base.arrays import Array
 from eomgen.compiled.arguments import Requirements
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.evaluate import evaluate_batch
-from eomgen.formula.nodes import Formula, Quantity, Symbol, infix
+from eomgen.formula.nodes import EntryQuantity, Formula, Symbol, infix
 from eomgen.formula.prescribed_motion import smooth
 from eomgen.formula.recording import record
 from eomgen.mechanics.describe import describe
@@ -81,7 +81,7 @@ def _sea(**changes: Any) -> WaveField:
 def _waves(scene: Scene) -> WaveField:
     """Return the waves in the first output of a scene."""
     quantity = scene.outputs[0].values[0]
-    assert isinstance(quantity, Quantity) and isinstance(quantity.item, WaveField)
+    assert isinstance(quantity, EntryQuantity) and isinstance(quantity.item, WaveField)
     return quantity.item
 
 

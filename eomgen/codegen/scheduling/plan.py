@@ -9,7 +9,7 @@ from typing import cast
 
 from eomgen.codegen.scheduling.paragraphs import reorder
 from eomgen.codegen.scheduling.rerolling import ARITY, RerolledLoop, operands
-from eomgen.codegen.scheduling.sharing import Stretch, find_stretches
+from eomgen.codegen.scheduling.sharing import Occurrence, find_stretches
 from eomgen.symbolic.map import Map
 from eomgen.symbolic.operations import LEAVES, Op
 from eomgen.symbolic.tape import ZERO, Ref, Tape
@@ -88,7 +88,7 @@ class Plan:
         self.stores: dict[int, list[tuple[int, int, int]]] = {}
         self._count_stores(outputs)
 
-    def _share(self, outputs: Sequence[Sequence[Ref]], *, share: bool) -> dict[int, Stretch]:
+    def _share(self, outputs: Sequence[Sequence[Ref]], *, share: bool) -> dict[int, Occurrence]:
         """Return the shared stretches by their first operation: none in functions with loops."""
         if self.loops or self.added or not share:
             return {}

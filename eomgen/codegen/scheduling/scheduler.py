@@ -30,7 +30,7 @@ from eomgen.codegen.scheduling.rerolling import (
     runs,
 )
 from eomgen.codegen.scheduling.roles import Roles
-from eomgen.codegen.scheduling.sharing import NUMBER, Stretch
+from eomgen.codegen.scheduling.sharing import NUMBER, Occurrence
 from eomgen.codegen.scheduling.stretches import repeat_statements
 from eomgen.symbolic.external import Call
 from eomgen.symbolic.map import Map
@@ -290,7 +290,7 @@ class LoopWriter(Writer):
         self.ends.setdefault(max(self.last_reads.get(node, 0), self.step), []).append(slot)
         return slot
 
-    def _share(self, stretch: Stretch) -> None:
+    def _share(self, stretch: Occurrence) -> None:
         """Call a shared stretch; results stay in the workspace, some as negatives."""
         number = self._text_of(stretch)
         places = tuple([self.slot(node) for node in stretch.reads])
@@ -303,7 +303,7 @@ class LoopWriter(Writer):
             self.expressions[node] = ("w", slot) if sign > 0 else ("neg", ("w", slot))
         self._store_all(stretch.left)
 
-    def _text_of(self, stretch: Stretch) -> int:
+    def _text_of(self, stretch: Occurrence) -> int:
         """Return the number of the text of a stretch in the Program; equal texts are one."""
         body = stretch.body
         if id(body) not in self.bodies:

@@ -62,7 +62,7 @@ class SharedBody:
 
 
 @dataclass(frozen=True)
-class Stretch:
+class Occurrence:
     """An occurrence of a body.
 
     Attributes
@@ -87,7 +87,7 @@ class Stretch:
     numbers: tuple[float, ...]
 
 
-def find_stretches(tape: Tape, live: Sequence[int], outputs: Sequence[Sequence[Ref]]) -> list[Stretch]:
+def find_stretches(tape: Tape, live: Sequence[int], outputs: Sequence[Sequence[Ref]]) -> list[Occurrence]:
     """Return the occurrences of shared stretches of a function, or none if these reduce the text too little.
 
     Parameters
@@ -97,7 +97,7 @@ def find_stretches(tape: Tape, live: Sequence[int], outputs: Sequence[Sequence[R
     """
     if len(live) < SHARE_FROM:
         return []
-    search = _Search(tape, live)
+    search = _RepeatSearch(tape, live)
     groups = search.groups()
     if sum((len(starts) - 1) * length for length, starts in groups) < (1.0 - SHARED_PART) * len(live):
         return []
@@ -107,7 +107,7 @@ def find_stretches(tape: Tape, live: Sequence[int], outputs: Sequence[Sequence[R
 # -- repeats ----------------------------------------------------------------------------------------------------------
 
 
-class _Search:
+class _RepeatSearch:
     """Repeats in a sequence of operations."""
 
     def __init__(self, tape: Tape, live: Sequence[int]) -> None:
@@ -360,7 +360,7 @@ class _Signs:
         for group, offsets in zip(self.groups, exported, strict=True):
             group.exports = sorted(offsets)
 
-    def stretches(self) -> list[Stretch]:
+    def stretches(self) -> list[Occurrence]:
         """Return all occurrences in the order of the tape."""
         order = sorted(
             (self.position[nodes[0]], number, occurrence)
@@ -456,9 +456,9 @@ class _Signs:
                 flips[offset, operand] = 1
         return 0
 
-    def _make_stretches(self, group: _Group) -> list[Stretch]:
+    def _make_stretches(self, group: _Group) -> list[Occurrence]:
         """Return the occurrences of a group, with one body."""
-        recorder = _Recorder(self.tape, group, self.negative)
+        recorder = _BodyRecorder(self.tape, group, self.negative)
         known = recorder.record()
         stores, left = self._stores(group)
         exports = sorted({*group.exports, *(offset for items in left for offset, _ in items)})
@@ -468,7 +468,7 @@ class _Signs:
             tuple((output, known[offset] if sign > 0 else -known[offset]) for offset, output, sign, _ in stores),
         )
         return [
-            Stretch(
+            Occurrence(
                 body,
                 tuple(nodes),
                 tuple(column[k] for column in group.columns),
@@ -512,7 +512,7 @@ def _terms(tape: Tape, node: int) -> list[Ref]:
     return taken
 
 
-class _Recorder:
+class _BodyRecorder:
     """Records the body of a group from the first occurrence.
 
     Attributes

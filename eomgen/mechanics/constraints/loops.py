@@ -132,7 +132,7 @@ class _JointKind:
         self.numbers = columns
         self.count = len(members) * len(self._record_kernel([])[1])
 
-    def _record_kernel(self, more: Sequence[Sequence[Scalar]]) -> tuple[LoopInputs, list[ConstraintRow], _Kernel]:
+    def _record_kernel(self, more: Sequence[Sequence[Scalar]]) -> tuple[LoopInputs, list[ConstraintRow], _LoopKernel]:
         """Return the inputs of a new kernel, the equations of a joint in it, and the further ``more`` numbers of each
         joint with the frames."""
         algebra = Algebra(Tape())
@@ -147,7 +147,7 @@ class _JointKind:
         pair = _pair(algebra, (first, second), frames, still)
         end = start + 2 * _FRAME
         rows = rows_of_pair(_KernelSymbols(algebra, numbers[end]), self.members[0].item, pair).holonomic
-        return inputs, rows, _Kernel(algebra, (first, second), still, numbers[end + 1 :])
+        return inputs, rows, _LoopKernel(algebra, (first, second), still, numbers[end + 1 :])
 
     def rows(self) -> dict[int, list[ConstraintRow]]:
         """Return the equations of each joint, by place among the constraints."""
@@ -215,7 +215,7 @@ class _JointKind:
 
 
 @dataclass(frozen=True)
-class _Kernel:
+class _LoopKernel:
     """The poses of two links, which links are base or world (``still``), and ``more`` numbers, in a kernel."""
 
     algebra: Algebra

@@ -241,7 +241,7 @@ def _screw_residual(quantities: Quantities, item: Constraint, pair: FramePair, l
 
 
 @dataclass(frozen=True)
-class Contact:
+class RollingContact:
     """Contact of a rolling or sliding body, in the axes of the pair: ``point`` on the body, surface ``tangents`` and
     normal, and ``height`` (m) of the point above the surface along the normal."""
 
@@ -250,14 +250,14 @@ class Contact:
     height: Scalar
 
 
-def _contact(quantities: Quantities, item: Constraint, pair: FramePair) -> Contact:
+def _contact(quantities: Quantities, item: Constraint, pair: FramePair) -> RollingContact:
     """Return the contact of a body with the first frame's plane, or with a surface over this plane."""
     if item.surface is not None:
         return _contact_with_surface(quantities, item, pair)
     normal = pair.first.axis(2)
     point = _lowest(quantities, item, normal, pair.second.origin, pair.second.axes)
     height = dot(minus(point, pair.first.origin), normal)
-    return Contact(point, (pair.first.axis(0), pair.first.axis(1)), height)
+    return RollingContact(point, (pair.first.axis(0), pair.first.axis(1)), height)
 
 
 def _lowest(quantities: Quantities, item: Constraint, normal: Vector, origin: Vector, axes: Matrix) -> Vector:
@@ -290,7 +290,7 @@ _STEPS_OF_SPHERES, _STEPS, _NEAR = (3, 3), (5, 4), 0.01
 _DIFFERENTIATED = 3
 
 
-def _contact_with_surface(quantities: Quantities, item: Constraint, pair: FramePair) -> Contact:
+def _contact_with_surface(quantities: Quantities, item: Constraint, pair: FramePair) -> RollingContact:
     """Return the contact of a body with a surface z = h(x, y) in the first frame.
 
     The place (x, y) of the contact is the place whose normal leads to the body's lowest point along this normal. A
@@ -324,7 +324,7 @@ def _contact_with_surface(quantities: Quantities, item: Constraint, pair: FrameP
         place = [place[0] - x, place[1] - y]
     height, *parts = _call(tape, final, [*place, *pose])
     point, first, second = (apply(axes, (parts[k], parts[k + 1], parts[k + 2])) for k in (0, 3, 6))
-    return Contact(plus(pair.first.origin, point), (first, second), touches * height)
+    return RollingContact(plus(pair.first.origin, point), (first, second), touches * height)
 
 
 #: Results of a function on a tape of its own.

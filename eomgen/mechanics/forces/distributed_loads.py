@@ -56,20 +56,20 @@ def add_local_load(loads: Loads, item: DistributedLoad, quantities: Quantities) 
         if mount.link >= 0:
             alike.setdefault((shape, load.node if is_carried(quantities, mount) else ""), []).append(load)
     for group in alike.values():
-        _Group(item, group, quantities).add(loads)
+        _LoadedNodes(item, group, quantities).add(loads)
 
 
 def wrenches_per_length(item: DistributedLoad, quantities: Quantities) -> list[list[Scalar]]:
     """Return moment and force per length on each node of a beam, (6,), in the axes of the node."""
     result: list[list[Scalar]] = []
     for load in item.nodes:
-        group = _Group(item, [load], quantities)
+        group = _LoadedNodes(item, [load], quantities)
         result.append(group.alone(load, quantities.algebra.one)[:6])
     return result
 
 
 @dataclass(frozen=True)
-class _Group:
+class _LoadedNodes:
     """Nodes with loads that differ in numbers alone."""
 
     item: DistributedLoad

@@ -146,7 +146,7 @@ def at_path(fields: Sequence[AccelerationField], position: Sequence[Vector], ord
 
 
 @dataclass(frozen=True)
-class Drive:
+class TreeDrive:
     """Motion that drives a tree.
 
     Attributes
@@ -162,7 +162,7 @@ class Drive:
 
 
 def inverse_dynamics_path(
-    tree: Tree, drive: Drive, loads: Sequence[Sequence[Wrench] | None], order: int
+    tree: Tree, drive: TreeDrive, loads: Sequence[Sequence[Wrench] | None], order: int
 ) -> list[list[Scalar]]:
     """Return tau, (nv,), and its time derivatives up to ``order``, without efforts.
 
@@ -192,14 +192,14 @@ def inverse_dynamics_path(
     ]
 
 
-def _efforts(link: Link, drive: Drive, load: Wrench, order: int) -> list[Scalar]:
+def _efforts(link: Link, drive: TreeDrive, load: Wrench, order: int) -> list[Scalar]:
     ratio = link.coordinates.ratio
     rates = [ratio * drive.velocities[dof][order + 1] for dof in link.dofs]
     works = project(link, load)
     return [work + rotor * rate for work, rotor, rate in zip(works, link.rotor_inertias, rates, strict=True)]
 
 
-def joint_path(link: Link, drive: Drive, order: int) -> tuple[Path, Path]:
+def joint_path(link: Link, drive: TreeDrive, order: int) -> tuple[Path, Path]:
     """Return the paths of angular and linear velocity across a joint, in child axes, up to ``order``."""
     algebra = Algebra(link.rotor_inertias[0].tape)
     turn, slide = [algebra.zero_vector] * (order + 1), [algebra.zero_vector] * (order + 1)
@@ -216,7 +216,7 @@ def position_path(link: Link, turn: Path, slide: Path, order: int) -> Path:
     return [link.position, *to_parent(link.rotation, turn, slide[:order])]
 
 
-def _fields(tree: Tree, drive: Drive, order: int) -> tuple[list[Path], list[list[AccelerationField]]]:
+def _fields(tree: Tree, drive: TreeDrive, order: int) -> tuple[list[Path], list[list[AccelerationField]]]:
     """Return the time derivatives of joint turns, and of the acceleration field of each link."""
     algebra = tree.algebra
     turns: list[Path] = []
@@ -247,7 +247,7 @@ def _fields(tree: Tree, drive: Drive, order: int) -> tuple[list[Path], list[list
     return turns, fields
 
 
-def _wrench_on_parent(link: Link, turn: Path, drive: Drive, loads: Sequence[Wrench]) -> list[Wrench]:
+def _wrench_on_parent(link: Link, turn: Path, drive: TreeDrive, loads: Sequence[Wrench]) -> list[Wrench]:
     """Return the wrench that a link passes on to its parent, with its time derivatives, in the parent's axes about the
     parent's origin.
 

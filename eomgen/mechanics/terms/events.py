@@ -164,7 +164,7 @@ class _Formulas(Protocol):
         ...
 
 
-class Sampled(Protocol):
+class SampledStates(Protocol):
     """States on a tape: of a whole scene, or of a controller alone."""
 
     @property
@@ -175,7 +175,7 @@ class Sampled(Protocol):
     def quantities(self) -> _Formulas: ...
 
 
-def samples(derivation: Sampled) -> list[Block]:
+def samples(derivation: SampledStates) -> list[Block]:
     """Return the values of all sampled states, should all be sampled now."""
     with derivation.tape.block("samples"):
         refs = tuple(derivation.quantities.formula(item.formula).ref for _, item in _sampled_states(derivation))
@@ -183,7 +183,7 @@ def samples(derivation: Sampled) -> list[Block]:
 
 
 def _asked_states(
-    derivation: Sampled, sampled: Mapping[int, Sampling], controllers: Mapping[str, int], refs: Sequence[Ref]
+    derivation: SampledStates, sampled: Mapping[int, Sampling], controllers: Mapping[str, int], refs: Sequence[Ref]
 ) -> dict[int, set[int]]:
     """Return the sampled states that the formula or the controller of each sampled state reads at the same time."""
     asked: dict[int, set[int]] = {}
@@ -200,7 +200,7 @@ def _asked_states(
     return asked
 
 
-def sample_rows(derivation: Sampled) -> tuple[SampleRow, ...]:
+def sample_rows(derivation: SampledStates) -> tuple[SampleRow, ...]:
     """Return the sampled states of a scene, in order.
 
     A formula that reads another state sampled at the same time takes that state's new value; for its own state and for
@@ -229,11 +229,11 @@ def sample_rows(derivation: Sampled) -> tuple[SampleRow, ...]:
     )
 
 
-def _sampled_states(derivation: Sampled) -> list[tuple[int, Sampling]]:
+def _sampled_states(derivation: SampledStates) -> list[tuple[int, Sampling]]:
     return [(k, state.sampling) for k, state in enumerate(derivation.scene.states) if state.sampling is not None]
 
 
-def _circle(derivation: Sampled, sampled: Mapping[int, Sampling], levels: Mapping[int, int]) -> Problem:
+def _circle(derivation: SampledStates, sampled: Mapping[int, Sampling], levels: Mapping[int, int]) -> Problem:
     left = [k for k in sampled if k not in levels]
     names = ", ".join(derivation.scene.states[k].name for k in left)
     fault = f"the sampled states {names} ask for each other's value at the same time [E0514]"

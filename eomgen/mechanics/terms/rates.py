@@ -12,7 +12,7 @@ from eomgen.mechanics.dynamics.elimination import solve_tree
 from eomgen.mechanics.kinematics.fields import Wrench
 from eomgen.mechanics.rates.closed_form import SystemMatrices, inverse_dynamics_closed, matrix_path
 from eomgen.mechanics.rates.jets import MotionJets, accelerations, base_twist
-from eomgen.mechanics.rates.recursion import Drive, Path, cross_path, in_rotating_axes, inverse_dynamics_path
+from eomgen.mechanics.rates.recursion import Path, TreeDrive, cross_path, in_rotating_axes, inverse_dynamics_path
 from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.terms.forward_dynamics import forward_blocks
 from eomgen.mechanics.terms.recorders import recorder
@@ -116,7 +116,7 @@ def inverse_dynamics_rates(derivation: Derivation, order: int, along: Sequence[S
     tree = derivation.grouped
     omega, acceleration = base_paths(derivation, order)
     loads, efforts = _applied_paths(derivation, order, along)
-    drive = Drive(velocity_paths(derivation, order, along), omega, acceleration)
+    drive = TreeDrive(velocity_paths(derivation, order, along), omega, acceleration)
     tau = inverse_dynamics_path(tree, drive, loads, order)
     return [[(tau[k][row] - efforts[row][k]).ref for k in range(order + 1)] for row in range(tree.nv)]
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.products.comparison.machine import AT_ORIGIN, Link, Loop, Machine, PlacedBody, Placement
+from eomgen.products.comparison.machine import AT_ORIGIN, Machine, MachineBody, MachineLink, MachineLoop, Placement
 from eomgen.products.comparison.report import Difference
 from eomgen.scene.inertia import Inertia, entries_of
 from eomgen.scene.joint_types import JOINTS
@@ -54,7 +54,7 @@ class Pairing:
         self.pairs = list(self.partner.items())
         self.aligned: dict[int, Placement] = {-1: AT_ORIGIN}
         self.length = _length(first) or _length(second) or 1.0
-        self._children: dict[int, list[tuple[Link, Link]]] = {}
+        self._children: dict[int, list[tuple[MachineLink, MachineLink]]] = {}
         for i, j in self.pairs:
             one, other = first.links[i], second.links[j]
             if self.same_parents(one, other):
@@ -75,7 +75,7 @@ class Pairing:
         """Whether the frames of all links are the same."""
         return all(self.near(place, AT_ORIGIN) for place in self.aligned.values())
 
-    def same_parents(self, one: Link, other: Link) -> bool:
+    def same_parents(self, one: MachineLink, other: MachineLink) -> bool:
         """Return whether two links have the same parent."""
         if one.parent < 0 or other.parent < 0:
             return one.parent == other.parent
@@ -128,7 +128,7 @@ class Pairing:
             return Difference(element, quantity, None, value, "", ("", self.second.place(element)))
         return Difference(element, quantity, value, None, "", (self.first.place(element), ""))
 
-    def misses(self, one: Link, other: Link, number: int, aligned: Placement) -> int:
+    def misses(self, one: MachineLink, other: MachineLink, number: int, aligned: Placement) -> int:
         """Count quantities of a link, and of the joints on the link, that differ with frames placed in this way."""
         moved = other.whole.transform(*aligned)
         count = int(not self.alike(one.whole, moved))
@@ -140,7 +140,7 @@ class Pairing:
         return count
 
 
-def _matched(first: Sequence[Link], second: Sequence[Link]) -> dict[int, int]:
+def _matched(first: Sequence[MachineLink], second: Sequence[MachineLink]) -> dict[int, int]:
     """Return for links of the first the numbers of the second's."""
     by_joint = {link.joint: number for number, link in enumerate(second)}
     result = {number: by_joint[link.joint] for number, link in enumerate(first) if link.joint in by_joint}
@@ -232,7 +232,7 @@ def _name(machine: Machine, number: int) -> str:
     return machine.links[number].body if number >= 0 else "base"
 
 
-def _placed(pairing: Pairing, number: int, one: Link, other: Link) -> Iterator[Difference]:
+def _placed(pairing: Pairing, number: int, one: MachineLink, other: MachineLink) -> Iterator[Difference]:
     """Yield differences of the place of a joint, and place the frames of the link."""
     carrier = pairing.aligned[one.parent]
     theirs = carrier.then(other.pose)
@@ -267,7 +267,7 @@ def _placed(pairing: Pairing, number: int, one: Link, other: Link) -> Iterator[D
     yield from _axes(pairing, one, other, pairing.aligned[number])
 
 
-def _axes(pairing: Pairing, one: Link, other: Link, aligned: Placement) -> Iterator[Difference]:
+def _axes(pairing: Pairing, one: MachineLink, other: MachineLink, aligned: Placement) -> Iterator[Difference]:
     """Yield differences of the axes of a joint, in the first's frame of the link."""
     for name in ("axis", "second_axis"):
         mine, theirs = getattr(one, name), getattr(other, name)
@@ -278,7 +278,7 @@ def _axes(pairing: Pairing, one: Link, other: Link, aligned: Placement) -> Itera
             yield pairing.difference((f"joints.{one.joint}", f"joints.{other.joint}"), name, mine, turned)
 
 
-def _weighed(pairing: Pairing, number: int, one: Link, other: Link) -> Iterator[Difference]:
+def _weighed(pairing: Pairing, number: int, one: MachineLink, other: MachineLink) -> Iterator[Difference]:
     """Yield differences of mass properties: body by body if both have the same bodies, else of the link."""
     aligned = pairing.aligned[number]
     carrying = {name for name, body in one.bodies.items() if _has_inertia(body.inertia)}
@@ -297,7 +297,7 @@ def _has_inertia(inertia: Inertia) -> bool:
 
 
 def _of_body(
-    pairing: Pairing, name: str, one: PlacedBody, other: PlacedBody, aligned: Placement
+    pairing: Pairing, name: str, one: MachineBody, other: MachineBody, aligned: Placement
 ) -> Iterator[Difference]:
     """Yield differences of a body on paired links, by the joint if only the placement differs, else by the inertia."""
     mine, theirs = one.in_link, other.in_link.transform(*aligned)
@@ -327,7 +327,7 @@ def _of_inertia(pairing: Pairing, names: tuple[str, str], one: Inertia, other: I
         yield pairing.difference(keys, "inertia", *values, "kg m^2")
 
 
-def _of_joint(pairing: Pairing, one: Link, other: Link) -> Iterator[Difference]:
+def _of_joint(pairing: Pairing, one: MachineLink, other: MachineLink) -> Iterator[Difference]:
     """Yield differences of the quantities of a joint that both readers know."""
     for quantity in one.numbers:
         if quantity not in other.numbers:
@@ -381,16 +381,16 @@ def _loops(pairing: Pairing) -> Iterator[Difference]:
         yield pairing.alone(f"constraints.{loop.name}", "constraint", loop.type, second=True)
 
 
-def _ends(loop: Loop) -> frozenset[int]:
+def _ends(loop: MachineLoop) -> frozenset[int]:
     return frozenset(end[0] for end in (loop.first, loop.second) if end is not None)
 
 
-def _joins(pairing: Pairing, loop: Loop) -> frozenset[int]:
+def _joins(pairing: Pairing, loop: MachineLoop) -> frozenset[int]:
     """Return the links of the second machine that a constraint of the first joins."""
     return frozenset(pairing.partner.get(number, -2) if number >= 0 else -1 for number in _ends(loop))
 
 
-def _loop(pairing: Pairing, loop: Loop, partner: Loop, keys: tuple[str, str]) -> Iterator[Difference]:
+def _loop(pairing: Pairing, loop: MachineLoop, partner: MachineLoop, keys: tuple[str, str]) -> Iterator[Difference]:
     """Yield differences of two constraints of one type, in the frames of the first machine."""
     if loop.first is not None and loop.second is not None and partner.first is not None and partner.second is not None:
         theirs = [partner.first, partner.second]

@@ -54,7 +54,7 @@ class Placement(NamedTuple):
 AT_ORIGIN = Placement(np.eye(3), np.zeros(3))
 
 
-class PlacedBody(NamedTuple):
+class MachineBody(NamedTuple):
     """A body of a link: mass properties in the body's frame, the place of this frame in the link, and the name of the
     fixed joint; empty for the body on the link's joint."""
 
@@ -69,7 +69,7 @@ class PlacedBody(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Link:
+class MachineLink:
     """All bodies that one joint moves together.
 
     Attributes
@@ -92,14 +92,14 @@ class Link:
     pose: Placement
     axis: Array | None
     second_axis: Array | None
-    bodies: Mapping[str, PlacedBody]
+    bodies: Mapping[str, MachineBody]
     whole: Inertia
     numbers: Mapping[str, float | str]
     held: bool = False
 
 
 @dataclass(frozen=True)
-class Loop:
+class MachineLoop:
     """A constraint between two frames, or an equation.
 
     Attributes
@@ -117,7 +117,7 @@ class Loop:
     numbers: Mapping[str, float | str]
 
 
-class Motion(NamedTuple):
+class MachineMotion(NamedTuple):
     """Coordinates at several states, link by link.
 
     Attributes
@@ -171,11 +171,11 @@ class Machine:
 
     name: str
     gravity: Array
-    links: tuple[Link, ...]
-    loops: tuple[Loop, ...] | None
+    links: tuple[MachineLink, ...]
+    loops: tuple[MachineLoop, ...] | None
     inputs: tuple[str, ...]
     place: Callable[[str], str]
-    forces: Callable[[Motion], Forces]
+    forces: Callable[[MachineMotion], Forces]
     parts: Mapping[str, Mapping[str, float | str]] | None = field(default_factory=dict)
     idle: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
@@ -189,7 +189,7 @@ class Lumps:
     def __init__(self) -> None:
         #: Number of the link, and the place in the link, of each body.
         self.places: dict[str, tuple[int, Placement]] = {BASE: (-1, AT_ORIGIN), WORLD: (-1, AT_ORIGIN)}
-        self.bodies: list[dict[str, PlacedBody]] = []
+        self.bodies: list[dict[str, MachineBody]] = []
         self._joints: dict[str, str] = {}
 
     def moved(self, body: str) -> int:
@@ -208,7 +208,7 @@ class Lumps:
         """Add the mass properties of a body, in the frame of the body; bodies of the base are left out."""
         number, place = self.places[body]
         if number >= 0:
-            self.bodies[number][body] = PlacedBody(inertia, place, self._joints.get(body, ""))
+            self.bodies[number][body] = MachineBody(inertia, place, self._joints.get(body, ""))
 
     def whole(self, number: int) -> Inertia:
         """Return the mass properties of a link."""
@@ -301,7 +301,7 @@ def of_scene(scene: Scene, system: System, file: str = "") -> Machine:
     )
 
 
-def of_equations(name: str, system: System, links: Sequence[Link], solids: Sequence[Solid] = ()) -> Machine:
+def of_equations(name: str, system: System, links: Sequence[MachineLink], solids: Sequence[Solid] = ()) -> Machine:
     """Return equations without bodies, as of SymPy, with the links of another machine.
 
     Parameters
@@ -324,7 +324,7 @@ def of_equations(name: str, system: System, links: Sequence[Link], solids: Seque
     renamed = [replace(link, joint=names.get(link.joint, link.joint)) for link in links]
     evaluated, inputs = _Equations(system, renamed), tuple(item.name for item in system.inputs)
 
-    def total(motion: Motion) -> Forces:
+    def total(motion: MachineMotion) -> Forces:
         return evaluated(motion)._replace(bias=None, force=None)
 
     known: dict[str, tuple[float, Array]] = {}
@@ -334,12 +334,12 @@ def of_equations(name: str, system: System, links: Sequence[Link], solids: Seque
     return Machine(name, np.zeros(3), tuple(links), (), inputs, lambda _: "", total, None, solids=known)
 
 
-def _link(joint: Joint, parent: int, pose: Placement, lumps: Lumps, number: int, values: _Values) -> Link:
+def _link(joint: Joint, parent: int, pose: Placement, lumps: Lumps, number: int, values: _Values) -> MachineLink:
     """Return a link with axes, the numbers of the joint, and the inertia of the bodies fixed to the link."""
     kind = joint.kind
     axis = np.array(joint.axis) if kind.turned_about or kind.travels else None
     second = np.array(joint.second_axis) if kind.second_key else None
-    return Link(
+    return MachineLink(
         joint.name,
         joint.type,
         joint.child,
@@ -383,7 +383,7 @@ def _indexed(name: str, index: int, joint: Joint) -> str:
     return name if joint.kind.v_size == 1 else f"{name}[{index}]"
 
 
-def _loop(item: Any, lumps: Lumps, values: _Values) -> Loop:
+def _loop(item: Any, lumps: Lumps, values: _Values) -> MachineLoop:
     """Return a constraint of a Scene."""
     ends: list[tuple[int, Placement] | None] = [None, None]
     for side, frame in enumerate(item.frames):
@@ -402,7 +402,7 @@ def _loop(item: Any, lumps: Lumps, values: _Values) -> Loop:
         "at_velocity",
     )
     numbers = values.flat({name: getattr(item, name) for name in names})
-    return Loop(item.name, item.type, ends[0], ends[1], item.kind.uses, numbers)
+    return MachineLoop(item.name, item.type, ends[0], ends[1], item.kind.uses, numbers)
 
 
 def _parts(scene: Scene, values: _Values) -> dict[str, dict[str, float | str]]:
@@ -454,7 +454,7 @@ def _place(source: Mapping[str, str], key: str) -> str:
 class _Equations:
     """The functions of a System on arrays, in the order of a machine's links."""
 
-    def __init__(self, system: System, links: Sequence[Link]) -> None:
+    def __init__(self, system: System, links: Sequence[MachineLink]) -> None:
         self.system = system
         factors = {factor.name: factor for factor in system.factors}
         self._factors = [None if link.held else factors[link.joint] for link in links]
@@ -468,7 +468,7 @@ class _Equations:
             if name in ("mass", "coupling", "force", "base_motion", "base")
         }
 
-    def __call__(self, motion: Motion) -> Forces:
+    def __call__(self, motion: MachineMotion) -> Forces:
         """Return the inertia matrix and forces at the states of a motion."""
         system = self.system
         count = next((len(q) for q in motion.q), 1)
@@ -508,12 +508,12 @@ class _Equations:
 __all__ = [
     "AT_ORIGIN",
     "Forces",
-    "Link",
-    "Loop",
     "Lumps",
     "Machine",
-    "Motion",
-    "PlacedBody",
+    "MachineBody",
+    "MachineLink",
+    "MachineLoop",
+    "MachineMotion",
     "Placement",
     "of_equations",
     "of_scene",

@@ -21,11 +21,11 @@ from eomgen.lie.numeric import rotation_matrix
 from eomgen.products.comparison.machine import (
     AT_ORIGIN,
     Forces,
-    Link,
     Lumps,
     Machine,
-    Motion,
-    PlacedBody,
+    MachineBody,
+    MachineLink,
+    MachineMotion,
     Placement,
 )
 from eomgen.scene.inertia import Inertia
@@ -80,7 +80,7 @@ def read_mujoco(path: Path) -> Machine:
         about = turned @ np.diag(model.body_inertia[body]) @ turned.T
         lumps.weigh(names[body], Inertia(float(model.body_mass[body]), np.array(model.body_ipos[body]), about))
     made = tuple(
-        Link(
+        MachineLink(
             name,
             kind,
             body,
@@ -127,7 +127,7 @@ class _MujocoEquations:
     def __init__(self, mujoco: Any, model: Any, joints: list[int]) -> None:
         self.mujoco, self.model, self.joints = mujoco, model, joints
 
-    def __call__(self, motion: Motion) -> Forces:
+    def __call__(self, motion: MachineMotion) -> Forces:
         """Return the inertia matrix and forces by MuJoCo, in body-fixed velocities with the angular part first."""
         model, data = self.model, self.mujoco.MjData(self.model)
         masses, totals = [], []
@@ -188,7 +188,7 @@ def read_pinocchio(path: Path) -> Machine:
         name = names[model.names[number]]
         body, rate = bodies.get(number, name), int(model.joints[number].idx_v)
         links.append(
-            Link(
+            MachineLink(
                 name,
                 kind,
                 body,
@@ -196,7 +196,7 @@ def read_pinocchio(path: Path) -> Machine:
                 Placement(np.array(placed.rotation), np.array(placed.translation)),
                 axis,
                 None,
-                {body: PlacedBody(whole, AT_ORIGIN, "")},
+                {body: MachineBody(whole, AT_ORIGIN, "")},
                 whole,
                 {} if axis is None else {"rotor_inertia": float(model.armature[rate])},
             )
@@ -219,7 +219,7 @@ class _PinocchioEquations:
     def __init__(self, pinocchio: Any, model: Any) -> None:
         self.pinocchio, self.model = pinocchio, model
 
-    def __call__(self, motion: Motion) -> Forces:
+    def __call__(self, motion: MachineMotion) -> Forces:
         """Return the inertia matrix and forces by Pinocchio, in velocities with the angular part first."""
         pinocchio, model = self.pinocchio, self.model
         data = model.createData()

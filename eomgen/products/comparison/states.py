@@ -11,7 +11,7 @@ from eomgen.base.arrays import Array
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3, SO3
 from eomgen.products.comparison.differences import Pairing
-from eomgen.products.comparison.machine import Forces, Link, Motion, Placement
+from eomgen.products.comparison.machine import Forces, MachineLink, MachineMotion, Placement
 from eomgen.products.comparison.report import Difference
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.rotations import quaternion_of_matrix
@@ -21,7 +21,7 @@ from eomgen.system.description import component_names
 _REACH = {"rad": 1.5, "m": 0.5}
 
 
-def motions(pairing: Pairing, count: int, random: np.random.Generator) -> tuple[Motion, Motion]:
+def motions(pairing: Pairing, count: int, random: np.random.Generator) -> tuple[MachineMotion, MachineMotion]:
     """Return equal random states in the coordinates of both machines."""
     first, second = pairing.first, pairing.second
     empty = np.zeros((count, 0))
@@ -34,10 +34,10 @@ def motions(pairing: Pairing, count: int, random: np.random.Generator) -> tuple[
         q[i], v[i] = _drawn(one, other, count, random)
         their_q[j], their_v[j] = _as_second(pairing, i, q[i], v[i])
     inputs = {name: random.normal(size=count) for name in first.inputs if name in second.inputs}
-    return Motion(q, v, inputs), Motion(their_q, their_v, inputs)
+    return MachineMotion(q, v, inputs), MachineMotion(their_q, their_v, inputs)
 
 
-def _drawn(one: Link, other: Link, count: int, random: np.random.Generator) -> tuple[Array, Array]:
+def _drawn(one: MachineLink, other: MachineLink, count: int, random: np.random.Generator) -> tuple[Array, Array]:
     """Return random coordinates within the limits of both descriptions, and velocities."""
     kind = JOINTS[one.type]
     v = random.normal(size=(count, kind.v_size))

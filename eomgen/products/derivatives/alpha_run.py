@@ -13,7 +13,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.integrators.families.family import LinearStep
 from eomgen.lie.product import difference
-from eomgen.products.derivatives.equations import EquationBlocks, EquationPartials, Equations, rows_of
+from eomgen.products.derivatives.equations import EquationBlocks, EquationPartials, StepEquations, rows_of
 from eomgen.products.derivatives.linear_run import (
     DerivativeVariables,
     LinearPart,
@@ -29,7 +29,7 @@ from eomgen.simulation.stepping.states import PrescribedInputs, States
 
 
 def step_matrices(
-    equations: Equations,
+    equations: StepEquations,
     partials: EquationPartials | EquationBlocks,
     before: States,
     after: States,
@@ -73,7 +73,7 @@ def step_matrices(
     return StepMatrices(**blocks, A=A, T=T, G=G, N=N, Np=Np, reaction=reaction), eta
 
 
-def _by_rows(equations: Equations, partials: EquationPartials, held: int) -> dict[str, Array]:
+def _by_rows(equations: StepEquations, partials: EquationPartials, held: int) -> dict[str, Array]:
     """Return the blocks of whole partials; ``held``: constraints with multipliers of velocities."""
     e, nv, nz = partials, equations.nv, equations.nz
     places = {
@@ -89,7 +89,7 @@ def _by_rows(equations: Equations, partials: EquationPartials, held: int) -> dic
     return blocks | of_motion | {"Rz": e.Jz[:, R], "Fz": e.Jz[:, F], "L": np.swapaxes(e.Jlam[:, R], 1, 2)}
 
 
-def _by_kinds(equations: Equations, partials: EquationBlocks, held: int) -> dict[str, Array]:
+def _by_kinds(equations: StepEquations, partials: EquationBlocks, held: int) -> dict[str, Array]:
     """Return the blocks of partials by kinds of equations; in index 3 the constraints on positions stand in place of
     their rates."""
     e, nh = partials, equations.holonomic

@@ -104,7 +104,7 @@ def solve(matrix: Array, right: Array, times: Array) -> Array:
         raise NumericalError(Problem("sensitivities", fault, hint)) from None
 
 
-class Equations:
+class StepEquations:
     """The equations of a step.
 
     Parameters

@@ -26,7 +26,7 @@ _AT_POINT, _ROUNDING = 1e-6, 64.0 * float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
-class Stretch:
+class StepPart:
     """A part of a cut step, without a jump inside.
 
     Attributes
@@ -71,7 +71,7 @@ class JumpSegment(RunSegment):
     anew: NDArray[np.bool_]
     begun: NDArray[np.bool_]
     inertia: Array
-    cut: Mapping[int, Sequence[Stretch]]
+    cut: Mapping[int, Sequence[StepPart]]
 
 
 class JumpMotion(ReplayedRun):
@@ -94,7 +94,7 @@ class JumpMotion(ReplayedRun):
         state, places = self.stepper.state, self.stepper.places
         a, none = state[places["a"]].copy(), np.zeros(0)
         inertia = state[places["inverse_inertia"]].copy() if "inverse_inertia" in places else none
-        cut: dict[int, Sequence[Stretch]] = {}
+        cut: dict[int, Sequence[StepPart]] = {}
         begun, before, (after_cut, renewed) = 0, row, self._cut_before.get(done, (False, False))
         while begun < size:
             count = 1
@@ -170,9 +170,9 @@ class JumpMotion(ReplayedRun):
             done += taken
         return events, list(record)
 
-    def _stretches(self, ends: Sequence[Array], events: list[Any], p: Array) -> list[Stretch]:
+    def _stretches(self, ends: Sequence[Array], events: list[Any], p: Array) -> list[StepPart]:
         """Return the stretches between rows of a step; events within the step are taken from the list."""
-        result: list[Stretch] = []
+        result: list[StepPart] = []
         for start, end in pairwise(ends):
             first, samples, acted = start, self._due(start[:1])[0], False
             while self._comes(events, end):
@@ -198,12 +198,12 @@ class JumpMotion(ReplayedRun):
 
     def _stretch(
         self, first: Array, last: Array, samples: NDArray[np.bool_], event: int, p: Array, *, renews: bool = False
-    ) -> Stretch:
+    ) -> StepPart:
         if len(self.sampled_places):  # values that are held over the stretch
             first = first.copy()
             first[self.sampled_places] = last[self.sampled_places]
         short = last[0] - first[0] <= SHORTEST * self.run.grid.step
-        return Stretch(first, last, samples, event, bool(short), renews, p)
+        return StepPart(first, last, samples, event, bool(short), renews, p)
 
     def _row_of(self, entry: Any, suffix: str, like: Array) -> Array:
         """Return a row with the state of an entry of the log; accelerations are of the row ``like``."""

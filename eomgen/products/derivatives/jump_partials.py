@@ -16,7 +16,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.compiled.functions import Functions
 from eomgen.lie import product
-from eomgen.products.derivatives.equations import Equations, bordered_matrix
+from eomgen.products.derivatives.equations import StepEquations, bordered_matrix
 from eomgen.simulation.stepping.inputs import InputSignals
 
 #: An imaginary increment with a square below rounding.
@@ -50,7 +50,7 @@ class JumpPartials:
     method : layout of the stepper's method
     """
 
-    def __init__(self, equations: Equations, signals: InputSignals, method: Mapping[str, Any]) -> None:
+    def __init__(self, equations: StepEquations, signals: InputSignals, method: Mapping[str, Any]) -> None:
         self._equations, self._signals = equations, signals
         self._samples: Sequence[Mapping[str, Any]] = method.get("samples", {}).get("rows", [])
         self._events: Sequence[Mapping[str, Any]] = method.get("events", {}).get("rows", [])

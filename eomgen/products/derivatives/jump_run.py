@@ -25,7 +25,7 @@ from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.lie import product
 from eomgen.products.derivatives.alpha_run import StartedRun, step_matrices
 from eomgen.products.derivatives.equations import EquationPartials, bordered_matrix, rows_of
-from eomgen.products.derivatives.jump_motion import JumpMotion, JumpSegment, Stretch
+from eomgen.products.derivatives.jump_motion import JumpMotion, JumpSegment, StepPart
 from eomgen.products.derivatives.jump_partials import EventPartials, JumpPartials
 from eomgen.products.derivatives.linear_run import DerivativeVariables, LinearPart, Start
 from eomgen.products.derivatives.linear_steps import LinearSteps, StepMatrices
@@ -511,7 +511,7 @@ class JumpRun(StartedRun[JumpPart]):
             record = renewed.record[0] @ kept
         return Cut(step, record, inertia if len(inertia) else None), made.inertia
 
-    def _linearise_short_stretch(self, stretch: Stretch) -> LinearStretch:
+    def _linearise_short_stretch(self, stretch: StepPart) -> LinearStretch:
         """Return a stretch of two terms of a Taylor series made linear."""
         e, h = self.equations, np.array([stretch.length])
         nv, nz = e.nv, e.nz
@@ -536,13 +536,13 @@ class JumpRun(StartedRun[JumpPart]):
             np.concatenate(moved), self._blocks(ended, p, middle), starts.inertia[0], starts.of_inertia[0]
         )
 
-    def _linearise_stretches(self, stretches: Sequence[Stretch]) -> list[LinearStretch]:
+    def _linearise_stretches(self, stretches: Sequence[StepPart]) -> list[LinearStretch]:
         """Return stretches made linear, in order."""
         stepped = [stretch for stretch in stretches if not stretch.short]
         made = iter(self._linearise_stepped(stepped) if stepped else ())
         return [self._linearise_short_stretch(stretch) if stretch.short else next(made) for stretch in stretches]
 
-    def _linearise_stepped(self, stretches: Sequence[Stretch]) -> Iterator[LinearStretch]:
+    def _linearise_stepped(self, stretches: Sequence[StepPart]) -> Iterator[LinearStretch]:
         """Yield stretches that are stepped, made linear."""
         e, factors = self.equations, self.equations.model.factors
         nv, nz, nl, count = e.nv, e.nz, e.nl, e.parameters
@@ -591,7 +591,7 @@ class JumpRun(StartedRun[JumpPart]):
             yield LinearStretch(through, ended, starts.inertia[k], starts.of_inertia[k])
 
     def _check_event(
-        self, event: EventPartials, stretch: Stretch, values: dict[str, Array], rate: float, directions: Array
+        self, event: EventPartials, stretch: StepPart, values: dict[str, Array], rate: float, directions: Array
     ) -> None:
         """Raise NumericalError for grazing and UsageError for a mode whose new value depends on directions."""
         e, row = self.equations, self.motion.stepper.layout["method"]["events"]["rows"][stretch.event]

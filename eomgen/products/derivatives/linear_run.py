@@ -18,7 +18,7 @@ from eomgen.compiled.initial_state import InitialState
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import NumericalError, Problem
 from eomgen.formula.features import rough_operations
-from eomgen.products.derivatives.equations import Equations, rows_of
+from eomgen.products.derivatives.equations import StepEquations, rows_of
 from eomgen.products.derivatives.functionals import RowWeights
 from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
 from eomgen.products.derivatives.start import LinearizedRest, LinearizedStart, StateDirections, at_rest
@@ -148,7 +148,7 @@ class LinearRun(ABC, Generic[PartType]):
         self.run: Run = motion.run
         model = self.run.model
         holonomic = int(model.library.layout["sizes"]["holonomic"])
-        self.equations = Equations(model, self.run.parameters, by.columns["p"], rows, holonomic, len(by.samples))
+        self.equations = StepEquations(model, self.run.parameters, by.columns["p"], rows, holonomic, len(by.samples))
         self.rest: LinearizedRest | None = None
         self.asked = self._directions()
 

@@ -31,7 +31,7 @@ from eomgen.base.data import dataclass
 from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import product
-from eomgen.products.derivatives.equations import EquationPartials, Equations, bordered_matrix
+from eomgen.products.derivatives.equations import EquationPartials, StepEquations, bordered_matrix
 from eomgen.simulation.stepping.states import PrescribedInputs, States
 from eomgen.solvers.regular_inertia import regular_inertia
 
@@ -61,7 +61,7 @@ class LinearizedRest:
 
 
 def at_rest(
-    equations: Equations, state: InitialState, t: Array, prescribed: PrescribedInputs, du: Array | None
+    equations: StepEquations, state: InitialState, t: Array, prescribed: PrescribedInputs, du: Array | None
 ) -> LinearizedRest:
     """Return the partials of a rest in the parameters.
 
@@ -100,14 +100,14 @@ def at_rest(
     return LinearizedRest(values, matrix, rest_slopes(equations, result))
 
 
-def rest_slopes(equations: Equations, partials: EquationPartials) -> Array:
+def rest_slopes(equations: StepEquations, partials: EquationPartials) -> Array:
     """Return the partials of a rest in the parameters, (nv + nz + holonomic, parameters), from the partials of e."""
     size = equations.nv + equations.nz + equations.holonomic
     slopes: Array = -np.linalg.solve(_rest_matrix(equations, partials), partials.P[0, :size])
     return slopes
 
 
-def _rest_matrix(equations: Equations, partials: EquationPartials) -> NDArray[Any]:
+def _rest_matrix(equations: StepEquations, partials: EquationPartials) -> NDArray[Any]:
     """Return the partials of forces, rates of z and constraints in q, z and multipliers; without rates of constraints,
     whose multipliers would leave rest to the way there."""
     nh = equations.holonomic
@@ -116,7 +116,7 @@ def _rest_matrix(equations: Equations, partials: EquationPartials) -> NDArray[An
 
 
 def moved_positions(
-    equations: Equations, asked: InitialState, t: Array, prescribed: PrescribedInputs, dq: Array, dp: Array
+    equations: StepEquations, asked: InitialState, t: Array, prescribed: PrescribedInputs, dq: Array, dp: Array
 ) -> Array:
     """Return the changes of positions after steps onto the constraints, given changes dq (nv, n) of requested
     positions.
@@ -149,7 +149,13 @@ def moved_positions(
 
 
 def moved_velocities(
-    equations: Equations, state: InitialState, t: Array, prescribed: PrescribedInputs, dq: Array, dv: Array, dp: Array
+    equations: StepEquations,
+    state: InitialState,
+    t: Array,
+    prescribed: PrescribedInputs,
+    dq: Array,
+    dv: Array,
+    dp: Array,
 ) -> Array:
     """Return the changes of velocities after the step onto the constraints, given changes dv (nv, n) of requested
     velocities.
@@ -187,7 +193,7 @@ class _Correction:
 
     def changes(
         self,
-        equations: Equations,
+        equations: StepEquations,
         values: dict[str, Array],
         partials: EquationPartials,
         of_off: Array,
@@ -220,7 +226,7 @@ class _Correction:
 
 
 def _values(
-    equations: Equations, state: InitialState, t: Array, prescribed: PrescribedInputs, du: Array | None = None
+    equations: StepEquations, state: InitialState, t: Array, prescribed: PrescribedInputs, du: Array | None = None
 ) -> dict[str, Array]:
     a, lam = np.zeros((1, equations.nv)), np.zeros((1, equations.nl))
     return equations.values(
@@ -320,7 +326,7 @@ class LinearizedStart:
     asked : the requested initial state, before a correction onto the constraints
     """
 
-    equations: Equations
+    equations: StepEquations
     t: float
     step: float
     q: Array
@@ -495,7 +501,7 @@ def follows_inertia(W: Array, M: Array) -> NDArray[np.bool_]:
     return result
 
 
-def inertia_partials(equations: Equations, values: Mapping[str, Array]) -> tuple[Array, Array, Array]:
+def inertia_partials(equations: StepEquations, values: Mapping[str, Array]) -> tuple[Array, Array, Array]:
     """Return M at n states (n, nv, nv), and partials of the diagonal in q, (n, nv, nv), and in the parameters, (n, nv,
     parameters)."""
     nv, count, unit = equations.nv, len(values["t"]), np.arange(equations.nv)

@@ -17,7 +17,7 @@ from eomgen.formula.curves import EDGE, Curve
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import SymbolValues, apply, evaluate, value_in
 from eomgen.formula.features import WITH_EDGE
-from eomgen.formula.nodes import Application, Formula, Operation, Quantity, Symbol
+from eomgen.formula.nodes import Application, EntryQuantity, Formula, Operation, Symbol
 from eomgen.lie.numeric import rotated
 from eomgen.products.doubts.start_checks import STILL, poses_of
 from eomgen.simulation.judgement.diagnosis import SMALLER_ANGLES
@@ -94,7 +94,7 @@ def operations_without_value(description: Description, values: SymbolValues) -> 
     return " and ".join(list(result)[:3])
 
 
-def _quantity_without_value(formula: Quantity, value_of: Callable[[Symbol], float]) -> Iterator[str]:
+def _quantity_without_value(formula: EntryQuantity, value_of: Callable[[Symbol], float]) -> Iterator[str]:
     names = formula.word.arguments_of(formula.item)
     numbers = [evaluate(part, value_of) for part in formula.arguments]
     value = evaluate(formula, value_of)
@@ -114,7 +114,7 @@ def _without_value(formula: Formula, value_of: Callable[[Symbol], float]) -> Ite
         if formula.name == "select":
             condition, then, otherwise = parts
             parts = (condition, then if evaluate(condition, value_of) != 0.0 else otherwise)
-        elif isinstance(formula, Quantity):
+        elif isinstance(formula, EntryQuantity):
             yield from _quantity_without_value(formula, value_of)
         elif formula.name == "div" or formula.name in _SAID:
             numbers = [evaluate(part, value_of) for part in parts]

@@ -28,8 +28,8 @@ from eomgen.scene.section import Reading
 from eomgen.system.description import Point
 
 if TYPE_CHECKING:
-    from eomgen.scene.bodies.beam_schema import Section
-    from eomgen.scene.document.schema import Document
+    from eomgen.scene.bodies.beam_schema import SectionEntry
+    from eomgen.scene.document.schema import SceneDocument
     from eomgen.scene.forces.tyres import Tyre
 
 SLENDEREST = Limit(
@@ -48,7 +48,7 @@ _GRAVITY = 9.81
 
 
 def doubtful_beams(
-    document: Document,
+    document: SceneDocument,
     bodies: Iterable[Body],
     points: Iterable[Point],
     elements: Iterable[ForceElement],
@@ -74,7 +74,7 @@ def doubtful_beams(
     ]
 
 
-def _sizes(document: Document, lengths: Mapping[str, float], values: Values) -> Iterator[str]:
+def _sizes(document: SceneDocument, lengths: Mapping[str, float], values: Values) -> Iterator[str]:
     """Yield a note on sections larger than the length of the beam, or negligible compared with the length."""
     for name, length in lengths.items():
         entry, key = document.section("beams")[name], key_of("beams", name)
@@ -94,7 +94,7 @@ def _sizes(document: Document, lengths: Mapping[str, float], values: Values) -> 
             yield f"{key}: {note} ({place} {largest:.3g} m); numbers without a unit are in m [W0105]"
 
 
-def _of(key: str, section: Section, values: Values) -> Iterator[tuple[str, float]]:
+def _of(key: str, section: SectionEntry, values: Values) -> Iterator[tuple[str, float]]:
     """Yield the largest size of a section, m, with the key; the root of the area for a section without a shape."""
     there = values.at(0.5)
     fields = ("area",) if section.shape is None else SHAPES[section.shape].sizes
@@ -105,7 +105,7 @@ def _of(key: str, section: Section, values: Values) -> Iterator[tuple[str, float
         yield max(sizes, key=lambda pair: pair[1])
 
 
-def _stiff_stretch(beam: Cosserat, document: Document, values: Values) -> Iterator[str]:
+def _stiff_stretch(beam: Cosserat, document: SceneDocument, values: Values) -> Iterator[str]:
     """Yield a note on a stretch stiffness so large that rounded positions exert forces as large as the loads."""
     stretch, bend = (STRAINS.index(strain) for strain in ("stretch", "bending_z"))
     if stretch in beam.absent_strains:
@@ -125,7 +125,7 @@ def _stiff_stretch(beam: Cosserat, document: Document, values: Values) -> Iterat
 
 
 def _rigid_arms(
-    document: Document,
+    document: SceneDocument,
     axes: Mapping[str, str],
     lengths: Mapping[str, float],
     points: Iterable[Point],
@@ -210,7 +210,7 @@ def springs_without_laws(elements: Iterable[ForceElement], mentioned: Collection
     ]
 
 
-def springs_within_bodies(document: Document) -> list[str]:
+def springs_within_bodies(document: SceneDocument) -> list[str]:
     """Return a note on each spring between two points of one body, which has no effect on the motion."""
     notes = []
     points = {**document.section("frames"), **document.section("points")}
@@ -260,7 +260,7 @@ def tyres_in_the_road(
 ON_AXIS = Limit(1e-6, "m", "distance of a point from the axis of a joint that turns", "a choice: 1 um")
 
 
-def shapes_that_leave_points(document: Document, reading: Reading) -> Iterator[str]:
+def shapes_that_leave_points(document: SceneDocument, reading: Reading) -> Iterator[str]:
     """Yield a note on each end of a shape that is a point of another body, which a joint between both bodies moves.
 
     Chains of joints are judged in scenes without constraints alone.

@@ -51,10 +51,10 @@ from eomgen.system.events import mode_parameter
 from eomgen.system.motions import motion_parameters
 
 if TYPE_CHECKING:
-    from eomgen.scene.document.schema import Document
+    from eomgen.scene.document.schema import SceneDocument
 
 
-def unused_names(document: Document, reading: Reading) -> list[str]:
+def unused_names(document: SceneDocument, reading: Reading) -> list[str]:
     """Return a note on each kind of names that no formula mentions: parameters, inputs, curves, definitions, entries
     of other sections for formulas alone; and one on each such mode and controller."""
     notes = []
@@ -85,7 +85,7 @@ def unused_names(document: Document, reading: Reading) -> list[str]:
     return notes
 
 
-def efforts_on_drives(document: Document) -> list[str]:
+def efforts_on_drives(document: SceneDocument) -> list[str]:
     """Return a note on each effort on a joint whose motion is prescribed by a drive."""
     return [
         f"{key_of('efforts', name)}: the joint {effort.joint} is driven, so the effort changes nothing of its motion,"
@@ -95,7 +95,7 @@ def efforts_on_drives(document: Document) -> list[str]:
     ]
 
 
-def loads_without_size(document: Document) -> list[str]:
+def loads_without_size(document: SceneDocument) -> list[str]:
     """Return a note on each force without a size, and on each effort on a joint of several components that names
     none."""
     notes, joints = [], document.section("joints")

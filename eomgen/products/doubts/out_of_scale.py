@@ -31,7 +31,7 @@ from eomgen.system.description import BASE, WORLD, Point, Shape
 from eomgen.system.signals import Parameter
 
 if TYPE_CHECKING:
-    from eomgen.scene.document.schema import Document
+    from eomgen.scene.document.schema import SceneDocument
 
 FACTOR = Limit(100.0, "1", "length in parts of the size of the scene", "a length in mm is 1000 times too long")
 GYRATION = Limit(
@@ -437,7 +437,7 @@ MANY_SAMPLES = Limit(50.0, "1", "delay in samples, a whole number of seconds", "
 RARE = Limit(10.0, "s", "time between samples without a unit", "controllers are faster")
 
 
-def doubtful_times(data: Mapping[str, Any], document: Document) -> list[str]:
+def doubtful_times(data: Mapping[str, Any], document: SceneDocument) -> list[str]:
     """Return a note on each delay of many samples, written as a whole number without a unit: s, and no samples; and
     on each time between samples that looks like a frequency.
 

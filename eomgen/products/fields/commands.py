@@ -24,7 +24,7 @@ from eomgen.formula.units.parser import is_quantity
 
 if TYPE_CHECKING:
     from eomgen.integrators.compositions import Composition
-    from eomgen.products.fields.documents.document import FieldSystem, Hamiltonian, Parameter
+    from eomgen.products.fields.documents.document import FieldSystem, Hamiltonian, NamedNumber
     from eomgen.products.fields.hamiltonian.methods import Method
     from eomgen.products.fields.hamiltonian.solution import HamiltonianSolution
     from eomgen.products.fields.sampling import FieldSamples
@@ -133,7 +133,7 @@ def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots
     return 0 if solution.success else INTERRUPTED if solution.interrupted else NumericalError.exit_code
 
 
-def _numbers(option: str, texts: Sequence[str], items: Iterable[Parameter]) -> dict[str, float]:
+def _numbers(option: str, texts: Sequence[str], items: Iterable[NamedNumber]) -> dict[str, float]:
     """Return numbers by name, texts with a unit in the unit of the label. Raises UsageError if there is no label."""
     labels, result = {item.name: item.unit for item in items}, dict[str, float]()
     for name, value in assignments(option, texts).items():

@@ -79,7 +79,7 @@ def _whole(interface: Interface, files: Mapping[str, str]) -> dict[str, str]:
 
 
 @dataclass(frozen=True)
-class Machine:
+class TargetMachine:
     """A machine for which zig makes libraries.
 
     Attributes
@@ -96,19 +96,19 @@ class Machine:
     folder: str = ""
 
 
-MACHINES: Mapping[str, Machine] = {
+MACHINES: Mapping[str, TargetMachine] = {
     machine.name: machine
     for machine in (
-        Machine("x86_64-linux", "x86_64-linux-gnu", ".so", "linux64"),
-        Machine("aarch64-linux", "aarch64-linux-gnu", ".so"),
-        Machine("x86_64-windows", "x86_64-windows-gnu", ".dll", "win64"),
-        Machine("x86_64-darwin", "x86_64-macos", ".dylib", "darwin64"),
-        Machine("aarch64-darwin", "aarch64-macos", ".dylib"),
+        TargetMachine("x86_64-linux", "x86_64-linux-gnu", ".so", "linux64"),
+        TargetMachine("aarch64-linux", "aarch64-linux-gnu", ".so"),
+        TargetMachine("x86_64-windows", "x86_64-windows-gnu", ".dll", "win64"),
+        TargetMachine("x86_64-darwin", "x86_64-macos", ".dylib", "darwin64"),
+        TargetMachine("aarch64-darwin", "aarch64-macos", ".dylib"),
     )
 }
 
 
-def machine_named(name: str, version: int) -> Machine:
+def machine_named(name: str, version: int) -> TargetMachine:
     """Return a machine. Raises UsageError with the known names."""
     known = [machine.name for machine in MACHINES.values() if version == 3 or machine.folder]
     if name not in known:
@@ -118,7 +118,7 @@ def machine_named(name: str, version: int) -> Machine:
     return MACHINES[name]
 
 
-def cross_built(interface: Interface, files: Mapping[str, str], machine: Machine) -> tuple[str, bytes]:
+def cross_built(interface: Interface, files: Mapping[str, str], machine: TargetMachine) -> tuple[str, bytes]:
     """Return the path in the archive and the bytes of a library for another machine, made by zig.
 
     Raises

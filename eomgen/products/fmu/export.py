@@ -30,7 +30,7 @@ from eomgen.products.fmu.dae import MANIFEST, dae_manifest
 from eomgen.products.fmu.dependencies import PATTERNS
 from eomgen.products.fmu.derivatives import derivative_data
 from eomgen.products.fmu.interface import NO_TOKEN, About, Interface, Options, interface_of
-from eomgen.products.fmu.model_description import Experiment, build_description, model_description
+from eomgen.products.fmu.model_description import DefaultExperiment, build_description, model_description
 from eomgen.products.fmu.sources import compiled_sources, source_files, wrapper_name
 from eomgen.system.terms import PURPOSES
 
@@ -239,7 +239,7 @@ def fmu_files(
         motion, doubts = _reference(document, interface, method, parameters, initial)
     interface = replace(interface, provides_derivatives=derivatives is not None, doubts=doubts)
     simulation = described.simulation
-    experiment = Experiment(simulation.duration, simulation.step, simulation.tolerance)
+    experiment = DefaultExperiment(simulation.duration, simulation.step, simulation.tolerance)
     flags = _flags(program, options, simulation.step)
     texts = source_files(interface, derivatives)
     listed = compiled_sources(interface, texts)

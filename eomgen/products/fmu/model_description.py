@@ -24,7 +24,7 @@ CATEGORIES: Mapping[str, str] = {
 
 
 @dataclass(frozen=True)
-class Experiment:
+class DefaultExperiment:
     """Defaults of a simulation, s; ``tolerance`` None if there is none."""
 
     stop: float
@@ -33,7 +33,7 @@ class Experiment:
 
 
 def model_description(
-    interface: Interface, experiment: Experiment, sources: Sequence[str], flags: Mapping[str, str]
+    interface: Interface, experiment: DefaultExperiment, sources: Sequence[str], flags: Mapping[str, str]
 ) -> str:
     """Return modelDescription.xml.
 
@@ -132,7 +132,7 @@ def described(interface: Interface) -> str:
     return text
 
 
-def _experiment(root: ET.Element, experiment: Experiment) -> None:
+def _experiment(root: ET.Element, experiment: DefaultExperiment) -> None:
     attributes = {"startTime": "0", "stopTime": number(experiment.stop), "stepSize": number(experiment.step)}
     if experiment.tolerance is not None:
         attributes["tolerance"] = number(experiment.tolerance)

@@ -88,7 +88,7 @@ def campbell(
         Errors of ``linearized`` if the call is wrong, or if fewer than two values have a linear model: with the first
         value that has one.
     """
-    search = _Search(parameter, linearized, pairs, values)
+    search = _CrossingSearch(parameter, linearized, pairs, values)
     all_steps = (2 if orders else 1) * len(values)
     interrupted = False
     try:
@@ -124,7 +124,7 @@ def campbell(
     )
 
 
-def _numbers(curves: _FollowedModes, search: _Search, value: float, model: Linearization) -> tuple[int, ...]:
+def _numbers(curves: _FollowedModes, search: _CrossingSearch, value: float, model: Linearization) -> tuple[int, ...]:
     """Number the modes of a diagram, (modes,), from 1 on, as the same modes of a model, followed from the nearest node.
     Modes that the model lacks come last. Empty for a model with other coordinates."""
     row = int(np.argmin(np.abs(curves.values - value)))
@@ -141,7 +141,7 @@ def _numbers(curves: _FollowedModes, search: _Search, value: float, model: Linea
     return tuple(known[mode] if mode in known else next(more) for mode in range(curves.eigenvalues.shape[1]))
 
 
-class _Search:
+class _CrossingSearch:
     """Oscillations at values of a parameter, and crossings of oscillations with orders, by linear models at any
     value."""
 

@@ -68,7 +68,7 @@ class Reference:
 
 
 @dataclass(frozen=True)
-class Names:
+class LinearNames:
     """Names of the components of v (without the letter), and of internal states, inputs, disturbances and outputs.
 
     ``measured`` are the candidates of independent coordinates: the components, or coordinates of joints between
@@ -99,7 +99,7 @@ class Linearization(NamedAttributes):
     reference : Reference
     partials : Partials, before constraints are projected out
     free : Freedom, the motions left free by constraints
-    names : Names
+    names : LinearNames
     sampled : SampledPart of a scene with sampled states, which are inputs of the other matrices; None without sampled
         states
     multiblade : Multiblade, the coordinates of equal blades with the remaining change over azimuths; None without them
@@ -108,7 +108,7 @@ class Linearization(NamedAttributes):
     reference: Reference
     partials: Partials
     free: Freedom
-    names: Names
+    names: LinearNames
     sampled: SampledPart | None = None
     multiblade: Multiblade | None = None
 

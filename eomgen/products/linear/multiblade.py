@@ -77,7 +77,7 @@ class Multiblade:
         return f"in multiblade coordinates about {turning}, over azimuths constant but for {self.variation:.2g}"
 
 
-class _Group(NamedTuple):
+class _BladeGroup(NamedTuple):
     """Places of equal names, with the basis of their multiblade coordinates, its first and second time derivative."""
 
     places: list[int]
@@ -96,7 +96,7 @@ class Basis:
     matrix: Array
     rate: Array
     second: Array
-    groups: tuple[_Group, ...]
+    groups: tuple[_BladeGroup, ...]
 
     @staticmethod
     def of(names: Sequence[str], rotors: Sequence[Rotor]) -> Basis:
@@ -167,7 +167,7 @@ def _ends(name: str, names: Sequence[str]) -> list[str]:
     return [part for part in parts if part[:1] in ("", "[", ".")]
 
 
-def _group(group: Sequence[str], end: str, places: list[int], rotor: Rotor) -> _Group:
+def _group(group: Sequence[str], end: str, places: list[int], rotor: Rotor) -> _BladeGroup:
     count = len(group)
     psi = rotor.azimuth + 2.0 * np.pi * np.arange(count) / count
     still = np.zeros(count)
@@ -181,7 +181,7 @@ def _group(group: Sequence[str], end: str, places: list[int], rotor: Rotor) -> _
     kinds, *parts = zip(*waves, strict=True)
     basis, slope, bend = (np.array(part).T for part in parts)
     labels = [f"{_label(group)}.{kind}{end}" for kind in kinds]
-    return _Group(places, labels, basis, rotor.speed * slope, rotor.speed**2 * bend)
+    return _BladeGroup(places, labels, basis, rotor.speed * slope, rotor.speed**2 * bend)
 
 
 def _is_list(value: object) -> bool:

@@ -39,7 +39,7 @@ Numbers = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
-class _Part:
+class _UncoupledModes:
     """Modes of coordinates that are not coupled to others, with imaginary parts that are not negative.
 
     Attributes
@@ -86,7 +86,7 @@ def second_order_modes(M: Array, C: Array, K: Array, coordinates: Sequence[str])
     return modes_of(values[order], uncertainty[order], states[:n], states, tuple(coordinates), inertias)
 
 
-def _parts(M: Array, C: Array, K: Array) -> Iterator[tuple[Numbers, _Part]]:
+def _parts(M: Array, C: Array, K: Array) -> Iterator[tuple[Numbers, _UncoupledModes]]:
     """Yield the coordinates of equal uncoupled parts, (parts, size), with the modes of one such part."""
     for places in _uncoupled_parts(M, C, K):
         blocks = [matrix[places[:, :, np.newaxis], places[:, np.newaxis, :]] for matrix in (M, C, K)]
@@ -114,7 +114,7 @@ def _labels(coupled: NDArray[np.bool_]) -> Numbers:
     return np.asarray(connected_components(graph, directed=False)[1], np.intp)
 
 
-def _decompose(M: Array, C: Array, K: Array) -> _Part:
+def _decompose(M: Array, C: Array, K: Array) -> _UncoupledModes:
     """Return the modes of one part."""
     if len(M) > _FEW and (part := _by_undamped_modes(M, C, K)) is not None:
         return part
@@ -123,10 +123,12 @@ def _decompose(M: Array, C: Array, K: Array) -> _Part:
     balanced, back = balance(np.vstack([np.eye(n, 2 * n, n), accelerations]))
     values, vectors, cosines = eigenvectors(balanced)
     kept = values.imag >= 0.0
-    return _Part(values[kept], unbalance(back, vectors[:, kept])[:n], cosines[kept], float(np.linalg.norm(balanced)))
+    return _UncoupledModes(
+        values[kept], unbalance(back, vectors[:, kept])[:n], cosines[kept], float(np.linalg.norm(balanced))
+    )
 
 
-def _by_undamped_modes(M: Array, C: Array, K: Array) -> _Part | None:
+def _by_undamped_modes(M: Array, C: Array, K: Array) -> _UncoupledModes | None:
     """Return the modes of one part by groups of undamped modes that damping couples; None if M or K is not symmetric,
     M not positive definite, or all modes are coupled."""
     diagonal, rounding = np.diagonal(M), _ROUNDING * EPSILON
@@ -160,7 +162,7 @@ def _by_undamped_modes(M: Array, C: Array, K: Array) -> _Part | None:
             values, vectors, cosines = _coupled_mode_eigenvalues(squares[group], damping[np.ix_(group, group)], pace)
             results.append((values, directions[:, group] @ vectors, cosines))
     values, vectors, cosines = (np.concatenate(items, axis=-1) for items in zip(*results, strict=True))
-    return _Part(values, vectors, cosines, size)
+    return _UncoupledModes(values, vectors, cosines, size)
 
 
 def _coupled_groups(damping: Array, rounding: float) -> list[Numbers]:

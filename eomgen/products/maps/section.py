@@ -18,7 +18,7 @@ from eomgen.base.data import replace
 from eomgen.base.files import read_bytes
 from eomgen.base.messages import counted, is_number, key_of, listed, shown
 from eomgen.formula.units.parser import dimension_of, read_unit
-from eomgen.products.maps.surface import Surface
+from eomgen.products.maps.surface import MapSurface
 from eomgen.scene.reading.key_metadata import Table, key, optional
 from eomgen.scene.reading.kinds import Description, Numbers, Unit
 from eomgen.scene.reading.values import Values
@@ -60,7 +60,7 @@ class MapFile(Table):
     decimal: Literal[".", ","] = key("mark in numbers", ".", kind="`.` or `,`")
 
 
-class Map(Table):
+class MapEntry(Table):
     """A function of two arguments through a grid of values, which formulas ask for by `map.NAME(x, y)`."""
 
     table: MapFile | None = optional("the grid from a file, in place of `x`, `y` and `values`")
@@ -83,12 +83,12 @@ class Map(Table):
 class _Grid:
     """Reads the grid of one map; faults go to the report."""
 
-    def __init__(self, where: str, name: str, entry: Map, values: Values, folder: Path) -> None:
+    def __init__(self, where: str, name: str, entry: MapEntry, values: Values, folder: Path) -> None:
         self.key, self.name, self.entry, self.values, self.folder = where, name, entry, values, folder
         self.report = values.report
-        self.units: MapFile | Map = entry if entry.table is None else entry.table
+        self.units: MapFile | MapEntry = entry if entry.table is None else entry.table
 
-    def surface(self) -> Surface | None:
+    def surface(self) -> MapSurface | None:
         """Return the surface; None for a reported fault."""
         grid = self._listed() if self.entry.table is None else self._from_file(self.entry.table)
         if grid is None:
@@ -127,7 +127,7 @@ class _Grid:
             )
             self.report.add(self.key, text, "the first values again at the end of each axis")
             return None
-        return Surface(self.name, x, y, z, self.entry.interpolation, self.entry.outside, self._units())
+        return MapSurface(self.name, x, y, z, self.entry.interpolation, self.entry.outside, self._units())
 
     def _units(self) -> tuple[str, str, str]:
         """Return the units in SI of the arguments and of the value, which the entry may label; empty without a unit of
@@ -333,14 +333,14 @@ class _Maps(Section):
         return {"parts": {"maps": tuple(reading.items["maps"].values())}}
 
 
-def _flat(name: str) -> Surface:
+def _flat(name: str) -> MapSurface:
     """Return a surface in place of a refused one, so that reading goes on to the next problem."""
-    return Surface(name, np.array([0.0, 1.0]), np.array([0.0, 1.0]), np.zeros((2, 2)), "linear", "hold")
+    return MapSurface(name, np.array([0.0, 1.0]), np.array([0.0, 1.0]), np.zeros((2, 2)), "linear", "hold")
 
 
 MAPS = _Maps(
     key="maps",
-    entry=Map,
+    entry=MapEntry,
     after=("parameters",),
     before=("inputs", "bodies", "definitions"),
     documentation="""

@@ -28,7 +28,7 @@ _PROFILES = 50
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class MapSurface:
     """A function of two arguments through the values at the nodes of a grid.
 
     Attributes
@@ -114,7 +114,7 @@ class Surface:
         return np.asarray(sum(products))
 
 
-def recorded(algebra: Algebra, surface: Surface, word: str, component: int, arguments: Sequence[Scalar]) -> Scalar:
+def recorded(algebra: Algebra, surface: MapSurface, word: str, component: int, arguments: Sequence[Scalar]) -> Scalar:
     """Return a surface at two arguments on the tape."""
     with algebra.tape.block(f"map {surface.name}, line by line"):
         result = algebra.zero
@@ -128,7 +128,7 @@ def recorded(algebra: Algebra, surface: Surface, word: str, component: int, argu
     return result
 
 
-def _signature(surface: Surface) -> Signature:
+def _signature(surface: MapSurface) -> Signature:
     *arguments, value = surface.units
     return Signature(dict(zip("xy", arguments, strict=True)), {"value": value})
 
@@ -137,8 +137,8 @@ MAP = Word(
     name="map",
     section="maps",
     arguments=("x", "y"),
-    values=Surface.value,
+    values=MapSurface.value,
     recording=f"{__name__}:recorded",
-    curves=Surface.curves,
+    curves=MapSurface.curves,
     signature=_signature,
 )

@@ -26,7 +26,7 @@ from eomgen.codegen.targets.c.templates import environment
 from eomgen.codegen.targets.target import Target
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.products.optimisers.casadi_code import Texts, check_named, exported_functions
-from eomgen.products.optimisers.discrete_steps import Chain, chain_of
+from eomgen.products.optimisers.discrete_steps import StepChain, chain_of
 from eomgen.products.optimisers.functions import Equations, Exported, Pattern, dense, rates
 
 #: Terms of the functions of acados: of scenes without constraints, with constraints.
@@ -35,7 +35,7 @@ _TERMS = (*_FREE, *_CONSTRAINED, "internal_rate", "momenta", "constraint", "cons
 
 
 @dataclass(frozen=True)
-class Family:
+class AcadosFunctions:
     """Functions of acados with the same equations.
 
     Attributes
@@ -47,7 +47,7 @@ class Family:
 
     name: str
     equations: Equations | None
-    step: Chain | None = None
+    step: StepChain | None = None
 
     @cached_property
     def functions(self) -> list[Exported]:
@@ -83,7 +83,7 @@ class _Sizes:
     p : parameters, the time and for discrete functions the length of the step
     """
 
-    family: Family
+    family: AcadosFunctions
     x: int
     u: int
     z: int
@@ -226,7 +226,7 @@ def implicit(program: Program, functions: Sequence[Exported]) -> Equations | Non
     return Equations(program, sizes, parts, places, implicit=True)
 
 
-def families(program: Program, method: str | None) -> list[Family]:
+def families(program: Program, method: str | None) -> list[AcadosFunctions]:
     """Return the functions of acados that a model has; ``method``: of discrete steps.
 
     Raises
@@ -243,9 +243,9 @@ def families(program: Program, method: str | None) -> list[Family]:
         raise ModelError(Problem(program.prefix, fault, hint))
     functions = exported_functions(program)
     equations = {"explicit": rates(program, functions, ("u",)), "implicit": implicit(program, functions)}
-    made = [Family(name, known) for name, known in equations.items() if known is not None]
+    made = [AcadosFunctions(name, known) for name, known in equations.items() if known is not None]
     step = chain_of(program, functions, method, ("u",))
-    return made if step is None else [*made, Family("discrete", None, step)]
+    return made if step is None else [*made, AcadosFunctions("discrete", None, step)]
 
 
 def _model_files(program: Program, prefix: str, names: Sequence[str]) -> dict[str, str]:

@@ -69,7 +69,7 @@ class Slot(NamedTuple):
         return Slot(self.place + start, size)
 
 
-class Term(NamedTuple):
+class StepTerm(NamedTuple):
     """factor h^power values, h the length of the step."""
 
     factor: float
@@ -77,13 +77,13 @@ class Term(NamedTuple):
     power: int = 0
 
 
-class Node(NamedTuple):
+class ChainNode(NamedTuple):
     """Number of a function, -1 of a sum; result; values of the arguments, or terms."""
 
     function: int
     result: Slot
     arguments: tuple[Slot, ...]
-    terms: tuple[Term, ...]
+    terms: tuple[StepTerm, ...]
 
 
 class ChainFunction(NamedTuple):
@@ -108,7 +108,7 @@ class ChainFunction(NamedTuple):
         return [index for size in self.exported.sizes.values() for index in range(size)]
 
 
-class Chain:
+class StepChain:
     """A step as a chain of nodes.
 
     Parameters
@@ -149,7 +149,7 @@ class Chain:
         x = self.values["x"]
         self.q, self.v = x.part(0, self.nq), x.part(self.nq, self.nv)
         self.z = x.part(self.nq + self.nv, self.nz)
-        self.nodes: list[Node] = []
+        self.nodes: list[ChainNode] = []
         self.functions: list[ChainFunction] = []
         self.guesses: list[tuple[Slot, Slot]] = []
         self.equations: list[Slot] = []
@@ -175,14 +175,14 @@ class Chain:
             self.functions.append(function)
             names.append(function.name)
         slot = self._new(size) if result is None else result
-        self.nodes.append(Node(names.index(function.name), slot, tuple(arguments), ()))
+        self.nodes.append(ChainNode(names.index(function.name), slot, tuple(arguments), ()))
         return slot
 
-    def sum(self, *terms: Term, into: Slot | None = None) -> Slot:
+    def sum(self, *terms: StepTerm, into: Slot | None = None) -> Slot:
         """Return a sum."""
         slot = self._new(terms[0].value.size) if into is None else into
         if slot.size:
-            self.nodes.append(Node(-1, slot, (), terms))
+            self.nodes.append(ChainNode(-1, slot, (), terms))
         return slot
 
     def room(self, size: int) -> Slot:
@@ -194,14 +194,14 @@ class Chain:
         if part.size == size:
             return part
         whole = self.room(size)
-        self.sum(Term(1.0, part), into=whole.part(start, part.size))
+        self.sum(StepTerm(1.0, part), into=whole.part(start, part.size))
         return whole
 
     def time(self, share: float) -> Slot:
         """Return t + share h."""
         if not (self.timed and share):
             return self.values.get("t", self.one)
-        return self.sum(Term(1.0, self.values["t"]), Term(share, self.one, 1))
+        return self.sum(StepTerm(1.0, self.values["t"]), StepTerm(share, self.one, 1))
 
     def _by_factor(self, name: str, size: int, first: Slot, second: Slot, *, of_q: bool) -> Slot:
         """Return a function of a group for each rotation and pose; of plain numbers the sum, or the second argument."""
@@ -212,7 +212,7 @@ class Chain:
             left, right = first.part(*(coordinates if of_q else along)), second.part(*along)
             target = result.part(*(coordinates if of_q else along))
             if factor["group"] == "R":
-                self.sum(*([Term(1.0, left)] if of_q else []), Term(1.0, right), into=target)
+                self.sum(*([StepTerm(1.0, left)] if of_q else []), StepTerm(1.0, right), into=target)
             else:
                 function = group_function(name, str(factor["group"]))
                 self._node(
@@ -237,11 +237,11 @@ class Chain:
             return vector
         return self._by_factor(name, self.nv, increment, vector, of_q=False)
 
-    def ends_with(self, q: Slot, v: Slot, z: Sequence[Term]) -> None:
+    def ends_with(self, q: Slot, v: Slot, z: Sequence[StepTerm]) -> None:
         """Set the end of the step."""
         self.end = self._new(self.nx)
-        self.sum(Term(1.0, q), into=self.end.part(0, self.nq))
-        self.sum(Term(1.0, v), into=self.end.part(self.nq, self.nv))
+        self.sum(StepTerm(1.0, q), into=self.end.part(0, self.nq))
+        self.sum(StepTerm(1.0, v), into=self.end.part(self.nq, self.nv))
         self.sum(*z, into=self.end.part(self.nq + self.nv, self.nz))
 
     def rate_of_states(self, **slots: Slot) -> Slot:
@@ -280,7 +280,7 @@ class Chain:
         """Largest number of arguments of a function."""
         return max(len(function.exported.sizes) for function in self.functions)
 
-    def columns_of(self, node: Node) -> NDArray[np.int64]:
+    def columns_of(self, node: ChainNode) -> NDArray[np.int64]:
         """Return the values that are the columns of a function's Jacobian."""
         return np.concatenate([np.arange(slot.place, slot.place + slot.size) for slot in node.arguments])
 
@@ -388,7 +388,9 @@ def why_no_step(program: Program) -> str:
     return ""
 
 
-def chain_of(program: Program, functions: Sequence[Exported], method: str | None, along: Sequence[str]) -> Chain | None:
+def chain_of(
+    program: Program, functions: Sequence[Exported], method: str | None, along: Sequence[str]
+) -> StepChain | None:
     """Return one step of a method, or None of a model whose functions do not suffice, or with sampled states or angles
     that are counted over turns, if no method is asked for.
 
@@ -449,18 +451,18 @@ def _reason(method: Any, recorded: bool, rows: int, holonomic: int) -> str:
 _Functions = Mapping[str, Exported]
 
 
-def _runge_kutta(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> Chain:
+def _runge_kutta(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> StepChain:
     """Return a step of an explicit Runge-Kutta method in the Lie algebra, whose increments start at zero."""
-    chain = Chain(program, functions, method.title(constrained=False), along, {})
+    chain = StepChain(program, functions, method.title(constrained=False), along, {})
     slopes: list[tuple[Slot, Slot, Slot]] = []
 
-    def state_after(weights: Sequence[Any]) -> tuple[Slot, Slot, list[Term]]:
+    def state_after(weights: Sequence[Any]) -> tuple[Slot, Slot, list[StepTerm]]:
         """Return the increment, the velocity and terms of the internal states for weights of the slopes so far."""
         used = [(float(weight), slope) for weight, slope in zip(weights, slopes, strict=False) if weight]
         if not used:
-            return chain.zero.part(0, chain.nv), chain.v, [Term(1.0, chain.z)]
-        theta, v, z = ([Term(weight, slope[k], 1) for weight, slope in used] for k in range(3))
-        return chain.sum(*theta), chain.sum(Term(1.0, chain.v), *v), [Term(1.0, chain.z), *z]
+            return chain.zero.part(0, chain.nv), chain.v, [StepTerm(1.0, chain.z)]
+        theta, v, z = ([StepTerm(weight, slope[k], 1) for weight, slope in used] for k in range(3))
+        return chain.sum(*theta), chain.sum(StepTerm(1.0, chain.v), *v), [StepTerm(1.0, chain.z), *z]
 
     for row, share in zip(method.A, method.c, strict=True):
         theta, v, of_z = state_after(row)
@@ -473,25 +475,25 @@ def _runge_kutta(program: Program, functions: _Functions, method: Any, along: Se
     return chain
 
 
-def _composition(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> Chain:
+def _composition(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> StepChain:
     """Return a step of a symplectic composition of kicks and drifts."""
     accelerations = functions["forward_dynamics"]
     of_v = accelerations.slices.get("v", slice(0, 0))
     if np.any((of_v.start <= accelerations.jacobian.columns) & (accelerations.jacobian.columns < of_v.stop)):
         fault = f"accelerations of {program.prefix} depend on velocities, so that kicks are not symplectic [E0944]"
         raise ModelError(Problem("method", fault, RUNGE_KUTTA))
-    chain, parts = Chain(program, functions, method.title(constrained=False), along, {}), method.composition
+    chain, parts = StepChain(program, functions, method.title(constrained=False), along, {}), method.composition
     q, v, times = chain.q, chain.v, list(parts.kick_times)
     for number, kick in enumerate(parts.kicks):
         a = chain.call("forward_dynamics", q=q, v=v, t=chain.time(float(times[number])))
-        v = chain.sum(Term(1.0, v), Term(float(kick), a, 1))
+        v = chain.sum(StepTerm(1.0, v), StepTerm(float(kick), a, 1))
         if number < len(parts.drifts):
-            q = chain.update(q, chain.sum(Term(float(parts.drifts[number]), v, 1)))
-    chain.ends_with(q, v, [Term(1.0, chain.z)])
+            q = chain.update(q, chain.sum(StepTerm(float(parts.drifts[number]), v, 1)))
+    chain.ends_with(q, v, [StepTerm(1.0, chain.z)])
     return chain
 
 
-def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> Chain:
+def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> StepChain:
     """Return a step of generalized-alpha from (q, v, z), with accelerations that are consistent at the start.
 
     Constraints on positions have the stabilised form: positions and velocities at the end meet the constraints.
@@ -505,7 +507,7 @@ def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence
     unknowns |= {f"z_{k}": nz for k in range(1, len(stages))}
     weighed = _components_of_positions(program, functions) if holonomic else []
     unknowns |= {"vdot": nv, "lam": rows, "z": nz, "eta": holonomic, "shift": len(weighed)}
-    chain = Chain(program, functions, method.title(constrained=bool(rows)), along, unknowns)
+    chain = StepChain(program, functions, method.title(constrained=bool(rows)), along, unknowns)
     chain.guesses.append((chain.unknowns["z"], chain.z))
     accelerations: list[Slot] = []
     rates: list[Slot] = []
@@ -527,13 +529,15 @@ def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence
     a = before
     if share:
         slope = zip(_SLOPE, accelerations, strict=True)
-        a = chain.sum(Term(1.0, before), *(Term(share * weight, slot) for weight, slot in slope))
+        a = chain.sum(StepTerm(1.0, before), *(StepTerm(share * weight, slot) for weight, slot in slope))
     vdot, m, f = chain.unknowns["vdot"], step.alpha_m, step.alpha_f
-    after = chain.sum(Term((1.0 - f) / (1.0 - m), vdot), Term(f / (1.0 - m), before), Term(-m / (1.0 - m), a))
-    theta = chain.sum(Term(1.0, chain.v, 1), Term(0.5 - step.beta, a, 2), Term(step.beta, after, 2))
-    v = chain.sum(Term(1.0, chain.v), Term(1.0 - step.gamma, a, 1), Term(step.gamma, after, 1))
+    after = chain.sum(
+        StepTerm((1.0 - f) / (1.0 - m), vdot), StepTerm(f / (1.0 - m), before), StepTerm(-m / (1.0 - m), a)
+    )
+    theta = chain.sum(StepTerm(1.0, chain.v, 1), StepTerm(0.5 - step.beta, a, 2), StepTerm(step.beta, after, 2))
+    v = chain.sum(StepTerm(1.0, chain.v), StepTerm(1.0 - step.gamma, a, 1), StepTerm(step.gamma, after, 1))
     if holonomic:
-        theta = chain.sum(Term(1.0, theta), Term(-1.0, _stabilise(chain, weighed), 1))
+        theta = chain.sum(StepTerm(1.0, theta), StepTerm(-1.0, _stabilise(chain, weighed), 1))
     state = {"q": chain.update(chain.q, theta), "v": v, "a": vdot, "z": chain.unknowns["z"]}
     state |= {"lam": chain.unknowns["lam"], "t": chain.time(1.0)}
     chain.equations.append(chain.call("residual" if rows else "inverse_dynamics", **state))
@@ -542,32 +546,32 @@ def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence
         chain.equations.append(chain.call("constraint_velocity", **state))
     if nz:
         _add_rates(chain, step, rates, rate_share, state)
-    chain.ends_with(state["q"], v, [Term(1.0, state["z"])])
+    chain.ends_with(state["q"], v, [StepTerm(1.0, state["z"])])
     return chain
 
 
 def _add_rates(
-    chain: Chain, step: LinearStep, rates: Sequence[Slot], rate_share: float, end: Mapping[str, Slot]
+    chain: StepChain, step: LinearStep, rates: Sequence[Slot], rate_share: float, end: Mapping[str, Slot]
 ) -> None:
     """Add the equations of internal states at the end of a step of generalized-alpha."""
     m, f, gamma = step.rate_alpha_m, step.alpha_f, step.rate_gamma
     of_start = 1.0 - gamma - gamma * m / (1.0 - m)  # of the algorithmic rate at the start
     rate = chain.rate_of_states(**end)
-    terms = [Term(of_start + gamma * f / (1.0 - m), rates[0], 1), Term(gamma * (1.0 - f) / (1.0 - m), rate, 1)]
+    terms = [StepTerm(of_start + gamma * f / (1.0 - m), rates[0], 1), StepTerm(gamma * (1.0 - f) / (1.0 - m), rate, 1)]
     if rate_share:
         slope = zip(_SLOPE, rates, strict=True)
-        terms += [Term(of_start * rate_share * weight, slot, 1) for weight, slot in slope]
-    chain.equations.append(chain.sum(Term(1.0, chain.z), Term(-1.0, end["z"]), *terms))
+        terms += [StepTerm(of_start * rate_share * weight, slot, 1) for weight, slot in slope]
+    chain.equations.append(chain.sum(StepTerm(1.0, chain.z), StepTerm(-1.0, end["z"]), *terms))
 
 
-def _predict(chain: Chain, start: Mapping[str, Slot], k: int, part: float) -> dict[str, Slot]:
+def _predict(chain: StepChain, start: Mapping[str, Slot], k: int, part: float) -> dict[str, Slot]:
     """Return the state a part of the step after the start, with the accelerations of the start."""
-    moved = chain.sum(Term(part, chain.v, 1), Term(0.5 * part * part, start["a"], 2))
-    state = {"q": chain.update(chain.q, moved), "v": chain.sum(Term(1.0, chain.v), Term(part, start["a"], 1))}
+    moved = chain.sum(StepTerm(part, chain.v, 1), StepTerm(0.5 * part * part, start["a"], 2))
+    state = {"q": chain.update(chain.q, moved), "v": chain.sum(StepTerm(1.0, chain.v), StepTerm(part, start["a"], 1))}
     return state | ({"z": _predicted_states(chain, start, chain.unknowns[f"z_{k}"], part)} if chain.nz else {})
 
 
-def _predicted_states(chain: Chain, start: Mapping[str, Slot], z: Slot, part: float) -> Slot:
+def _predicted_states(chain: StepChain, start: Mapping[str, Slot], z: Slot, part: float) -> Slot:
     """Return internal states a part of the step after the start, for the first slope of accelerations.
 
     The stepper takes the linearly implicit step z - z_n = part h (Z_n + dZ/dz (z - z_n)). Here the rates Z are taken at
@@ -575,7 +579,7 @@ def _predicted_states(chain: Chain, start: Mapping[str, Slot], z: Slot, part: fl
     """
     chain.guesses.append((z, chain.z))
     rate = chain.rate_of_states(**{**start, "z": z})
-    chain.equations.append(chain.sum(Term(1.0, chain.z), Term(-1.0, z), Term(part, rate, 1)))
+    chain.equations.append(chain.sum(StepTerm(1.0, chain.z), StepTerm(-1.0, z), StepTerm(part, rate, 1)))
     return z
 
 
@@ -587,7 +591,7 @@ def _components_of_positions(program: Program, functions: _Functions) -> list[in
     return sorted({int(row) for row in exported.jacobian.rows[of_rows]})
 
 
-def _stabilise(chain: Chain, weighed: Sequence[int]) -> Slot:
+def _stabilise(chain: StepChain, weighed: Sequence[int]) -> Slot:
     """Return W B^T eta at the start of a step, W = diag(1/M_ii), zero for components without such constraints.
 
     The residual is linear in accelerations and multipliers, so M e_i x_i and B^T eta are differences of residuals, and
@@ -602,30 +606,30 @@ def _stabilise(chain: Chain, weighed: Sequence[int]) -> Slot:
     pushed, free = chain.call("residual", **still, lam=multipliers), chain.call("residual", **still)
     for number, i in enumerate(weighed):
         component = shift.part(number, 1)
-        chain.sum(Term(1.0, component), into=result.part(i, 1))
-        balance = [Term(-1.0, pushed.part(i, 1)), Term(1.0, free.part(i, 1))]
+        chain.sum(StepTerm(1.0, component), into=result.part(i, 1))
+        balance = [StepTerm(-1.0, pushed.part(i, 1)), StepTerm(1.0, free.part(i, 1))]
         if (i, first + i) in nonzeros:
             moved = chain.call("residual", **still, a=chain.pad(component, i, nv))
-            balance += [Term(1.0, moved.part(i, 1)), Term(-1.0, free.part(i, 1))]
+            balance += [StepTerm(1.0, moved.part(i, 1)), StepTerm(-1.0, free.part(i, 1))]
         else:
-            balance.append(Term(1.0, component))
+            balance.append(StepTerm(1.0, component))
         chain.equations.append(chain.sum(*balance))
     return result
 
 
-def _variational(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> Chain:
+def _variational(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> StepChain:
     """Return a step of RATTLie, with momenta along half an increment each, and impulses of the constraints at both
     ends."""
     nv, nz, rows = program.sizes["v"], program.sizes["z"], program.sizes["lam"]
     unknowns = {"mean": nv, "first": rows, "v": nv, "last": rows, "z": nz}
-    chain = Chain(program, functions, method.title(constrained=True), along, unknowns)
+    chain = StepChain(program, functions, method.title(constrained=True), along, unknowns)
     mean, v, z = (chain.unknowns[name] for name in ("mean", "v", "z"))
     chain.guesses += [(mean, chain.v), (v, chain.v), (z, chain.z)]
-    increment = chain.sum(Term(1.0, mean, 1))
+    increment = chain.sum(StepTerm(1.0, mean, 1))
     start, end = {"q": chain.q, "z": chain.z}, {"q": chain.update(chain.q, increment), "z": z, "t": chain.time(1.0)}
     momenta = [chain.call("momenta", **state) for state in ({**start, "v": mean}, {**end, "v": mean})]
-    middle = chain.sum(*(Term(0.5, momentum.part(0, nv)) for momentum in momenta))
-    back = chain.cotangent(chain.sum(Term(-1.0, mean, 1)), middle)
+    middle = chain.sum(*(StepTerm(0.5, momentum.part(0, nv)) for momentum in momenta))
+    back = chain.cotangent(chain.sum(StepTerm(-1.0, mean, 1)), middle)
     for state, velocity, moved, rate, impulse, sign in (
         (start, chain.v, back, momenta[0], chain.unknowns["first"], -1.0),
         (end, v, chain.cotangent(increment, middle), momenta[1], chain.unknowns["last"], 1.0),
@@ -633,11 +637,18 @@ def _variational(program: Program, functions: _Functions, method: Any, along: Se
         momentum = chain.call("momenta", **{**state, "v": velocity}).part(0, nv)
         still = {**state, "v": chain.zero.part(0, nv)}
         pushed, free = chain.call("residual", **still, lam=impulse), chain.call("residual", **still)
-        terms = Term(-sign, moved), Term(-0.5, rate.part(nv, nv), 1), Term(1.0, pushed), Term(-1.0, free)
-        chain.equations.append(chain.sum(Term(sign, momentum), *terms))
+        terms = (
+            StepTerm(-sign, moved),
+            StepTerm(-0.5, rate.part(nv, nv), 1),
+            StepTerm(1.0, pushed),
+            StepTerm(-1.0, free),
+        )
+        chain.equations.append(chain.sum(StepTerm(sign, momentum), *terms))
     chain.equations += [chain.call("constraint", **end), chain.call("constraint_velocity", **{**end, "v": v})]
     if nz:
         slopes = [chain.rate_of_states(**{**state, "v": mean}) for state in (start, end)]
-        chain.equations.append(chain.sum(Term(1.0, chain.z), Term(-1.0, z), *(Term(0.5, slope, 1) for slope in slopes)))
-    chain.ends_with(end["q"], v, [Term(1.0, z)])
+        chain.equations.append(
+            chain.sum(StepTerm(1.0, chain.z), StepTerm(-1.0, z), *(StepTerm(0.5, slope, 1) for slope in slopes))
+        )
+    chain.ends_with(end["q"], v, [StepTerm(1.0, z)])
     return chain

@@ -462,7 +462,7 @@ def _sums(products: Any, counts: Any) -> Any:
     return result
 
 
-class Operators(NamedTuple):
+class TorchOperators(NamedTuple):
     """PyTorch, with the operators of all models."""
 
     package: Any
@@ -472,7 +472,7 @@ class Operators(NamedTuple):
 
 
 @functools.cache
-def _operators() -> Operators:
+def _operators() -> TorchOperators:
     """Return PyTorch with the operators. Raises UsageError without PyTorch."""
     missing = Problem("torch", "the package torch is not installed [E0954]", "pip install 'eomgen[torch]'")
     package: Any = optional_package("torch", missing)
@@ -643,4 +643,4 @@ def _operators() -> Operators:
             fault = "second derivatives of a run [E0956]"
             raise UsageError(Problem("torch", fault, "model.sensitivities, whose hessian has them"))
 
-    return Operators(package, Value.apply, Inputs.apply, package.compiler.disable(Run.apply))
+    return TorchOperators(package, Value.apply, Inputs.apply, package.compiler.disable(Run.apply))

@@ -68,7 +68,7 @@ _SPECIAL = str.maketrans(
 
 
 @dataclass(frozen=True)
-class Definition:
+class DefinedSymbol:
     """A symbol of a document.
 
     Attributes
@@ -85,7 +85,7 @@ class Definition:
 
 
 @dataclass(frozen=True)
-class Equations:
+class SymbolicTerms:
     """Terms of a System as expressions of SymPy in the names of the definitions.
 
     Attributes
@@ -99,7 +99,7 @@ class Equations:
     shared: tuple[tuple[sympy.Symbol, sympy.Expr], ...]
     terms: Mapping[str, sympy.Matrix]
     base: tuple[tuple[sympy.Symbol, sympy.Expr], ...]
-    definitions: Mapping[str, tuple[Definition, ...]]
+    definitions: Mapping[str, tuple[DefinedSymbol, ...]]
 
     def as_json(self) -> dict[str, Any]:
         """Return the equations as JSON types; expressions are texts in SymPy's words."""
@@ -144,7 +144,7 @@ def with_symbols(scene: Scene, *, every: bool = False) -> tuple[System, Descript
     ), described
 
 
-def equations(system: System, described: Description, *, width: int = 96) -> Equations:
+def equations(system: System, described: Description, *, width: int = 96) -> SymbolicTerms:
     """Return the terms of a System as expressions that fit lines.
 
     Parameters
@@ -180,7 +180,7 @@ def equations(system: System, described: Description, *, width: int = 96) -> Equ
     base = zip(
         (sympy.Symbol(names[InputSymbol("base", place)], real=True) for place in places), entries[first:], strict=True
     )
-    return Equations(tuple(shared), terms, tuple(base), _definitions(system, described, names, used))
+    return SymbolicTerms(tuple(shared), terms, tuple(base), _definitions(system, described, names, used))
 
 
 def _named_entries(
@@ -259,16 +259,16 @@ def _names(system: System) -> dict[InputSymbol, str]:
 
 def _definitions(
     system: System, described: Description, names: Mapping[InputSymbol, str], used: set[str]
-) -> dict[str, tuple[Definition, ...]]:
+) -> dict[str, tuple[DefinedSymbol, ...]]:
     """Return the symbols of a document by title of the table; components of the base and time if a term has any."""
 
     def name_of(block: str, index: int) -> str:
         symbol = InputSymbol(block, index)
         return names.get(symbol) or str(input_symbol(symbol).name)
 
-    def table_of(block: str, word: str, items: Sequence[Any], values: Sequence[float | None]) -> list[Definition]:
+    def table_of(block: str, word: str, items: Sequence[Any], values: Sequence[float | None]) -> list[DefinedSymbol]:
         return [
-            Definition(name_of(block, index), item.description or f"{word} {item.name}", item.unit, value)
+            DefinedSymbol(name_of(block, index), item.description or f"{word} {item.name}", item.unit, value)
             for index, (item, value) in enumerate(zip(items, values, strict=True))
         ]
 
@@ -279,9 +279,9 @@ def _definitions(
         owner = joints.get(factor.name, factor.name)
         of_q, of_v = _meanings(factor.group, factor.q_size, factor.v_size)
         for index, place in enumerate(range(factor.q_start, factor.q_start + factor.q_size)):
-            coordinates.append(Definition(name_of("q", place), f"{of_q[index]}, {owner}", q_units[place]))
+            coordinates.append(DefinedSymbol(name_of("q", place), f"{of_q[index]}, {owner}", q_units[place]))
         for index, place in enumerate(range(factor.v_start, factor.v_start + factor.v_size)):
-            velocities.append(Definition(name_of("v", place), f"{of_v[index]}, {owner}", v_units[place]))
+            velocities.append(DefinedSymbol(name_of("v", place), f"{of_v[index]}, {owner}", v_units[place]))
     tables = {
         "Coordinates": coordinates,
         "Velocities": velocities,
@@ -289,15 +289,15 @@ def _definitions(
         "Inputs": table_of("u", "input", system.inputs, [None] * len(system.inputs)),
         "Internal states": table_of("z", "state", system.states, [item.value for item in system.states]),
         "Multipliers": [
-            Definition(f"lam_{index}", f"multiplier of {name}", "N m" if unit.startswith("1") else "N")
+            DefinedSymbol(f"lam_{index}", f"multiplier of {name}", "N m" if unit.startswith("1") else "N")
             for index, (name, unit) in enumerate(zip(system.multipliers, system.row_units, strict=True))
         ],
         "Motion of the base": [
-            Definition(name, f"{meaning}, {axis}", _BASE_UNITS[field])
+            DefinedSymbol(name, f"{meaning}, {axis}", _BASE_UNITS[field])
             for name, (field, axis, meaning) in _BASE.items()
             if name in used
         ],
-        "Time": [Definition("t", "time", "s")] if "t" in used else [],
+        "Time": [DefinedSymbol("t", "time", "s")] if "t" in used else [],
     }
     return {title: tuple(items) for title, items in tables.items() if items}
 
@@ -356,14 +356,14 @@ def _text(text: str) -> str:
 # -- the document ------------------------------------------------------------------------------------------------------
 
 
-def document(system: System, described: Description, parts: Equations, *, width: int = 96) -> str:
+def document(system: System, described: Description, parts: SymbolicTerms, *, width: int = 96) -> str:
     """Return a whole document: the equation of motion, tables of symbols with units, named expressions, and terms.
 
     Parameters
     ----------
     system, described
         As of ``equations``.
-    parts : Equations
+    parts : SymbolicTerms
         Of this system.
     width : int, optional
         Characters of a line, about.
@@ -427,7 +427,7 @@ def _is_vector(name: str) -> bool:
     return name not in ("mass", "constraint_jacobian")
 
 
-def _remarks(system: System, parts: Equations) -> Iterator[str]:
+def _remarks(system: System, parts: SymbolicTerms) -> Iterator[str]:
     """Yield sentences on velocities, numbers and zeros."""
     if any(factor.group != "R" for factor in system.factors):
         yield (
@@ -441,7 +441,7 @@ def _remarks(system: System, parts: Equations) -> Iterator[str]:
         yield "$M$ is symmetric: the upper triangle is listed.\n"
 
 
-def _table(title: str, items: Sequence[Definition], typeset: Mapping[str, str]) -> list[str]:
+def _table(title: str, items: Sequence[DefinedSymbol], typeset: Mapping[str, str]) -> list[str]:
     valued = any(item.value is not None for item in items)
     head = ["symbol", "meaning", "unit", *(["value"] if valued else [])]
     lines = [rf"\begin{{longtable}}{{l p{{95mm}} l{' r' if valued else ''}}}"]

@@ -89,11 +89,11 @@ def draw_rest(
         The figure cannot be written.
     """
     reference = initial_state(model, initial, p).q
-    lines = _Lines(model, t, p, np.stack([reference, q]))
+    lines = _MachineLines(model, t, p, np.stack([reference, q]))
     factor = _enlargement(lines)
     if factor > 1.0:
         change = difference(model.factors, reference, q)
-        lines = _Lines(model, t, p, np.stack([reference, update(model.factors, reference, factor * change)]))
+        lines = _MachineLines(model, t, p, np.stack([reference, update(model.factors, reference, factor * change)]))
     planes = _planes(lines)
     figure = new_figure((6.5 * len(planes), 5.0))
     enlarged = f"displacements {factor:.4g} times" if factor > 1.0 else "displacements to scale"
@@ -121,7 +121,7 @@ def draw_modes(
     """
     count = min(len(titles), _MODES)
     moved = [update(model.factors, q, sign * shapes[:, k]) for k in range(count) for sign in (1e-4, 0.0)]
-    small = _Lines(model, t, p, np.stack(moved))
+    small = _MachineLines(model, t, p, np.stack(moved))
     configurations, angular = [q], [unit == "rad/s" for unit in model.v_units]
     for k in range(count):
         size = float(np.max(np.linalg.norm(small.places[2 * k] - small.places[2 * k + 1], axis=1), initial=0.0))
@@ -129,7 +129,7 @@ def draw_modes(
         turns = np.max(np.abs(shapes[angular, k]), initial=0.0)
         scale = min(scale, 1.0 / turns) if turns > 0.0 else scale
         configurations += [update(model.factors, q, sign * scale * shapes[:, k]) for sign in (1.0, -1.0)]
-    lines = _Lines(model, t, p, np.stack(configurations))
+    lines = _MachineLines(model, t, p, np.stack(configurations))
     columns = min(count, 3)
     figure = new_figure((5.2 * columns, 4.0 * -(-count // columns)))
     figure.suptitle(f"{model.name}: mode shapes, in the plane of each that shows most", fontsize=11)
@@ -147,7 +147,7 @@ def draw_modes(
     return save_figure(figure, path)
 
 
-class _Lines:
+class _MachineLines:
     """Axes of beams and ties of bodies in the world, at some configurations (n, nq)."""
 
     def __init__(self, model: CompiledModel, t: float, p: Array, q: Array) -> None:
@@ -209,7 +209,7 @@ class _Lines:
         return np.stack(result, axis=1) if result else np.zeros((self.count, 0, 3))
 
 
-def _enlargement(lines: _Lines) -> float:
+def _enlargement(lines: _MachineLines) -> float:
     """Return the magnification of displacements: 1, 2 or 5 times a power of ten."""
     moved = float(np.max(np.linalg.norm(lines.places[1] - lines.places[0], axis=1), initial=0.0))
     if not 0.0 < moved < _VISIBLE * lines.size:
@@ -219,11 +219,11 @@ def _enlargement(lines: _Lines) -> float:
     return float(power * max(step for step in (1.0, 2.0, 5.0) if step * power <= wanted))
 
 
-def _extent(lines: _Lines, plane: Sequence[int]) -> float:
+def _extent(lines: _MachineLines, plane: Sequence[int]) -> float:
     return float(np.sum(np.ptp(lines.places[0], axis=0)[list(plane)]))
 
 
-def _planes(lines: _Lines) -> list[tuple[int, int]]:
+def _planes(lines: _MachineLines) -> list[tuple[int, int]]:
     """Return the planes to draw: the plane of a planar machine, else (x, z) and (x, y)."""
     extents = np.ptp(lines.places.reshape(-1, 3), axis=0)
     shown = [(0, 2), (0, 1), (1, 2)]
@@ -232,7 +232,7 @@ def _planes(lines: _Lines) -> list[tuple[int, int]]:
     return flat[:1] or shown[:2]
 
 
-def _draw(axis: Any, lines: _Lines, row: int, plane: Sequence[int], label: str = "", **style: Any) -> None:
+def _draw(axis: Any, lines: _MachineLines, row: int, plane: Sequence[int], label: str = "", **style: Any) -> None:
     """Draw a machine at one configuration, projected onto a plane."""
     along = 3 - sum(plane)
     thin = style["color"] == _THIN
@@ -279,13 +279,13 @@ def _fill(axis: Any, part: Mapping[str, Any], places: Array, plane: Sequence[int
     axis.plot(*places[:, list(plane)].T, alpha=0.0, linewidth=0.0)  # so that the axes reach the shape
 
 
-def _supports(axis: Any, lines: _Lines, plane: Sequence[int]) -> None:
+def _supports(axis: Any, lines: _MachineLines, plane: Sequence[int]) -> None:
     places = lines.supports()[0]
     if len(places):
         axis.plot(places[:, plane[0]], places[:, plane[1]], "^", color="#222222", markersize=8, label="supports")
 
 
-def _arrows(axis: Any, lines: _Lines, loads: Sequence[Arrow], plane: Sequence[int]) -> None:
+def _arrows(axis: Any, lines: _MachineLines, loads: Sequence[Arrow], plane: Sequence[int]) -> None:
     """Draw forces as arrows with lengths in proportion to the forces, the largest an eighth of the picture."""
     largest = max((float(np.linalg.norm(load.force)) for load in loads), default=0.0)
     for load in loads:

@@ -27,7 +27,7 @@ _SECTOR, _SPOKE = 6, 2
 Faces = list[list[int]]
 
 
-class Part(NamedTuple):
+class SolidPart(NamedTuple):
     """Part of a solid in one colour: vertices (n, 3), faces, counterclockwise from outside, and ``#rrggbb``, empty
     for the colour of the solid."""
 
@@ -36,10 +36,10 @@ class Part(NamedTuple):
     color: str = ""
 
 
-def parts_of(kind: str, sizes: Sequence[float]) -> list[Part]:
+def parts_of(kind: str, sizes: Sequence[float]) -> list[SolidPart]:
     """Return the surfaces of a solid; ``kind`` and ``sizes`` as of ``Shape``, z the axis of symmetry."""
     if kind == "box":
-        return [Part(*_box(sizes))]
+        return [SolidPart(*_box(sizes))]
     if kind == "wheel":
         return list(_wheel(*sizes))
     if kind == "ellipsoid":
@@ -48,16 +48,16 @@ def parts_of(kind: str, sizes: Sequence[float]) -> list[Part]:
         profile[0], profile[-1] = (-1.0, 0.0), (1.0, 0.0)
         ball, faces = _revolved(profile)
         poles = np.roll(ball, int(np.argmax(sizes)) + 1, axis=1)  # of the longest axis, whose ends are sharp
-        return [Part(poles * np.array(sizes), faces)]
+        return [SolidPart(poles * np.array(sizes), faces)]
     radius, length = (sizes[0], sizes[1] if len(sizes) > 1 else 0.0)
     if kind == "cylinder":
         pieces = max(1, min(_PIECES, round(length / radius)))
         walls = [(-length / 2 + length * k / pieces, radius) for k in range(pieces + 1)]
-        return [Part(*_revolved([(-length / 2, 0.0), *walls, (length / 2, 0.0)]))]
+        return [SolidPart(*_revolved([(-length / 2, 0.0), *walls, (length / 2, 0.0)]))]
     angles = np.linspace(0.0, 0.5 * np.pi, _ALONG + 1)
     half = [(length / 2 + radius * np.sin(angle), radius * np.cos(angle)) for angle in angles]
     whole = [(-place, across) for place, across in reversed(half)] + half[0 if length else 1 :]
-    return [Part(*_revolved(whole))]
+    return [SolidPart(*_revolved(whole))]
 
 
 def _box(size: Sequence[float]) -> tuple[Array, Faces]:
@@ -100,17 +100,17 @@ def _revolved(profile: Sequence[tuple[float, float]]) -> tuple[Array, Faces]:
     return vertices, faces
 
 
-def _wheel(radius: float, width: float) -> Iterator[Part]:
+def _wheel(radius: float, width: float) -> Iterator[SolidPart]:
     """Yield the tyre, the spokes in the colour of the wheel, and the rim between the spokes, which show its spin."""
-    yield Part(*_revolved([(0.5 * width * z, radius * r) for z, r in _TYRE]), _RUBBER)
+    yield SolidPart(*_revolved([(0.5 * width * z, radius * r) for z, r in _TYRE]), _RUBBER)
     (edge, rim), inner = _TYRE[-1], 0.5 * width * 0.6
     vertices, faces = _revolved(
         [(-inner, 0.0), (-0.5 * width * edge, radius * rim), (0.5 * width * edge, radius * rim), (inner, 0.0)]
     )
     sides = [face for face in faces if len(face) == 3]
     spokes = [face for number, face in enumerate(sides) if number % _SECTOR < _SPOKE]
-    yield Part(vertices, spokes)
-    yield Part(vertices, [face for face in sides if face not in spokes], _RIM)
+    yield SolidPart(vertices, spokes)
+    yield SolidPart(vertices, [face for face in sides if face not in spokes], _RIM)
 
 
 def drawn_shape(shape: Shape, sizes: Sequence[float], position: Sequence[float]) -> list[dict[str, Any]]:
@@ -146,7 +146,7 @@ def drawn_shape(shape: Shape, sizes: Sequence[float], position: Sequence[float])
     ]
 
 
-def _by_color(vertices: Array, faces: NDArray[np.int32], packed: bytes) -> list[Part]:
+def _by_color(vertices: Array, faces: NDArray[np.int32], packed: bytes) -> list[SolidPart]:
     """Return the parts of a mesh in one colour each.
 
     Parameters
@@ -154,14 +154,14 @@ def _by_color(vertices: Array, faces: NDArray[np.int32], packed: bytes) -> list[
     packed : colours of the faces, as of ``Shape``
     """
     if not packed:
-        return [Part(vertices, faces.tolist())]
+        return [SolidPart(vertices, faces.tolist())]
     colors = np.frombuffer(packed, np.int16).reshape(-1, 3)
     parts = []
     for color in np.unique(colors, axis=0):
         of_color = faces[np.all(colors == color, axis=1)]
         numbers, places = np.unique(of_color, return_inverse=True)
         text = "#" + "".join(f"{part:02x}" for part in color.tolist()) if color[0] >= 0 else ""
-        parts.append(Part(vertices[numbers], places.reshape(-1, 3).tolist(), text))
+        parts.append(SolidPart(vertices[numbers], places.reshape(-1, 3).tolist(), text))
     return parts
 
 

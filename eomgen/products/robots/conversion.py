@@ -10,7 +10,16 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.messages import legal_name, listed, nearest, shown
-from eomgen.products.robots.draft import MODEL_FRAME, WORLD_FRAME, Axis, Draft, Joint, Link, Loop, WrittenPose
+from eomgen.products.robots.draft import (
+    MODEL_FRAME,
+    WORLD_FRAME,
+    Axis,
+    Draft,
+    DraftJoint,
+    DraftLink,
+    DraftLoop,
+    WrittenPose,
+)
 from eomgen.products.robots.followers import Followers
 from eomgen.products.robots.frames import WORLD_NODE, Frames, Node, Pose, pose_of
 from eomgen.products.robots.joints import (
@@ -24,7 +33,7 @@ from eomgen.products.robots.joints import (
     loop_frame,
     stops_of,
 )
-from eomgen.products.robots.leftovers import Place
+from eomgen.products.robots.leftovers import ElementPlace
 from eomgen.products.robots.scene_draft import (
     NO_ACTUATION,
     Actuation,
@@ -36,7 +45,7 @@ from eomgen.products.robots.scene_draft import (
     tunable_body,
     turns_of,
 )
-from eomgen.products.robots.tree import Edge, Step, Tree, tree_of
+from eomgen.products.robots.tree import DraftTree, Edge, Step, tree_of
 from eomgen.scene.inertia import Inertia, combine_inertias, impossible
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.rotations import quaternion_of_matrix, snapped_rotation
@@ -84,7 +93,7 @@ class Conversion:
         scene.data |= {"format": 1, "name": legal_name(draft.name, ()), "bodies": {}, "joints": {}, "frames": {}}
         if draft.gravity is not None:
             scene.data["gravity"] = list(draft.gravity)
-        self.links: dict[Node, Link] = {}
+        self.links: dict[Node, DraftLink] = {}
         self.static: dict[Node, None] = {}
         self.edges: list[Edge] = []
         self.places: dict[Node, LinkPlace] = {WORLD_NODE: LinkPlace(BASE, np.eye(3), np.zeros(3))}
@@ -147,7 +156,7 @@ class Conversion:
             self.edges.append(self.weld(written))
         self.scene.report.raise_problems()
 
-    def add_edge(self, key: Node, joint: Joint, held: Mapping[Node, float]) -> None:
+    def add_edge(self, key: Node, joint: DraftJoint, held: Mapping[Node, float]) -> None:
         """Add the edge of a joint."""
         path, _ = key
         ends = []
@@ -171,13 +180,13 @@ class Conversion:
     def weld(self, written: str) -> Edge:
         """Return the joint that fixes a frame to the world."""
         path = (self.only,) if self.only else ()
-        place = Place(self.file, 1)
+        place = ElementPlace(self.file, 1)
         if not self.frames.check_frame(path, written, place, "") or written == WORLD_FRAME:
             every = [self.name_of((path, name)) for path, model in self.world.every() for name in model.names]
             fault = f"{self.file} has no link or frame {shown(written)} [E1940]"
             raise OptionError("weld", fault, nearest(written, every))
         link = self.frames.link(path, written)
-        joint = Joint(f"{written}_weld", place, WrittenPose(place), "fixed", "fixed", WORLD_FRAME, link[1])
+        joint = DraftJoint(f"{written}_weld", place, WrittenPose(place), "fixed", "fixed", WORLD_FRAME, link[1])
         return Edge((path, joint.name), joint, WORLD_NODE, link, None)
 
     def convert(self, *, actuated: bool, actuators: Actuation = NO_ACTUATION) -> None:
@@ -202,7 +211,9 @@ class Conversion:
         if not self.scene.data["frames"]:
             del self.scene.data["frames"]
 
-    def result(self, notes: Sequence[str], warnings: Sequence[tuple[Place, str]], *, strict: bool) -> ConvertedScene:
+    def result(
+        self, notes: Sequence[str], warnings: Sequence[tuple[ElementPlace, str]], *, strict: bool
+    ) -> ConvertedScene:
         """Return the scene with all notes; ``warnings`` are of the reader, with their places.
 
         Raises
@@ -246,7 +257,7 @@ class Conversion:
             notes.append(f"{note}: {listed(self.shifted)} [W0170]")
         return notes
 
-    def place_links(self, tree: Tree) -> None:
+    def place_links(self, tree: DraftTree) -> None:
         """Add the links and their joints, frames, and the joints that close loops."""
         for link in self.static:
             self.rest(link)
@@ -321,7 +332,7 @@ class Conversion:
         self.scene.put("bodies", name, {"mass": 0.0}, link.place)
         return name
 
-    def frame(self, node: Node, place: LinkPlace, line: Place) -> None:
+    def frame(self, node: Node, place: LinkPlace, line: ElementPlace) -> None:
         """Add a frame."""
         self.scene.put("frames", self.new_name("body", node), {"body": place.body, **place.pose}, line)
 
@@ -420,7 +431,7 @@ class Conversion:
         note = f"axes of {name} are not perpendicular: revolute joints {name} and {name}_second take its place [W0165]"
         self.scene.notes.append(note)
 
-    def add_forces(self, name: str, joint: Joint | None, entry: dict[str, Any], axes: Sequence[Any]) -> None:
+    def add_forces(self, name: str, joint: DraftJoint | None, entry: dict[str, Any], axes: Sequence[Any]) -> None:
         """Add springs and dampers, and friction and stops if asked for; note the omissions."""
         row = JOINTS["revolute" if joint is None else joint.type]
         unit, whole = row.units[0] if row.units else "", len(axes) == row.v_size
@@ -484,7 +495,7 @@ class Conversion:
             entry["pitch"] = joint.pitch
         self.forces_of_loop(joint, name, kind, [entry["first"], entry["second"]])
 
-    def close_by_frames(self, loop: Loop) -> None:
+    def close_by_frames(self, loop: DraftLoop) -> None:
         """Make a constraint of a loop; of one whose ends are in one body a note if they meet, else a fault."""
         ends = [_of(self.places[(), link], pose_of(pose)) for link, pose in zip(loop.links, loop.poses, strict=True)]
         if ends[0].body != ends[1].body:
@@ -501,7 +512,7 @@ class Conversion:
         fault += f" and turned by {degrees:.3g} degrees" if degrees > np.degrees(_MET) else ""
         self.scene.refuse(loop.place, f"constraints.{loop.name}", fault, "a joint of the loop that is not locked")
 
-    def forces_of_loop(self, joint: Joint, name: str, kind: str, frames: Sequence[Mapping[str, Any]]) -> None:
+    def forces_of_loop(self, joint: DraftJoint, name: str, kind: str, frames: Sequence[Mapping[str, Any]]) -> None:
         """Add the damper of a joint that closes a loop as a bushing; refuse a spring."""
         title = shown(joint.name)
         if any(axis.stiffness or axis.mimic for axis in joint.axes):
@@ -521,7 +532,7 @@ class Conversion:
             self.scene.left_out("dry friction", name)
         self.leave_limits(joint.axes, name, " of joints that close loops")
 
-    def resist_turning(self, joint: Joint, axis: Axis, name: str) -> None:
+    def resist_turning(self, joint: DraftJoint, axis: Axis, name: str) -> None:
         """Add the damper of a joint without axes, equal in all directions; note its spring, friction and limits."""
         if axis.damping:
             for index in range(joint.components):

@@ -13,7 +13,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
-from eomgen.products.robots.leftovers import Leftovers, Place
+from eomgen.products.robots.leftovers import ElementPlace, Leftovers
 from eomgen.scene.inertia import Inertia
 from eomgen.scene.joint_types import JOINTS
 
@@ -25,7 +25,7 @@ MODEL_FRAME, WORLD_FRAME = "__model__", "world"
 class WrittenPose:
     """A pose in the frame that it names; without a name in the frame that the format has as default."""
 
-    place: Place
+    place: ElementPlace
     orientation: Array = field(default_factory=lambda: np.eye(3))
     position: Array = field(default_factory=lambda: np.zeros(3))
     relative_to: str = ""
@@ -40,12 +40,12 @@ class Visual:
 
 
 @dataclass(frozen=True)
-class Link:
+class DraftLink:
     """A link: mass properties in its frame, visuals, and whether gravity pulls the link. ``body`` is the name of its
     body if no body can have the link's own name; a ``kept`` link is a body of its own even on a fixed joint."""
 
     name: str
-    place: Place
+    place: ElementPlace
     inertia: Inertia
     pose: WrittenPose
     pulled: bool = True
@@ -55,20 +55,20 @@ class Link:
 
 
 @dataclass(frozen=True)
-class Frame:
+class DraftFrame:
     """A frame, attached to the model if it names no other."""
 
     name: str
-    place: Place
+    place: ElementPlace
     pose: WrittenPose
     attached_to: str
 
 
 @dataclass(frozen=True)
-class Mimic:
+class DraftMimic:
     """Leader of an axis: q = multiplier (q_leader - reference) + offset."""
 
-    place: Place
+    place: ElementPlace
     joint: str
     multiplier: float
     offset: float
@@ -83,7 +83,7 @@ class Axis:
     Limits that are infinite are none; ``limited`` are the quantities with a limit in the file, in words.
     """
 
-    place: Place
+    place: ElementPlace
     vector: tuple[float, ...]
     expressed_in: str = ""
     damping: float = 0.0
@@ -95,7 +95,7 @@ class Axis:
     effort: float = np.inf
     limited: tuple[str, ...] = ()
     stop: tuple[float, float] | None = None
-    mimic: Mimic | None = None
+    mimic: DraftMimic | None = None
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ class Gear:
 
 
 @dataclass(frozen=True)
-class Joint:
+class DraftJoint:
     """A joint, with its type in a scene (empty for an unknown one) and in the file.
 
     Attributes
@@ -121,7 +121,7 @@ class Joint:
     """
 
     name: str
-    place: Place
+    place: ElementPlace
     pose: WrittenPose
     type: str
     written: str
@@ -147,19 +147,19 @@ class Joint:
 
 
 @dataclass(frozen=True)
-class Loop:
+class DraftLoop:
     """A joint that closes a loop by a frame in each of two links: z along the axis of the joint; of a universal joint
     first x and second y."""
 
     name: str
-    place: Place
+    place: ElementPlace
     type: str
     links: tuple[str, ...]
     poses: tuple[WrittenPose, ...]
 
 
 @dataclass
-class Model:
+class DraftModel:
     """A model, or the world of a file; keys of links, joints, frames and models are unique among all of them.
 
     Attributes
@@ -168,15 +168,15 @@ class Model:
     """
 
     name: str
-    place: Place
+    place: ElementPlace
     pose: WrittenPose
     static: bool = False
     canonical: str = ""
     placement: str = ""
-    links: dict[str, Link] = field(default_factory=dict)
-    joints: dict[str, Joint] = field(default_factory=dict)
-    frames: dict[str, Frame] = field(default_factory=dict)
-    models: dict[str, Model] = field(default_factory=dict)
+    links: dict[str, DraftLink] = field(default_factory=dict)
+    joints: dict[str, DraftJoint] = field(default_factory=dict)
+    frames: dict[str, DraftFrame] = field(default_factory=dict)
+    models: dict[str, DraftModel] = field(default_factory=dict)
     merged: dict[str, str] = field(default_factory=dict)
 
     @property
@@ -188,7 +188,7 @@ class Model:
         """Return whether the model holds something of a name."""
         return any(name in part for part in (self.links, self.joints, self.frames, self.models, self.merged))
 
-    def every(self, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Model]]:
+    def every(self, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], DraftModel]]:
         """Yield the model and the models within it with their paths, from this one."""
         yield path, self
         for name, model in self.models.items():
@@ -215,12 +215,12 @@ class Draft:
     """
 
     name: str
-    world: Model
+    world: DraftModel
     leftovers: Leftovers
     gravity: Sequence[float] | None = None
     undrawn: dict[str, list[str]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
-    loops: Sequence[Loop] = ()
+    loops: Sequence[DraftLoop] = ()
     root: str = ""
     root_joint: str = ""
     legal: bool = False

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 
 from eomgen.base.arrays import Array
 from eomgen.base.messages import nearest, shown
-from eomgen.products.robots.draft import Mimic
+from eomgen.products.robots.draft import DraftMimic
 from eomgen.products.robots.frames import WORLD_NODE, Frames, Node
 from eomgen.products.robots.joints import axes_in_world
-from eomgen.products.robots.leftovers import Place
+from eomgen.products.robots.leftovers import ElementPlace
 from eomgen.products.robots.scene_draft import LinkPlace, SceneDraft, number
 from eomgen.products.robots.tree import Edge, Step
 
@@ -64,7 +64,7 @@ class Followers:
             return f"q.{name}" if index == 0 else f"q.{name}_second"
         return f"q.{name}[{count - 1 - index if step.is_reversed else index}]"
 
-    def mimic(self, step: Step, index: int, mimic: Mimic) -> None:
+    def mimic(self, step: Step, index: int, mimic: DraftMimic) -> None:
         """Couple an axis with the axis of another joint."""
         path, joint = step.edge.key
         *outer, last = mimic.joint.split("::")
@@ -98,7 +98,7 @@ class Followers:
         equation = f"{follower} - ({number(mimic.multiplier)} * {leading} + {number(offset)})"
         self.constrain(f"{self.names[step.edge.key]}_mimic", equation, mimic.place)
 
-    def constrain(self, wanted: str, equation: str, place: Place) -> None:
+    def constrain(self, wanted: str, equation: str, place: ElementPlace) -> None:
         """Add an equation of coordinates."""
         entry = {"type": "formula", "equation": equation, "unit": "rad"}
         self.draft.put("constraints", self.draft.name("constraint", "", wanted), entry, place)

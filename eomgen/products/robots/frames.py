@@ -13,8 +13,8 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.messages import listed, nearest, shown
-from eomgen.products.robots.draft import MODEL_FRAME, WORLD_FRAME, Model, WrittenPose
-from eomgen.products.robots.leftovers import Place
+from eomgen.products.robots.draft import MODEL_FRAME, WORLD_FRAME, DraftModel, WrittenPose
+from eomgen.products.robots.leftovers import ElementPlace
 from eomgen.scene.reading.report import Report
 from eomgen.scene.rotations import snapped_rotation
 
@@ -53,14 +53,14 @@ IDENTITY = Pose(np.eye(3), np.zeros(3))
 class Frames:
     """Poses of all frames of a file, and the links that carry them; faults go to the report, once each."""
 
-    def __init__(self, world: Model, report: Report) -> None:
+    def __init__(self, world: DraftModel, report: Report) -> None:
         self.world, self.report = world, report
         self.models = dict(world.every())
         self._bases: dict[Node, tuple[Node, Pose]] = {}
         self._resolved_to_world: set[Node] = set()
         self._links: dict[Node, Node] = {}
         self._waiting: list[tuple[str, Node]] = []
-        self._refused: set[tuple[Place, str]] = set()
+        self._refused: set[tuple[ElementPlace, str]] = set()
 
     def node(self, path: tuple[str, ...], name: str) -> Node:
         """Return the model and the name in it that a name means, seen from a model."""
@@ -157,7 +157,7 @@ class Frames:
             poses.append((node, pose))
         return self._along(poses)
 
-    def check_frame(self, path: tuple[str, ...], name: str, place: Place, attribute: str) -> bool:
+    def check_frame(self, path: tuple[str, ...], name: str, place: ElementPlace, attribute: str) -> bool:
         """Return whether a name means a frame of a model; report one that does not."""
         *outer, last = name.split("::")
         here = (*path, *outer)
@@ -248,7 +248,7 @@ class Frames:
         self._refuse(place, attribute, fault, "another one")
         return False
 
-    def _refuse(self, place: Place, about: str, fault: str, hint: str) -> None:
+    def _refuse(self, place: ElementPlace, about: str, fault: str, hint: str) -> None:
         if (place, about) not in self._refused:
             self._refused.add((place, about))
             self.report.add_place(place.file, place.line, "", fault, hint)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.products.robots.draft import Axis, Joint
+from eomgen.products.robots.draft import Axis, DraftJoint
 from eomgen.products.robots.frames import Frames, Node
 from eomgen.products.robots.scene_draft import LinkPlace
 from eomgen.products.robots.tree import Edge
@@ -47,7 +47,7 @@ def axes_in_link(frames: Frames, edge: Edge, link: Node) -> list[Array]:
     return [turn @ np.array(axis.vector) for turn, axis in zip(turns, edge.joint.axes, strict=True)]
 
 
-def displacement(joint: Joint, value: float) -> tuple[Array, Array]:
+def displacement(joint: DraftJoint, value: float) -> tuple[Array, Array]:
     """Return rotation and shift of the child of a joint that is held at a coordinate."""
     axis = unit_axis(joint.axes[0].vector) if value else None
     if axis is None:

@@ -37,7 +37,7 @@ def read_table(file: Path) -> dict[str, dict[str, str]]:
 
 
 @dataclass(frozen=True)
-class Place:
+class ElementPlace:
     """Name of the file for messages, and line of an element."""
 
     file: str
@@ -58,8 +58,8 @@ class Leftovers:
 
     def __init__(self, table: Table) -> None:
         self.table = table
-        self.unread: dict[str, list[tuple[Place, str]]] = {}
-        self.noted: dict[str, list[tuple[Place, str]]] = {}
+        self.unread: dict[str, list[tuple[ElementPlace, str]]] = {}
+        self.noted: dict[str, list[tuple[ElementPlace, str]]] = {}
         self.idle: dict[str, int] = {}
         self.nearly_right: dict[str, str] = {}
 
@@ -72,20 +72,20 @@ class Leftovers:
         known = self.table.get(key, {})
         attributes = {name[1:]: status for name, status in known.items() if name.startswith("@")}
         children = {name: status for name, status in known.items() if not name.startswith("@")}
-        here = Place(file, element.line), owner
+        here = ElementPlace(file, element.line), owner
         for name in element.unread_attributes:
             self._keep_part(name, attributes, f"the attribute {shown(name)} of <{element.tag}>", here)
         if element.has_text:
             self.unread.setdefault(f"the text in <{element.tag}>", []).append(here)
         read = {child.tag for child in element.read_children}
         for child in element.unread_children:
-            at = Place(file, child.line), owner or child.get("name")
+            at = ElementPlace(file, child.line), owner or child.get("name")
             if child.tag in read:
                 self.unread.setdefault(f"a second <{child.tag}>", []).append(at)
             else:
                 self._keep_part(child.tag, children, f"elements <{child.tag[:64]}> of <{element.tag}>", at)
 
-    def _keep_part(self, name: str, known: Mapping[str, str], kind: str, at: tuple[Place, str]) -> None:
+    def _keep_part(self, name: str, known: Mapping[str, str], kind: str, at: tuple[ElementPlace, str]) -> None:
         """Keep a child or an attribute by its status among the known ones."""
         status = known.get(name)
         if status == IDLE:
@@ -95,7 +95,7 @@ class Leftovers:
         else:
             self.unread.setdefault(f"{kind}{_suggestion(name, [*known])}", []).append(at)
 
-    def warnings(self) -> list[tuple[Place, str]]:
+    def warnings(self) -> list[tuple[ElementPlace, str]]:
         """Return one note for each kind of part that is not read or not modelled, with its first place."""
         result = []
         for kinds, words in ((self.unread, "not read: {} {} [W0193]"), (self.noted, "not modelled: <{}> {} [W0197]")):

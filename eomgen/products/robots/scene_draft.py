@@ -12,7 +12,7 @@ from eomgen.base.data import dataclass, field
 from eomgen.base.messages import is_legal, legal_name, listed
 from eomgen.formula.words import RESERVED
 from eomgen.lie.numeric import rotation_matrix
-from eomgen.products.robots.leftovers import Place
+from eomgen.products.robots.leftovers import ElementPlace
 from eomgen.scene.inertia import Inertia
 from eomgen.scene.reading.report import Report
 from eomgen.scene.rotations import quaternion_of_matrix, rows
@@ -139,7 +139,7 @@ class SceneDraft:
     data: dict[str, Any]
     lines: dict[str, int | str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
-    warnings: list[tuple[Place, str]] = field(default_factory=list)
+    warnings: list[tuple[ElementPlace, str]] = field(default_factory=list)
     taken: dict[str, set[str]] = field(default_factory=dict)
     omitted: dict[str, list[str]] = field(default_factory=dict)
     included: bool = False
@@ -176,7 +176,7 @@ class SceneDraft:
         self.section(section)[name] = entry
         return name
 
-    def put(self, section: str, name: str, entry: dict[str, Any], place: Place) -> None:
+    def put(self, section: str, name: str, entry: dict[str, Any], place: ElementPlace) -> None:
         """Add an entry with the place in the file to a section."""
         self.section(section)[name] = entry
         self.lines[f"{section}.{name}"] = str(place)
@@ -193,11 +193,11 @@ class SceneDraft:
         entry = self.section("constraints")[name] = {"type": kind, "first": first, "second": second}
         return entry
 
-    def refuse(self, place: Place, key: str, fault: str, hint: str) -> None:
+    def refuse(self, place: ElementPlace, key: str, fault: str, hint: str) -> None:
         """Report an element that would change the motion and cannot be converted."""
         self.report.add_place(place.file, place.line, key, fault, hint)
 
-    def leave_out(self, place: Place, note: str) -> None:
+    def leave_out(self, place: ElementPlace, note: str) -> None:
         """Note an element that has no part in the scene."""
         self.warnings.append((place, note))
 
@@ -205,7 +205,7 @@ class SceneDraft:
         """Note a property of an element that has no part in the scene; one note lists all elements."""
         self.omitted.setdefault(feature, []).append(name)
 
-    def all_warnings(self) -> list[tuple[Place, str]]:
+    def all_warnings(self) -> list[tuple[ElementPlace, str]]:
         """Return a place and a note for all that is left out."""
         many = [
             (self.place_of(names[0]), f"not modelled: {feature} ({len(names)}: {listed(names)}) [W0197]")
@@ -213,11 +213,11 @@ class SceneDraft:
         ]
         return [*self.warnings, *many]
 
-    def place_of(self, name: str) -> Place:
+    def place_of(self, name: str) -> ElementPlace:
         """Return the place of a joint, constraint or body of the scene; the start of the file without one."""
         keys = (f"{section}.{name}" for section in ("joints", "constraints", "bodies"))
         line = next((self.lines[key] for key in keys if key in self.lines), 1)
         if isinstance(line, int):
-            return Place(self.report.file, line)
+            return ElementPlace(self.report.file, line)
         file, _, number = line.rpartition(":")
-        return Place(file, int(number))
+        return ElementPlace(file, int(number))

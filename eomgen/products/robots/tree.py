@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from eomgen.base.data import dataclass, field
-from eomgen.products.robots.draft import Joint
+from eomgen.products.robots.draft import DraftJoint
 from eomgen.products.robots.frames import WORLD_NODE, Node
 
 
@@ -21,7 +21,7 @@ class Edge:
     a joint that does not move."""
 
     key: Node
-    joint: Joint
+    joint: DraftJoint
     parent: Node
     child: Node
     held: float | None
@@ -56,7 +56,7 @@ class Step:
 
 
 @dataclass
-class Tree:
+class DraftTree:
     """Steps with parents first, links on free joints, and joints that close loops.
 
     Attributes
@@ -69,7 +69,7 @@ class Tree:
     loops: list[Edge] = field(default_factory=list)
 
 
-def tree_of(links: Sequence[Node], edges: Sequence[Edge], roots: Mapping[Node, Node]) -> Tree:
+def tree_of(links: Sequence[Node], edges: Sequence[Edge], roots: Mapping[Node, Node]) -> DraftTree:
     """Return the tree.
 
     Parameters
@@ -88,7 +88,7 @@ def tree_of(links: Sequence[Node], edges: Sequence[Edge], roots: Mapping[Node, N
             link = leaders[link]
         return link
 
-    chosen, result = set[Node](), Tree()
+    chosen, result = set[Node](), DraftTree()
     for edge in sorted(edges, key=lambda edge: edge.rank):
         first, second = leader(edge.parent), leader(edge.child)
         if first != second:
@@ -112,7 +112,7 @@ def tree_of(links: Sequence[Node], edges: Sequence[Edge], roots: Mapping[Node, N
     return result
 
 
-def _walk(start: Node, beside: Mapping[Node, Sequence[Edge]], reached: set[Node], result: Tree) -> None:
+def _walk(start: Node, beside: Mapping[Node, Sequence[Edge]], reached: set[Node], result: DraftTree) -> None:
     steps: list[Step] = []
     reached.add(start)
     waiting = [Step(edge, start, _far_end(edge, start)) for edge in beside.get(start, ())][::-1]

@@ -18,7 +18,7 @@ from eomgen.formula.nodes import ZERO as NO_FORMULA
 from eomgen.formula.nodes import Symbol
 from eomgen.lie.product import Factor
 from eomgen.pipeline.front_end import FrontEnd
-from eomgen.products.sympy_mechanics.rows import Rows
+from eomgen.products.sympy_mechanics.rows import KaneRows
 from eomgen.symbolic.calculus.partials import Seeds, forward_partials, jacobian_vector
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Algebra, Scalar
@@ -61,7 +61,7 @@ class Observations:
 
 
 @dataclass(frozen=True)
-class InternalStates:
+class FirstOrderStates:
     """States of muscles and of other first-order equations, zdot = Z(q, v, z, t, u).
 
     Attributes
@@ -97,10 +97,10 @@ class SymbolicEquations:
         M row by row, h and Q.
     outputs : tuple of references
         Of the speeds.
-    rows : Rows
+    rows : KaneRows
         Constraints, kept by multipliers.
     observed : Observations
-    states : InternalStates
+    states : FirstOrderStates
     """
 
     name: str
@@ -116,9 +116,9 @@ class SymbolicEquations:
     coupling: tuple[Ref, ...] = field(repr=False)
     force: tuple[Ref, ...] = field(repr=False)
     outputs: tuple[Ref, ...] = field(repr=False)
-    rows: Rows = field(default_factory=Rows)
+    rows: KaneRows = field(default_factory=KaneRows)
     observed: Observations = field(default_factory=Observations)
-    states: InternalStates = field(default_factory=InternalStates)
+    states: FirstOrderStates = field(default_factory=FirstOrderStates)
 
     @cached_property
     def content(self) -> bytes:
@@ -161,7 +161,7 @@ def describe(document: SymbolicEquations) -> Description:
 
 def derive(document: SymbolicEquations, terms: Sequence[str] | None) -> System:
     """Return the System with the wanted terms, all that a run may need by default."""
-    recorder = _Recorder(document)
+    recorder = _TermRecorder(document)
     blocks = {name: tuple(_TERMS[name](recorder)) for name in _wanted(document, recorder, terms)}
     tape = recorder.tape
     read = tape.blocks_read({name: [ref for block in made for ref in block.refs] for name, made in blocks.items()})
@@ -184,7 +184,7 @@ def derive(document: SymbolicEquations, terms: Sequence[str] | None) -> System:
     return _system(document, recorder, made)
 
 
-def _wanted(document: SymbolicEquations, recorder: _Recorder, terms: Sequence[str] | None) -> list[str]:
+def _wanted(document: SymbolicEquations, recorder: _TermRecorder, terms: Sequence[str] | None) -> list[str]:
     """Return the terms to be recorded, in order."""
     rows, observed = document.rows, document.observed
     holds = {
@@ -208,7 +208,7 @@ def _wanted(document: SymbolicEquations, recorder: _Recorder, terms: Sequence[st
     return [name for name in existing if not TERMS[name].on_request and (name != "partials" or small)]
 
 
-def _system(document: SymbolicEquations, recorder: _Recorder, made: Mapping[str, Function]) -> System:
+def _system(document: SymbolicEquations, recorder: _TermRecorder, made: Mapping[str, Function]) -> System:
     """Return the System of equations read from SymPy."""
     tape, count, rows, observed = recorder.tape, recorder.count, document.rows, document.observed
     of_mass = {symbol.block for symbol in tape.depends_on(document.mass)}
@@ -279,7 +279,7 @@ def solved(matrix: Sequence[Scalar], sides: Sequence[Sequence[Scalar]]) -> list[
     return results
 
 
-class _Recorder:
+class _TermRecorder:
     """Terms of a document, on a copy of the tape."""
 
     def __init__(self, document: SymbolicEquations) -> None:
@@ -504,35 +504,35 @@ class _Recorder:
         return [self.in_block("Yp", self.document.outputs, p, "d outputs / dp")]
 
 
-_TERMS: Mapping[str, Callable[[_Recorder], list[Block]]] = {
+_TERMS: Mapping[str, Callable[[_TermRecorder], list[Block]]] = {
     "mass": lambda made: made.block("M", (made.count, made.count), made.mass),
     "coupling": lambda made: made.block("h", (made.count,), made.coupling),
     "force": lambda made: made.block("Q", (made.count,), made.force),
     "inverse_dynamics": lambda made: made.block("tau", (made.count,), made.inverse_dynamics),
-    "forward_dynamics": _Recorder.forward_dynamics,
+    "forward_dynamics": _TermRecorder.forward_dynamics,
     "residual": lambda made: made.block("r", (made.count,), made.residual),
     "partials": lambda made: [*made.matrices],
-    "internal_rate": _Recorder.internal_rate,
-    "internal_partials": _Recorder.internal_partials,
+    "internal_rate": _TermRecorder.internal_rate,
+    "internal_partials": _TermRecorder.internal_partials,
     "constraint": lambda made: [made.positions()],
     "constraint_velocity": lambda made: [made.velocities()],
     "constraint_bias": lambda made: [made.vector("g", made.row_biases, "rates of the velocity rows at vdot = 0")],
     "constraint_acceleration": lambda made: [made.vector("w_dot", made.row_accelerations, "B a + g")],
     "constraint_jacobian": lambda made: [made.jacobian],
-    "constraint_size": _Recorder.sizes,
+    "constraint_size": _TermRecorder.sizes,
     "velocity_partials": lambda made: [made.velocity_partials],
-    "equations": _Recorder.equations,
-    "iteration": _Recorder.iteration,
+    "equations": _TermRecorder.equations,
+    "iteration": _TermRecorder.iteration,
     "jacobian_values": lambda made: [made.nonzeros(made.jacobian)],
     "poses": lambda made: [Block("pose", (len(made.document.observed.bodies), 7), made.document.observed.poses)],
     "twists": lambda made: [Block("twist", (len(made.document.observed.bodies), 6), made.document.observed.twists)],
     "outputs": lambda made: [Block("y", (len(made.document.speeds),), made.document.outputs)],
-    "linearization": _Recorder.linearization,
-    "acceleration_partials": _Recorder.acceleration_partials,
-    "reaction_partials": _Recorder.reaction_partials,
-    "output_partials": _Recorder.output_partials,
-    "parameter_partials": _Recorder.parameter_partials,
-    "output_parameter_partials": _Recorder.output_parameter_partials,
+    "linearization": _TermRecorder.linearization,
+    "acceleration_partials": _TermRecorder.acceleration_partials,
+    "reaction_partials": _TermRecorder.reaction_partials,
+    "output_partials": _TermRecorder.output_partials,
+    "parameter_partials": _TermRecorder.parameter_partials,
+    "output_parameter_partials": _TermRecorder.output_parameter_partials,
     "energy": lambda made: [Block("energy", (4,), made.document.observed.energy)],
 }
 EQUATIONS = FrontEnd("sympy", SymbolicEquations, describe, derive)

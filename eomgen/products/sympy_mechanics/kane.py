@@ -23,7 +23,7 @@ from eomgen.symbolic.scalar import Matrix, Scalar, Vector, apply, cross, dot, mu
 from eomgen.symbolic.tape import ONE, ZERO, Ref
 
 
-class Terms(NamedTuple):
+class KaneTerms(NamedTuple):
     """M, (n, n) row by row; h and Q, (n,)."""
 
     mass: list[Scalar]
@@ -31,7 +31,7 @@ class Terms(NamedTuple):
     force: list[Scalar]
 
 
-class Kinematics:
+class KaneKinematics:
     """Directions, velocities and partial velocities in an inertial frame.
 
     Parameters
@@ -154,7 +154,7 @@ def center_of(body: Any) -> Any:
     return body.masscenter if isinstance(body, RigidBody) else body.point
 
 
-def frame_of(body: Any, kinematics: Kinematics) -> Any:
+def frame_of(body: Any, kinematics: KaneKinematics) -> Any:
     """Return the frame of a body: of a particle the inertial one, of a wheel without an orientation the frame in which
     the inertia is given."""
     if not is_rigid(body):
@@ -163,16 +163,16 @@ def frame_of(body: Any, kinematics: Kinematics) -> Any:
     return next((frame for frame in candidates if kinematics.is_oriented(frame)), body.frame)
 
 
-def inertia_of(body: Any, kinematics: Kinematics) -> Matrix:
+def inertia_of(body: Any, kinematics: KaneKinematics) -> Matrix:
     """Return the inertia about the mass centre in the axes of ``frame_of``, kg m^2."""
     rows = body.central_inertia.to_matrix(frame_of(body, kinematics)).tolist()
     return kinematics.algebra.matrix([[kinematics.expressions(entry) for entry in row] for row in rows])
 
 
-def kane(kinematics: Kinematics, bodies: Sequence[Any], loads: Sequence[tuple[Any, Any]]) -> Terms:
+def kane(kinematics: KaneKinematics, bodies: Sequence[Any], loads: Sequence[tuple[Any, Any]]) -> KaneTerms:
     """Return the terms of Kane's equations, projected onto the rates of the coordinates."""
     algebra, count = kinematics.algebra, kinematics.count
-    terms = Terms([algebra.zero] * count**2, [algebra.zero] * count, [algebra.zero] * count)
+    terms = KaneTerms([algebra.zero] * count**2, [algebra.zero] * count, [algebra.zero] * count)
     for body in bodies:
         _add_body(kinematics, body, terms)
     for place, load in loads:
@@ -183,7 +183,7 @@ def kane(kinematics: Kinematics, bodies: Sequence[Any], loads: Sequence[tuple[An
     return terms
 
 
-def augmented(kinematics: Kinematics, terms: Terms, rows: Sequence[Scalar]) -> Terms:
+def augmented(kinematics: KaneKinematics, terms: KaneTerms, rows: Sequence[Scalar]) -> KaneTerms:
     """Return the terms with M + B^T B and Q - B^T g, of constraints w(q, v, t) = 0 with rates B vdot + g.
 
     These change no acceleration with B vdot = -g, and no multiplier, and give an inertia to coordinates that
@@ -199,7 +199,7 @@ def augmented(kinematics: Kinematics, terms: Terms, rows: Sequence[Scalar]) -> T
     return terms._replace(mass=mass, force=force)
 
 
-def _add_body(kinematics: Kinematics, body: Any, terms: Terms) -> None:
+def _add_body(kinematics: KaneKinematics, body: Any, terms: KaneTerms) -> None:
     """Add the inertia of a body."""
     record, count = kinematics.expressions, len(terms.coupling)
     mass, velocity = record(body.mass), kinematics.velocity(center_of(body))
@@ -228,4 +228,4 @@ def _add_body(kinematics: Kinematics, body: Any, terms: Terms) -> None:
                     terms.mass[j * count + i] = terms.mass[j * count + i] + entry
 
 
-__all__ = ["Kinematics", "Terms", "augmented", "center_of", "frame_of", "inertia_of", "is_rigid", "kane"]
+__all__ = ["KaneKinematics", "KaneTerms", "augmented", "center_of", "frame_of", "inertia_of", "is_rigid", "kane"]

@@ -20,7 +20,7 @@ from eomgen.base.arrays import Array
 from eomgen.formula.nodes import Number
 from eomgen.lie.rotations import quaternion_product
 from eomgen.products.sympy_mechanics.expressions import name_of
-from eomgen.products.sympy_mechanics.kane import Kinematics, center_of, frame_of, inertia_of, is_rigid
+from eomgen.products.sympy_mechanics.kane import KaneKinematics, center_of, frame_of, inertia_of, is_rigid
 from eomgen.products.sympy_mechanics.rows import values_at
 from eomgen.symbolic.calculus.partials import jacobian_vector
 from eomgen.symbolic.evaluate import evaluate
@@ -55,7 +55,7 @@ class Observed:
 
     Parameters
     ----------
-    kinematics : Kinematics
+    kinematics : KaneKinematics
     bodies : sequence of RigidBody and Particle
     origin : Point or None
         At rest, the origin of places; None: a point at rest from which most places follow.
@@ -64,7 +64,7 @@ class Observed:
     """
 
     def __init__(
-        self, kinematics: Kinematics, bodies: Sequence[Any], origin: Any, samples: Sequence[Mapping[str, Array]]
+        self, kinematics: KaneKinematics, bodies: Sequence[Any], origin: Any, samples: Sequence[Mapping[str, Array]]
     ) -> None:
         """Choose the origin, and the bodies that move or rest relative to the origin."""
         self.kinematics, self.samples = kinematics, samples
@@ -339,7 +339,7 @@ class Observed:
         return None
 
 
-def moved(kinematics: Kinematics, place: Any) -> Vector:
+def moved(kinematics: KaneKinematics, place: Any) -> Vector:
     """Return the velocity of a point, or the angular velocity of a frame."""
     if isinstance(place, mechanics.ReferenceFrame):
         return kinematics.angular_velocity(place)

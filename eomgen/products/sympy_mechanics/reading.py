@@ -26,9 +26,9 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call
 from eomgen.base.messages import is_legal, listed, shown
 from eomgen.errors import DescriptionError, Message, Problem, UsageError
-from eomgen.products.sympy_mechanics.equations import InternalStates, Observations, SymbolicEquations
+from eomgen.products.sympy_mechanics.equations import FirstOrderStates, Observations, SymbolicEquations
 from eomgen.products.sympy_mechanics.expressions import Expressions, name_of
-from eomgen.products.sympy_mechanics.kane import Kinematics, Terms, augmented, center_of, is_rigid, kane
+from eomgen.products.sympy_mechanics.kane import KaneKinematics, KaneTerms, augmented, center_of, is_rigid, kane
 from eomgen.products.sympy_mechanics.observed import (
     Energies,
     Observed,
@@ -37,7 +37,15 @@ from eomgen.products.sympy_mechanics.observed import (
     power_of_drivers,
     stored_energy,
 )
-from eomgen.products.sympy_mechanics.rows import Constraints, Rows, State, angles, blocks_at, is_singular, values_at
+from eomgen.products.sympy_mechanics.rows import (
+    Constraints,
+    KaneRows,
+    KaneState,
+    angles,
+    blocks_at,
+    is_singular,
+    values_at,
+)
 from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol
@@ -269,13 +277,13 @@ class _Reading:
             self.kdes += [one.diff(dynamicsymbols._t) - speed for one, speed in zip(integrals, free, strict=True)]
             self.q += integrals
 
-    def terms(self) -> Terms:
+    def terms(self) -> KaneTerms:
         """Record the equations."""
         every = self._everything()
         self.expressions.declare(every)
         self.angular = angles(self.q, every)
         self._solve_speeds()
-        kinematics = Kinematics(self.expressions, self.inertial, self.q_scalars, self.v_scalars)
+        kinematics = KaneKinematics(self.expressions, self.inertial, self.q_scalars, self.v_scalars)
         if isinstance(self.system, LagrangesMethod):
             terms = self._lagrange()
         elif isinstance(self.system, tuple | list):
@@ -339,7 +347,7 @@ class _Reading:
         for speed, value in zip(self.u, solved, strict=True):
             record.known[speed] = value
 
-    def _lagrange(self) -> Terms:
+    def _lagrange(self) -> KaneTerms:
         """d/dt dL/dv - dL/dq = Q, differentiated on the tape."""
         tape, q, v = self.algebra.tape, [x.ref for x in self.q_scalars], [x.ref for x in self.v_scalars]
         lagrangian = self.expressions(self.system._L[0]).ref
@@ -350,13 +358,13 @@ class _Reading:
         moved = jacobian_vector(tape, momenta, along)
         slopes = gradient(tape, lagrangian, q)
         coupling = [Scalar(tape, one) - Scalar(tape, other) for one, other in zip(moved, slopes, strict=True)]
-        terms = Terms(mass, coupling, [self.algebra.zero] * len(q))
+        terms = KaneTerms(mass, coupling, [self.algebra.zero] * len(q))
         if self.loads:
-            kinematics = Kinematics(self.expressions, self.inertial, self.q_scalars, self.v_scalars)
+            kinematics = KaneKinematics(self.expressions, self.inertial, self.q_scalars, self.v_scalars)
             terms = terms._replace(force=kane(kinematics, (), self.loads).force)
         return terms
 
-    def _matrices(self) -> Terms:
+    def _matrices(self) -> KaneTerms:
         matrix, vector = self.system
         count = len(self.q)
         if matrix.shape != (count, count) or len(vector) != count:
@@ -366,9 +374,9 @@ class _Reading:
             )
             raise DescriptionError(Problem(self.name, fault, "one row for each coordinate"))
         mass, force = ([self.expressions(entry) for entry in item] for item in (matrix, vector))
-        return Terms(mass, [self.algebra.zero] * count, force)
+        return KaneTerms(mass, [self.algebra.zero] * count, force)
 
-    def without_effect(self, terms: Terms) -> frozenset[str]:
+    def without_effect(self, terms: KaneTerms) -> frozenset[str]:
         """Return the parameters and inputs on which no term depends."""
         refs = [item.ref for part in terms for item in part]
         refs += [self.expressions.known[item].ref for item in self.speeds]
@@ -383,7 +391,7 @@ class _Reading:
         )
 
     def document(
-        self, terms: Terms, parameters: Mapping[Any, float], initial: Mapping[Any, float]
+        self, terms: KaneTerms, parameters: Mapping[Any, float], initial: Mapping[Any, float]
     ) -> SymbolicEquations:
         """Return the document with values of parameters and the initial state."""
         record = self.expressions
@@ -393,7 +401,7 @@ class _Reading:
         z = np.array([start.get(item, 0.0) for item in of_states])
         speeds = [item for item in self.speeds if name_of(item) not in names]
         p, inputs = np.array([given[item] for item in record.parameters]), len(record.inputs)
-        asked = State(*(np.array([start.get(f"{key}{item}", 0.0) for item in names]) for key in ("", "v.")))
+        asked = KaneState(*(np.array([start.get(f"{key}{item}", 0.0) for item in names]) for key in ("", "v.")))
         begun = self.rows.met(asked, p, inputs)
         states = self.rows.near(begun, p, inputs)
         rows = self.rows.rows(states, p, inputs)
@@ -417,12 +425,12 @@ class _Reading:
             tuple(record(item).ref for item in speeds),
             rows,
             self._observations(terms, rows, samples, notes),
-            InternalStates(
+            FirstOrderStates(
                 tuple(of_states), tuple(z.tolist()), tuple(record(rate).ref for rate in self.states.values())
             ),
         )
 
-    def _with_inertia(self, terms: Terms, rows: Rows, samples: Sequence[Mapping[str, Array]]) -> Terms:
+    def _with_inertia(self, terms: KaneTerms, rows: KaneRows, samples: Sequence[Mapping[str, Array]]) -> KaneTerms:
         """Return the terms with an inertia of all coordinates that constraints move, if M has none."""
         if not rows.names:
             return terms
@@ -432,7 +440,7 @@ class _Reading:
         rates = self.kinematics.rates([Scalar(self.algebra.tape, ref) for ref in rows.positions])
         return augmented(self.kinematics, terms, [*rates, *(Scalar(self.algebra.tape, ref) for ref in rows.velocities)])
 
-    def _inertia_notes(self, terms: Terms, rows: Rows, start: Mapping[str, Array]) -> list[str]:
+    def _inertia_notes(self, terms: KaneTerms, rows: KaneRows, start: Mapping[str, Array]) -> list[str]:
         """Return a note on a mass matrix that no masses have; raise DescriptionError if M is not symmetric."""
         count = len(self.q)
         M = values_at(self.algebra.tape, [item.ref for item in terms.mass], start).reshape(count, count)
@@ -456,7 +464,7 @@ class _Reading:
         return []
 
     def _observations(
-        self, terms: Terms, rows: Rows, samples: Sequence[Mapping[str, Array]], notes: Sequence[str]
+        self, terms: KaneTerms, rows: KaneRows, samples: Sequence[Mapping[str, Array]], notes: Sequence[str]
     ) -> Observations:
         """Return poses, twists, energies and the drawing."""
         random = np.random.default_rng(_SEED)
@@ -507,7 +515,7 @@ class _Reading:
         fault = f"no force follows from the potential energy of {listed(names)} in Kane's equations"
         return [f"{fault}; try: a load, or system.form_eoms(LagrangesMethod) before from_sympy [W0263]"]
 
-    def _balance(self, energies: Energies, rows: Rows, samples: Sequence[Mapping[str, Array]]) -> tuple[Ref, ...]:
+    def _balance(self, energies: Energies, rows: KaneRows, samples: Sequence[Mapping[str, Array]]) -> tuple[Ref, ...]:
         """Return energies and powers; drivers have power if something moves at rest."""
         tape, algebra = self.algebra.tape, self.algebra
         at_rest = [*self.kinematics.rates([Scalar(tape, ref) for ref in rows.positions]), *self._moved_by_time(rows)]
@@ -518,7 +526,7 @@ class _Reading:
         drivers = algebra.zero if still else power_of_drivers(algebra, energies, self.q_scalars, self.v_scalars, a)
         return tuple(item.ref for item in (*energies, drivers))
 
-    def _moved_by_time(self, rows: Rows) -> list[Scalar]:
+    def _moved_by_time(self, rows: KaneRows) -> list[Scalar]:
         """Return quantities that vanish at rest unless time or inputs move places."""
         tape = self.algebra.tape
         result = [Scalar(tape, ref) for ref in rows.velocities]

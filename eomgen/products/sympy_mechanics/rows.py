@@ -32,7 +32,7 @@ _STATES, _NEAR, _SEED = 3, 0.05, 1
 
 
 @dataclass(frozen=True)
-class Rows:
+class KaneRows:
     """Independent constraints.
 
     Attributes
@@ -57,7 +57,7 @@ class Rows:
     left_out: tuple[str, ...] = ()
 
 
-class State(NamedTuple):
+class KaneState(NamedTuple):
     """Coordinates and rates, (n,)."""
 
     q: Array
@@ -109,7 +109,7 @@ class Constraints:
                     Problem(expressions.name, fault, "a constraint of the form a(q, t) q.diff() + b(q, t)")
                 )
 
-    def met(self, start: State, p: Array, inputs: int) -> State:
+    def met(self, start: KaneState, p: Array, inputs: int) -> KaneState:
         """Return the nearest state that satisfies the constraints, at time 0 and zero inputs.
 
         Raises
@@ -129,7 +129,7 @@ class Constraints:
             for _ in range(_CORRECTIONS):
                 if not values or size < _MET:
                     break
-                results = evaluate(self.tape, refs, blocks_at(State(q, v), p, inputs))
+                results = evaluate(self.tape, refs, blocks_at(KaneState(q, v), p, inputs))
                 jacobian = results[len(values) :].reshape(len(values), -1)
                 step = np.linalg.lstsq(jacobian, results[: len(values)], rcond=None)[0]
                 np.subtract(moved, step, out=moved)
@@ -138,21 +138,21 @@ class Constraints:
                 fault = f"the constraints are not met near the initial state: off by {size:.3g} [E1161]"
                 hint = "an initial state nearer to the constraints"
                 raise DescriptionError(Problem(self.expressions.name, fault, hint))
-        return State(q, v)
+        return KaneState(q, v)
 
-    def near(self, start: State, p: Array, inputs: int) -> list[State]:
+    def near(self, start: KaneState, p: Array, inputs: int) -> list[KaneState]:
         """Return a state that satisfies the constraints, and further states nearby."""
         random = np.random.default_rng(_SEED)
         states = [start]
         for _ in range(_STATES - 1):
-            moved = State(*(item + _NEAR * random.normal(size=self.count) for item in start))
+            moved = KaneState(*(item + _NEAR * random.normal(size=self.count) for item in start))
             try:
                 states.append(self.met(moved, p, inputs))
             except DescriptionError:  # the constraints bend more than the distance
                 continue
         return states
 
-    def rows(self, states: Sequence[State], p: Array, inputs: int) -> Rows:
+    def rows(self, states: Sequence[KaneState], p: Array, inputs: int) -> KaneRows:
         """Return the independent rows, in order: positions first."""
         refs = [row.get(place, ZERO) for row in self.slopes for place in range(self.count)]
         gradients = []
@@ -165,7 +165,7 @@ class Constraints:
         names = [f"holonomic {k + 1}: formula" for k in range(count)]
         names += [f"velocity {k + 1}: formula" for k in range(len(self.velocities))]
         scales = [self._scales(row) for row in kept]
-        return Rows(
+        return KaneRows(
             tuple(names[row] for row in kept),
             tuple(self.positions[row] for row in kept if row < count),
             tuple(self.velocities[row - count] for row in kept if row >= count),
@@ -229,7 +229,7 @@ def is_singular(matrices: Sequence[Array]) -> bool:
     return all(least)
 
 
-def blocks_at(state: State, p: Array, inputs: int) -> Mapping[str, Array]:
+def blocks_at(state: KaneState, p: Array, inputs: int) -> Mapping[str, Array]:
     """Return the input blocks of a state at time 0 and zero inputs."""
     return {"p": p, "t": np.zeros(1), "u": np.zeros(inputs), "q": state.q, "v": state.v}
 
@@ -240,4 +240,4 @@ def values_at(tape: Tape, refs: Sequence[Ref], blocks: Mapping[str, Array]) -> A
         return evaluate(tape, refs, blocks)
 
 
-__all__ = ["Constraints", "Rows", "State", "angles", "blocks_at", "is_singular", "values_at"]
+__all__ = ["Constraints", "KaneRows", "KaneState", "angles", "blocks_at", "is_singular", "values_at"]

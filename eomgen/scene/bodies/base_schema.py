@@ -9,7 +9,7 @@ from eomgen.scene.reading.key_metadata import Table, added_keys, key, optional
 from eomgen.scene.reading.kinds import Rotations, Triple
 
 
-class Base(Table):
+class BaseEntry(Table):
     """The prescribed motion of the frame that carries the tree."""
 
     position: Triple = key(

@@ -30,7 +30,7 @@ _NODAL_BENDING = {"clamped_free": (2, 0), "free_free": (2, 2), "pinned_pinned": 
 _UNIFORM = (1.0,)
 
 
-def read_beam(name: str, entry: written.Beam, values: Values) -> Body:
+def read_beam(name: str, entry: written.BeamEntry, values: Values) -> Body:
     """Return the body of an entry of [beams]; faults go to the report of ``values``."""
     key = key_of("beams", name)
     start = values.constant(f"{key}.start", entry.start)
@@ -94,7 +94,7 @@ def _moment(profile: Sequence[float], power: int) -> Fraction:
 class _Section:
     """Masses and stiffnesses of a beam, as given or computed from the section."""
 
-    def __init__(self, key: str, entry: written.Beam, values: Values) -> None:
+    def __init__(self, key: str, entry: written.BeamEntry, values: Values) -> None:
         self.key, self.entry, self.values = key, entry, values
         self.section = None if entry.section is None else SectionReader(f"{key}.section", entry.section, values)
 
@@ -173,7 +173,7 @@ def _profile(key: str, given: Sequence[float | str], quantity: str, values: Valu
 
 
 def _deformation(
-    key: str, kind: DeformationKind, given: written.Deformation, stiffness: Formula, beam: Beam, values: Values
+    key: str, kind: DeformationKind, given: written.DeformationEntry, stiffness: Formula, beam: Beam, values: Values
 ) -> Deformation:
     """Read modes, initial state, damping and masses of a deformation of a beam."""
     modes = _modes(key, kind, given, values)
@@ -216,7 +216,7 @@ def _deformation(
     )
 
 
-def _check_mesh(key: str, given: written.Deformation, report: Report) -> None:
+def _check_mesh(key: str, given: written.DeformationEntry, report: Report) -> None:
     """Report keys of a mesh without a mesh, conditions at the ends of shapes that have their own, and a mesh without
     elements."""
     meshed = given.shapes == "finite_elements"
@@ -231,7 +231,7 @@ def _check_mesh(key: str, given: written.Deformation, report: Report) -> None:
         report.add(key, "finite elements need their number [E1326]", "elements = 8")
 
 
-def _modes(key: str, kind: DeformationKind, given: written.Deformation, values: Values) -> int:
+def _modes(key: str, kind: DeformationKind, given: written.DeformationEntry, values: Values) -> int:
     """Return the number of coordinates; check that mesh keys are used with a mesh only."""
     report = values.report
     meshed = given.shapes == "finite_elements"

@@ -28,7 +28,7 @@ _OF_CENTER = {"unit": "m", "names": PARAMETERS, "kind": "2 values of parameters,
 _COEFFICIENTS = "list of values of fixed parameters, constant first"
 
 
-class Section(Table):
+class SectionEntry(Table):
     """Material and dimensions of a section, from which stiffnesses and masses follow."""
 
     elastic_modulus: Value = key("Young's modulus", unit="Pa", names=PARAMETERS)
@@ -87,7 +87,7 @@ class ModeMass(Table):
     inertia: Value = key("turns with the slope, or with the twist", 0.0, unit="kg m^2", names=FIXED_PARAMETERS)
 
 
-class Deformation(Table):
+class DeformationEntry(Table):
     """One way in which a beam deforms."""
 
     shapes: ShapeFunctions = key("family of the shape functions, see below", "clamped_free")
@@ -123,7 +123,7 @@ class Deformation(Table):
     )
 
 
-class Bending(Deformation):
+class Bending(DeformationEntry):
     """Deflection across the beam, along its y or its z axis."""
 
     stiffness: Value | None = of_parameters(
@@ -132,14 +132,14 @@ class Bending(Deformation):
     initial: ElasticInitial = key("state at the start, in place of rest", ElasticInitial(), shown_default="zeros")
 
 
-class Stretch(Deformation):
+class Stretch(DeformationEntry):
     """Elongation along the beam."""
 
     stiffness: Value | None = of_parameters("elastic modulus times area", unit="N", shown_default="of the section")
     initial: ElasticInitial = key("state at the start, in place of rest", ElasticInitial(), shown_default="zeros")
 
 
-class Torsion(Deformation):
+class Torsion(DeformationEntry):
     """Twist about the beam's axis."""
 
     stiffness: Value | None = of_parameters(
@@ -190,7 +190,7 @@ class BeamPart(Table):
     elements: Annotated[int, Field(ge=1, le=MOST_EXACT_ELEMENTS)] = key(
         "equal elements along the part", kind=f"1 to {MOST_EXACT_ELEMENTS}"
     )
-    section: Section | None = optional("shape and material", kind="table, above", shown_default="the beam's")
+    section: SectionEntry | None = optional("shape and material", kind="table, above", shown_default="the beam's")
     mass_per_length: Value | None = of_parameters("density times area", unit="kg/m", shown_default="the beam's")
     rotary_inertia: Triple | None = of_parameters(
         "density times second moments of area: polar, about y, about z", unit="kg m", shown_default="the beam's"
@@ -236,7 +236,7 @@ class BeamShape(Table):
     )
 
 
-class Beam(Table):
+class BeamEntry(Table):
     """An elastic beam along the x axis of its frame; a body to all that refers to bodies."""
 
     model: Literal["euler_bernoulli", "cosserat", "kirchhoff", "inextensible"] | None = optional(
@@ -250,7 +250,7 @@ class Beam(Table):
     start: Value = key(
         "x of its first end in its frame, which its joint carries", 0.0, unit="m", names=FIXED_PARAMETERS
     )
-    section: Section | None = optional("shape and material, in place of masses and stiffnesses")
+    section: SectionEntry | None = optional("shape and material, in place of masses and stiffnesses")
     mass_per_length: Value | None = of_parameters("density times area", unit="kg/m", shown_default="of the section")
     polar_inertia: Value | None = of_parameters(
         "density times polar second moment of area; needed by torsion, and by joints that let the beam turn about its"
@@ -347,7 +347,7 @@ class BeamKeys:
     """
 
     key: str
-    entry: Beam
+    entry: BeamEntry
     part_key: str = ""
     part: BeamPart | None = None
 

@@ -60,7 +60,7 @@ _LEAST, _MOST = 1e-150, 1e150
 _SECTION_UNKNOWN = (Number(math.nan),) * 6
 
 
-def check_keys(name: str, entry: written.Beam, values: Values) -> None:
+def check_keys(name: str, entry: written.BeamEntry, values: Values) -> None:
     """Report the keys of a beam that belong to another beam model."""
     exact, model = entry.model in CONSTRAINED, entry.model or "euler_bernoulli"
     for field in _OF_DEFLECTIONS if exact else _OF_EXACT:
@@ -75,11 +75,11 @@ def check_keys(name: str, entry: written.Beam, values: Values) -> None:
         _check_strains(name, entry, values)
 
 
-def _check_strains(name: str, entry: written.Beam, values: Values) -> None:
+def _check_strains(name: str, entry: written.BeamEntry, values: Values) -> None:
     """Report stiffnesses, damping and prestrains of strains that a beam does not have."""
     model = str(entry.model)
     without = CONSTRAINED[model]
-    tables: list[tuple[tuple[str | int, ...], written.Beam | written.BeamPart]] = [((), entry)]
+    tables: list[tuple[tuple[str | int, ...], written.BeamEntry | written.BeamPart]] = [((), entry)]
     tables += [(("parts", number), part) for number, part in enumerate(entry.parts)]
     given: list[tuple[str | int, ...]] = []
     for before, table in tables:
@@ -103,7 +103,7 @@ _COUNTERPARTS: Mapping[str, str] = {
 }
 
 
-def read_cosserat(name: str, entry: written.Beam, values: Values, stations: Sequence[float] = ()) -> Cosserat:
+def read_cosserat(name: str, entry: written.BeamEntry, values: Values, stations: Sequence[float] = ()) -> Cosserat:
     """Return a geometrically exact beam; faults go to the report of ``values``.
 
     Parameters
@@ -122,7 +122,7 @@ def read_cosserat(name: str, entry: written.Beam, values: Values, stations: Sequ
     most = 0.0
     for start, piece in zip(ends, pieces, strict=False):
         nodes = list(accumulate(piece.widths, initial=start))
-        sections = _Sections(piece.keys, float(ends[-1]), values)
+        sections = _BeamSections(piece.keys, float(ends[-1]), values)
         for begin, width in zip(nodes, piece.widths, strict=False):
             twist, turn = shape.between(begin, begin + width)
             most = max(most, turn)
@@ -243,7 +243,7 @@ def _positive(key: str, beam_or_part: str, given: float | str, values: Values) -
     return Fraction(length)
 
 
-class _Sections:
+class _BeamSections:
     """Sections along a beam or a part of a beam; all the same one if no value varies."""
 
     def __init__(self, keys: BeamKeys, whole: float, values: Values) -> None:

@@ -136,7 +136,7 @@ _SIZES = tuple(dict.fromkeys(size for shape in SHAPES.values() for size in shape
 class SectionReader:
     """Properties of a section; None for a property not given. Faults go to the report of ``values``."""
 
-    def __init__(self, key: str, section: written.Section, values: Values) -> None:
+    def __init__(self, key: str, section: written.SectionEntry, values: Values) -> None:
         self.key, self.section, self.values = key, section, values
         self.elastic_modulus: Formula = self._optional("elastic_modulus")
         self.density: Formula = self._optional("density")

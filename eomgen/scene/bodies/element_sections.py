@@ -90,7 +90,7 @@ class _Rule:
 
 
 @dataclass(frozen=True)
-class _Part:
+class _ElementPart:
     """A part of an element: sections at the Gauss points, weights of their numbers, mean size of the numbers, error."""
 
     start: float
@@ -106,7 +106,7 @@ def _quadrature(places: Sequence[float], section_at: SectionAt, value_of: ValueO
     """Return the rule for an element with pieces between ``places``; None if there is a fault."""
     tolerance, finest, most = 1e-9, 2.0**-40, 200
     whole = places[-1] - places[0]
-    parts: dict[int, _Part] = {}
+    parts: dict[int, _ElementPart] = {}
     waiting: list[tuple[float, int]] = []
     pieces = list(pairwise(places))
     count = 0
@@ -135,7 +135,7 @@ def _quadrature(places: Sequence[float], section_at: SectionAt, value_of: ValueO
     )
 
 
-def _part(start: float, end: float, whole: float, section_at: SectionAt, value_of: ValueOf) -> _Part | None:
+def _part(start: float, end: float, whole: float, section_at: SectionAt, value_of: ValueOf) -> _ElementPart | None:
     """Return a part of an element with sections at Gauss points and an estimate of the quadrature error."""
     means = []
     for points in (2, 4):
@@ -152,7 +152,7 @@ def _part(start: float, end: float, whole: float, section_at: SectionAt, value_o
         means.append(share @ numbers)
     size = share @ np.abs(numbers)
     error = np.abs(means[1] - means[0])
-    return _Part(start, end, places, sections, share, size, error * np.minimum(1.0, error / _scale(size)))
+    return _ElementPart(start, end, places, sections, share, size, error * np.minimum(1.0, error / _scale(size)))
 
 
 #: Numbers of a section: mass, moments of mass, rotary inertia about the axis, compliance, damping, prestrain.

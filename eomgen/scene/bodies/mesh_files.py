@@ -38,7 +38,7 @@ _OTHERS = (".gltf", ".ply", ".step", ".stp", ".iges", ".igs", ".3mf", ".fbx")
 _PACKAGE, _FILE = "package:", "file:"
 
 Triangles = tuple[Array, NDArray[np.intp]]
-#: Triangles with colours as of ``Mesh``.
+#: Triangles with colours as of ``PictureMesh``.
 Painted = tuple[Array, NDArray[np.intp], NDArray[np.int16]]
 #: Axes of a file as rows of x, y and z here, z up, by ``up_axis`` of COLLADA.
 _UP = {
@@ -48,7 +48,7 @@ _UP = {
 }
 
 
-class Mesh(NamedTuple):
+class PictureMesh(NamedTuple):
     """A mesh of a picture.
 
     Attributes
@@ -99,7 +99,7 @@ def mesh_path(path: Path) -> Path:
     return path
 
 
-def read_mesh(path: Path, most: int = MOST) -> Mesh:
+def read_mesh(path: Path, most: int = MOST) -> PictureMesh:
     """Return the mesh of a file, at most ``most`` triangles, in the units of the file; of a COLLADA file in m.
 
     Raises
@@ -145,7 +145,7 @@ def is_readable(path: Path) -> bool:
 
 
 @lru_cache(maxsize=_KEPT)
-def _read_before(path: Path, most: int, stamp: tuple[int, int]) -> Mesh:
+def _read_before(path: Path, most: int, stamp: tuple[int, int]) -> PictureMesh:
     """Return the mesh of a file that has not changed since the stamp, read at the first call."""
     return read_mesh(path, most)
 
@@ -309,7 +309,7 @@ def _not_numbers(name: str, line: int, keyword: str, text: bytes) -> NoReturn:
     raise MeshError(f"{name}:{line}", fault, "the export of the mesh once more")
 
 
-def _merge_vertices(vertices: Array, faces: NDArray[np.intp], colors: NDArray[np.int16]) -> Mesh:
+def _merge_vertices(vertices: Array, faces: NDArray[np.intp], colors: NDArray[np.int16]) -> PictureMesh:
     """Return the mesh with equal vertices of faces of one colour as one, without triangles of two equal corners and
     unused vertices."""
     corners = vertices[faces.ravel()]
@@ -344,14 +344,14 @@ def _groups(rows: Array) -> NDArray[np.intp]:
     return groups
 
 
-def _drop_unused(vertices: Array, faces: NDArray[np.intp], colors: NDArray[np.int16]) -> Mesh:
+def _drop_unused(vertices: Array, faces: NDArray[np.intp], colors: NDArray[np.int16]) -> PictureMesh:
     a, b, c = faces.T
     kept = (a != b) & (b != c) & (c != a)
     numbers, places = np.unique(faces[kept], return_inverse=True)
-    return Mesh(vertices[numbers], places.reshape(-1, 3), colors[kept] if len(colors) else colors)
+    return PictureMesh(vertices[numbers], places.reshape(-1, 3), colors[kept] if len(colors) else colors)
 
 
-def _outward(mesh: Mesh) -> Mesh:
+def _outward(mesh: PictureMesh) -> PictureMesh:
     """Return the mesh with faces that are counterclockwise from outside: with a positive volume."""
     a, b, c = (mesh.vertices[mesh.faces[:, k]] - np.mean(mesh.vertices, axis=0) for k in range(3))
     return mesh if np.sum(a * np.cross(b, c)) >= 0.0 else mesh._replace(faces=mesh.faces[:, ::-1])
@@ -362,7 +362,7 @@ def _outward(mesh: Mesh) -> Mesh:
 _FINEST, _COARSER, _GRIDS, _PULL = 200.0, 0.92, 64, 0.002
 
 
-def _thin(mesh: Mesh, most: int) -> Mesh:
+def _thin(mesh: PictureMesh, most: int) -> PictureMesh:
     """Return the mesh with the vertices of a grid's cell as one, in the finest grid that leaves at most ``most``
     triangles; surfaces of two colours, of which one covers the other, stay two.
 
@@ -407,7 +407,7 @@ def _thin(mesh: Mesh, most: int) -> Mesh:
     )
 
 
-def _least_squares(mesh: Mesh, cells: NDArray[np.intp], size: float) -> tuple[Array, Array]:
+def _least_squares(mesh: PictureMesh, cells: NDArray[np.intp], size: float) -> tuple[Array, Array]:
     """Return the vertex of each cell that fits the face planes best, at most ``size`` from the mean vertex per axis,
     and the area vectors of all faces (m, 3)."""
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))

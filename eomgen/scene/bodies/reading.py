@@ -29,7 +29,7 @@ from eomgen.system.description import BASE, WORLD, FixedFrame, Point
 
 if TYPE_CHECKING:
     from eomgen.scene.bodies import schema as written
-    from eomgen.scene.bodies.base_schema import Base as WrittenBase
+    from eomgen.scene.bodies.base_schema import BaseEntry as WrittenBase
     from eomgen.scene.section import Reading
 
 #: Share of the greatest speed that the speed at the end, or the mean velocity, may have without a note.
@@ -182,12 +182,12 @@ def _misfits(key: str, formula: Formula, labels: Mapping[str, str], values: Valu
     return fault is not None or factor != 1.0
 
 
-def read_body(name: str, body: written.Body, reading: Reading) -> Body:
+def read_body(name: str, body: written.BodyEntry, reading: Reading) -> Body:
     """Return a rigid body."""
     return Body(name, **reading.values.keys(key_of("bodies", name), body, "inertia", "center_of_mass", "mass"))
 
 
-def placed_body(body: Body, entry: written.Body, values: Values) -> Body:
+def placed_body(body: Body, entry: written.BodyEntry, values: Values) -> Body:
     """Return a body whose centre of mass and inertia may be given in another frame; the design position is known."""
     if entry.given_in is None:
         return body
@@ -228,7 +228,7 @@ def read_body_frame(name: str, frame: written.BodyFrame, reading: Reading) -> Fi
     return attach(made, reading.attach, f"{key}.position")
 
 
-def read_point(name: str, point: written.Point, reading: Reading) -> Point:
+def read_point(name: str, point: written.PointEntry, reading: Reading) -> Point:
     """Return a point; one on a geometrically exact beam is on a node."""
     key, values = key_of("points", name), reading.values
     if point.body not in reading.bodies:

@@ -11,7 +11,7 @@ from eomgen.scene.reading.kinds import Inertia, Matrix, Rotations, Triple, Value
 _ORIGIN = (0.0, 0.0, 0.0)
 
 
-class Body(Table):
+class BodyEntry(Table):
     """A rigid body."""
 
     mass: Value = key("0 is allowed if the body carries others with mass", unit="kg", names=PARAMETERS)
@@ -49,7 +49,7 @@ class BodyFrame(Table):
     )
 
 
-class Point(Table):
+class PointEntry(Table):
     """A point fixed in a body, in the base or in the world."""
 
     body: str = key("the body that carries it", refers="bodies", kind="body, `base` or `world`")

@@ -110,7 +110,7 @@ class DrawnShape(Table):
     )
 
 
-class _Reader:
+class _ShapeReader:
     """Reads one shape; faults go to the report of ``values``."""
 
     def __init__(self, name: str, entry: DrawnShape, values: Values, reading: Reading, most: int) -> None:
@@ -257,7 +257,7 @@ class _Shapes(Section):
         entries: Mapping[str, DrawnShape] = reading.document.section(self.key)
         meshes = sum(entry.type == "mesh" for entry in entries.values())
         most = min(MOST, _MOST_TOGETHER // max(meshes, 1))
-        readers = {name: _Reader(name, entry, values, reading, most) for name, entry in entries.items()}
+        readers = {name: _ShapeReader(name, entry, values, reading, most) for name, entry in entries.items()}
         read = {name: reader.shape() for name, reader in readers.items()}
         if missing := {name: reader.missing for name, reader in readers.items() if reader.missing}:
             first = next(iter(missing.values()))

@@ -25,7 +25,7 @@ from eomgen.scene.reading.values import UNKNOWN, Values
 from eomgen.system.signals import Parameter, State
 
 if TYPE_CHECKING:
-    from eomgen.scene.control.schema import Controller as Written
+    from eomgen.scene.control.schema import ControllerEntry as Written
     from eomgen.scene.forces.springs import SpringEntry
 
 _LIMITS = ("minimum_damping", "maximum_damping", "width")

@@ -18,7 +18,7 @@ from eomgen.scene.signals.sampling import HeldValue, held_states, read_clock
 from eomgen.system.signals import CONTROLLER_ARGUMENTS, CSource, SampledController, State
 
 if TYPE_CHECKING:
-    from eomgen.scene.control.schema import Controller as Written
+    from eomgen.scene.control.schema import ControllerEntry as Written
 
 #: Bytes of a C file.
 _LARGEST = 1_000_000

@@ -16,7 +16,7 @@ Poles = Annotated[tuple[NumberPair, ...], Field(strict=False)]
 _BY_JOINT = "table of numbers by joint"
 
 
-class Calibration(Table):
+class CalibrationEntry(Table):
     """How the gains of a state feedback are found, from the linear model of the scene with these gains at zero."""
 
     method: Literal["lqr", "imsc", "pole_placement"] = key("which of the methods below")
@@ -59,7 +59,7 @@ class Calibration(Table):
     )
 
 
-class Controller(Table):
+class ControllerEntry(Table):
     """A controller, filter or actuator; its output is called by its name."""
 
     type: Literal["pi", "pid", "low_pass", "lead_lag", "state_feedback", "skyhook", "sampled"] = key(
@@ -118,7 +118,7 @@ class Controller(Table):
     signal_gains: dict[str, Numbers] | None = optional(
         "the same of `signals`", kind="table of numbers by signal", shown_default="`0`, or calibrated"
     )
-    calibration: Calibration | None = optional("`state_feedback`: how gains are found")
+    calibration: CalibrationEntry | None = optional("`state_feedback`: how gains are found")
     spring: str | None = optional("`skyhook`: between whose points it acts", refers="springs", shown_default="required")
     damping: Value | None = of_parameters(
         "`skyhook`: c, of the spring's second point against the world", unit="N s/m", shown_default="`0`"

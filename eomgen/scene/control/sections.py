@@ -23,7 +23,7 @@ from eomgen.scene.section import Entries, Reading, Section
 from eomgen.system.signals import Parameter
 
 if TYPE_CHECKING:
-    from eomgen.scene.control.schema import Controller, ReferenceEntry
+    from eomgen.scene.control.schema import ControllerEntry, ReferenceEntry
 
 
 def read_reference(name: str, entry: ReferenceEntry, reading: Reading) -> Reference:
@@ -51,7 +51,7 @@ def read_reference(name: str, entry: ReferenceEntry, reading: Reading) -> Refere
 class _Controllers(Section):
     def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
         """Return the fault of the names that a controller makes."""
-        entries: Mapping[str, Controller] = document.section("controllers")
+        entries: Mapping[str, ControllerEntry] = document.section("controllers")
         if name not in entries:
             return "", ""
         others = {made: entry for entry in entries if entry != name for _, made in _added_names(entry, entries[entry])}
@@ -91,7 +91,7 @@ class _Controllers(Section):
         return {field: tuple(items) for field, items in reading.items["controllers"].items()}
 
 
-def _added_names(name: str, entry: Controller) -> list[tuple[str, str]]:
+def _added_names(name: str, entry: ControllerEntry) -> list[tuple[str, str]]:
     """Return the names that a controller adds besides its name, each with a section."""
     return [(section, made) for section, names in made_by_controller(name, entry).items() for made in names]
 
@@ -104,7 +104,7 @@ def check_controllers(reading: Reading) -> None:
 
 CONTROLLERS = _Controllers(
     key="controllers",
-    entry="eomgen.scene.control.schema:Controller",
+    entry="eomgen.scene.control.schema:ControllerEntry",
     bare="a controller",
     after=("states",),
     positional=("type", "signal"),

@@ -17,8 +17,8 @@ from eomgen.scene.reading.values import Values, percent_of_critical
 from eomgen.system.signals import Parameter
 
 if TYPE_CHECKING:
-    from eomgen.scene.control.schema import Calibration as WrittenCalibration
-    from eomgen.scene.control.schema import Controller as Written
+    from eomgen.scene.control.schema import CalibrationEntry as WrittenCalibration
+    from eomgen.scene.control.schema import ControllerEntry as Written
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ from eomgen.scene.signals.curves import digest
 from eomgen.system import description
 
 if TYPE_CHECKING:
-    from eomgen.scene.document.schema import Document
+    from eomgen.scene.document.schema import SceneDocument
 
 
 def assemble(
@@ -68,7 +68,7 @@ def assemble(
     )
 
 
-def content(document: Document) -> bytes:
+def content(document: SceneDocument) -> bytes:
     """Return bytes that determine the scene: canonical JSON, with entries as pairs because the order of entries
     counts."""
     data = document.model_dump(mode="json", exclude_none=True, exclude={"include", "repeat"})
@@ -89,7 +89,7 @@ def _content_of_files(fields: Mapping[str, Any]) -> bytes:
     return (digest(curves).encode() if curves else b"") + sources_digest(fields["sampled"])
 
 
-def _fields(reading: Reading, document: Document, bound: Mapping[str, str]) -> dict[str, Any]:
+def _fields(reading: Reading, document: SceneDocument, bound: Mapping[str, str]) -> dict[str, Any]:
     """Return the fields of the Scene; the fields are valid only if the report stays empty.
 
     Parameters

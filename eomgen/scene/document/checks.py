@@ -21,10 +21,10 @@ from eomgen.scene.tree.beam_attachments import check_places
 from eomgen.scene.tree.sections import TreeSections
 
 if TYPE_CHECKING:
-    from eomgen.scene.document.schema import Document
+    from eomgen.scene.document.schema import SceneDocument
 
 
-def check_names(document: Document, refused: Mapping[str, set[str]], report: Report) -> Document:
+def check_names(document: SceneDocument, refused: Mapping[str, set[str]], report: Report) -> SceneDocument:
     """Return the document without the entries whose names are not legal; these names go to ``refused``."""
     if not is_legal(document.name):
         report.add("name", f"the name {shown(document.name)} is not legal [E0715]", NAME_RULE)
@@ -44,7 +44,7 @@ def check_names(document: Document, refused: Mapping[str, set[str]], report: Rep
     return document.model_copy(update=kept)
 
 
-def _fault(row: Section, name: str, document: Document, rows: Sequence[Section]) -> tuple[str, str]:
+def _fault(row: Section, name: str, document: SceneDocument, rows: Sequence[Section]) -> tuple[str, str]:
     """Return the fault of a name of an entry, and a hint; two empty texts if there is none."""
     if not is_legal(name):
         return f"the name {shown(name)} is not legal [E0715]", NAME_RULE
@@ -57,7 +57,7 @@ def _fault(row: Section, name: str, document: Document, rows: Sequence[Section])
     return row.fault_of_name(name, document, rows)
 
 
-def _check_task_frames(document: Document, reading: Reading) -> None:
+def _check_task_frames(document: SceneDocument, reading: Reading) -> None:
     """Report task frames that are neither bodies nor frames."""
     known = [name for key in ("bodies", "beams", "frames") for name in document.section(key)]
     known += sorted(name for key in ("bodies", "beams", "frames") for name in reading.refused[key])
@@ -65,7 +65,7 @@ def _check_task_frames(document: Document, reading: Reading) -> None:
         check_reference(f"task_frames[{place}]", name, known, "body or frame", reading.report)
 
 
-def _check_frames_of_elements(document: Document, reading: Reading) -> None:
+def _check_frames_of_elements(document: SceneDocument, reading: Reading) -> None:
     """Report force elements between two frames of one rigid body."""
     tree, elements = reading.kept(TreeSections), _elements(reading)
     framed = [(key_of(item.section, item.name), frames) for item in elements if (frames := item.frames()) is not None]
@@ -73,7 +73,7 @@ def _check_frames_of_elements(document: Document, reading: Reading) -> None:
         check_two_bodies(framed, tree.joints, document.section("beams"), reading.report)
 
 
-def _check_places(document: Document, reading: Reading) -> None:
+def _check_places(document: SceneDocument, reading: Reading) -> None:
     """Report attachments to a beam beyond the ends."""
     check_places(reading.items, _elements(reading), reading.values)
 
@@ -83,7 +83,7 @@ def _elements(reading: Reading) -> list[ForceElement]:
     return [element for row in rows for element in reading.items[row.key].values()]
 
 
-def _check_groups(document: Document, reading: Reading) -> None:
+def _check_groups(document: SceneDocument, reading: Reading) -> None:
     """Report groups of bodies that do not move freely."""
     for joint in document.section("joints").values():
         body = document.section("bodies").get(joint.child)
@@ -92,7 +92,7 @@ def _check_groups(document: Document, reading: Reading) -> None:
             reading.report.add(key_of("bodies", joint.child, "group"), fault, "the group of the body that carries it")
 
 
-def _check_drive_efforts(document: Document, reading: Reading) -> None:
+def _check_drive_efforts(document: SceneDocument, reading: Reading) -> None:
     """Report efforts of drives that do not exist, or whose name two drives have."""
     items, report = reading.items, reading.report
     driven = [joint.name for joint in items["joints"].values() if joint.drive]
@@ -110,7 +110,7 @@ def _check_drive_efforts(document: Document, reading: Reading) -> None:
                 report.add(key, f"drive_effort.{symbol.name}: {fault}", hint)
 
 
-def _check_simulation(document: Document, reading: Reading) -> None:
+def _check_simulation(document: SceneDocument, reading: Reading) -> None:
     """Report a time grid or a spectral radius that cannot be."""
     simulation, report = document.simulation, reading.report
     if not is_legal(simulation.method):
@@ -128,11 +128,11 @@ def _check_simulation(document: Document, reading: Reading) -> None:
 
 
 #: Checks across sections, in order: before sections are read that observe a motion, and at the end.
-CHECKS: tuple[Callable[[Document, Reading], None], ...] = (
+CHECKS: tuple[Callable[[SceneDocument, Reading], None], ...] = (
     _check_task_frames,
     lambda document, reading: check_controllers(reading),
     _check_frames_of_elements,
     _check_places,
     _check_groups,
 )
-LAST_CHECKS: tuple[Callable[[Document, Reading], None], ...] = (_check_drive_efforts, _check_simulation)
+LAST_CHECKS: tuple[Callable[[SceneDocument, Reading], None], ...] = (_check_drive_efforts, _check_simulation)

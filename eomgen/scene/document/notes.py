@@ -22,7 +22,7 @@ from eomgen.system.description import BASE
 
 if TYPE_CHECKING:
     from eomgen.base.limits import Limit
-    from eomgen.scene.document.schema import Document
+    from eomgen.scene.document.schema import SceneDocument
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class SceneFacts(EvaluatesOnce):
     """
 
     data: Mapping[str, Any]
-    document: Document
+    document: SceneDocument
     scene: Mapping[str, Any]
     reading: Reading
 

@@ -15,7 +15,7 @@ Data = Mapping[str, Any]
 Path = tuple[str | int, ...]
 
 
-class Quantity(NamedTuple):
+class SceneQuantity(NamedTuple):
     """A number, a formula or a text with a unit in a scene.
 
     Attributes
@@ -43,7 +43,7 @@ class Quantity(NamedTuple):
         return key_of(*self.path)
 
 
-def quantities(data: Data, without: frozenset[str] = frozenset()) -> Iterator[Quantity]:
+def quantities(data: Data, without: frozenset[str] = frozenset()) -> Iterator[SceneQuantity]:
     """Yield all values of keys with units or formulas, tables before the tables in them; a list component by component.
 
     Parameters
@@ -75,7 +75,7 @@ def quantities(data: Data, without: frozenset[str] = frozenset()) -> Iterator[Qu
 
 def _components(
     table: type[Table], entries: Data, field: str, meaning: KeyMetadata, kind: object, owner: Path, place: Path
-) -> Iterator[Quantity]:
+) -> Iterator[SceneQuantity]:
     """Yield the numbers and texts of one key at a place."""
     units = meaning.unit.get(str(kind), "") if isinstance(meaning.unit, Mapping) else meaning.unit
     if units == ANY_UNIT:
@@ -87,7 +87,7 @@ def _components(
     if not units and meaning.names is None:
         return
     for path, unit, value in _leaves(place, units, entries[field]):
-        yield Quantity(path, field, unit if isinstance(unit, str) else "", value, owner, table, meaning)
+        yield SceneQuantity(path, field, unit if isinstance(unit, str) else "", value, owner, table, meaning)
 
 
 def _leaves(path: Path, unit: Units, value: object) -> Iterator[tuple[Path, Units, object]]:

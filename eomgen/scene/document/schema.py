@@ -23,7 +23,7 @@ from eomgen.system.description import Simulation as Defaults
 from eomgen.system.terms import TERMS
 
 
-class Simulation(Table):
+class SimulationEntry(Table):
     """The defaults of ``simulate``."""
 
     method: str = key("see below", Defaults.method, kind="name")
@@ -61,18 +61,18 @@ class Simulation(Table):
 
 
 #: Default of the table of every file: a table that is made without a validator.
-_SIMULATION = (Simulation, Simulation.model_construct())
+_SIMULATION = (SimulationEntry, SimulationEntry.model_construct())
 #: Schemas of entries that other parts of a file become, ``module:name`` by key.
 _OF_PARTS = {
     "include": "eomgen.scene.document.parts_schema:Include",
     "repeat": "eomgen.scene.document.parts_schema:Repeat",
 }
 #: Schemas by rows and sections, and how many are made before one has all sections.
-_MADE: dict[tuple[tuple[Section, ...], frozenset[str]], type[Document]] = {}
+_MADE: dict[tuple[tuple[Section, ...], frozenset[str]], type[SceneDocument]] = {}
 _MOST_MADE = 4
 
 
-class Document(Table):
+class SceneDocument(Table):
     """A scene file of eomgen; subclasses have the sections that a file mentions, whose schemas are imported then."""
 
     #: Sections by which the file is read: late rows are among them only if the file mentions the section.
@@ -92,12 +92,12 @@ class Document(Table):
         kind="list of names",
     )
     if TYPE_CHECKING:
-        simulation: Simulation
+        simulation: SimulationEntry
 
     @classmethod
     def known_keys(cls) -> list[str]:
         """Return all keys that a file may have, the keys of sections too that are absent in this schema."""
-        return [*Document.model_fields, *_OF_PARTS, *KEYS, "simulation", *_keys_of_others(cls.rows)]
+        return [*SceneDocument.model_fields, *_OF_PARTS, *KEYS, "simulation", *_keys_of_others(cls.rows)]
 
     def section(self, name: str) -> Mapping[str, Any]:
         """Return the entries of a section; none of a section that is absent, or whose product is not installed."""
@@ -109,15 +109,15 @@ class Document(Table):
         return getattr(self, name, None)
 
 
-_OF_EVERY_FILE = frozenset([*Document.model_fields, *_OF_PARTS, "simulation"])
+_OF_EVERY_FILE = frozenset([*SceneDocument.model_fields, *_OF_PARTS, "simulation"])
 
 
-def document_for(*data: object) -> type[Document]:
+def document_for(*data: object) -> type[SceneDocument]:
     """Return the schema of files with the sections that nested data mention, of eomgen and of other distributions."""
     return _document(_keys(data))
 
 
-def every_document() -> type[Document]:
+def every_document() -> type[SceneDocument]:
     """Return the schema of files with the sections of all distributions that are installed."""
     return _document(frozenset([*_OF_PARTS, *KEYS, *others()]))
 
@@ -138,7 +138,7 @@ def _keys_of_others(rows: Iterable[Section]) -> list[str]:
     return [row.key for row in rows if row.key not in KEYS]
 
 
-def _document(keys: frozenset[str]) -> type[Document]:
+def _document(keys: frozenset[str]) -> type[SceneDocument]:
     """Return the schema with the sections of some keys, or with all of eomgen's own once several schemas were made."""
     rows = sections_for(keys - _OF_EVERY_FILE)
     wanted = keys.intersection([*_OF_PARTS, *(row.key for row in rows)])
@@ -150,7 +150,7 @@ def _document(keys: frozenset[str]) -> type[Document]:
         sections = {row.key: _field(row) for row in rows if row.key in wanted}
         further = {key: sections.pop(key) for key in _keys_of_others(rows)}
         fields: dict[str, Any] = {**parts, **sections, "simulation": _SIMULATION, **further}
-        made = create_model("Document", __base__=Document, __doc__=Document.__doc__, **fields)
+        made = create_model("Document", __base__=SceneDocument, __doc__=SceneDocument.__doc__, **fields)
         made.rows = rows
         _MADE[rows, wanted] = made
     return _MADE[rows, wanted]

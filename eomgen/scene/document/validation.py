@@ -13,7 +13,7 @@ from pydantic import BaseModel, ValidationError
 from eomgen.base.messages import is_legal, key_of, nearest, shown
 from eomgen.base.products import fault_of_absent, rows_of
 from eomgen.formula.units.parser import is_quantity
-from eomgen.scene.document.schema import Document, document_for, section_keys
+from eomgen.scene.document.schema import SceneDocument, document_for, section_keys
 from eomgen.scene.joint_types import JOINTS_ELSEWHERE
 from eomgen.scene.reading.key_metadata import ForeignKeys, added_keys, meaning_of
 from eomgen.scene.reading.kinds import FaultyText, describe, is_matrix, is_plain_number, plain_angles
@@ -293,7 +293,7 @@ def wrong_format(given: object) -> tuple[str, str]:
 
 
 def explain(
-    kind: str, message: str, location: Location, given: object, table: type[BaseModel] = Document, depth: int = 0
+    kind: str, message: str, location: Location, given: object, table: type[BaseModel] = SceneDocument, depth: int = 0
 ) -> tuple[str, str]:
     """Return pydantic's message about a place in the words of the scene file, and a hint; the part of the location from
     ``depth`` on is within ``table``."""
@@ -369,7 +369,7 @@ def _report_fault(
     ``renamed``: keys that misspelt keys were meant to be, which are not missing too; new ones are added.
     """
     location = tuple(part for part in detail["loc"] if not str(part).startswith("#"))  # tags are not keys
-    if not issubclass(schema, Document):  # in all messages of scenes, values in a short form have keys
+    if not issubclass(schema, SceneDocument):  # in all messages of scenes, values in a short form have keys
         location = _in_file(location, data)
     fault, hint = explain(detail["type"], detail["msg"], location, detail.get("input"), schema)
     if detail["type"] == "extra_forbidden":
@@ -451,17 +451,17 @@ def _keys_at(location: Location, model: Any) -> list[str]:
     model, _ = _place_of(location, model)
     if model is None:
         return []
-    if issubclass(model, Document):
+    if issubclass(model, SceneDocument):
         return list(model.known_keys())
     return [field.alias or name for name, field in model.model_fields.items()]
 
 
-def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, dict[str, set[str]]]:
+def read_document(data: Mapping[str, Any], report: Report) -> tuple[SceneDocument, dict[str, set[str]]]:
     """Turn nested data into a Document; invalid entries are reported and left out.
 
     Returns
     -------
-    document : Document
+    document : SceneDocument
         Of the entries that are well formed.
     refused : dict
         For each section, the names of the entries left out: these names exist, and are not to be reported as unknown.

@@ -13,7 +13,7 @@ from eomgen.scene.reading.kinds import Description, Finite, Value
 from eomgen.system.events import LEAST_INTERVAL
 
 
-class Event(Table):
+class EventEntry(Table):
     """Action at the roots of a formula along a run."""
 
     when: Value = key("the event is at the roots of this formula", unit=ANY_UNIT, names=EVERYTHING)
@@ -39,7 +39,7 @@ class Event(Table):
     description: Description = key("for tables", "")
 
 
-class Mode(Table):
+class ModeEntry(Table):
     """A number that only events change, `mode.name` in formulas."""
 
     value: Finite = key("at the start of a run")

@@ -20,7 +20,7 @@ from eomgen.system.events import mode_parameter
 from eomgen.system.signals import Parameter
 
 if TYPE_CHECKING:
-    from eomgen.scene.events.schema import Event as WrittenEvent
+    from eomgen.scene.events.schema import EventEntry as WrittenEvent
 
 #: Quantities that a reset may set.
 _TARGETS = Scope('coordinates, velocities and internal states: "q.joint", "v.joint"', frozenset({"q", "v", "state"}))
@@ -134,13 +134,13 @@ class _Modes(Section):
 
 MODES = _Modes(
     key="modes",
-    entry="eomgen.scene.events.schema:Mode",
+    entry="eomgen.scene.events.schema:ModeEntry",
     positional=("value",),
     documentation="Add a number that only events change, ``mode.name`` in formulas.",
 )
 EVENTS = Section(
     key="events",
-    entry="eomgen.scene.events.schema:Event",
+    entry="eomgen.scene.events.schema:EventEntry",
     scene_field="events",
     last=True,
     item=read_event,

@@ -13,7 +13,7 @@ from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.joints.constraint_schema import Frame as FrameEntry
+from eomgen.scene.joints.constraint_schema import FrameEntry
 from eomgen.scene.joints.frames import Site, read_frame
 from eomgen.scene.joints.model import Frame
 from eomgen.scene.reading.key_metadata import Table, key, of_parameters, optional

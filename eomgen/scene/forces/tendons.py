@@ -15,7 +15,7 @@ from eomgen.scene.forces.element import Attach, ForceElement
 from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.formula.scope import PARAMETERS, SPRING_FORCE
 from eomgen.scene.joint_types import Need
-from eomgen.scene.joints.constraint_schema import Frame as FrameEntry
+from eomgen.scene.joints.constraint_schema import FrameEntry
 from eomgen.scene.joints.frames import Site, read_frame
 from eomgen.scene.joints.model import Frame
 from eomgen.scene.reading.key_metadata import Table, key, optional

@@ -16,7 +16,7 @@ from eomgen.base.data import replace
 from eomgen.base.messages import counted, is_legal, listed, nearest, shown
 from eomgen.base.products import fault_of_absent
 from eomgen.formula.evaluate import apply, symbols
-from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol, quantity_of
+from eomgen.formula.nodes import Application, EntryQuantity, Formula, Number, Operation, Symbol, quantity_of
 from eomgen.formula.units.parser import product_hint
 from eomgen.formula.words import FUNCTIONS, WORDS, Word, added_word, own_words
 from eomgen.scene.formula.definitions import NamedExpression
@@ -345,7 +345,7 @@ class _FormulaReader:
         name = call.id.removeprefix(PREFIX) if isinstance(call, ast.Name) else ""
         return None if not name or name in DERIVATIVES or name in _MODULES or name in self.kinds() else added_word(name)
 
-    def quantity_of_entry(self, word: Word, node: ast.expr, call: ast.expr, depth: int) -> Quantity:
+    def quantity_of_entry(self, word: Word, node: ast.expr, call: ast.expr, depth: int) -> EntryQuantity:
         """Return a quantity of an entry at given arguments: ``WORD.NAME(x, y)[1]``."""
         assert isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute)  # checked by ``word_of``
         inner = call.func.value

@@ -53,7 +53,7 @@ _NONLINEAR = 2
 _NO_LENGTH = 1e-9
 
 
-def read_constraint(name: str, entry: written.Constraint, reading: Reading) -> Constraint:
+def read_constraint(name: str, entry: written.ConstraintEntry, reading: Reading) -> Constraint:
     """Return a checked constraint; frames on geometrically exact beams are on nodes. Faults are reported."""
     key, values, points = key_of("constraints", name), reading.values, reading.items["points"]
     values.check_kind(key, entry, "type", {row.name: row.constraint_keys for row in TYPES.values()})
@@ -104,7 +104,7 @@ def _doubtful_contact(
 
 
 def _length(
-    key: str, entry: written.Constraint, first: Frame, second: Frame, smooth: float | None, values: Values
+    key: str, entry: written.ConstraintEntry, first: Frame, second: Frame, smooth: float | None, values: Values
 ) -> Formula:
     """Return the length of a distance, by default the distance of both places at the design position, with a note."""
     if entry.length is not None:
@@ -146,7 +146,9 @@ def _surface(key: str, text: float | str, values: Values) -> Formula | None:
     return formula
 
 
-def _frame(key: str, entry: written.Constraint, frame: written.Frame | None, need: Need, reading: Reading) -> Frame:
+def _frame(
+    key: str, entry: written.ConstraintEntry, frame: written.FrameEntry | None, need: Need, reading: Reading
+) -> Frame:
     """Return the first or the second frame of a joint; a missing frame is reported."""
     if frame is None:
         side = key.rpartition(".")[2]
@@ -156,7 +158,7 @@ def _frame(key: str, entry: written.Constraint, frame: written.Frame | None, nee
     return read_frame(key, f"{driven}{entry.type} constraint", frame, need, site_of(reading))
 
 
-def _needs(entry: written.Constraint) -> tuple[Need, Need]:
+def _needs(entry: written.ConstraintEntry) -> tuple[Need, Need]:
     if CONSTRAINTS[entry.type].drive == "angle" and entry.drive is not None:
         return "x and z", "x and z"
     if "shape" in CONSTRAINTS[entry.type].keys and entry.shape in ("sphere", "ellipsoid"):
@@ -165,7 +167,7 @@ def _needs(entry: written.Constraint) -> tuple[Need, Need]:
 
 
 def read_equation(
-    key: str, entry: written.Constraint, points: Mapping[str, Point], values: Values
+    key: str, entry: written.ConstraintEntry, points: Mapping[str, Point], values: Values
 ) -> tuple[Formula | None, EquationUnit]:
     """Return the equation of a constraint and the unit of the equation; faults go to the report of ``values``.
 

@@ -14,7 +14,7 @@ from eomgen.scene.reading.key_metadata import Table, given_in, key, of_fixed_par
 from eomgen.scene.reading.kinds import Matrix, Rotations, Triple, Value
 
 
-class Frame(Table):
+class FrameEntry(Table):
     """A frame that a constraint or a bushing holds: a point's name, or a table."""
 
     short: ClassVar[str] = "point"
@@ -36,7 +36,7 @@ class Frame(Table):
         return {"point": data} if isinstance(data, str) else data
 
 
-class Reaction(Table):
+class ReactionEntry(Table):
     """Point and axes in which the reaction of a joint or a constraint is expressed."""
 
     joint: str | None = optional("joint of the reaction, which its parent exerts on its child", refers="joints")
@@ -51,14 +51,14 @@ class Reaction(Table):
     axes: str = key("whose axes the components are in", "world", refers="bodies", kind="body, `base` or `world`")
 
 
-class Constraint(Table):
+class ConstraintEntry(Table):
     """A constraint between two frames, which closes a loop, or an equation of coordinates and points."""
 
     type: ConstraintType = key("relative motion that it allows", kind="see below")
-    first: Frame | None = optional(
+    first: FrameEntry | None = optional(
         "a frame in one body", kind="frame, below", shown_default="required, but for `formula`"
     )
-    second: Frame | None = optional(
+    second: FrameEntry | None = optional(
         "a frame in another, that can move against the first",
         kind="frame, below",
         shown_default="required, but for `formula`",

@@ -95,7 +95,7 @@ def _without_jumps(key: str, formula: Formula, values: Values, smooth: float | N
         return UNKNOWN
 
 
-def read_drives(key: str, joint: written.Joint, values: Values) -> tuple[Formula, ...]:
+def read_drives(key: str, joint: written.JointEntry, values: Values) -> tuple[Formula, ...]:
     """Return the drives of a joint, one for each coordinate; empty without a drive, or for a refused one."""
     if joint.drive is None:
         read_smoothing(key, joint.smooth, "drive", values)

@@ -21,7 +21,7 @@ from eomgen.scene.rotations import frame_about, rows, sequence
 from eomgen.system.description import BASE, WORLD, Point
 
 if TYPE_CHECKING:
-    from eomgen.scene.bodies.beam_schema import Beam
+    from eomgen.scene.bodies.beam_schema import BeamEntry
     from eomgen.scene.bodies.cosserat import Cosserat
     from eomgen.scene.joints import constraint_schema as written
     from eomgen.scene.section import Reading
@@ -35,7 +35,7 @@ class Site:
     """
 
     bodies: Collection[str]
-    beams: Mapping[str, Beam]
+    beams: Mapping[str, BeamEntry]
     points: Mapping[str, Point]
     values: Values
     exact: Mapping[str, Cosserat] = field(default_factory=dict)
@@ -47,7 +47,7 @@ def site_of(reading: Reading) -> Site:
     return Site(reading.bodies, beams, items["points"], reading.values, items.get("beams", {}))
 
 
-def read_frame(key: str, title: str, frame: written.Frame, need: Need, site: Site) -> Frame:
+def read_frame(key: str, title: str, frame: written.FrameEntry, need: Need, site: Site) -> Frame:
     """Return a checked frame; ``title`` is the owner of the frame in messages."""
     values, report = site.values, site.values.report
     orientation = _orientation(key, title, frame, need, values)
@@ -77,7 +77,7 @@ def read_frame(key: str, title: str, frame: written.Frame, need: Need, site: Sit
 
 
 def _orientation(
-    key: str, title: str, frame: written.Frame, need: Need, values: Values
+    key: str, title: str, frame: written.FrameEntry, need: Need, values: Values
 ) -> tuple[tuple[float, float, float], ...]:
     """Return the frame's axes in the body: by rotations, or by z and, if the angle matters, x."""
     report = values.report

@@ -11,7 +11,7 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ONE, ZERO, ZERO_VECTOR, Formula, Symbol, Vector, infix
 from eomgen.formula.prescribed_motion import constant
 from eomgen.scene.joint_types import JOINTS, TYPES, Connection, ConstraintType, JointType, is_own
-from eomgen.system.description import WORLD, Limit, Point, WrittenStart, component_names
+from eomgen.system.description import WORLD, CoordinateLimit, Point, WrittenStart, component_names
 
 #: Surfaces that touch a plane.
 Shape = Literal["disc", "sphere", "ellipsoid", "torus"]
@@ -263,7 +263,7 @@ class Joint:
         return (*self.each(self.rest)[first:], *ends)
 
     @property
-    def limits(self) -> tuple[Limit, ...]:
+    def limits(self) -> tuple[CoordinateLimit, ...]:
         """The ranges of the stops in terms of the joint's own coordinates, one by one."""
         meanings = list(self.kind.coordinates.items())
         names = component_names("q", self.name, len(meanings))
@@ -271,7 +271,7 @@ class Joint:
         for stop in self.stops:
             meaning, unit = meanings[stop.index]
             subject = f"joint {self.name}" if len(meanings) == 1 else f"the {meaning} of joint {self.name}"
-            result.append(Limit(subject, names[stop.index], unit, stop.lower, stop.upper, stop.stiffness))
+            result.append(CoordinateLimit(subject, names[stop.index], unit, stop.lower, stop.upper, stop.stiffness))
         return tuple(result)
 
 

@@ -23,7 +23,7 @@ Triple = tuple[Numbers, Numbers, Numbers]
 
 
 @dataclass(frozen=True)
-class Part:
+class MovedPart:
     """A body of a rigid assembly, with the indices of its values in a list of numbers.
 
     Attributes
@@ -49,7 +49,7 @@ class PlacedBody:
     inertia: Sequence[Numbers]
 
 
-def _place_bodies(parts: Sequence[Part], numbers: Sequence[Numbers]) -> list[PlacedBody]:
+def _place_bodies(parts: Sequence[MovedPart], numbers: Sequence[Numbers]) -> list[PlacedBody]:
     """Return the bodies of an assembly; carriers come before the carried parts."""
     result: list[PlacedBody] = []
     origins: list[Triple] = []
@@ -103,7 +103,7 @@ class MovableInertia:
 
     kind: Connection
     axes: Array
-    parts: tuple[Part, ...]
+    parts: tuple[MovedPart, ...]
     rotors: tuple[int, ...]
     pitch: int
     followers: tuple[int, ...]
@@ -320,15 +320,15 @@ def check_motion(
     return light, determined
 
 
-def _parts(joint: Joint, fixed: Sequence[Joint], bodies: Mapping[str, Body], places: _Places) -> tuple[Part, ...]:
+def _parts(joint: Joint, fixed: Sequence[Joint], bodies: Mapping[str, Body], places: _Places) -> tuple[MovedPart, ...]:
     """Return the assembly that a joint carries: its child, and the bodies that fixed joints connect to the child."""
-    parts = [Part(places.put(*_values_of(bodies[joint.child])), np.eye(3))]
+    parts = [MovedPart(places.put(*_values_of(bodies[joint.child])), np.eye(3))]
     numbered = {joint.child: 0}
     for item in fixed:
         carrier = numbered[item.parent]
         numbered[item.child] = len(parts)
         start, position = places.put(*_values_of(bodies[item.child])), places.put(*item.position)
-        parts.append(Part(start, parts[carrier].orientation @ np.array(item.orientation), carrier, position))
+        parts.append(MovedPart(start, parts[carrier].orientation @ np.array(item.orientation), carrier, position))
     return tuple(parts)
 
 

@@ -29,7 +29,7 @@ from eomgen.system.description import BASE, WORLD, Point, WrittenStart
 
 if TYPE_CHECKING:
     from eomgen.scene.joints import schema as written
-    from eomgen.scene.joints.constraint_schema import Reaction as WrittenReaction
+    from eomgen.scene.joints.constraint_schema import ReactionEntry as WrittenReaction
     from eomgen.scene.section import Reading
 
 Given = tuple[float | str | None, ...] | None
@@ -66,7 +66,7 @@ class _Coordinates:
         return [ZERO if formula is None else formula for formula in self.formulas(field, given)]
 
 
-def read_stops(key: str, joint: written.Joint, values: Values) -> tuple[Stop, ...]:
+def read_stops(key: str, joint: written.JointEntry, values: Values) -> tuple[Stop, ...]:
     """Return the stops of a joint: one for each coordinate that has a limit."""
     limits, key = joint.limits, f"{key}.limits"
     if limits is None or not _has_coordinates(key, joint, "limits", values):
@@ -89,7 +89,7 @@ def read_stops(key: str, joint: written.Joint, values: Values) -> tuple[Stop, ..
     return tuple(stops)
 
 
-def read_friction(key: str, joint: written.Joint, values: Values) -> tuple[Friction, ...]:
+def read_friction(key: str, joint: written.JointEntry, values: Values) -> tuple[Friction, ...]:
     """Return the dry friction of a joint: one for each coordinate that has any."""
     friction, key = joint.friction, f"{key}.friction"
     if friction is None or not _has_coordinates(key, joint, "friction", values):
@@ -113,7 +113,7 @@ def read_friction(key: str, joint: written.Joint, values: Values) -> tuple[Frict
     return tuple(result)
 
 
-def _has_coordinates(key: str, joint: written.Joint, plural: str, values: Values) -> bool:
+def _has_coordinates(key: str, joint: written.JointEntry, plural: str, values: Values) -> bool:
     result = bool(JOINTS[joint.type].coordinates)
     if not result:
         values.report.add(key, f"a {joint.type} joint has no {plural} [E1650]", "a bushing, an effort or a force")
@@ -129,7 +129,7 @@ _COEFFICIENTS = ("stiffness", "damping", "rest", "rotor_inertia")
 _PERPENDICULAR = 1e-6
 
 
-def read_joint(name: str, joint: written.Joint, values: Values) -> Joint:
+def read_joint(name: str, joint: written.JointEntry, values: Values) -> Joint:
     """Return a checked joint; faults go to the report of ``values``."""
     key = key_of("joints", name)
     axis, second = _axes(key, joint, values)
@@ -156,7 +156,7 @@ def read_joint(name: str, joint: written.Joint, values: Values) -> Joint:
     )
 
 
-def _check_axis_keys(key: str, joint: written.Joint, values: Values) -> None:
+def _check_axis_keys(key: str, joint: written.JointEntry, values: Values) -> None:
     """Report directions that a type of joint needs or does not have."""
     kind, report = JOINTS[joint.type], values.report
     if kind.coordinates and joint.axis is None:
@@ -166,7 +166,7 @@ def _check_axis_keys(key: str, joint: written.Joint, values: Values) -> None:
     values.check_kind(key, joint, "type", {row.name: row.joint_keys for row in (*JOINTS.values(), kind)})
 
 
-def _axes(key: str, joint: written.Joint, values: Values) -> tuple[Direction, Direction]:
+def _axes(key: str, joint: written.JointEntry, values: Values) -> tuple[Direction, Direction]:
     """Return the axis and the second axis orthogonal to it, as given or by the default of the type."""
     report, kind = values.report, JOINTS[joint.type]
     _check_axis_keys(key, joint, values)
@@ -190,7 +190,7 @@ def _axes(key: str, joint: written.Joint, values: Values) -> tuple[Direction, Di
     return z, x
 
 
-def _coefficients(key: str, field: str, joint: written.Joint, values: Values) -> Coefficients:
+def _coefficients(key: str, field: str, joint: written.JointEntry, values: Values) -> Coefficients:
     """Return a coefficient of a joint by coordinate; a single formula for one coordinate."""
     given: tuple[float | str, ...] | None = getattr(joint, field)
     place, meaning = f"{key}.{field}", tuple(JOINTS[joint.type].coordinates)
@@ -208,7 +208,7 @@ def _coefficients(key: str, field: str, joint: written.Joint, values: Values) ->
     return formulas[0] if len(formulas) == 1 else formulas
 
 
-def _mimic(key: str, joint: written.Joint, values: Values) -> Mimic | None:
+def _mimic(key: str, joint: written.JointEntry, values: Values) -> Mimic | None:
     if joint.mimic is None:
         return None
     if (size := JOINTS[joint.type].v_size) != 1:
@@ -234,7 +234,7 @@ def _numbers(
     return None if any(math.isnan(number) for number in numbers) else numbers
 
 
-def _initial_position(key: str, joint: written.Joint, values: Values) -> tuple[float, ...]:
+def _initial_position(key: str, joint: written.JointEntry, values: Values) -> tuple[float, ...]:
     """Return the initial q of a joint."""
     initial, place, kind = joint.initial, f"{key}.initial", JOINTS[joint.type]
     for field in ("orientation", "rotation", "position"):
@@ -274,13 +274,13 @@ def _quaternion(
     return tuple(number / norm for number in numbers)
 
 
-def _initial_velocity(key: str, joint: written.Joint, values: Values) -> tuple[float, ...]:
+def _initial_velocity(key: str, joint: written.JointEntry, values: Values) -> tuple[float, ...]:
     kind = JOINTS[joint.type]
     size, quantity = kind.v_size, f"the velocity of a {joint.type} joint{_VELOCITY_MEANING.get(kind.group, '')}"
     return tuple(_numbers(f"{key}.initial.velocity", joint.initial.velocity, size, quantity, values) or [0.0] * size)
 
 
-def _written_start(name: str, joint: written.Joint, values: Values) -> WrittenStart | None:
+def _written_start(name: str, joint: written.JointEntry, values: Values) -> WrittenStart | None:
     """Return the written parts of the initial state; None for none."""
     initial = joint.initial
     position = any(getattr(initial, field) is not None for field in ("position", "orientation", "rotation"))

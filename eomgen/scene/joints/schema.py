@@ -47,7 +47,7 @@ class Limits(Table):
     )
 
 
-class Friction(Table):
+class FrictionEntry(Table):
     """Dry friction of a joint's coordinates."""
 
     coulomb: Values = key("level of the friction", unit=_EFFORT, names=PARAMETERS, example="coulomb = 0.3")
@@ -88,7 +88,7 @@ class Initial(Table):
     )
 
 
-class Mimic(Table):
+class MimicEntry(Table):
     """A coordinate that follows another: multiplier q_leader + offset."""
 
     joint: str = key("the leader, with one coordinate; it may follow another in its turn", refers="joints")
@@ -96,7 +96,7 @@ class Mimic(Table):
     offset: Value = key("coordinate at the leader's zero", 0.0, unit=by_coordinate("rad", "m"), names=PARAMETERS)
 
 
-class Joint(Table):
+class JointEntry(Table):
     """A joint, which carries a body and lets it move relative to its parent."""
 
     type: JointType = key("how the child moves against the parent")
@@ -143,7 +143,7 @@ class Joint(Table):
         shown_default="`0`",
     )
     limits: Limits | None = optional("compliant stops")
-    friction: Friction | None = optional("dry friction")
+    friction: FrictionEntry | None = optional("dry friction")
     drive: Values | None = optional(
         "prescribes the coordinates over time, which then have no initial state of their own",
         unit=by_coordinate("rad", "m"),
@@ -156,7 +156,7 @@ class Joint(Table):
         unit="s",
         shown_default="jumps are refused",
     )
-    mimic: Mimic | None = optional("leader that the coordinate follows, in place of being free")
+    mimic: MimicEntry | None = optional("leader that the coordinate follows, in place of being free")
     initial: Initial = key("state at the start", Initial.model_construct(), shown_default="zeros")
 
     @field_validator("type", mode="wrap")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from eomgen.formula.nodes import VECTORS, Application, Formula, Number, Operation, Quantity, Symbol, infix
+from eomgen.formula.nodes import VECTORS, Application, EntryQuantity, Formula, Number, Operation, Symbol, infix
 from eomgen.formula.units.parser import Dimension, dimension_of
 from eomgen.formula.words import FUNCTIONS
 from eomgen.scene.formula.scope import LOCAL, REACTION_PARTS, SceneNames
@@ -47,7 +47,7 @@ _TIME = SECOND.powers.index(1.0)
 _LONGEST = 48
 
 
-class Disagreement(NamedTuple):
+class UnitDisagreement(NamedTuple):
     """Terms of a formula whose units disagree, as text, and the units of both terms."""
 
     text: str
@@ -73,7 +73,7 @@ def labelled_dimension(formula: Formula, names: SceneNames) -> Dimension | None:
     return _Units(names).labelled_dimension(formula)
 
 
-def disagreement(formula: Formula, names: SceneNames) -> Disagreement | None:
+def disagreement(formula: Formula, names: SceneNames) -> UnitDisagreement | None:
     """Return the first terms whose units are known and disagree; None if there are none. Expressions of definitions are
     judged where they are defined."""
     if not isinstance(formula, Operation | Application):
@@ -128,7 +128,7 @@ def factors(formula: Formula) -> Iterator[str]:
 
 
 def _factors(formula: Formula) -> Iterator[Number]:
-    if isinstance(formula, Operation) and not isinstance(formula, Quantity):
+    if isinstance(formula, Operation) and not isinstance(formula, EntryQuantity):
         for argument in formula.arguments:
             if formula.name in ("mul", "div") and isinstance(argument, Number) and abs(argument.value) != 1.0:
                 yield argument
@@ -193,7 +193,7 @@ class _Units:
     def __init__(self, names: SceneNames, *, plain: bool = False) -> None:
         self.names = names
         self.plain = plain
-        self.first: Disagreement | None = None
+        self.first: UnitDisagreement | None = None
         self.inner = 0  # definitions around the present part
         self.known: dict[int, Dimension | None] = {}
         self.labelled: set[int] = set()  # parts with a label of the user
@@ -227,7 +227,7 @@ class _Units:
         """Return whether the unit of a formula depends on labels."""
         if isinstance(formula, Symbol):
             return formula.kind in _LABELLED
-        if isinstance(formula, Quantity | Application):
+        if isinstance(formula, EntryQuantity | Application):
             return True
         return any(id(argument) in self.labelled for argument in formula.arguments)
 
@@ -239,7 +239,7 @@ class _Units:
         self.inner += bool(formula.label)
         of = self.term_dimension if formula.name in _ALIKE or formula.name in _OF_NUMBERS else self.of
         arguments = [of(argument) for argument in formula.arguments]
-        if isinstance(formula, Quantity):
+        if isinstance(formula, EntryQuantity):
             known = dimension_of(formula.word.unit_of(formula.item, formula.component))
         else:
             known = self.operation(formula, arguments)
@@ -309,7 +309,7 @@ class _Units:
 
     def note(self, text: str, units: tuple[str, str]) -> None:
         if self.first is None and not self.inner:
-            self.first = Disagreement(text, units)
+            self.first = UnitDisagreement(text, units)
 
     def term(self, formula: Formula, unit: Dimension) -> str:
         """Return a term with its unit as text."""

@@ -192,7 +192,7 @@ Inertia = Annotated[
 ]
 
 
-class Rotation(Table):
+class RotationEntry(Table):
     """A rotation by an angle about an axis."""
 
     axis: Triple = key("of any length", names=FIXED_PARAMETERS)
@@ -225,4 +225,4 @@ def _rotations(value: object) -> object:
     return value
 
 
-Rotations = Annotated[tuple[Rotation, ...], Field(strict=False), BeforeValidator(_rotations)]
+Rotations = Annotated[tuple[RotationEntry, ...], Field(strict=False), BeforeValidator(_rotations)]

@@ -18,7 +18,7 @@ from eomgen.base.data import dataclass
 from eomgen.formula.curves import Curve
 from eomgen.formula.discontinuities import applications, knots_along_a_beam
 from eomgen.formula.evaluate import OTHER_VALUES, curves, entries, evaluate, quantities, symbols
-from eomgen.formula.nodes import Formula, Number, Operation, Quantity, Symbol, Vector, distinct_nodes
+from eomgen.formula.nodes import EntryQuantity, Formula, Number, Operation, Symbol, Vector, distinct_nodes
 from eomgen.formula.substitution import substitute
 from eomgen.formula.units.parser import Dimension, dimension_of, read_unit
 from eomgen.scene.design_poses import Axes, DesignPoses, FramePlacement, UnknownPoseError
@@ -29,7 +29,7 @@ from eomgen.scene.joint_types import GROUPS, JOINTS
 from eomgen.scene.reading.formula_units import FACTOR, disagreement, hidden_unit, labelled_dimension, unit_of
 from eomgen.scene.reading.key_metadata import Table, fields_of
 from eomgen.scene.reading.kinds import FaultyText, Rotations
-from eomgen.scene.reading.kinds import Rotation as WrittenRotation
+from eomgen.scene.reading.kinds import RotationEntry as WrittenRotation
 from eomgen.scene.reading.report import Report, check_reference
 from eomgen.scene.reading.requirements import Row, bound_of
 from eomgen.scene.rotations import Rotation, is_rotation, rows, sequence, snapped_rotation, unit_axis
@@ -223,7 +223,7 @@ class Values:
                 fault = f"{argument} is in {unit} by its own entry, and is given here in {given} [E1797]"
                 self.report.add(key, fault, f"the argument in {unit}, or another unit in that entry")
 
-    def _check_order(self, key: str, item: Quantity, units: Mapping[str, str]) -> None:
+    def _check_order(self, key: str, item: EntryQuantity, units: Mapping[str, str]) -> None:
         """Report an argument without a unit of its own whose unit is the unit of another argument that is given
         without."""
         given = [unit_of(argument, self.names) for argument in item.arguments]

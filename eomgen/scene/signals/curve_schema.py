@@ -57,7 +57,7 @@ class Wave(Table):
     duty: Value = key("share of the period that a square is high, or a triangle rises", 0.5, names=FIXED_PARAMETERS)
 
 
-class Bump(Table):
+class BumpEntry(Table):
     """A single haversine bump: height/2 (1 - cos(2 pi x/length)) over its length, zero elsewhere."""
 
     length: Value = key("from its beginning to its end", unit="m", names=FIXED_PARAMETERS)
@@ -65,7 +65,7 @@ class Bump(Table):
     position: Value = key("x of its start", 0.0, unit="m", names=FIXED_PARAMETERS)
 
 
-class Profile(Table):
+class ProfileEntry(Table):
     """A random road over distance, with the spectrum of ISO 8608."""
 
     road_class: RoadClass = key(_CLASS, alias="class", kind="`A` to `H`")
@@ -73,7 +73,7 @@ class Profile(Table):
     harmonics: Harmonics = key("number of harmonics between 0.011 and 2.83 cycles/m", 200)
 
 
-class Shape(Table):
+class ShapeEntry(Table):
     """An entry with points, listed or from a table."""
 
     table: TableFile | None = optional("points from a CSV file")
@@ -93,12 +93,12 @@ class Shape(Table):
     )
 
 
-class Curve(Shape):
+class CurveEntry(ShapeEntry):
     """A function of one number that formulas use by its name."""
 
     wave: Wave | None = optional("a periodic signal")
-    bump: Bump | None = optional("a single bump")
-    road: Profile | None = optional("a random road over distance in m")
+    bump: BumpEntry | None = optional("a single bump")
+    road: ProfileEntry | None = optional("a random road over distance in m")
     argument_unit: Unit | None = optional(
         "of its argument, in SI; formulas that give it another quantity are refused",
         column="argument",
@@ -112,11 +112,11 @@ class Curve(Shape):
         return label_of(data.get("argument_unit")), label_of(data.get("unit"))
 
 
-class Road(Shape):
+class RoadEntry(ShapeEntry):
     """The elevation under a wheel over time: a profile of ISO 8608, a bump, or points over distance, at a speed."""
 
     road_class: RoadClass | None = optional(_CLASS, alias="class", kind="`A` to `H`")
-    bump: Bump | None = optional("a single bump")
+    bump: BumpEntry | None = optional("a single bump")
     speed: Value = key("of the vehicle, up to 10 000", unit="m/s", names=PARAMETERS)
     seed: Seed = key("of the random phases of a class", 0, kind="whole number from 0")
     offset: Value = key(
@@ -132,12 +132,12 @@ class Road(Shape):
         return "m", "m"
 
 
-class Input(Shape):
+class InputEntry(ShapeEntry):
     """A signal u(t) that formulas use by its name: the sum of the parts given by its keys."""
 
     formula: Value | None = optional("a formula", unit=ANY_UNIT, names=TIME)
     wave: Wave | None = optional("a periodic signal")
-    road: Road | None = optional("a road at a speed")
+    road: RoadEntry | None = optional("a road at a speed")
     motion: bool | None = optional(
         "it has rate and acceleration, which its caller gives with it, see [motions](inputs.md#motions-from-outside)",
         kind="`true`",

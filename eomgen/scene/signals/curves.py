@@ -124,7 +124,7 @@ class Curves:
         self.report = values.report
         self.folder = folder
 
-    def curve(self, key: str, name: str, entry: written.Curve) -> AnyCurve:
+    def curve(self, key: str, name: str, entry: written.CurveEntry) -> AnyCurve:
         """Return a curve."""
         given = [kind for kind in KINDS if getattr(entry, kind) is not None]
         if len(given) != 1:
@@ -143,7 +143,9 @@ class Curves:
             return Waves(name, harmonics)
         return self.through_points(key, name, entry, (entry.argument_unit or "", entry.unit))
 
-    def through_points(self, key: str, name: str, entry: written.Shape, units: tuple[str, str] = ("", "")) -> Curve:
+    def through_points(
+        self, key: str, name: str, entry: written.ShapeEntry, units: tuple[str, str] = ("", "")
+    ) -> Curve:
         """Return a curve through the points of a list or of a table, with known units of the columns."""
         interpolation = entry.interpolation or Curve.interpolation
         if entry.points is not None:
@@ -256,14 +258,14 @@ class Curves:
             x, y = [start, end], [low, high]
         return Curve(name, np.array(x), np.array(y), "linear", "periodic")
 
-    def bump(self, key: str, name: str, bump: written.Bump) -> Bump:
+    def bump(self, key: str, name: str, bump: written.BumpEntry) -> Bump:
         """Return a single bump."""
         numbers = self.values.keys(key, bump, "position", "length", "height")
         if (length := numbers["length"]) <= 0.0:  # NaN is reported on reading
             self.report.add(f"{key}.length", f"the length {length:.6g} is not positive [E1862]", "a length such as 0.5")
         return Bump(name, **numbers)
 
-    def signal(self, key: str, entry: written.Input) -> list[Formula]:
+    def signal(self, key: str, entry: written.InputEntry) -> list[Formula]:
         """Return the parts of an input besides formula and road, each a curve over time."""
         given = [kind for kind in ("table", "points", "wave") if getattr(entry, kind) is not None]
         if len(given) > 1:
@@ -277,14 +279,14 @@ class Curves:
             return [Application(self.wave(f"{key}.wave", key, entry.wave), Symbol("time"))]
         return [Application(self.through_points(key, key, entry, ("s", entry.unit)), Symbol("time"))]
 
-    def refuse_options(self, key: str, entry: written.Shape, kind: str) -> None:
+    def refuse_options(self, key: str, entry: written.ShapeEntry, kind: str) -> None:
         """Report options that have no effect without points."""
         for option in ("interpolation", "outside"):
             if getattr(entry, option) is not None:
                 message = f"{option} is for points and tables, not for {kind} [E1864]"
                 self.report.add(f"{key}.{option}", message, "without it")
 
-    def road(self, key: str, road: written.Road) -> tuple[Harmonic, ...] | Formula:
+    def road(self, key: str, road: written.RoadEntry) -> tuple[Harmonic, ...] | Formula:
         """Return the road under a wheel over time: harmonics for a road of a class at a fixed speed, else a formula."""
         shapes = {"class": road.road_class, **{kind: getattr(road, kind) for kind in _ROADS}}
         given = [kind for kind, shape in shapes.items() if shape]
@@ -308,14 +310,14 @@ class Curves:
             made = self.through_points(key, key, road, ("m", "m"))
         return Application(made, speed * Symbol("time") - offset)
 
-    def under_wheel(self, key: str, road: written.Road) -> RoadUnderWheel | None:
+    def under_wheel(self, key: str, road: written.RoadEntry) -> RoadUnderWheel | None:
         """Return the data of a road of a class under a wheel at a fixed speed; None for another road."""
         travelled = None if road.road_class is None else self.travel(key, road)
         if road.road_class is None or travelled is None or not isinstance(travelled[0], float):
             return None
         return RoadUnderWheel(road.road_class, travelled[0], travelled[1], road.seed)
 
-    def travel(self, key: str, road: written.Road) -> tuple[float | Formula, float] | None:
+    def travel(self, key: str, road: written.RoadEntry) -> tuple[float | Formula, float] | None:
         """Return speed, a formula if tunable, and offset of a wheel; None if unknown."""
         formula = self.values.formula(f"{key}.speed", road.speed, PARAMETERS)
         speed, offset = self.values.value(formula), self.values.constant(f"{key}.offset", road.offset)

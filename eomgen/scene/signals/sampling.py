@@ -17,7 +17,7 @@ from eomgen.scene.reading.values import Values
 from eomgen.system.signals import Sampling, State
 
 if TYPE_CHECKING:
-    from eomgen.scene.signals.schema import State as WrittenState
+    from eomgen.scene.signals.schema import StateEntry as WrittenState
 
 #: Deviation of a delay from a whole number of samples, as a part of a period, up to which the delay counts as whole.
 _WHOLE = 1e-9

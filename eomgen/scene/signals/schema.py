@@ -12,7 +12,7 @@ from eomgen.scene.reading.key_metadata import ANY_UNIT, Table, key, of_fixed_par
 from eomgen.scene.reading.kinds import Description, Finite, Unit, Value, Values
 
 
-class Definition(Table):
+class DefinitionEntry(Table):
     """A named expression, which formulas use by its name as if its text stood there."""
 
     short: ClassVar[str] = "formula"
@@ -31,7 +31,7 @@ class Definition(Table):
         return {"formula": data} if isinstance(data, str | int | float) and not isinstance(data, bool) else data
 
 
-class State(Table):
+class StateEntry(Table):
     """An internal state z, which its rate moves, or which takes new values at times of its own."""
 
     rate_of_entry: ClassVar[str] = "rate"
@@ -52,7 +52,7 @@ class State(Table):
     description: Description = key("for tables", "")
 
 
-class Parameter(Table):
+class ParameterEntry(Table):
     """A named number."""
 
     value: Finite = key("no formula", unit=ANY_UNIT)
@@ -71,7 +71,7 @@ def _section_key(description: str) -> Any:
     return optional(description, refers="beams", kind="beam of the model `cosserat`")
 
 
-class Output(Table):
+class OutputEntry(Table):
     """A named quantity that is recorded along a run."""
 
     position: str | None = optional("3 components in world axes", refers="points")

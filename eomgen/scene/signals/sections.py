@@ -77,7 +77,7 @@ def doubtful_label(label: str, unit: str) -> str:
     return note if misplaced_kind(label, unit) else ""
 
 
-def read_motion(name: str, entry: curve_schema.Input, report: Report) -> Motion:
+def read_motion(name: str, entry: curve_schema.InputEntry, report: Report) -> Motion:
     """Return an input with a motion that drives or curves follow; keys for a value over time are reported."""
     key = key_of("inputs", name)
     for word in ("formula", "table", "points", "wave", "road", "interpolation", "outside"):
@@ -98,7 +98,7 @@ def piece_of(motion: Motion) -> Formula:
 
 
 def read_input(
-    name: str, entry: curve_schema.Input, curves: Curves, values: Values
+    name: str, entry: curve_schema.InputEntry, curves: Curves, values: Values
 ) -> tuple[Input, dict[str, AnyCurve]]:
     """Return an input, and the curves in the input."""
     key = key_of("inputs", name)
@@ -123,7 +123,7 @@ def read_input(
     return Input(name, formula, entry.unit, entry.description, harmonics, under_wheel), table
 
 
-def read_state(name: str, entry: schema.State, values: Values) -> list[State]:
+def read_state(name: str, entry: schema.StateEntry, values: Values) -> list[State]:
     """Return an internal state; for a delayed sampled state also the states that hold the values during the delay."""
     key = key_of("states", name)
     if entry.rate is None or entry.sample is not None:
@@ -163,7 +163,7 @@ _UNITS = {
 }
 
 
-def _formulas(key: str, kind: str, output: schema.Output, reading: Reading) -> tuple[Formula, ...]:
+def _formulas(key: str, kind: str, output: schema.OutputEntry, reading: Reading) -> tuple[Formula, ...]:
     """Return the formulas of the components of an output of a kind."""
     values = reading.values
     if output.formula is not None:
@@ -186,7 +186,7 @@ def _formulas(key: str, kind: str, output: schema.Output, reading: Reading) -> t
     return tuple(Symbol(kind, name, index) for index in range(3))
 
 
-def read_output(name: str, output: schema.Output, reading: Reading) -> Output:
+def read_output(name: str, output: schema.OutputEntry, reading: Reading) -> Output:
     """Return an output; by default in the unit of its kind."""
     key, values = key_of("outputs", name), reading.values
     kinds = (*_UNITS, "formula", "energy")
@@ -217,13 +217,13 @@ class _Parameters(Section):
         return {}  # with the parameters of all sections
 
     def parameters(self, entries: Mapping[str, Any]) -> Sequence[Parameter]:
-        written: Mapping[str, schema.Parameter] = entries
+        written: Mapping[str, schema.ParameterEntry] = entries
         return [Parameter(name, **dict(entry)) for name, entry in written.items()]
 
 
 class _Curves(Section):
     def names(self, reading: Reading) -> Mapping[str, Any]:
-        entries: Mapping[str, curve_schema.Curve] = reading.document.section("curves")
+        entries: Mapping[str, curve_schema.CurveEntry] = reading.document.section("curves")
         units = {name: entry.argument_unit for name, entry in entries.items() if entry.argument_unit}
         return {"curves": {}, "curve_arguments": units}
 
@@ -260,17 +260,17 @@ class _Definitions(Section):
     read alone."""
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
-        entries: Mapping[str, schema.Definition] = reading.document.section("definitions")
+        entries: Mapping[str, schema.DefinitionEntry] = reading.document.section("definitions")
         return {"definitions": named_expressions({name: entry.formula for name, entry in entries.items()})}
 
     def read(self, reading: Reading) -> Mapping[str, Any]:
-        entries: Mapping[str, schema.Definition] = reading.document.section("definitions")
+        entries: Mapping[str, schema.DefinitionEntry] = reading.document.section("definitions")
         read: dict[str, Definition | None] = {}
         for name in in_order_of_mention(reading.names.definitions):
             read[name] = self.read_entry(name, entries[name], reading)
         return {name: read[name] for name in entries}
 
-    def read_entry(self, name: str, entry: schema.Definition, reading: Reading) -> Definition | None:
+    def read_entry(self, name: str, entry: schema.DefinitionEntry, reading: Reading) -> Definition | None:
         """Read a definition with the unit; None if the formula is refused."""
         values, where, text = reading.values, key_of("definitions", name), reading.names.definitions[name].text
         if values.mentions_refused(text):  # a fault that is reported already
@@ -328,7 +328,7 @@ class _Inputs(Section):
         return {"inputs": reading.names_in("inputs"), "motions": {}}
 
     def prepare(self, reading: Reading) -> None:
-        entries: Mapping[str, curve_schema.Input] = reading.document.section("inputs")
+        entries: Mapping[str, curve_schema.InputEntry] = reading.document.section("inputs")
         motions = [read_motion(name, entry, reading.report) for name, entry in entries.items() if entry.motion]
         reading.tables["motions"] |= {motion.name: piece_of(motion) for motion in motions}
         reading.add_parameters([item for motion in motions for item in _parameters_of(motion)])
@@ -369,7 +369,7 @@ class _States(Section):
 
 PARAMETERS = _Parameters(
     key="parameters",
-    entry="eomgen.scene.signals.schema:Parameter",
+    entry="eomgen.scene.signals.schema:ParameterEntry",
     bare="a parameter",
     positional=("value",),
     documentation="""
@@ -377,7 +377,7 @@ PARAMETERS = _Parameters(
 )
 CURVES = _Curves(
     key="curves",
-    entry="eomgen.scene.signals.curve_schema:Curve",
+    entry="eomgen.scene.signals.curve_schema:CurveEntry",
     bare="a curve",
     after=("parameters",),
     documentation="""
@@ -386,7 +386,7 @@ CURVES = _Curves(
 )
 DEFINITIONS = _Definitions(
     key="definitions",
-    entry="eomgen.scene.signals.schema:Definition",
+    entry="eomgen.scene.signals.schema:DefinitionEntry",
     bare="a definition",
     after=("curves",),
     positional=("formula",),
@@ -395,7 +395,7 @@ DEFINITIONS = _Definitions(
 )
 INPUTS = _Inputs(
     key="inputs",
-    entry="eomgen.scene.signals.curve_schema:Input",
+    entry="eomgen.scene.signals.curve_schema:InputEntry",
     bare="an input",
     after=("constraints",),
     positional=("formula",),
@@ -407,7 +407,7 @@ INPUTS = _Inputs(
 )
 STATES = _States(
     key="states",
-    entry="eomgen.scene.signals.schema:State",
+    entry="eomgen.scene.signals.schema:StateEntry",
     scene_field="states",
     bare="a state",
     after=("inputs",),
@@ -418,7 +418,7 @@ STATES = _States(
 )
 OUTPUTS = Section(
     key="outputs",
-    entry="eomgen.scene.signals.schema:Output",
+    entry="eomgen.scene.signals.schema:OutputEntry",
     scene_field="outputs",
     after=("events",),
     last=True,

@@ -23,7 +23,7 @@ from eomgen.system.description import BASE
 
 if TYPE_CHECKING:
     from eomgen.scene.joints import schema as written
-    from eomgen.scene.signals.schema import Output
+    from eomgen.scene.signals.schema import OutputEntry
 
 
 class BeamNodes:
@@ -47,7 +47,7 @@ class BeamNodes:
             for name in names
         }
 
-    def check_names(self, joints: Mapping[str, written.Joint]) -> None:
+    def check_names(self, joints: Mapping[str, written.JointEntry]) -> None:
         """Report joints that call nodes by name, which are none of the scene's: places on the beam are."""
         places = {
             node: (beam, x) for beam in self.beams.values() for node, x in zip(beam.nodes, beam.places, strict=True)
@@ -117,7 +117,7 @@ _ROUNDING = 1e-9
 
 
 def section_formulas(
-    beams: Mapping[str, Cosserat], values: Values, key: str, kind: str, output: Output
+    beams: Mapping[str, Cosserat], values: Values, key: str, kind: str, output: OutputEntry
 ) -> tuple[Formula, ...]:
     """Return the three components of an output of a section; none if there is a fault.
 

@@ -42,7 +42,7 @@ from eomgen.system.description import WORLD, FixedFrame, Point
 
 if TYPE_CHECKING:
     from eomgen.scene.bodies import schema as bodies
-    from eomgen.scene.bodies.beam_schema import Beam
+    from eomgen.scene.bodies.beam_schema import BeamEntry
     from eomgen.scene.joints import schema as joints
 
 
@@ -60,7 +60,7 @@ def body_inertias(bodies: Iterable[Body], values: Values) -> dict[str, Inertia]:
     return known
 
 
-def check_inertias(bodies: Iterable[Body], entries: Mapping[str, bodies.Body], values: Values) -> None:
+def check_inertias(bodies: Iterable[Body], entries: Mapping[str, bodies.BodyEntry], values: Values) -> None:
     """Require of rigid bodies inertias that bodies can have, and note measured ones that slightly miss it; equal
     numbers are judged once."""
     sound: set[tuple[float, ...]] = set()
@@ -138,7 +138,7 @@ class _Beams(Section):
     def read(self, reading: Reading) -> Mapping[str, Any]:
         """Read elastic and geometrically exact beams, with the bodies and frames that they add."""
         values = reading.values
-        entries: Mapping[str, Beam] = reading.document.section("beams")
+        entries: Mapping[str, BeamEntry] = reading.document.section("beams")
         exact: dict[str, Cosserat] = {}
         flexible: dict[str, Body] = {}
         if entries:
@@ -180,7 +180,7 @@ class _Joints(Section):
         return {"joints": types}
 
     def read(self, reading: Reading) -> Mapping[str, Any]:
-        entries: Mapping[str, joints.Joint] = reading.document.section("joints")
+        entries: Mapping[str, joints.JointEntry] = reading.document.section("joints")
         if reading.document.coordinates == "absolute":
             _check_types(entries, reading.report)
         read = {name: read_joint(name, entry, reading.values) for name, entry in entries.items()}
@@ -192,7 +192,9 @@ class _Joints(Section):
         }
         return {name: self._place(joint, entries[name], reading) for name, joint in read.items()}
 
-    def _design(self, read: Mapping[str, Joint], entries: Mapping[str, joints.Joint], reading: Reading) -> DesignPoses:
+    def _design(
+        self, read: Mapping[str, Joint], entries: Mapping[str, joints.JointEntry], reading: Reading
+    ) -> DesignPoses:
         """Return the poses of the bodies with every joint at zero."""
         placements: dict[str, FramePlacement] = {}
         for name, joint in read.items():
@@ -200,7 +202,7 @@ class _Joints(Section):
             placements.setdefault(joint.child, given)
         return DesignPoses(placements, reading.names.exact_beams, reading.document.table("base") is not None)
 
-    def _place(self, joint: Joint, entry: joints.Joint, reading: Reading) -> Joint:
+    def _place(self, joint: Joint, entry: joints.JointEntry, reading: Reading) -> Joint:
         """Return a joint with a placement in the frame of the parent; on an exact beam, of one of the nodes."""
         if entry.given_in is not None:
             positioned = "position" in entry.model_fields_set
@@ -270,7 +272,7 @@ class _Frames(Section):
         return frames
 
 
-def _check_types(entries: Mapping[str, joints.Joint], report: Report) -> None:
+def _check_types(entries: Mapping[str, joints.JointEntry], report: Report) -> None:
     """Report joints of other distributions' types, and held coordinates, in absolute coordinates."""
     for name, entry in entries.items():
         if entry.initial.hold:
@@ -307,7 +309,7 @@ class _Base(Section):
 
 BASE = _Base(
     key="base",
-    entry="eomgen.scene.bodies.base_schema:Base",
+    entry="eomgen.scene.bodies.base_schema:BaseEntry",
     single=True,
     after=("outputs",),
     last=True,
@@ -319,7 +321,7 @@ BASE = _Base(
 )
 BODIES = _Bodies(
     key="bodies",
-    entry="eomgen.scene.bodies.schema:Body",
+    entry="eomgen.scene.bodies.schema:BodyEntry",
     singular="body",
     after=("curves",),
     item=read_body,
@@ -332,7 +334,7 @@ BODIES = _Bodies(
 )
 BEAMS = _Beams(
     key="beams",
-    entry="eomgen.scene.bodies.beam_schema:Beam",
+    entry="eomgen.scene.bodies.beam_schema:BeamEntry",
     after=("bodies",),
     positional=("length",),
     documentation="""
@@ -342,7 +344,7 @@ BEAMS = _Beams(
 )
 JOINTS = _Joints(
     key="joints",
-    entry="eomgen.scene.joints.schema:Joint",
+    entry="eomgen.scene.joints.schema:JointEntry",
     after=("beams",),
     attached=True,
     positional=("type", "parent", "child"),
@@ -354,7 +356,7 @@ JOINTS = _Joints(
 )
 CONSTRAINTS = _Constraints(
     key="constraints",
-    entry="eomgen.scene.joints.constraint_schema:Constraint",
+    entry="eomgen.scene.joints.constraint_schema:ConstraintEntry",
     scene_field="constraints",
     after=("frames",),
     attached=True,
@@ -371,7 +373,7 @@ CONSTRAINTS = _Constraints(
 )
 REACTIONS = Section(
     key="reactions",
-    entry="eomgen.scene.joints.constraint_schema:Reaction",
+    entry="eomgen.scene.joints.constraint_schema:ReactionEntry",
     scene_field="reactions",
     after=("base",),
     last=True,
@@ -380,7 +382,7 @@ REACTIONS = Section(
 )
 POINTS = _Points(
     key="points",
-    entry="eomgen.scene.bodies.schema:Point",
+    entry="eomgen.scene.bodies.schema:PointEntry",
     scene_field="points",
     after=("joints",),
     attached=True,

@@ -61,7 +61,7 @@ class Span:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ComparisonRun:
     """Rows of a comparison run, parameters at the rows, events; reason for an early end, empty at the end or at an
     event; counts of the stepper."""
 
@@ -99,7 +99,7 @@ def comparison_run(
     largest: float = math.inf,
     every: int | None = None,
     progress: Progress | None = None,
-) -> Comparison:
+) -> ComparisonRun:
     """Run over a span with another step or tolerance; record rows at the common times of this run and the span.
 
     Parameters
@@ -122,18 +122,18 @@ def comparison_run(
         stepper = Stepper(library, settings, p, run.controllers)
         status = stepper.initialize(start, q, v, stepper.first_inputs(run.driven, grid), z)
         if status:
-            return Comparison(span.rows[:0], p, stepper.status_text(status))
+            return ComparisonRun(span.rows[:0], p, stepper.status_text(status))
         whole = max(1, round(multiple))
         every = min(every or round(math.lcm(span.stride, whole) / multiple), grid.steps + 1)
         result = run_chunks(stepper, grid, every, run.driven, progress, windows=False)
     except UsageError as error:
-        return Comparison(span.rows[:0], p, str(error.problems[0]))
+        return ComparisonRun(span.rows[:0], p, str(error.problems[0]))
     reason = stepper.status_text(result.status) if result.status not in (0, STOPPED.number) else ""
     times = result.rows[:, 0]
     events = table_of(result, stepper, p)
     present = parameters_over(events, model, p, times)
     stopped = reason or str(result.failure or "")
-    return Comparison(result.rows, present, stopped, result.interrupted, events, stepper.statistics)
+    return ComparisonRun(result.rows, present, stopped, result.interrupted, events, stepper.statistics)
 
 
 def progress_after(progress: Progress | None, before: int, total: int) -> Progress | None:

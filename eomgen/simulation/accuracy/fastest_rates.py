@@ -89,12 +89,12 @@ def fastest_rates(run: Run, rows: Array, parameters: Array) -> FastestRates:
     parameters : (np,), or (n, np), at the rows
     """
     try:
-        return _Rates(run, rows, parameters).fastest() if len(rows) > 1 else FastestRates()
+        return _RateSearch(run, rows, parameters).fastest() if len(rows) > 1 else FastestRates()
     except (EomgenError, np.linalg.LinAlgError, KeyError):  # states at which the equations give no numbers
         return FastestRates()
 
 
-class _Rates:
+class _RateSearch:
     def __init__(self, run: Run, rows: Array, parameters: Array) -> None:
         self._run, self._model = run, run.model
         self._states: States = states_of(rows, run.model, views=True)

@@ -117,7 +117,7 @@ _DUAL = {"m/s": "N", "rad/s": "N m"}
 Kinds = dict[str, Array]
 
 
-class Components(NamedTuple):
+class RunNames(NamedTuple):
     """Names and units of a run's components: q, v and internal states; and the units of outputs by name."""
 
     factors: tuple[Factor, ...]
@@ -163,11 +163,11 @@ def columns_of(model: CompiledModel, rows: Array) -> Kinds:
     return {"q": states.q, "v": states.v, "multipliers": states.multipliers, "z": states.z}
 
 
-def components_of(model: CompiledModel) -> Components:
+def components_of(model: CompiledModel) -> RunNames:
     """Return names and units of the components of a model's runs."""
     states, units = (tuple(model.z_names), tuple(model.z_units)), (tuple(model.q_units), tuple(model.v_units))
     outputs = {item["name"]: item["unit"] for item in model.library.layout["outputs"]}
-    return Components(tuple(model.factors), tuple(model.q_names), *units, *states, outputs)
+    return RunNames(tuple(model.factors), tuple(model.q_names), *units, *states, outputs)
 
 
 def differences(
@@ -196,7 +196,7 @@ def differences_of(
     return apart | {f"output.{name}": np.abs(_table(ours[name]) - _table(theirs[name])) for name in ours}
 
 
-class Work(NamedTuple):
+class MotionScales(NamedTuple):
     """Motion and forces at work in a run, as scales of components that hardly move.
 
     Attributes
@@ -214,7 +214,7 @@ class Work(NamedTuple):
     fall: float
 
 
-def at_work(run: Run, rows: Array, parameters: Array) -> Work | None:
+def at_work(run: Run, rows: Array, parameters: Array) -> MotionScales | None:
     """Return motion and forces at work in a run, by some of its rows; None if runs of the model have no inertia matrix.
 
     A part that rests by symmetry, or between forces in balance, moves by their rounding. Its own range is not a scale
@@ -243,7 +243,9 @@ def at_work(run: Run, rows: Array, parameters: Array) -> Work | None:
     duration = float(rows[-1, 0] - rows[0, 0])
     values = {item.name: item.value for item in model.description.parameters}
     gravity = [evaluate(entry, lambda symbol: values[symbol.name]) for entry in model.description.gravity]
-    return Work(np.where(np.isfinite(rates), rates, 0.0), duration, forces, 0.5 * math.hypot(*gravity) * duration**2)
+    return MotionScales(
+        np.where(np.isfinite(rates), rates, 0.0), duration, forces, 0.5 * math.hypot(*gravity) * duration**2
+    )
 
 
 def motion_size(
@@ -252,19 +254,19 @@ def motion_size(
     outputs: Mapping[str, Array],
     turns: NDArray[np.bool_] | None = None,
     energies: float = 0.0,
-    work: Work | None = None,
+    work: MotionScales | None = None,
 ) -> MotionSize:
     """Return the size of the motion of recorded rows, (n, width); see ``size_of``."""
     return size_of(components_of(model), columns_of(model, rows), outputs, turns, energies, work)
 
 
 def size_of(
-    model: Components,
+    model: RunNames,
     column: Kinds,
     outputs: Mapping[str, Array],
     turns: NDArray[np.bool_] | None = None,
     energies: float = 0.0,
-    work: Work | None = None,
+    work: MotionScales | None = None,
 ) -> MotionSize:
     """Return the size of a motion with given columns, by kind.
 
@@ -324,7 +326,7 @@ def size_of(
 
 
 def _at_work(
-    model: Components, column: Kinds, outputs: Sequence[tuple[str, Array]], inertial: Mapping[str, float]
+    model: RunNames, column: Kinds, outputs: Sequence[tuple[str, Array]], inertial: Mapping[str, float]
 ) -> dict[str, float]:
     """Return by unit the largest value of a run: of coordinates, velocities, inertial forces and outputs.
 
@@ -406,7 +408,7 @@ def _reach(q: Array, q_units: Sequence[str], units: Sequence[str]) -> Array:
     return np.array([largest[unit] for unit in units])
 
 
-def _coordinate_sizes(model: Components, increment: Array) -> Array:
+def _coordinate_sizes(model: RunNames, increment: Array) -> Array:
     """Return the sizes of the components in q from the sizes of the increment; references of angles have size 1."""
     size = np.ones(len(model.q_units))
     for factor in model.factors:

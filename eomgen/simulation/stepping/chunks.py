@@ -89,7 +89,7 @@ def run_chunks(
     windows : bool
         Whether every row of the windows in the middle and at the end is kept as well.
     """
-    recorder, pace = _Recorder(stepper, grid, record_every, inputs, windows=windows), _ChunkSize(stepper)
+    recorder, pace = _RowRecorder(stepper, grid, record_every, inputs, windows=windows), _ChunkSize(stepper)
     status, failure, last_row = 0, None, None
     modes = stepper.modes
     at_once = writer is None and pace.chunk >= grid.whole - recorder.done  # too short for Ctrl-C to be useful
@@ -158,7 +158,7 @@ class _ChunkSize:
         self.chunk = max(1, min(_LARGEST_CHUNK, 4 * max(size, self.chunk), int(CHUNK_SECONDS / pace)))
 
 
-class _Rows:
+class _RunRows:
     """Rows of a run in one array, which is made for as many as are expected, or in several if these take much memory:
     to join pieces takes the memory of the rows twice."""
 
@@ -183,7 +183,7 @@ class _Rows:
         return np.concatenate([*full, last]) if full else last
 
 
-class _Recorder:
+class _RowRecorder:
     """Recorded rows of a run, and every row of the windows in its middle and at its end; ``done`` is the number of
     steps so far."""
 
@@ -203,9 +203,9 @@ class _Recorder:
         first = stepper.row if held is None else stepper.row_with(held.over(len(stepper.input_times)))
         expected, width = 3 + (grid.whole - self.begin) // every, stepper.sizes["row"]
         self.logs: list[Log] = []
-        self._block = None if expected * width < _FEW_NUMBERS else _Rows(width, expected)
+        self._block = None if expected * width < _FEW_NUMBERS else _RunRows(width, expected)
         self._few: list[Array] = []
-        self.pieces: list[Array] | _Rows = self._block or self._few
+        self.pieces: list[Array] | _RunRows = self._block or self._few
         self.pieces.append(first[np.newaxis])
         self.windows = _windows(self.begin, grid.whole) if windows else []
         self.kept: list[list[Array]] = [[] for _ in self.windows]

@@ -11,19 +11,19 @@ from pycparser import c_ast
 from eomgen.base.data import dataclass
 from eomgen.products.ensembles.lane_code.source import (
     Array,
-    Constant,
     LaneIntegers,
     LaneMask,
     LaneSource,
     LaneStructure,
+    LaneVariable,
     NoValue,
     Pointer,
     Real,
     Region,
     Routine,
+    SharedNumber,
     Type,
     UniformInteger,
-    Variable,
     element,
     expression_text,
     in_lanes,
@@ -39,16 +39,16 @@ _COMPARISONS = {"<", ">", "<=", ">=", "==", "!="}
 
 
 @dataclass(frozen=True)
-class Value:
+class TypedText:
     """The C text of an expression, and the type of the expression."""
 
     text: str
     type: Type
     null: bool = False
 
-    def as_pointer(self) -> Value:
+    def as_pointer(self) -> TypedText:
         """Return an array as the address of the first element."""
-        return Value(self.text, Pointer(element(self.type)))
+        return TypedText(self.text, Pointer(element(self.type)))
 
     @property
     def known_truth(self) -> bool | None:
@@ -57,7 +57,7 @@ class Value:
 
 
 @dataclass(frozen=True)
-class Place:
+class AssignmentTarget:
     """A target of assignments: text, type, region (None for memory of the caller), and the text of the offsets if
     lanes have different offsets."""
 
@@ -67,7 +67,7 @@ class Place:
     lanes: str = ""
 
 
-class Expressions(ABC):
+class LaneExpressions(ABC):
     """Expressions of one function; ``RoutineText`` knows the meaning of names and the active lanes."""
 
     def __init__(self, source: LaneSource, routine: Routine, outputs: Mapping[str, list[int]]) -> None:
@@ -87,7 +87,7 @@ class Expressions(ABC):
     region: Region
 
     @abstractmethod
-    def find(self, name: str) -> Variable | None:
+    def find(self, name: str) -> LaneVariable | None:
         """Return the local variable or argument of a name, None if there is none."""
 
     @abstractmethod
@@ -105,14 +105,14 @@ class Expressions(ABC):
 
     # -- conversions -------------------------------------------------------------------------------------------------
 
-    def to(self, value: Value, kind: Type, node: Any) -> str:
+    def to(self, value: TypedText, kind: Type, node: Any) -> str:
         """Return the text of a value as another type."""
         match kind, value.type:
             case (Real(), Real()) | (LaneIntegers(), LaneIntegers()) | (LaneStructure(), LaneStructure()):
                 return value.text
-            case (Constant(), Constant()) | (UniformInteger(), UniformInteger()):
+            case (SharedNumber(), SharedNumber()) | (UniformInteger(), UniformInteger()):
                 return value.text
-            case Real(), Constant() | UniformInteger():
+            case Real(), SharedNumber() | UniformInteger():
                 return f"EG_WIDE((double)({value.text}))"
             case Real(), LaneIntegers():
                 return f"eg_real_of({value.text})"
@@ -122,13 +122,13 @@ class Expressions(ABC):
                 return f"EG_WHOLES({value.text})"
             case LaneIntegers(), LaneMask():
                 return f"({value.text} & 1)"
-            case Constant(), UniformInteger():
+            case SharedNumber(), UniformInteger():
                 return f"(double)({value.text})"
             case Pointer(), Pointer() | UniformInteger():
                 return value.text
         raise no_lanes(f"{value.type} as {kind} in {value.text}", node)
 
-    def truths(self, value: Value) -> str:
+    def truths(self, value: TypedText) -> str:
         """Return in which lanes a value is not zero."""
         match value.type:
             case LaneMask():
@@ -140,13 +140,13 @@ class Expressions(ABC):
             case _:
                 return f"EG_WHOLES(({value.text}) ? -1 : 0)"
 
-    def _common(self, left: Value, right: Value, node: Any) -> tuple[str, str, Type]:
+    def _common(self, left: TypedText, right: TypedText, node: Any) -> tuple[str, str, Type]:
         """Return two values as the type that holds both."""
         kinds = (left.type, right.type)
         if any(isinstance(kind, Real) for kind in kinds):
             kind: Type = Real()
-        elif any(isinstance(kind, Constant) for kind in kinds):
-            kind = Constant()
+        elif any(isinstance(kind, SharedNumber) for kind in kinds):
+            kind = SharedNumber()
             if any(isinstance(each, LaneIntegers | LaneMask) for each in kinds):
                 kind = Real()
         elif any(isinstance(each, LaneIntegers | LaneMask) for each in kinds):
@@ -159,23 +159,25 @@ class Expressions(ABC):
 
     # -- values --------------------------------------------------------------------------------------------------------
 
-    def value(self, node: Any) -> Value:
+    def value(self, node: Any) -> TypedText:
         """Return an expression."""
         match node:
             case c_ast.Constant():
-                return Value(node.value, UniformInteger() if node.type in {"int", "long int", "long"} else Constant())
+                return TypedText(
+                    node.value, UniformInteger() if node.type in {"int", "long int", "long"} else SharedNumber()
+                )
             case c_ast.ID():
                 return self._value_of_name(node)
             case c_ast.ArrayRef() | c_ast.StructRef():
                 place = self.place(node)
                 if place.lanes:
                     kind = "real" if isinstance(place.type, Real) else "wholes"
-                    return Value(f"eg_gather_{kind}({self.mask()}, {place.text}, {place.lanes})", place.type)
+                    return TypedText(f"eg_gather_{kind}({self.mask()}, {place.text}, {place.lanes})", place.type)
                 if self._unasked and isinstance(node, c_ast.ArrayRef) and isinstance(node.name, c_ast.ID):
                     name = node.name.name
                     if name in self._may_be_null and isinstance(place.type, Real):
-                        return Value(f"({name} != NULL ? {place.text} : EG_WIDE(0.0))", place.type)
-                return Value(place.text, place.type)
+                        return TypedText(f"({name} != NULL ? {place.text} : EG_WIDE(0.0))", place.type)
+                return TypedText(place.text, place.type)
             case c_ast.UnaryOp():
                 return self._unary(node)
             case c_ast.BinaryOp():
@@ -188,53 +190,55 @@ class Expressions(ABC):
                 return self.call(node)
         raise no_lanes(f"an expression {type(node).__name__}", node)
 
-    def _value_of_name(self, node: Any) -> Value:
+    def _value_of_name(self, node: Any) -> TypedText:
         name = node.name
         variable = self.find(name)
         if variable is not None:
-            return Value(name, variable.type, variable.null)
+            return TypedText(name, variable.type, variable.null)
         if name in self.source.tables:
-            return Value(name, self.source.tables[name])
+            return TypedText(name, self.source.tables[name])
         if name in self.source.enumerators:
-            return Value(name, UniformInteger())
+            return TypedText(name, UniformInteger())
         if name in {"HUGE_VAL", "NAN", "INFINITY"}:
-            return Value(name, Constant())
+            return TypedText(name, SharedNumber())
         if name == "NULL":
-            return Value("NULL", Pointer(NoValue()), null=True)
+            return TypedText("NULL", Pointer(NoValue()), null=True)
         raise no_lanes(f"the name {name}", node)
 
-    def _unary(self, node: Any) -> Value:
+    def _unary(self, node: Any) -> TypedText:
         """Return the value of a unary expression in lanes."""
         if node.op == "sizeof":
             if isinstance(node.expr, c_ast.Typename):
-                return Value(f"sizeof({type_text(in_lanes(type_of(node.expr.type, self.source)))})", UniformInteger())
-            return Value(f"sizeof({self.place(node.expr).text})", UniformInteger())
+                return TypedText(
+                    f"sizeof({type_text(in_lanes(type_of(node.expr.type, self.source)))})", UniformInteger()
+                )
+            return TypedText(f"sizeof({self.place(node.expr).text})", UniformInteger())
         if node.op == "*":
             place = self.place(node)
-            return Value(place.text, place.type)
+            return TypedText(place.text, place.type)
         if node.op == "&":
             place = self.place(node.expr)
             if isinstance(place.type, UniformInteger) and isinstance(node.expr, c_ast.ID):
                 self.vary(node.expr.name)
-                return Value(f"&{place.text}", Pointer(LaneIntegers()))
-            return Value(f"&{place.text}", Pointer(place.type))
+                return TypedText(f"&{place.text}", Pointer(LaneIntegers()))
+            return TypedText(f"&{place.text}", Pointer(place.type))
         if node.op in {"p++", "p--"}:
             self.behind.append(node)
             return self.value(node.expr)
         value = self.value(node.expr)
         if node.op == "!":
             if isinstance(value.type, LaneMask):
-                return Value(f"(~{value.text})", LaneMask())
+                return TypedText(f"(~{value.text})", LaneMask())
             if isinstance(value.type, LaneIntegers | Real):
-                return Value(f"(~{self.truths(value)})", LaneMask())
-            return Value(f"!({value.text})", UniformInteger())
+                return TypedText(f"(~{self.truths(value)})", LaneMask())
+            return TypedText(f"!({value.text})", UniformInteger())
         if node.op in "+-~":
             if isinstance(value.type, LaneMask):
-                value = Value(self.to(value, LaneIntegers(), node), LaneIntegers())
-            return Value(f"({node.op}{value.text})", value.type)
+                value = TypedText(self.to(value, LaneIntegers(), node), LaneIntegers())
+            return TypedText(f"({node.op}{value.text})", value.type)
         raise no_lanes(f"the operator {node.op} within an expression", node)
 
-    def _binary(self, node: Any) -> Value:
+    def _binary(self, node: Any) -> TypedText:
         """Return the value of a binary expression in lanes."""
         if node.op in {"&&", "||"}:
             return self._logical(node)
@@ -252,22 +256,24 @@ class Expressions(ABC):
                     if value is left_value
                     else f"{counted.text} + {value.text}"
                 )
-                return Value(f"({first})", Pointer(element(value.type)))
+                return TypedText(f"({first})", Pointer(element(value.type)))
         if isinstance(left_value.type, Pointer) or isinstance(right_value.type, Pointer):
             if left_value.null and right_value.null:
-                return Value("1" if node.op == "==" else "0", UniformInteger())
-            return Value(f"({left_value.text} {node.op} {right_value.text})", UniformInteger())
+                return TypedText("1" if node.op == "==" else "0", UniformInteger())
+            return TypedText(f"({left_value.text} {node.op} {right_value.text})", UniformInteger())
         left, right, kind = self._common(left_value, right_value, node)
         if node.op in _COMPARISONS:
             text = f"({left} {node.op} {right})"
             if isinstance(kind, Real):
-                return Value(f"((eg_wholes){text})", LaneMask())
-            return Value(text, LaneMask() if isinstance(kind, LaneIntegers) else UniformInteger())
+                return TypedText(f"((eg_wholes){text})", LaneMask())
+            return TypedText(text, LaneMask() if isinstance(kind, LaneIntegers) else UniformInteger())
         if node.op in {"/", "%"} and isinstance(kind, LaneIntegers):
-            return Value(f"eg_{'quotient' if node.op == '/' else 'remainder'}({self.mask()}, {left}, {right})", kind)
-        return Value(f"({left} {node.op} {right})", kind)
+            return TypedText(
+                f"eg_{'quotient' if node.op == '/' else 'remainder'}({self.mask()}, {left}, {right})", kind
+            )
+        return TypedText(f"({left} {node.op} {right})", kind)
 
-    def _logical(self, node: Any) -> Value:
+    def _logical(self, node: Any) -> TypedText:
         """Return the value of ``&&`` or ``||`` in lanes; lanes that know the result skip calls in the second
         operand."""
         left_value = self.value(node.left)
@@ -278,19 +284,19 @@ class Expressions(ABC):
             second = self.value(node.right)
             if second.known_truth is not None:
                 return left_value if second.known_truth is joint else second
-        if isinstance(left_value.type, UniformInteger | Constant | Pointer):
+        if isinstance(left_value.type, UniformInteger | SharedNumber | Pointer):
             second = self.value(node.right)
-            if isinstance(second.type, UniformInteger | Constant | Pointer):
-                return Value(f"({left_value.text} {node.op} {second.text})", UniformInteger())
+            if isinstance(second.type, UniformInteger | SharedNumber | Pointer):
+                return TypedText(f"({left_value.text} {node.op} {second.text})", UniformInteger())
             constant = "EG_WHOLES(0)" if joint else "EG_WHOLES(-1)"
             right = self.truths(second)
-            return Value(
+            return TypedText(
                 f"({left_value.text} ? {right if joint else constant} : {constant if joint else right})", LaneMask()
             )
         left = self.truths(left_value)
         if not _has_calls(node.right):
             second = self._for_all(node.right)
-            return Value(f"({left} {'&' if joint else '|'} {self.truths(second)})", LaneMask())
+            return TypedText(f"({left} {'&' if joint else '|'} {self.truths(second)})", LaneMask())
         first, here = self.fresh("first"), self.fresh("m")
         outer = self.region
         self.region = Region(here, outer)
@@ -299,24 +305,24 @@ class Expressions(ABC):
         asked = f"{outer.mask} & {first}" if joint else f"{outer.mask} & ~{first}"
         result = f"{first} & {right}" if joint else f"{first} | {right}"
         begin = f"const eg_wholes {first} = {left}; eg_wholes {here} = {asked};"
-        return Value(f"({{ {begin} eg_any({here}) ? {result} : {first}; }})", LaneMask())
+        return TypedText(f"({{ {begin} eg_any({here}) ? {result} : {first}; }})", LaneMask())
 
-    def _for_all(self, node: Any) -> Value:
+    def _for_all(self, node: Any) -> TypedText:
         """Return an operand that is evaluated in all lanes, even without its condition."""
         before, self._unasked = self._unasked, True
         value = self.value(node)
         self._unasked = before
         return value
 
-    def _choice(self, node: Any) -> Value:
+    def _choice(self, node: Any) -> TypedText:
         """Return the value of a conditional expression in lanes; a branch with calls runs under the mask of its
         lanes."""
         condition = self.value(node.cond)
         if condition.known_truth is not None:
             return self.value(node.iftrue if condition.known_truth else node.iffalse)
-        if isinstance(condition.type, UniformInteger | Constant | Pointer):
+        if isinstance(condition.type, UniformInteger | SharedNumber | Pointer):
             if_true, if_false, kind = self._common(self.argument(node.iftrue), self.argument(node.iffalse), node)
-            return Value(f"({condition.text} ? {if_true} : {if_false})", kind)
+            return TypedText(f"({condition.text} ? {if_true} : {if_false})", kind)
         holds = self.fresh("holds")
         prelude = f"const eg_wholes {holds} = {self.truths(condition)}; "
         outer = self.region
@@ -333,49 +339,49 @@ class Expressions(ABC):
         if any(isinstance(value.type, Pointer | Array | LaneStructure) for value in values):
             raise no_lanes(f"an address of its own in each lane: {expression_text(node)}", node)
         if_true, if_false, kind = self._common(values[0], values[1], node)
-        if isinstance(kind, UniformInteger | Constant):
-            kind = Real() if isinstance(kind, Constant) else LaneIntegers()
+        if isinstance(kind, UniformInteger | SharedNumber):
+            kind = Real() if isinstance(kind, SharedNumber) else LaneIntegers()
             if_true, if_false = (self.to(value, kind, node) for value in values)
-        return Value(f"({{ {prelude}{pick(holds, if_true, if_false, kind)}; }})", kind)
+        return TypedText(f"({{ {prelude}{pick(holds, if_true, if_false, kind)}; }})", kind)
 
-    def _cast(self, node: Any) -> Value:
+    def _cast(self, node: Any) -> TypedText:
         kind = type_of(node.to_type.type, self.source)
         value = self.value(node.expr)
         match kind, value.type:
             case Real(), _:
-                return Value(self.to(value, kind, node), Real())
+                return TypedText(self.to(value, kind, node), Real())
             case UniformInteger(), UniformInteger() | LaneIntegers():
                 return value
             case UniformInteger(), LaneMask():
-                return Value(self.to(value, LaneIntegers(), node), LaneIntegers())
+                return TypedText(self.to(value, LaneIntegers(), node), LaneIntegers())
             case UniformInteger(), Real():
-                return Value(f"eg_wholes_of({value.text})", LaneIntegers())
-            case UniformInteger(), Constant():
-                return Value(f"(long)({value.text})", UniformInteger())
+                return TypedText(f"eg_wholes_of({value.text})", LaneIntegers())
+            case UniformInteger(), SharedNumber():
+                return TypedText(f"(long)({value.text})", UniformInteger())
         raise no_lanes(f"the cast {expression_text(node)}", node)
 
     # -- places --------------------------------------------------------------------------------------------------------
 
-    def place(self, node: Any) -> Place:
+    def place(self, node: Any) -> AssignmentTarget:
         """Return the object named by an expression."""
         match node:
             case c_ast.ID():
                 variable = self.find(node.name)
                 if variable is None:
                     value = self._value_of_name(node)
-                    return Place(value.text, value.type, None)
-                return Place(node.name, variable.type, variable.region)
+                    return AssignmentTarget(value.text, value.type, None)
+                return AssignmentTarget(node.name, variable.type, variable.region)
             case c_ast.UnaryOp() if node.op == "*":
                 value = self.value(node.expr)
-                return Place(f"(*{value.text})", element(value.type), None)
+                return AssignmentTarget(f"(*{value.text})", element(value.type), None)
             case c_ast.StructRef():
                 return self._member(node)
             case c_ast.ArrayRef():
                 return self._element(node)
         value = self.value(node)
-        return Place(value.text, value.type, None)
+        return AssignmentTarget(value.text, value.type, None)
 
-    def _member(self, node: Any) -> Place:
+    def _member(self, node: Any) -> AssignmentTarget:
         if node.type == "->":
             value = self.value(node.name)
             kind, region, text = element(value.type), None, f"{value.text}->{node.field.name}"
@@ -384,16 +390,16 @@ class Expressions(ABC):
             kind, region, text = place.type, place.region, f"{place.text}.{node.field.name}"
             if place.lanes and isinstance(kind, LaneStructure):
                 member = self.source.structures[kind.name][node.field.name]
-                return Place(text if isinstance(member, Array) else f"&{text}", member, None, place.lanes)
+                return AssignmentTarget(text if isinstance(member, Array) else f"&{text}", member, None, place.lanes)
         if not isinstance(kind, LaneStructure):
             raise no_lanes(f"a member of {kind}", node)
-        return Place(text, self.source.structures[kind.name][node.field.name], region)
+        return AssignmentTarget(text, self.source.structures[kind.name][node.field.name], region)
 
-    def _element(self, node: Any) -> Place:
+    def _element(self, node: Any) -> AssignmentTarget:
         """Return an element of an array as a place, with an offset in each lane if the index differs between lanes."""
         if isinstance(node.name, c_ast.UnaryOp | c_ast.BinaryOp):
             value = self.value(node.name)
-            place = Place(value.text, value.type, None)
+            place = AssignmentTarget(value.text, value.type, None)
         else:
             place = self.place(node.name)
         is_routine = isinstance(node.name, c_ast.ID) and self._is_own(node.name.name)
@@ -401,34 +407,34 @@ class Expressions(ABC):
         index = self.value(node.subscript)
         kind = element(place.type)
         if place.lanes and isinstance(index.type, UniformInteger) and isinstance(kind, Real | LaneIntegers):
-            return Place(f"{place.text} + {index.text}", kind, None, place.lanes)
+            return AssignmentTarget(f"{place.text} + {index.text}", kind, None, place.lanes)
         if isinstance(index.type, UniformInteger) and not place.lanes:
-            return Place(f"{place.text}[{index.text}]", kind, region)
-        if place.lanes or not isinstance(kind, Real | LaneIntegers | Constant | UniformInteger | LaneStructure):
+            return AssignmentTarget(f"{place.text}[{index.text}]", kind, region)
+        if place.lanes or not isinstance(kind, Real | LaneIntegers | SharedNumber | UniformInteger | LaneStructure):
             raise no_lanes(f"an element of its own in each lane: {expression_text(node)}", node)
         lanes = self.to(index, LaneIntegers(), node)
         if isinstance(kind, LaneStructure):  # the distance of members is the number of vectors of the structure
             apart = f"(int64_t)(sizeof({type_text(kind)}) / sizeof(eg_wide))"
-            return Place(f"{place.text}[0]", kind, None, f"({lanes} * {apart})")
-        if isinstance(kind, Constant | UniformInteger):
-            looked = "table" if isinstance(kind, Constant) else "counts"
+            return AssignmentTarget(f"{place.text}[0]", kind, None, f"({lanes} * {apart})")
+        if isinstance(kind, SharedNumber | UniformInteger):
+            looked = "table" if isinstance(kind, SharedNumber) else "counts"
             text = f"eg_look_up_{looked}({self.mask()}, {place.text}, {lanes})"
-            return Place(text, Real() if isinstance(kind, Constant) else LaneIntegers(), None)
-        return Place(place.text, kind, region, lanes)
+            return AssignmentTarget(text, Real() if isinstance(kind, SharedNumber) else LaneIntegers(), None)
+        return AssignmentTarget(place.text, kind, region, lanes)
 
     # -- calls -------------------------------------------------------------------------------------------------------
 
-    def call(self, node: Any) -> Value:
+    def call(self, node: Any) -> TypedText:
         """Return the call of a function."""
         name = node.name.name if isinstance(node.name, c_ast.ID) else ""
         arguments = list(node.args.exprs) if node.args else []
         if name == "K":
             value = self.value(arguments[0])
-            return value if isinstance(value.type, Real) else Value(f"EG_WIDE((double)({value.text}))", Real())
+            return value if isinstance(value.type, Real) else TypedText(f"EG_WIDE((double)({value.text}))", Real())
         if name in {"memcpy", "memset", "memmove", "memcmp"}:
             return self._memory(name, arguments, node)
         if name == "offsetof":
-            return Value(expression_text(node), UniformInteger())
+            return TypedText(expression_text(node), UniformInteger())
         if name.startswith("EG_") or name in _OF_A_NUMBER:
             return self._arithmetic(_OF_A_NUMBER.get(name, name), arguments, node)
         if name in self.source.routines:
@@ -439,7 +445,7 @@ class Expressions(ABC):
             return self._foreign(name, arguments, node)
         raise no_lanes(f"a call of {expression_text(node.name)}", node)
 
-    def _foreign(self, name: str, arguments: list[Any], node: Any) -> Value:
+    def _foreign(self, name: str, arguments: list[Any], node: Any) -> TypedText:
         """Return the call of a function for a single trajectory, with sizes after arrays."""
         texts = []
         for item, kind in zip(arguments, self.source.foreign[name], strict=True):
@@ -451,9 +457,9 @@ class Expressions(ABC):
             else:
                 raise no_lanes(f"an array of unknown size: {expression_text(item)}", node)
         self.foreign.add(name)
-        return Value(f"eg_each_{name}({', '.join([self.mask(), *texts])})", LaneIntegers())
+        return TypedText(f"eg_each_{name}({', '.join([self.mask(), *texts])})", LaneIntegers())
 
-    def _arithmetic(self, name: str, arguments: list[Any], node: Any) -> Value:
+    def _arithmetic(self, name: str, arguments: list[Any], node: Any) -> TypedText:
         """Return a call of a function of numbers; results by pointer are kept in lanes that are not active."""
         texts, made, behind = [], [], []
         for item in arguments:
@@ -471,18 +477,18 @@ class Expressions(ABC):
                 texts.append(self.to(value, Real(), node))
         called = f"{name}({', '.join(texts)})"
         if not made:
-            return Value(called, Real())
-        return Value(f"({{ {' '.join(made)} {called}; {' '.join(behind)} }})", NoValue())
+            return TypedText(called, Real())
+        return TypedText(f"({{ {' '.join(made)} {called}; {' '.join(behind)} }})", NoValue())
 
-    def _memory(self, name: str, arguments: list[Any], node: Any) -> Value:
+    def _memory(self, name: str, arguments: list[Any], node: Any) -> TypedText:
         """Return a call of memset, memcpy or memcmp for active lanes."""
         target = self.value(arguments[0])
         size = self.value(arguments[2]).text
         if name == "memset":
-            return Value(f"eg_clear({self.mask()}, {target.text}, {size})", NoValue())
+            return TypedText(f"eg_clear({self.mask()}, {target.text}, {size})", NoValue())
         if isinstance(arguments[1], c_ast.TernaryOp):
             condition = self.value(arguments[1].cond)
-            if not isinstance(condition.type, UniformInteger | Constant | Pointer):
+            if not isinstance(condition.type, UniformInteger | SharedNumber | Pointer):
                 holds, if_true, if_false = (
                     self.truths(condition),
                     self.value(arguments[1].iftrue),
@@ -492,26 +498,26 @@ class Expressions(ABC):
                     f"eg_merge({self.mask()} & {mask}, {target.text}, {origin.text}, {size})"
                     for mask, origin in ((holds, if_true), (f"~{holds}", if_false))
                 ]
-                return Value(", ".join(parts), NoValue())
+                return TypedText(", ".join(parts), NoValue())
         origin = self.value(arguments[1])
         if name == "memcmp":
-            return Value(f"eg_differs({target.text}, {origin.text}, {size})", LaneIntegers())
-        return Value(f"eg_merge({self.mask()}, {target.text}, {origin.text}, {size})", NoValue())
+            return TypedText(f"eg_differs({target.text}, {origin.text}, {size})", LaneIntegers())
+        return TypedText(f"eg_merge({self.mask()}, {target.text}, {origin.text}, {size})", NoValue())
 
-    def _function(self, name: str, arguments: list[Any], node: Any) -> Value:
+    def _function(self, name: str, arguments: list[Any], node: Any) -> TypedText:
         self.functions.add(name)
         texts = [
             self.to(self.argument(item), kind, node)
             for item, kind in zip(arguments, self.source.functions[name], strict=True)
         ]
-        return Value(f"eg_masked_{name}({', '.join([self.mask(), *texts])})", NoValue())
+        return TypedText(f"eg_masked_{name}({', '.join([self.mask(), *texts])})", NoValue())
 
-    def argument(self, node: Any) -> Value:
+    def argument(self, node: Any) -> TypedText:
         """Return an expression, an array as the address of the first element."""
         value = self.value(node)
         return value.as_pointer() if isinstance(value.type, Array) else value
 
-    def _routine(self, name: str, arguments: list[Any], node: Any) -> Value:
+    def _routine(self, name: str, arguments: list[Any], node: Any) -> TypedText:
         """Return a call of a routine of the source, and note how the parameters are used."""
         routine = self.source.routines[name]
         if name not in self.called:
@@ -537,7 +543,7 @@ class Expressions(ABC):
                     routine.outside.add(parameter)
             texts.append(self.to(value, kind, node) if not isinstance(kind, Pointer) else value.text)
         null = isinstance(routine.result, Pointer) and not routine.gives
-        return Value(f"{name}({', '.join([self.mask(), *texts])})", in_lanes(routine.result), null)
+        return TypedText(f"{name}({', '.join([self.mask(), *texts])})", in_lanes(routine.result), null)
 
     def _is_own(self, name: str) -> bool:
         """Return whether a name is a pointer among the parameters to memory of the active lanes alone."""
@@ -559,7 +565,7 @@ class Expressions(ABC):
         if known is not None and isinstance(leaf(known), Real) and isinstance(node, c_ast.ID):
             self.routine.widened.add(node.name)  # a table filled with numbers of each lane by called functions
             return
-        if known is not None and not isinstance(leaf(known), Constant):
+        if known is not None and not isinstance(leaf(known), SharedNumber):
             raise no_lanes(f"{parameter} of {routine.name} both the same for all lanes and not", node)
         routine.elements[parameter] = kind
 

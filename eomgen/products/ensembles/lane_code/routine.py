@@ -7,22 +7,22 @@ from typing import Any
 
 from pycparser import c_ast
 
-from eomgen.products.ensembles.lane_code.expressions import Expressions, Place, Value, pick
+from eomgen.products.ensembles.lane_code.expressions import AssignmentTarget, LaneExpressions, TypedText, pick
 from eomgen.products.ensembles.lane_code.source import (
     Array,
-    Constant,
     LaneIntegers,
     LaneSource,
     LaneStructure,
+    LaneVariable,
     Loop,
     NoValue,
     Pointer,
     Real,
     Region,
     Routine,
+    SharedNumber,
     Type,
     UniformInteger,
-    Variable,
     declaration,
     expression_text,
     in_lanes,
@@ -36,7 +36,7 @@ from eomgen.products.ensembles.lane_code.source import (
 )
 
 
-class RoutineText(Expressions):
+class RoutineText(LaneExpressions):
     """The text of one function for lanes.
 
     Attributes
@@ -57,10 +57,10 @@ class RoutineText(Expressions):
         self.loops: list[Loop] = []
         self.lines: list[str] = []
         self.depth = 1
-        self.variables: list[dict[str, Variable]] = [{}]
+        self.variables: list[dict[str, LaneVariable]] = [{}]
         for name, kind in routine.parameters:
             null = isinstance(kind, Pointer) and name not in routine.given
-            self.variables[0][name] = Variable(self._parameter(name, kind), self.top, null)
+            self.variables[0][name] = LaneVariable(self._parameter(name, kind), self.top, null)
         arguments = [declaration(name, item.type) for name, item in self.variables[0].items()]
         result = in_lanes(routine.result)
         self.returns = result
@@ -89,7 +89,7 @@ class RoutineText(Expressions):
 
     # -- names -----------------------------------------------------------------------------------------------------
 
-    def find(self, name: str) -> Variable | None:
+    def find(self, name: str) -> LaneVariable | None:
         """Return a variable by name."""
         for scope in reversed(self.variables):
             if name in scope:
@@ -199,7 +199,7 @@ class RoutineText(Expressions):
 
     def _declare(self, name: str, kind: Type, text: str = "", *, null: bool = False) -> None:
         """Write the declaration of a variable that begins with a value, if any."""
-        self.variables[-1][name] = Variable(kind, self.region, null)
+        self.variables[-1][name] = LaneVariable(kind, self.region, null)
         self._line(f"{declaration(name, kind)} = {text};" if text else f"{declaration(name, kind)};")
 
     def _pointer(self, node: Any, kind: Pointer) -> None:
@@ -209,7 +209,7 @@ class RoutineText(Expressions):
             return
         value = self.argument(node.init)
         if value.null:
-            value = Value(value.text, in_lanes(kind), null=node.name not in self.routine.given)
+            value = TypedText(value.text, in_lanes(kind), null=node.name not in self.routine.given)
         self._declare(node.name, value.type, value.text, null=value.null)
 
     def _static(self, node: Any, kind: Type) -> None:
@@ -219,7 +219,7 @@ class RoutineText(Expressions):
             self._declare(node.name, kind, "{{0}}" if node.init is None else self.initializer(node.init, kind))
             return
         kind = shared_type(kind)
-        self.variables[-1][node.name] = Variable(kind, self.region)
+        self.variables[-1][node.name] = LaneVariable(kind, self.region)
         self._line(table_text(node, kind))
 
     def _assign(self, node: Any) -> None:
@@ -271,7 +271,7 @@ class RoutineText(Expressions):
             here = here.outer
         return here is region
 
-    def store(self, place: Place, value: Any, node: Any) -> str:
+    def store(self, place: AssignmentTarget, value: Any, node: Any) -> str:
         """Return the statement that writes a value for the active lanes."""
         text = self.to(value, place.type, node)
         is_here = place.region is self.region
@@ -349,7 +349,7 @@ class RoutineText(Expressions):
         if condition.known_truth is not None:
             chosen = node.iftrue if condition.known_truth else node.iffalse
             return chosen is None or self._braces(chosen)
-        if isinstance(condition.type, UniformInteger | Constant | Pointer):
+        if isinstance(condition.type, UniformInteger | SharedNumber | Pointer):
             self._line(f"if ({condition.text}) {{")
             self._inner_block(node.iftrue)
             if node.iffalse is not None:

@@ -27,7 +27,7 @@ class Real(Type):
 
 
 @dataclass(frozen=True)
-class Constant(Type):
+class SharedNumber(Type):
     """A number that all lanes have in common: literals, and tables of a method's coefficients."""
 
 
@@ -80,7 +80,7 @@ def type_text(kind: Type) -> str:
     match kind:
         case Real():
             return "real"
-        case Constant():
+        case SharedNumber():
             return "double"
         case UniformInteger():
             return "long"
@@ -143,7 +143,7 @@ class Loop:
 
 
 @dataclass
-class Variable:
+class LaneVariable:
     """A variable of the function, and the region of its declaration."""
 
     type: Type
@@ -343,7 +343,7 @@ def shared_type(kind: Type) -> Type:
     """Return the type of a table that all lanes have in common."""
     match kind:
         case Real():
-            return Constant()
+            return SharedNumber()
         case Other("char"):
             return UniformInteger()
         case Array(of, size):

@@ -30,7 +30,7 @@ DEPENDENCES: tuple[Dependence, ...] = get_args(Dependence)
 
 
 @dataclass(frozen=True)
-class Parameter:
+class NamedNumber:
     """A named number that runs may change: a parameter, or a coordinate or a momentum at the start.
 
     Attributes
@@ -49,7 +49,7 @@ class Parameter:
 
 
 @dataclass(frozen=True)
-class Term:
+class HamiltonianTerm:
     """A summand of H.
 
     Attributes
@@ -63,7 +63,7 @@ class Term:
 
 
 @dataclass(frozen=True)
-class Output:
+class StateOutput:
     """A quantity that is given along a run, a function of the state."""
 
     name: str
@@ -72,7 +72,7 @@ class Output:
 
 
 @dataclass(frozen=True)
-class Run:
+class RunDefaults:
     """The defaults of ``simulate``.
 
     Attributes
@@ -98,9 +98,9 @@ class Hamiltonian:
     ----------
     name : str
         A legal C identifier.
-    coordinates, momenta : tuple of Parameter
+    coordinates, momenta : tuple of NamedNumber
         In the same order.
-    terms : tuple of Term
+    terms : tuple of HamiltonianTerm
         The sum of the terms is H.
     content : bytes
         All that determines the equations and the start; not how runs are made.
@@ -111,12 +111,12 @@ class Hamiltonian:
     """
 
     name: str
-    coordinates: tuple[Parameter, ...]
-    momenta: tuple[Parameter, ...]
-    terms: tuple[Term, ...]
-    parameters: tuple[Parameter, ...] = ()
-    outputs: tuple[Output, ...] = ()
-    simulation: Run = field(default_factory=Run)
+    coordinates: tuple[NamedNumber, ...]
+    momenta: tuple[NamedNumber, ...]
+    terms: tuple[HamiltonianTerm, ...]
+    parameters: tuple[NamedNumber, ...] = ()
+    outputs: tuple[StateOutput, ...] = ()
+    simulation: RunDefaults = field(default_factory=RunDefaults)
     description: str = ""
     content: bytes = b""
     metadata: Mapping[str, Any] = field(default_factory=dict)
@@ -124,7 +124,7 @@ class Hamiltonian:
     notes: tuple[str, ...] = ()
 
     @property
-    def states(self) -> tuple[Parameter, ...]:
+    def states(self) -> tuple[NamedNumber, ...]:
         """Coordinates, then momenta."""
         return (*self.coordinates, *self.momenta)
 
@@ -175,7 +175,7 @@ class Hamiltonian:
 
 
 def _values_in_run(
-    kind: str, items: Iterable[Parameter], initial: Mapping[str, float], parameters: Mapping[str, float]
+    kind: str, items: Iterable[NamedNumber], initial: Mapping[str, float], parameters: Mapping[str, float]
 ) -> dict[str, float]:
     """Return the values of items in a run, by name: the value given, else by the item's formula, else from the file.
     Raises UsageError."""
@@ -210,7 +210,7 @@ VARIANCE = "_variance"
 
 
 @dataclass(frozen=True)
-class Table:
+class ColumnFile:
     """A file of two columns, wave numbers and values, each column given by name or by index."""
 
     file: str
@@ -232,7 +232,7 @@ class Operator:
     kind: OperatorKind
     formula: Formula = ZERO
     where: tuple[tuple[str, Formula], ...] = ()
-    table: Table | None = None
+    table: ColumnFile | None = None
     axis: int = 0
     of: str = ""
 
@@ -305,7 +305,7 @@ class FieldSystem:
     where: Mapping[str, str] = field(default_factory=dict)
     fields: tuple[str, ...] = ()
     columns: tuple[str, ...] = ()
-    parameters: tuple[Parameter, ...] = ()
+    parameters: tuple[NamedNumber, ...] = ()
     truth: int | None = None
     mass: str = "fisher"
     sampling: Chains = field(default_factory=Chains)

@@ -16,7 +16,7 @@ from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import Formula, Number
 from eomgen.formula.words import RESERVED
-from eomgen.products.fields.documents.document import Parameter
+from eomgen.products.fields.documents.document import NamedNumber
 from eomgen.products.fields.documents.schema import KIND, FieldFile, File, HamiltonianFile
 from eomgen.scene.document.reference import schema_of
 from eomgen.scene.document.validation import read_table
@@ -111,16 +111,16 @@ class FieldEntries(Generic[Kind]):
         elif name in self.words:
             self.report.add(key, f"the name {name} is a word of formulas [E0729]", f"{name}_value")
 
-    def parameters(self) -> list[Parameter]:
-        made: list[Parameter] = []
+    def parameters(self) -> list[NamedNumber]:
+        made: list[NamedNumber] = []
         for name, entry in self.file.parameters.items():
             key = f"parameters.{name}"
             is_table = isinstance(self.data["parameters"][name], Mapping)
             value, formula = self.number(f"{key}.value" if is_table else key, entry.value, made)
-            made.append(Parameter(name, value, entry.unit, entry.description, formula))
+            made.append(NamedNumber(name, value, entry.unit, entry.description, formula))
         return made
 
-    def number(self, key: str, value: float | str, known: Iterable[Parameter]) -> tuple[float, Formula | None]:
+    def number(self, key: str, value: float | str, known: Iterable[NamedNumber]) -> tuple[float, Formula | None]:
         """Return a number, or the value of a formula of parameters; NaN for a faulty formula, which is reported.
 
         Returns

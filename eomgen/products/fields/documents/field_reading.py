@@ -21,12 +21,12 @@ from eomgen.products.fields.documents.document import (
     VARIANCE,
     VOLUME,
     Chains,
+    ColumnFile,
     Data,
     DataKind,
     FieldSystem,
+    NamedNumber,
     Operator,
-    Parameter,
-    Table,
 )
 from eomgen.products.fields.documents.entries import FieldEntries, cell_formula, toml_file
 from eomgen.products.fields.documents.schema import (
@@ -109,7 +109,7 @@ class _FieldReader(FieldEntries[FieldFile]):
     def __init__(self, data: Mapping[str, Any], report: Report, folder: Path) -> None:
         super().__init__(data, report, FieldFile, _SECTIONS)
         self.folder = folder
-        self.known: list[Parameter] = []
+        self.known: list[NamedNumber] = []
         self.axes: tuple[str, ...] = ()
 
     def read(self) -> FieldSystem | None:
@@ -237,7 +237,7 @@ class _FieldReader(FieldEntries[FieldFile]):
             names = self.names(self.axes, data)
             return Operator(name, "mask", self.formula(f"{key}.mask", value, names, _PLACES) or ZERO, of=of)
         if isinstance(value, PowerTable):
-            return Operator(name, kind, table=Table(**dict(value)), of=of)
+            return Operator(name, kind, table=ColumnFile(**dict(value)), of=of)
         names, inner = self.names(self.waves, [*dict(where)]), self.names(self.waves, ())
         made = self.formula(f"{key}.{kind}", value, names, _WAVES, inner)
         return Operator(name, kind, made or ZERO, where, of=of)

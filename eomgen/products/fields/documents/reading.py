@@ -15,10 +15,10 @@ from eomgen.products.fields.documents.document import (
     NO_START,
     Dependence,
     Hamiltonian,
-    Output,
-    Parameter,
-    Run,
-    Term,
+    HamiltonianTerm,
+    NamedNumber,
+    RunDefaults,
+    StateOutput,
 )
 from eomgen.products.fields.documents.entries import FieldEntries, toml_file
 from eomgen.products.fields.documents.schema import HamiltonianFile
@@ -130,7 +130,7 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
             return "the momentum: H has p_x**2/(2*m) in place of m*v_x**2/2"
         return super().hint(error)
 
-    def coordinates(self, parameters: list[Parameter]) -> list[tuple[Parameter, Parameter]]:
+    def coordinates(self, parameters: list[NamedNumber]) -> list[tuple[NamedNumber, NamedNumber]]:
         """Return each coordinate with its momentum."""
         if not self.file.coordinates and not self.report.concerns("coordinates"):
             hint = "[coordinates] and x = { initial = [0.1, 0.0] }: the position and the momentum at the start"
@@ -143,13 +143,13 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
                 for index, value in enumerate(entry.initial)
             ]
             q, p = (
-                Parameter(name, value, unit, formula=formula)
+                NamedNumber(name, value, unit, formula=formula)
                 for (name, unit), (value, formula) in zip(named, start, strict=True)
             )
             made.append((q, p))
         return made
 
-    def terms(self, names: SceneNames, momenta: set[str]) -> list[Term]:
+    def terms(self, names: SceneNames, momenta: set[str]) -> list[HamiltonianTerm]:
         """Return the summands of H, each of momenta alone, coordinates alone, or both."""
         entry = self.file.hamiltonian
         if entry in ("", {}):
@@ -163,19 +163,20 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
             formula = self.formula(f"hamiltonian.{name}" if name else "hamiltonian", text, names, _OF_STATES)
             if formula is not None:
                 made += [
-                    Term(name or "hamiltonian", part, _dependence(part, momenta)) for part in summands(formula, momenta)
+                    HamiltonianTerm(name or "hamiltonian", part, _dependence(part, momenta))
+                    for part in summands(formula, momenta)
                 ]
         return made
 
-    def outputs(self, names: SceneNames) -> list[Output]:
+    def outputs(self, names: SceneNames) -> list[StateOutput]:
         made = []
         for name, entry in self.file.outputs.items():
             formula = self.formula(f"outputs.{name}", entry.formula, names, _OF_STATES)
             if formula is not None:
-                made.append(Output(name, formula, entry.unit))
+                made.append(StateOutput(name, formula, entry.unit))
         return made
 
-    def simulation(self) -> Run:
+    def simulation(self) -> RunDefaults:
         keys = self.file.simulation.model_dump(exclude_unset=True)
         method = keys.get("method")
         if method == "":
@@ -183,9 +184,11 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
         if "tolerance" in keys and method != "rk45":
             fault = "a tolerance belongs to rk45, and other methods take equal steps [E0767]"
             self.report.add("simulation.tolerance", fault, 'method = "rk45"')
-        return Run(**keys, place=self.report.where("simulation.method") if "method" in keys else "")
+        return RunDefaults(**keys, place=self.report.where("simulation.method") if "method" in keys else "")
 
-    def check_start(self, terms: list[Term], outputs: list[Output], values: Mapping[str, float]) -> None:
+    def check_start(
+        self, terms: list[HamiltonianTerm], outputs: list[StateOutput], values: Mapping[str, float]
+    ) -> None:
         """Report terms that have no finite real value at the start."""
         named = [(f"hamiltonian.{term.name}", term.formula) for term in terms]
         named += [(f"outputs.{output.name}", output.formula) for output in outputs]
@@ -201,7 +204,7 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
                 fault = f"it has no finite real value at the start, where {at}: {error} [E0772]"
                 self.report.add(where, fault, NO_START)
 
-    def check_momenta(self, used: Collection[str], pairs: Sequence[tuple[Parameter, Parameter]]) -> None:
+    def check_momenta(self, used: Collection[str], pairs: Sequence[tuple[NamedNumber, NamedNumber]]) -> None:
         """Report coordinates that stay at rest: neither the coordinate nor the conjugate momentum is in H."""
         for q, p in pairs:
             if q.name not in used and p.name not in used:
@@ -243,7 +246,7 @@ def summands(formula: Formula, momenta: set[str]) -> list[Formula]:
     return [formula]
 
 
-def _without_motion(used: Collection[str], pairs: Sequence[tuple[Parameter, Parameter]]) -> Iterator[str]:
+def _without_motion(used: Collection[str], pairs: Sequence[tuple[NamedNumber, NamedNumber]]) -> Iterator[str]:
     """Yield a note on each coordinate with a force on whose momentum H does not depend: dH/dp is zero."""
     for q, p in pairs:
         if q.name in used and p.name not in used:

@@ -21,7 +21,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError, PydanticKnownError
 
 from eomgen.base.messages import NAME_LENGTH
-from eomgen.products.fields.documents.document import TOLERANCES, Chains, Run
+from eomgen.products.fields.documents.document import TOLERANCES, Chains, RunDefaults
 from eomgen.scene.reading.key_metadata import Table, key, optional
 from eomgen.scene.reading.kinds import Description, Finite, Pair, Value, describe, is_plain_number, list_of
 
@@ -179,7 +179,7 @@ def _table_of(model: type, descriptions: Mapping[str, str], kinds: Mapping[str, 
 
 
 RunTable: Any = _table_of(
-    Run,
+    RunDefaults,
     {
         "duration": "from t = 0 to the end",
         "step": "of equal steps",

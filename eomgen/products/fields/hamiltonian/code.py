@@ -18,7 +18,7 @@ from eomgen.codegen.targets.c.target import compile_command, generate_interface,
 from eomgen.formula.evaluate import symbols
 from eomgen.integrators.families.adaptive import AFTER_FAILURE, MOST_GROWTH, MOST_REDUCTION, MOST_STEPS, SAFETY
 from eomgen.lie.product import Factor
-from eomgen.products.fields.documents.document import DEPENDENCES, Hamiltonian, Parameter
+from eomgen.products.fields.documents.document import DEPENDENCES, Hamiltonian, NamedNumber
 from eomgen.products.fields.documents.recording import record_at
 from eomgen.products.fields.hamiltonian.methods import Method, krylov
 from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
@@ -130,7 +130,7 @@ def _system(document: Hamiltonian, tape: Tape, functions: Sequence[Function]) ->
     )
 
 
-def _description(item: Parameter) -> str:
+def _description(item: NamedNumber) -> str:
     """Return the description of a parameter, and the parameters on which it depends in files, but not in a struct of
     C."""
     leaders = [] if item.formula is None else sorted({symbol.name for symbol in symbols(item.formula)})

@@ -19,8 +19,8 @@ from eomgen.products.fields.documents.document import (
     DEPENDENCES,
     NO_START,
     Hamiltonian,
-    Output,
-    Parameter,
+    NamedNumber,
+    StateOutput,
     check_step_count,
 )
 from eomgen.products.fields.hamiltonian.methods import KINDS, Method, method_for
@@ -284,7 +284,7 @@ class HamiltonianModel(NamedAttributes):
     ) -> dict[str, Any]:
         """Return the settings of a run, names and units."""
         document = self.document
-        columns: dict[str, Sequence[Parameter | Output]]
+        columns: dict[str, Sequence[NamedNumber | StateOutput]]
         columns = {"q": document.coordinates, "p": document.momenta, "outputs": document.outputs}
         return {
             "name": self.name,

@@ -25,10 +25,10 @@ from eomgen.products.fields.documents.document import (
     OF_PLACES,
     OF_WAVES,
     VARIANCE,
+    ColumnFile,
     Data,
     FieldSystem,
     Operator,
-    Table,
 )
 from eomgen.products.fields.posteriors import (
     CellEnergy,
@@ -332,7 +332,7 @@ class _FileObjects:
         result = evaluate_batch(item.formula, lambda symbol: known[symbol.name])
         return np.array(np.broadcast_to(result, mesh.half))
 
-    def interpolate_power(self, table: Table) -> Array:
+    def interpolate_power(self, table: ColumnFile) -> Array:
         """Return the power of a table at the wave numbers, straight lines of logarithms; 0 at k = 0."""
         path = self.system.folder / table.file
         names, rows = read_table(path)

@@ -34,7 +34,7 @@ from eomgen.products.linear.analyses.operating_point import (
 )
 from eomgen.products.linear.analyses.sampled_states import sampled_part
 from eomgen.products.linear.freedom import Measures, Partials, freedom, singular_mechanism
-from eomgen.products.linear.linearization import Linearization, Names, Reference
+from eomgen.products.linear.linearization import Linearization, LinearNames, Reference
 from eomgen.products.linear.multiblade import (
     AT_ONE_AZIMUTH,
     Basis,
@@ -55,7 +55,7 @@ if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
 
-def signal_names(model: CompiledModel, components: Sequence[str], measured: Sequence[str]) -> Names:
+def signal_names(model: CompiledModel, components: Sequence[str], measured: Sequence[str]) -> LinearNames:
     """Return all names: of components, measures of motions, states, inputs, disturbances and outputs; units."""
     description = model.description
     outputs = [
@@ -63,7 +63,7 @@ def signal_names(model: CompiledModel, components: Sequence[str], measured: Sequ
         for item in model.library.layout["outputs"]
         for name in component_names("", str(item["name"]), int(item["size"]))
     ]
-    return Names(
+    return LinearNames(
         tuple(components),
         tuple(measured),
         model.states,
@@ -143,7 +143,7 @@ def reference_values(
     }
 
 
-def with_held(names: Names, sampled: SampledPart) -> Names:
+def with_held(names: LinearNames, sampled: SampledPart) -> LinearNames:
     """Return names with the sampled states among the inputs, after the other inputs."""
     held, kept = list(sampled.places), sampled.others
 
@@ -336,7 +336,9 @@ def about_motion(model: CompiledModel, state: StateArrays, u: Array | None, p: A
     return about(able, OperatingState("motion", OperatingPoint(t, p, u, None), q, v, state.z))
 
 
-def _finite_blocks(model: CompiledModel, state: OperatingState, a: Array, lam: Array, names: Names) -> dict[str, Array]:
+def _finite_blocks(
+    model: CompiledModel, state: OperatingState, a: Array, lam: Array, names: LinearNames
+) -> dict[str, Array]:
     """Return the partials of the equations at a state; raise NumericalError if a partial is not finite."""
     of_inputs = model.nu or model.nz or names.disturbances
     # unless another force acts
@@ -354,7 +356,7 @@ def _finite_blocks(model: CompiledModel, state: OperatingState, a: Array, lam: A
     return blocks
 
 
-def _check_finite(blocks: Mapping[str, Array], names: Names) -> None:
+def _check_finite(blocks: Mapping[str, Array], names: LinearNames) -> None:
     """Raise NumericalError if a partial is not finite."""
     bad = sorted(name for name, block in blocks.items() if not np.all(np.isfinite(block)))
     steep = [
@@ -663,7 +665,7 @@ def _check_mass(model: CompiledModel, state: OperatingState) -> None:
 
 def _measures(
     model: CompiledModel, state: OperatingState, a: Array, independent: Sequence[str]
-) -> tuple[Measures, Names]:
+) -> tuple[Measures, LinearNames]:
     """Return the measures of neighbouring motions, and all names.
 
     Neighbouring motions are measured by joints between absolute bodies, like joint coordinates. If the caller selects a

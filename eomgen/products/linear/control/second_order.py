@@ -50,7 +50,7 @@ from eomgen.products.linear.control.weights import Weights
 
 
 @dataclass(frozen=True)
-class Regulator:
+class SecondOrderRegulator:
     """Optimal gains u = -G_p q - G_v v, and the matrix of the cost that is left, [q, v]^T P [q, v].
 
     Attributes
@@ -70,7 +70,7 @@ class Regulator:
     eigenvalues: Complex
 
 
-def lqr(plant: Plant, weights: Weights) -> Regulator:
+def lqr(plant: Plant, weights: Weights) -> SecondOrderRegulator:
     """Return the gains that minimise the cost.
 
     Raises
@@ -99,11 +99,11 @@ def lqr(plant: Plant, weights: Weights) -> Regulator:
     with np.errstate(over="ignore", invalid="ignore"):
         P = there.T @ P @ there / rate
     eigenvalues = plant.eigenvalues(G[:, :n], G[:, n:])
-    return Regulator(G[:, :n], G[:, n:], P[:n, :n], P[:n, n:], P[n:, n:], residual, eigenvalues)
+    return SecondOrderRegulator(G[:, :n], G[:, n:], P[:n, :n], P[:n, n:], P[n:, n:], residual, eigenvalues)
 
 
 @dataclass(frozen=True)
-class Placement:
+class PolePlacement:
     """Gains u = -G_p q - G_v v, (m, n) each, and the eigenvalues of the closed loop, (2n,), 1/s."""
 
     G_p: Array
@@ -111,7 +111,7 @@ class Placement:
     eigenvalues: Complex
 
 
-def place(plant: Plant, poles: Sequence[complex]) -> Placement:
+def place(plant: Plant, poles: Sequence[complex]) -> PolePlacement:
     """Return gains for which the closed loop has the given eigenvalues.
 
     Parameters
@@ -140,7 +140,7 @@ def place(plant: Plant, poles: Sequence[complex]) -> Placement:
     G = pole_gains(A, B, wanted / rate) @ plant.scales.state
     reached = plant.eigenvalues(G[:, :n], G[:, n:])
     check_reached(reached, wanted, rate)
-    return Placement(G[:, :n], G[:, n:], reached)
+    return PolePlacement(G[:, :n], G[:, n:], reached)
 
 
 _ASYMMETRY = 1e-8
@@ -148,7 +148,7 @@ _RANK = 1e-9
 
 
 @dataclass(frozen=True)
-class Modes:
+class PlantModes:
     """Undamped modes of a plant, by increasing frequency.
 
     Attributes
@@ -181,7 +181,7 @@ class ModalFeedback:
 
     G_p: Array
     G_v: Array
-    modes: Modes
+    modes: PlantModes
     controlled: tuple[int, ...]
     g: Array
     h: Array
@@ -190,7 +190,7 @@ class ModalFeedback:
     eigenvalues: Complex
 
 
-def modes_of(plant: Plant) -> Modes:
+def modes_of(plant: Plant) -> PlantModes:
     """Return the undamped modes. Raises ModelError if K is not symmetric, or an equilibrium unstable."""
     if not np.allclose(plant.K, plant.K.T, rtol=0.0, atol=_ASYMMETRY * np.abs(plant.K).max(initial=0.0)):
         fault = "the stiffness matrix is not symmetric, so there are no modes that keep their shape [E0415]"
@@ -202,7 +202,7 @@ def modes_of(plant: Plant) -> Modes:
         fault = f"the equilibrium is unstable: the mode of {mover} grows at {(-squares[0]) ** 0.5:.4g} 1/s"
         raise ModelError(f"{fault}, and modal control is for modes that oscillate [E0416]", "lqr")
     damping = np.einsum("ik,ij,jk->k", shapes, plant.C, shapes)
-    return Modes(np.sqrt(np.where(np.abs(squares) < limit, 0.0, squares)), damping, np.asarray(shapes))
+    return PlantModes(np.sqrt(np.where(np.abs(squares) < limit, 0.0, squares)), damping, np.asarray(shapes))
 
 
 def optimal_modal_gains(frequency: ArrayLike, damping: ArrayLike, effort: ArrayLike) -> tuple[Array, Array]:
@@ -246,7 +246,9 @@ def placed_modal_gains(
     return w_d**2 - w**2, 2.0 * zeta_d * w_d - c
 
 
-def modal_feedback(plant: Plant, modes: Modes, controlled: Sequence[int], g: ArrayLike, h: ArrayLike) -> ModalFeedback:
+def modal_feedback(
+    plant: Plant, modes: PlantModes, controlled: Sequence[int], g: ArrayLike, h: ArrayLike
+) -> ModalFeedback:
     """Return gains that give the controlled modes the modal forces -g xi - h xi', as far as the actuators can.
 
     With fewer independent actuators than controlled modes the forces follow from the pseudo-inverse, and modes talk to
@@ -256,7 +258,7 @@ def modal_feedback(plant: Plant, modes: Modes, controlled: Sequence[int], g: Arr
     ----------
     plant : Plant
         The second-order model with actuators.
-    modes : Modes
+    modes : PlantModes
         Undamped modes of the plant.
     controlled : sequence of int
         Indices of the modes to control, from 0.

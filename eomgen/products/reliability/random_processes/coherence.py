@@ -18,7 +18,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.random_inputs import FREQUENCY_RANGE
 from eomgen.errors import Problem, UsageError
-from eomgen.products.reliability.random_processes.covariance import Band, Covariance, RoadProfile, SpectrumTable
+from eomgen.products.reliability.random_processes.covariance import Band, Covariance, DensityTable, RoadProfile
 from eomgen.solvers.quadrature import gauss_legendre
 
 #: Largest number of projections; change at which the iteration ends.
@@ -172,7 +172,7 @@ def _edges(covariance: Covariance) -> Sequence[float]:
         return covariance.low, covariance.high
     if isinstance(covariance, RoadProfile):
         return FREQUENCY_RANGE
-    if isinstance(covariance, SpectrumTable):
+    if isinstance(covariance, DensityTable):
         return [float(f) for f in covariance.frequencies]
     return ()
 

@@ -232,7 +232,7 @@ class CovarianceTable:
 
 
 @dataclass(frozen=True, eq=False)
-class SpectrumTable:
+class DensityTable:
     """G through points (n,), linear between frequencies, 0 outside."""
 
     frequencies: Array

@@ -31,11 +31,11 @@ from eomgen.products.reliability.random_processes.covariance import (
     Covariance,
     CovarianceTable,
     DampedCosine,
+    DensityTable,
     Exponential,
     KanaiTajimi,
     Oscillator,
     RoadProfile,
-    SpectrumTable,
     SquaredExponential,
     quantile_map,
     underlying,
@@ -43,7 +43,7 @@ from eomgen.products.reliability.random_processes.covariance import (
 from eomgen.scene.formula.scope import TRANSLATION
 from eomgen.scene.reading.key_metadata import label_of
 from eomgen.scene.reading.values import Values
-from eomgen.scene.signals.curve_schema import Shape
+from eomgen.scene.signals.curve_schema import ShapeEntry
 from eomgen.scene.signals.curves import Curves
 from eomgen.system.signals import NormalSeries
 
@@ -80,7 +80,7 @@ TYPES: dict[str, _Type] = {
     "band": _Type(("band",), None, lambda s, ends: Band(s, *ends)),
     "road": _Type(None, ("road_class",), RoadProfile, deviation=False),
     "covariance": _Type(_TABLE, _TABLE, CovarianceTable, deviation=False),
-    "spectrum": _Type(_TABLE, _TABLE, lambda curve: SpectrumTable(curve.x, curve.y), deviation=False),
+    "spectrum": _Type(_TABLE, _TABLE, lambda curve: DensityTable(curve.x, curve.y), deviation=False),
 }
 #: Keys that some types take, as written.
 _KEYS = {
@@ -195,7 +195,7 @@ class Covariances:
         spectrum = entry.type == "spectrum"
         rule: Any = {"interpolation": "linear", "outside": "hold"}
         rule = rule if spectrum else {"interpolation": "quintic", "outside": "error"}
-        shape = Shape(points=entry.points, table=entry.table, **rule)
+        shape = ShapeEntry(points=entry.points, table=entry.table, **rule)
         before = len(self.report.noted)
         curve = self.curves.through_points(key, name, shape)
         if len(self.report.noted) > before or self.report.concerns(key):  # refused units are reported before
@@ -222,7 +222,7 @@ class Covariances:
 _NEGATIVE = -1e-9
 
 
-class _Reader:
+class _CovarianceReader:
     """A reader, which reports faults by key."""
 
     def __init__(self, values: Values) -> None:
@@ -230,7 +230,7 @@ class _Reader:
         self.report = values.report
 
 
-class Coherences(_Reader):
+class Coherences(_CovarianceReader):
     """Reader of coherences of groups of processes."""
 
     def read(
@@ -305,7 +305,7 @@ _FARTHEST, _PLACES = 6.0, 1201
 _FEWEST_QUANTILES = 3
 
 
-class Translations(_Reader):
+class Translations(_CovarianceReader):
     """Reader of translations X = T(g) of a Gaussian process g, given by a formula or by quantiles."""
 
     def read(self, name: str, entry: written.RandomProcess) -> Formula | None:

@@ -262,7 +262,7 @@ LEAST_FOR_SKEWNESS = Limit(
 _SEEN = 0.5
 
 
-class Estimate(NamedTuple):
+class ProbabilityEstimate(NamedTuple):
     """A probability, its standard error, and the number of samples; not a number if the response has no value at some
     samples."""
 
@@ -273,7 +273,7 @@ class Estimate(NamedTuple):
 
 def importance_sampling(
     response: Response, point: Array, threshold: float, *, above: bool, samples: int, seed: int
-) -> Estimate:
+) -> ProbabilityEstimate:
     """Estimate P(y > threshold), or P(y <= threshold), by importance sampling with unit covariance about a point.
 
     Parameters
@@ -301,7 +301,7 @@ def importance_sampling(
         total += float(parts.sum())
         squares += float((parts**2).sum())
     mean = total / samples
-    return Estimate(mean, float(np.sqrt(np.maximum(squares / samples - mean**2, 0.0) / samples)), samples)
+    return ProbabilityEstimate(mean, float(np.sqrt(np.maximum(squares / samples - mean**2, 0.0) / samples)), samples)
 
 
 @dataclass
@@ -402,7 +402,7 @@ def corrected_tail(
     above: bool,
     accuracy: float,
     most: int,
-) -> Estimate:
+) -> ProbabilityEstimate:
     """Estimate P(y > threshold), or P(y <= threshold), by a quadratic form and a correction by samples.
 
     The estimate uses samples alone if the error of samples is less than the error with the correction, as for a bad
@@ -432,7 +432,7 @@ def corrected_tail(
         z, y, *_ = draws.first(count)
         count = len(z)
         if np.isnan(y).any():
-            return Estimate(float("nan"), float("nan"), count)
+            return ProbabilityEstimate(float("nan"), float("nan"), count)
         weights = draws.weights(z)
         theirs = (y > threshold) == above
         ours = theirs if form is None else (form.values(z) > threshold) == above
@@ -450,7 +450,7 @@ def corrected_tail(
             if result.standard_error <= 0.5 * accuracy * max(result.probability, 0.1 * of_form) or 2 * count > most:
                 return result
         elif 2 * count > most:
-            return Estimate(float("nan"), float("nan"), count)
+            return ProbabilityEstimate(float("nan"), float("nan"), count)
         count *= 2
 
 
@@ -461,8 +461,8 @@ def _is_normal(parts: Array) -> bool:
     return not variance > 0.0 or len(parts) * variance**3 >= LEAST_FOR_SKEWNESS * float(np.mean(off**3)) ** 2
 
 
-def _mean(parts: Array, known: float, typical: float) -> Estimate:
+def _mean(parts: Array, known: float, typical: float) -> ProbabilityEstimate:
     """Return a known probability plus the mean of parts (m,); the error includes two more parts of typical size."""
     count = len(parts)
     error = float(np.sqrt((parts.var() + 2.0 * typical**2 / count) / count))
-    return Estimate(max(known + float(parts.mean()), 0.0), error, count)
+    return ProbabilityEstimate(max(known + float(parts.mean()), 0.0), error, count)

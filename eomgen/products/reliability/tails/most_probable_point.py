@@ -17,7 +17,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.errors import EomgenError, NumericalError
 from eomgen.products.reliability.tails.distribution import FEWEST, UNSEEN, Draws
-from eomgen.products.reliability.tails.quadratic_form import Expansion, QuadraticForm, Response
+from eomgen.products.reliability.tails.quadratic_form import QuadraticForm, Response, ResponseExpansion
 
 #: The first step along the curve of most probable points, and the longest step, in standard deviations; steps grow if
 #: Newton's method needs at most ``_EASY`` iterations.
@@ -64,7 +64,7 @@ class MostProbablePoint:
     threshold: float
     point: Array
     multiplier: float
-    expansion: Expansion
+    expansion: ResponseExpansion
     iterations: int
     aside: float = 0.0
 

@@ -106,7 +106,7 @@ class QuadraticForm:
         return QuadraticForm(float(constant), self.gradient - bent, self.hessian)
 
 
-class Expansion(NamedTuple):
+class ResponseExpansion(NamedTuple):
     """A response at a point: value, gradient (n,) and Hessian (n, n)."""
 
     value: float
@@ -132,7 +132,7 @@ class Response(Protocol):
     def gradient(self, point: Array) -> tuple[float, Array]:
         """Return y and the gradient (n,) at a point (n,)."""
 
-    def expansion(self, point: Array) -> Expansion:
+    def expansion(self, point: Array) -> ResponseExpansion:
         """Return y with gradient and Hessian at a point (n,)."""
 
 
@@ -205,10 +205,12 @@ class ProjectedResponse:
     def gradient(self, point: Array) -> tuple[float, Array]:
         return self.response.gradient(point)
 
-    def expansion(self, point: Array) -> Expansion:
+    def expansion(self, point: Array) -> ResponseExpansion:
         value, gradient = self.response.gradient(point)
         directions = _widen(self.directions, gradient)
-        return Expansion(value, gradient, projected_hessian(self.response.products(point, directions), directions))
+        return ResponseExpansion(
+            value, gradient, projected_hessian(self.response.products(point, directions), directions)
+        )
 
 
 def _widen(directions: Array, vector: Array) -> Array:

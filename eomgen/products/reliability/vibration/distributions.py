@@ -13,7 +13,7 @@ from eomgen.base.limits import Limit
 from eomgen.products.reliability.tails.distribution import (
     FEWEST,
     Draws,
-    Estimate,
+    ProbabilityEstimate,
     corrected_tail,
     far_branches,
     importance_sampling,
@@ -179,7 +179,7 @@ def correct_by_samples(
         upper = _is_upper(about_mean, threshold) if design_point is None else bool(forms.above[k] <= forms.below[k])
         of_form = 0.0 if design_point is None else float(np.fmin(forms.above[k], forms.below[k]))
         form = None if design_point is None else design_point.form
-        best = Estimate(np.nan, np.nan, 0)
+        best = ProbabilityEstimate(np.nan, np.nan, 0)
         if indices.get(k, np.inf) < _NEAREST:
             best = corrected_tail(
                 about_mean, form, of_form, threshold, above=upper, accuracy=ACCURACY, most=_MOST_ABOUT_MEAN

@@ -15,7 +15,7 @@ from eomgen.base.data import dataclass, field, replace
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.products.derivatives.functionals import component
 from eomgen.products.derivatives.linearise import newton_settings
-from eomgen.products.reliability.tails.quadratic_form import Expansion
+from eomgen.products.reliability.tails.quadratic_form import ResponseExpansion
 
 if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
@@ -146,19 +146,19 @@ class RunResponse:
         )
         return list(dict.fromkeys(kink.description for kink in kinks))
 
-    def expansion(self, point: Array) -> Expansion:
+    def expansion(self, point: Array) -> ResponseExpansion:
         """Return the output with gradient (n,) and Hessian (n, n): by one run, tangents in all directions and one
         adjoint run; about a constant state by one adjoint run alone."""
         if (still := self._still_at(point)) is not None:
-            return Expansion(*self.gradient(point), self._bent_still(still, np.eye(self.size)))
+            return ResponseExpansion(*self.gradient(point), self._bent_still(still, np.eye(self.size)))
         derivatives = self._sensitivities(point)
         derived = self._exactly(lambda: derivatives.expansions([self._functional]))
         if derived is None:
-            return Expansion(*self.gradient(point), self._difference_gradients(point, np.eye(self.size)))
+            return ResponseExpansion(*self.gradient(point), self._difference_gradients(point, np.eye(self.size)))
         known = self._slope is not None and np.array_equal(self._slope[0], point)
         self.spend(0, 0 if known and derivatives.keeps_adjoints else 1, self.size)
         self._slope = np.array(point), float(component(derivatives.outputs, self.output)[-1]), derived[0][0]
-        return Expansion(*self._slope[1:], derived[1][0])
+        return ResponseExpansion(*self._slope[1:], derived[1][0])
 
     @cached_property
     def stationary(self) -> StationaryRun | None:

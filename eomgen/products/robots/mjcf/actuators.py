@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.products.robots.leftovers import Place
+from eomgen.products.robots.leftovers import ElementPlace
 from eomgen.products.robots.mjcf import quaternions
 from eomgen.products.robots.mjcf.controllers import SIGNALS, ControlledDrive, motor_force, nearest, pid_force
-from eomgen.products.robots.mjcf.draft import Draft, clip, odd_power, polynomial, times, total
+from eomgen.products.robots.mjcf.draft import MjcfDraft, clip, odd_power, polynomial, times, total
 from eomgen.products.robots.mjcf.muscles import Muscle, activation_rate
 from eomgen.products.robots.mjcf.tendons import add_armature, add_tension
 from eomgen.products.robots.mjcf.transmissions import moved_joints, transmission
@@ -17,11 +17,11 @@ from eomgen.products.robots.mjcf.tree import HINGE, SLIDE, compensated_by, compe
 from eomgen.products.robots.scene_draft import number
 
 
-def convert_actuators(draft: Draft) -> None:
+def convert_actuators(draft: MjcfDraft) -> None:
     """Add the actuators of a file to the scene, then the efforts of joints that several of them drive."""
     model = draft.model
     efforts: dict[int, list[str]] = {}
-    first: dict[int, Place] = {}  # actuator of each joint
+    first: dict[int, ElementPlace] = {}  # actuator of each joint
     off = int(model.opt.disableactuator)
     count = len(model.actuator_trntype)
     for index in range(count):
@@ -45,7 +45,7 @@ def convert_actuators(draft: Draft) -> None:
             draft.lines[f"efforts.{added}"] = str(first.get(joint, draft.place("joint", joint, model.njnt)))
 
 
-def _effort_on(draft: Draft, joint: int, terms: list[str], *, driven: bool) -> str:
+def _effort_on(draft: MjcfDraft, joint: int, terms: list[str], *, driven: bool) -> str:
     """Return the effort of the actuators on a joint, within its range; empty for none.
 
     Of a joint with ``actuatorgravcomp`` the support of gravity that its bodies have goes through the drive: it counts

@@ -13,7 +13,7 @@ from eomgen.base.data import dataclass, field
 from eomgen.base.messages import nearest, shown
 from eomgen.base.products import optional_package
 from eomgen.errors import DescriptionError, Problem, UsageError
-from eomgen.products.robots.leftovers import Place
+from eomgen.products.robots.leftovers import ElementPlace
 from eomgen.scene.reading.xml import Element, read_xml
 from eomgen.scene.sources.source import read_text, shown_file
 
@@ -40,7 +40,7 @@ _UNKNOWN = re.compile(r"(?:unknown element|unrecognized name) '([^']+)'|'([^']+)
 
 
 @dataclass
-class Elements:
+class MjcfElements:
     """The elements of a file and of the files that it includes.
 
     Attributes
@@ -54,37 +54,37 @@ class Elements:
     """
 
     every: list[tuple[str, Element, str]] = field(default_factory=list)
-    named: dict[tuple[str, str], Place] = field(default_factory=dict)
-    ordered: dict[str, list[Place]] = field(default_factory=dict)
-    includes: dict[str, Place] = field(default_factory=dict)
+    named: dict[tuple[str, str], ElementPlace] = field(default_factory=dict)
+    ordered: dict[str, list[ElementPlace]] = field(default_factory=dict)
+    includes: dict[str, ElementPlace] = field(default_factory=dict)
     files: set[Path] = field(default_factory=set)
     liberties: list[str] = field(default_factory=list)
 
-    def place(self, kind: str, name: str, number: int, count: int, file: str) -> Place:
+    def place(self, kind: str, name: str, number: int, count: int, file: str) -> ElementPlace:
         """Return the place of an element by its name, of one without a name by its number among ``count``."""
         if name and (kind, name) in self.named:
             return self.named[kind, name]
         places = self.ordered.get(kind, [])
-        return places[number] if len(places) == count else Place(file, 1)
+        return places[number] if len(places) == count else ElementPlace(file, 1)
 
-    def first(self, tag: str, file: str) -> Place:
+    def first(self, tag: str, file: str) -> ElementPlace:
         """Return the place of the first element whose tag begins so; the start of the file without one."""
-        places = (Place(name, element.line) for _, element, name in self.every if element.tag.startswith(tag))
-        return next(places, Place(file, 1))
+        places = (ElementPlace(name, element.line) for _, element, name in self.every if element.tag.startswith(tag))
+        return next(places, ElementPlace(file, 1))
 
-    def mentioning(self, word: str) -> Place | None:
+    def mentioning(self, word: str) -> ElementPlace | None:
         """Return the place of the only element with an attribute of that name or value; None without one."""
         if word in self.includes:
             return self.includes[word]
         places = {
-            Place(file, element.line)
+            ElementPlace(file, element.line)
             for _, element, file in self.every
             for name, value in element.attributes
             if word in (name, value) or (name == "file" and word.endswith(value))
         }
         return places.pop() if len(places) == 1 else None
 
-    def extreme(self) -> tuple[Place, str] | None:
+    def extreme(self) -> tuple[ElementPlace, str] | None:
         """Return the first number that is large, small or none, with its place; None without one."""
         for _, element, file in self.every:
             for _, value in element.attributes:
@@ -92,13 +92,13 @@ class Elements:
                     with suppress(ValueError):
                         size = abs(float(word))
                         if not (size == 0.0 or 1.0 / _LARGE < size < _LARGE):
-                            return Place(file, element.line), word
+                            return ElementPlace(file, element.line), word
         return None
 
 
-def elements_of(text: str, file: str, path: Path | None) -> Elements:
+def elements_of(text: str, file: str, path: Path | None) -> MjcfElements:
     """Return the elements of an MJCF text. Raises DescriptionError for a text that is not MJCF."""
-    result = Elements()
+    result = MjcfElements()
     root = read_xml(text, file, _DEEPEST)
     if root.tag != "mujoco":
         fault = f"the outermost element is {shown(root.tag)}, not 'mujoco' [E1921]"
@@ -110,20 +110,20 @@ def elements_of(text: str, file: str, path: Path | None) -> Elements:
     return result
 
 
-def _walk(result: Elements, element: Element, path: str, file: str, folder: Path | None) -> None:
+def _walk(result: MjcfElements, element: Element, path: str, file: str, folder: Path | None) -> None:
     """Record the children of an element, with the elements of included files in their places.
 
     Child bodies come last, as in the compiled model, which numbers all geoms, joints and sites of a body before.
     """
     for child in sorted(element.children(), key=lambda child: child.tag == "body"):
         if child.tag == "include":
-            result.includes[child.get("file")] = Place(file, child.line)
+            result.includes[child.get("file")] = ElementPlace(file, child.line)
             for included, name in _included_roots(result, child, folder):
                 _walk(result, included, path, name, folder)
             continue
         inner = f"{path}/{child.tag}" if path else child.tag
         result.every.append((inner, child, file))
-        kind, place = _kind(path, child.tag), Place(file, child.line)
+        kind, place = _kind(path, child.tag), ElementPlace(file, child.line)
         if inner == "worldbody":
             result.ordered.setdefault("body", [place])  # the body 0, of all such sections together
         elif kind:
@@ -139,7 +139,7 @@ def _kind(path: str, tag: str) -> str:
     return _OF_BODIES.get(tag, "") if path.startswith("worldbody") else ""
 
 
-def _included_roots(result: Elements, element: Element, folder: Path | None) -> Iterator[tuple[Element, str]]:
+def _included_roots(result: MjcfElements, element: Element, folder: Path | None) -> Iterator[tuple[Element, str]]:
     """Yield the root of an included file with its name; none of a file that is missing or that is read already: MuJoCo
     refuses these. Raises DescriptionError for a file that is not XML."""
     path = None if folder is None else (folder / element.get("file")).absolute()
@@ -176,7 +176,7 @@ def _caught(mujoco: Any) -> Iterator[list[str]]:
         mujoco.set_mju_user_warning(before)
 
 
-def compile_model(text: str, file: str, path: Path | None, elements: Elements) -> tuple[Any, list[str]]:
+def compile_model(text: str, file: str, path: Path | None, elements: MjcfElements) -> tuple[Any, list[str]]:
     """Return the ``mujoco.MjModel`` of a file, static bodies kept, and MuJoCo's warnings.
 
     Raises
@@ -208,9 +208,9 @@ def _check_assets(spec: Any, path: Path | None) -> None:
             read_text(file)
 
 
-def out_of_range(file: str, elements: Elements) -> DescriptionError:
+def out_of_range(file: str, elements: MjcfElements) -> DescriptionError:
     """Return the error for a file whose numbers cannot be multiplied or divided."""
-    place, word = elements.extreme() or (Place(file, 1), "")
+    place, word = elements.extreme() or (ElementPlace(file, 1), "")
     fault = (
         f"the number {shown(word)} is too large or too small to calculate with [E2166]"
         if word
@@ -219,7 +219,7 @@ def out_of_range(file: str, elements: Elements) -> DescriptionError:
     return DescriptionError(Problem(str(place), fault, "masses, inertias and lengths between 1e-100 and 1e100"))
 
 
-def _problem(message: str, file: str, elements: Elements) -> Problem:
+def _problem(message: str, file: str, elements: MjcfElements) -> Problem:
     """Return MuJoCo's message as one line, with its place and a remedy."""
     element = re.search(r"Element name '([^']*)', id \d+", message)
     words = re.sub(r"\s*(?:Element '[^']*', )?line \d+(?:, column \d+)?\s*", " ", message)
@@ -236,7 +236,7 @@ def _problem(message: str, file: str, elements: Elements) -> Problem:
     return Problem(place or file, f"MuJoCo refuses the file: {words} [E1924]", _remedy(words, elements))
 
 
-def _place_of(message: str, file: str, elements: Elements) -> str:
+def _place_of(message: str, file: str, elements: MjcfElements) -> str:
     """Return the place of MuJoCo's message, by the line there, which is 0 in included files, or by the element that the
     message names; empty for an unknown place."""
     line = _LINE.search(message)
@@ -250,7 +250,7 @@ def _place_of(message: str, file: str, elements: Elements) -> str:
     return str(ordered[int(counted[2])]) if counted and int(counted[2]) < len(ordered) else ""
 
 
-def _remedy(words: str, elements: Elements) -> str:
+def _remedy(words: str, elements: MjcfElements) -> str:
     """Return the names nearest to an unknown one, or the remedy for the fault; empty without one."""
     unknown = _UNKNOWN.search(words)
     known = [name for _, name in elements.named]

@@ -12,14 +12,14 @@ from math import pi
 from typing import Any
 
 from eomgen.products.robots.mjcf.draft import clip, times, total
-from eomgen.products.robots.mjcf.transmissions import Drive
+from eomgen.products.robots.mjcf.transmissions import ActuatorParts
 from eomgen.products.robots.scene_draft import number
 
 #: Bits of the inputs of an actuator, in the order of its controls.
 SIGNALS = {"pos": 1, "vel": 2, "ff": 4, "voltage": 8}
 
 
-class ControlledDrive(Drive):
+class ControlledDrive(ActuatorParts):
     """An actuator with a controller: setpoints, and internal states."""
 
     def control(self, word: str) -> str:

@@ -12,11 +12,11 @@ import numpy as np
 
 from eomgen.base.messages import listed, nearest, shown
 from eomgen.products.robots.conversion import Conversion
-from eomgen.products.robots.leftovers import Place
+from eomgen.products.robots.leftovers import ElementPlace
 from eomgen.products.robots.mjcf.actuators import convert_actuators
 from eomgen.products.robots.mjcf.compiled import compile_model, elements_of, mujoco_module, out_of_range
 from eomgen.products.robots.mjcf.coverage import note_unknown_attributes
-from eomgen.products.robots.mjcf.draft import Draft
+from eomgen.products.robots.mjcf.draft import MjcfDraft
 from eomgen.products.robots.mjcf.equalities import convert_equalities
 from eomgen.products.robots.mjcf.fluid import convert_fluid
 from eomgen.products.robots.mjcf.sensors import convert_sensors
@@ -77,7 +77,7 @@ def mjcf_data(
     mujoco = mujoco_module()
     elements = elements_of(text, file, path)
     model, warnings = compile_model(text, file, path, elements)
-    draft = Draft(Report(file, {}), {}, mujoco=mujoco, model=model, elements=elements)
+    draft = MjcfDraft(Report(file, {}), {}, mujoco=mujoco, model=model, elements=elements)
     draft.moving_targets, draft.folder = mocap, None if path is None else path.parent
     draft.included = included
     for kind, objects in _NAMED.items():
@@ -117,7 +117,7 @@ def _name_of(mujoco: Any, model: Any) -> str:
     return bytes(model.names[: bytes(model.names).index(b"\0")]).decode("utf-8", "replace")
 
 
-def _keyframe(draft: Draft, wanted: str, file: str) -> int:
+def _keyframe(draft: MjcfDraft, wanted: str, file: str) -> int:
     """Return the number of the keyframe; -1 for none."""
     count = int(draft.model.nkey)
     names = [draft.element_name("key", index) or str(index) for index in range(count)]
@@ -132,7 +132,7 @@ def _keyframe(draft: Draft, wanted: str, file: str) -> int:
     return names.index(wanted)
 
 
-def _refuse_other_physics(draft: Draft) -> None:
+def _refuse_other_physics(draft: MjcfDraft) -> None:
     """Report parts of MuJoCo's physics that no scene has, and that change the motion."""
     model, elements = draft.model, draft.elements
     for count, tag, name in ((model.nflex, "flex", "flex (a soft body)"), (model.nplugin, "plugin", "plugin")):
@@ -141,7 +141,7 @@ def _refuse_other_physics(draft: Draft) -> None:
             draft.refuse(place, "", f"a {name} is not supported [E1926]", "the file without it")
 
 
-def _add_lines(draft: Draft) -> None:
+def _add_lines(draft: MjcfDraft) -> None:
     """Give entries without a line of their own the one of their joint or body."""
     for section in ("efforts", "forces"):
         for name, entry in draft.data.get(section, {}).items():
@@ -178,7 +178,7 @@ def _texts(value: Any) -> Iterator[str]:
             yield from _texts(part)
 
 
-def _note_the_rest(draft: Draft) -> None:
+def _note_the_rest(draft: MjcfDraft) -> None:
     """Note contact."""
     model, file = draft.model, draft.report.file
     touching = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0))
@@ -186,4 +186,4 @@ def _note_the_rest(draft: Draft) -> None:
         place = draft.place("geom", int(touching[0]), model.ngeom)
         draft.leave_out(place, f"not modelled: contact ({len(touching)} geoms) [W0151]")
     if model.npair and not draft.is_disabled("CONTACT"):
-        draft.leave_out(Place(file, 1), f"not modelled: contact of {model.npair} pairs [W0152]")
+        draft.leave_out(ElementPlace(file, 1), f"not modelled: contact of {model.npair} pairs [W0152]")

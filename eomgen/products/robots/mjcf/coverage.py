@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from eomgen.products.robots.leftovers import IDLE, NOTED, READ, REFUSED, Place, read_table
-from eomgen.products.robots.mjcf.draft import Draft
+from eomgen.products.robots.leftovers import IDLE, NOTED, READ, REFUSED, ElementPlace, read_table
+from eomgen.products.robots.mjcf.draft import MjcfDraft
 
 #: Meaning of each status.
 MEANINGS: Mapping[str, str] = {
@@ -37,11 +37,11 @@ def key_of_path(path: str) -> str:
 STATUSES: Mapping[str, Mapping[str, str]] = read_table(Path(__file__).with_name("coverage.txt"))
 
 
-def note_unknown_attributes(draft: Draft) -> None:
+def note_unknown_attributes(draft: MjcfDraft) -> None:
     """Note attributes of a newer MuJoCo than the one of the table."""
     for path, element, file in draft.elements.every:
         known = STATUSES.get(key_of_path(path), {})
         for name in element.unread_attributes:
             if name not in known:
                 note = f"not read: the attribute {name} of <{element.tag}>, which this version does not know [W0153]"
-                draft.leave_out(Place(file, element.line), note)
+                draft.leave_out(ElementPlace(file, element.line), note)

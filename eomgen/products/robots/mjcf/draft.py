@@ -10,8 +10,8 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
-from eomgen.products.robots.leftovers import Place
-from eomgen.products.robots.mjcf.compiled import Elements
+from eomgen.products.robots.leftovers import ElementPlace
+from eomgen.products.robots.mjcf.compiled import MjcfElements
 from eomgen.products.robots.scene_draft import LinkPlace, SceneDraft, number
 
 #: Most terms of a sum in one text.
@@ -62,7 +62,7 @@ def odd_power(variable: str, exponent: int) -> str:
 
 
 @dataclass
-class Draft(SceneDraft):
+class MjcfDraft(SceneDraft):
     """The scene so far.
 
     Attributes
@@ -86,7 +86,7 @@ class Draft(SceneDraft):
 
     mujoco: Any = None
     model: Any = None
-    elements: Elements = field(default_factory=Elements)
+    elements: MjcfElements = field(default_factory=MjcfElements)
     folder: Path | None = None
     places: dict[int, LinkPlace] = field(default_factory=dict)
     joints: dict[int, str] = field(default_factory=dict)
@@ -138,7 +138,7 @@ class Draft(SceneDraft):
         """Return the components of the vector from a point to another, in world axes."""
         return [f"(position.{end}[{i}] - position.{start}[{i}])" for i in range(3)]
 
-    def place(self, kind: str, index: int, count: int) -> Place:
+    def place(self, kind: str, index: int, count: int) -> ElementPlace:
         """Return file and line of an element."""
         return self.elements.place(kind, self.element_name(kind, index), index, count, self.report.file)
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from eomgen.products.robots.mjcf.draft import Draft, plain_power, polynomial
+from eomgen.products.robots.mjcf.draft import MjcfDraft, plain_power, polynomial
 from eomgen.products.robots.mjcf.tree import HINGE
 from eomgen.products.robots.scene_draft import LinkPlace, number
 
 
-def convert_equalities(draft: Draft) -> None:
+def convert_equalities(draft: MjcfDraft) -> None:
     """Add the active equalities of a file to the scene."""
     model, kinds = draft.model, draft.mujoco.mjtEq
     if draft.is_disabled("EQUALITY"):
@@ -42,19 +42,19 @@ def convert_equalities(draft: Draft) -> None:
             draft.refuse(place, f"constraints.{name}", fault, 'connect, weld or joint; or active="false"')
 
 
-def _objects(draft: Draft, index: int) -> list[int]:
+def _objects(draft: MjcfDraft, index: int) -> list[int]:
     """Return the objects of an equality, one or two."""
     both = [int(draft.model.eq_obj1id[index]), int(draft.model.eq_obj2id[index])]
     return [number for number in both if number >= 0]
 
 
-def site_place(draft: Draft, site: int) -> LinkPlace:
+def site_place(draft: MjcfDraft, site: int) -> LinkPlace:
     """Return the pose of a site."""
     body = draft.places[int(draft.model.site_bodyid[site])]
     return body.of(np.array(draft.model.site_pos[site]), draft.model.site_quat[site])
 
 
-def _join(draft: Draft, index: int, name: str, *, welded: bool) -> None:
+def _join(draft: MjcfDraft, index: int, name: str, *, welded: bool) -> None:
     """Add a constraint between two frames; none within one body, which MuJoCo's forces do not move either."""
     model = draft.model
     first, second = int(model.eq_obj1id[index]), int(model.eq_obj2id[index])
@@ -71,7 +71,7 @@ def _join(draft: Draft, index: int, name: str, *, welded: bool) -> None:
     draft.constrain(name, "fixed" if welded else "spherical", places)
 
 
-def _couple(draft: Draft, index: int, name: str, variables: list[str], zeros: list[float], unit: str) -> None:
+def _couple(draft: MjcfDraft, index: int, name: str, variables: list[str], zeros: list[float], unit: str) -> None:
     """Add the equation y - y0 = a0 + a1 (x - x0) + ... between coordinates, or lengths of tendons."""
     coefficients = [float(value) for value in draft.model.eq_data[index][:5]]
     right = number(coefficients[0] + zeros[0])

@@ -12,7 +12,7 @@ from math import pi
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.products.robots.mjcf.draft import Draft, cross, dot, times, total
+from eomgen.products.robots.mjcf.draft import MjcfDraft, cross, dot, times, total
 from eomgen.products.robots.scene_draft import LinkPlace, number
 from eomgen.system.description import BASE
 
@@ -20,7 +20,7 @@ from eomgen.system.description import BASE
 _AT_REST = "1e-60"
 
 
-def convert_fluid(draft: Draft) -> None:
+def convert_fluid(draft: MjcfDraft) -> None:
     """Add the forces of the medium on all bodies."""
     model = draft.model
     if draft.without_passive_forces or not (float(model.opt.density) > 0.0 or float(model.opt.viscosity) > 0.0):
@@ -37,7 +37,7 @@ def convert_fluid(draft: Draft) -> None:
             _add_ellipsoid(draft, body, geom)
 
 
-def _motion(draft: Draft, written: str, place: LinkPlace) -> tuple[list[str], list[str]]:
+def _motion(draft: MjcfDraft, written: str, place: LinkPlace) -> tuple[list[str], list[str]]:
     """Return the names of velocity against the medium and of angular velocity, in the axes of a frame."""
     center, ends = draft.frame_points(f"{written}_center", place)
     wind = [float(value) for value in draft.model.opt.wind]
@@ -48,13 +48,13 @@ def _motion(draft: Draft, written: str, place: LinkPlace) -> tuple[list[str], li
     return speeds, draft.define_each(f"{written}_spin", [dot(axis, spin) for axis in axes])
 
 
-def _add(draft: Draft, written: str, place: LinkPlace, forces: list[str], torques: list[str]) -> None:
+def _add(draft: MjcfDraft, written: str, place: LinkPlace, forces: list[str], torques: list[str]) -> None:
     load = {"force": _rotate(place.orientation, forces), "torque": _rotate(place.orientation, torques)}
     at = {"body": place.body, "point": place.position.tolist(), "axes": "body"}
     draft.add("forces", "force", f"{written}_drag", at | load)
 
 
-def _add_drag(draft: Draft, body: int) -> None:
+def _add_drag(draft: MjcfDraft, body: int) -> None:
     """Add the drag of the box of a body's inertia."""
     model = draft.model
     density, viscosity = float(model.opt.density), float(model.opt.viscosity)
@@ -82,7 +82,7 @@ def _add_drag(draft: Draft, body: int) -> None:
     _add(draft, written, place, forces, torques)
 
 
-def _add_ellipsoid(draft: Draft, body: int, geom: int) -> None:
+def _add_ellipsoid(draft: MjcfDraft, body: int, geom: int) -> None:
     """Add the forces on a geom that moves through the medium like an ellipsoid."""
     model = draft.model
     density, viscosity = float(model.opt.density), float(model.opt.viscosity)
@@ -131,7 +131,7 @@ def _add_ellipsoid(draft: Draft, body: int, geom: int) -> None:
     _add(draft, written, place, forces, torques)
 
 
-def _semi_axes(draft: Draft, geom: int) -> Array:
+def _semi_axes(draft: MjcfDraft, geom: int) -> Array:
     """Return the semi-axes of the ellipsoid that stands for a geom, m."""
     kinds, kind = draft.mujoco.mjtGeom, int(draft.model.geom_type[geom])
     size = np.array(draft.model.geom_size[geom])

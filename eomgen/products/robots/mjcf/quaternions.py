@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from eomgen.products.robots.mjcf.draft import Draft, times, total
+from eomgen.products.robots.mjcf.draft import MjcfDraft, times, total
 
 #: Square of a length below which a direction does not count.
 _SMALLEST = "1e-32"
@@ -17,7 +17,7 @@ _PRODUCT = (
 )
 
 
-def product(draft: Draft, wanted: str, first: Sequence[str], second: Sequence[str]) -> list[str]:
+def product(draft: MjcfDraft, wanted: str, first: Sequence[str], second: Sequence[str]) -> list[str]:
     """Return the names of the components of the product of two quaternions, which are defined."""
     sums = [total([f"{sign}.0 * {first[i]} * {second[j]}" for sign, i, j in terms]) for terms in _PRODUCT]
     return draft.define_each(wanted, sums, "wxyz")
@@ -28,7 +28,7 @@ def inverse(quaternion: Sequence[str]) -> list[str]:
     return [quaternion[0], *(f"(-{part})" for part in quaternion[1:])]
 
 
-def exponential(draft: Draft, wanted: str, vector: Sequence[str]) -> list[str]:
+def exponential(draft: MjcfDraft, wanted: str, vector: Sequence[str]) -> list[str]:
     """Return the names of the components of the quaternion of a rotation vector."""
     square = total([f"{part}**2" for part in vector])
     angle = draft.define(f"{wanted}_angle", f"sqrt(max({square}, {_SMALLEST}))")
@@ -37,7 +37,7 @@ def exponential(draft: Draft, wanted: str, vector: Sequence[str]) -> list[str]:
     return [real, *draft.define_each(wanted, [f"{factor} * {x}" for x in vector])]
 
 
-def logarithm(draft: Draft, wanted: str, quaternion: Sequence[str]) -> list[str]:
+def logarithm(draft: MjcfDraft, wanted: str, quaternion: Sequence[str]) -> list[str]:
     """Return the names of the components of the rotation vector of a quaternion, by less than half a turn."""
     w, *vector = quaternion
     square = total([f"{part}**2" for part in vector])

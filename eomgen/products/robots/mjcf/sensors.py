@@ -13,14 +13,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from eomgen.base.messages import listed
-from eomgen.products.robots.mjcf.draft import Draft, clip, times, total
+from eomgen.products.robots.mjcf.draft import MjcfDraft, clip, times, total
 from eomgen.products.robots.mjcf.equalities import site_place
 from eomgen.products.robots.mjcf.tree import bodies_above
 from eomgen.products.robots.scene_draft import LinkPlace, number
 from eomgen.system.description import BASE
 
 
-def convert_sensors(draft: Draft) -> None:
+def convert_sensors(draft: MjcfDraft) -> None:
     """Add the sensors of a file as outputs of their names; list the sensors that no scene has in a note."""
     model = draft.model
     if model.nsensor and draft.is_disabled("SENSOR"):
@@ -46,7 +46,7 @@ def convert_sensors(draft: Draft) -> None:
         draft.leave_out(place, f"not modelled: sensors ({len(absent)}: {listed(absent)}) [W0155]")
 
 
-def _is_plain(draft: Draft, index: int) -> bool:
+def _is_plain(draft: MjcfDraft, index: int) -> bool:
     """Return whether a sensor measures against the world, at once and at all times."""
     model = draft.model
     late = [getattr(model, name) for name in ("sensor_delay", "sensor_interval") if hasattr(model, name)]
@@ -54,25 +54,25 @@ def _is_plain(draft: Draft, index: int) -> bool:
 
 
 #: The components of a sensor; None for one that no scene has.
-_Components = Callable[[Draft, int], list[str] | None]
+_Components = Callable[[MjcfDraft, int], list[str] | None]
 
 
-def _object(draft: Draft, index: int) -> int:
+def _object(draft: MjcfDraft, index: int) -> int:
     return int(draft.model.sensor_objid[index])
 
 
 def _joint(letter: str, size: int) -> _Components:
-    def components(draft: Draft, index: int) -> list[str]:
+    def components(draft: MjcfDraft, index: int) -> list[str]:
         name = draft.joints[_object(draft, index)]
         return [f"{letter}.{name}"] if size == 1 else [f"{letter}.{name}[{k}]" for k in range(size)]
 
     return components
 
 
-def _part(parts: Callable[[Draft], Mapping[int, Any]], component: Callable[[Any], str]) -> _Components:
+def _part(parts: Callable[[MjcfDraft], Mapping[int, Any]], component: Callable[[Any], str]) -> _Components:
     """Return the component that a sensor has of its object among parts of the scene."""
 
-    def components(draft: Draft, index: int) -> list[str] | None:
+    def components(draft: MjcfDraft, index: int) -> list[str] | None:
         part = parts(draft).get(_object(draft, index))
         return [component(part)] if part else None
 
@@ -87,7 +87,7 @@ class _Frame(NamedTuple):
     place: LinkPlace
 
 
-def _frame(draft: Draft, index: int) -> _Frame | None:
+def _frame(draft: MjcfDraft, index: int) -> _Frame | None:
     """Return the frame of a sensor; None for other objects than frames."""
     model, kinds, target = draft.model, draft.mujoco.mjtObj, _object(draft, index)
     kind = int(model.sensor_objtype[index])
@@ -105,14 +105,14 @@ def _frame(draft: Draft, index: int) -> _Frame | None:
     return _Frame(*draft.frame_points(name, place), place)
 
 
-def _inertial_place(draft: Draft, body: int) -> LinkPlace:
+def _inertial_place(draft: MjcfDraft, body: int) -> LinkPlace:
     return draft.places[body].of(np.array(draft.model.body_ipos[body]), draft.model.body_iquat[body])
 
 
-def _frame_components(vector: Callable[[Draft, _Frame], Sequence[str]], *, local: bool) -> _Components:
+def _frame_components(vector: Callable[[MjcfDraft, _Frame], Sequence[str]], *, local: bool) -> _Components:
     """Return the components of a vector at a frame, in world axes or in the axes of the frame."""
 
-    def components(draft: Draft, index: int) -> list[str] | None:
+    def components(draft: MjcfDraft, index: int) -> list[str] | None:
         frame = _frame(draft, index)
         if frame is None:
             return None
@@ -125,21 +125,21 @@ def _frame_components(vector: Callable[[Draft, _Frame], Sequence[str]], *, local
     return components
 
 
-def _motion(word: str) -> Callable[[Draft, _Frame], list[str]]:
+def _motion(word: str) -> Callable[[MjcfDraft, _Frame], list[str]]:
     return lambda draft, frame: [f"{word}.{frame.center}[{i}]" for i in range(3)]
 
 
-def _angular_velocity(draft: Draft, frame: _Frame) -> list[str]:
+def _angular_velocity(draft: MjcfDraft, frame: _Frame) -> list[str]:
     body = frame.place.body
     return ["0.0"] * 3 if body == BASE else [f"angular_velocity.{body}[{i}]" for i in range(3)]
 
 
-def _acceleration(draft: Draft, frame: _Frame) -> list[str]:
+def _acceleration(draft: MjcfDraft, frame: _Frame) -> list[str]:
     gravity = draft.data["gravity"]
     return [f"(acceleration.{frame.center}[{i}] - {number(gravity[i])})" for i in range(3)]
 
 
-def _magnetic(draft: Draft, frame: _Frame) -> list[str]:
+def _magnetic(draft: MjcfDraft, frame: _Frame) -> list[str]:
     return [number(float(value)) for value in draft.model.opt.magnetic]
 
 
@@ -150,7 +150,7 @@ def _axis(k: int) -> _Components:
 def _subtree_mean(word: str) -> _Components:
     """Return the mean of a quantity over all centres of mass in a tree, weighted by mass."""
 
-    def components(draft: Draft, index: int) -> list[str] | None:
+    def components(draft: MjcfDraft, index: int) -> list[str] | None:
         model, root = draft.model, _object(draft, index)
         massive = np.flatnonzero(model.body_mass > 0.0).tolist()
         inside = [body for body in massive if body and root in (0, *bodies_above(model, body))]

@@ -11,7 +11,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.messages import listed
 from eomgen.lie.numeric import rotation_matrix
-from eomgen.products.robots.mjcf.draft import Draft
+from eomgen.products.robots.mjcf.draft import MjcfDraft
 from eomgen.products.robots.scene_draft import LinkPlace, turns_of
 from eomgen.products.robots.visuals import color_of
 from eomgen.scene.bodies.mesh_files import ENDINGS
@@ -24,7 +24,7 @@ _PLAIN = (0.5, 0.5, 0.5, 1.0)
 _THICKNESS = 0.002
 
 
-def convert_geoms(draft: Draft) -> None:
+def convert_geoms(draft: MjcfDraft) -> None:
     """Add the visible geoms to the shapes of the scene; list the ones that pictures leave out in a note."""
     model = draft.model
     left_out: dict[str, list[str]] = {}
@@ -52,7 +52,7 @@ def convert_geoms(draft: Draft) -> None:
         draft.notes.append(f"geoms that pictures leave out ({len(names)}: {listed(names)}): {reason} [W0253]")
 
 
-def _color(draft: Draft, geom: int) -> tuple[float, ...]:
+def _color(draft: MjcfDraft, geom: int) -> tuple[float, ...]:
     model = draft.model
     color = tuple(float(part) for part in model.geom_rgba[geom])
     material = int(model.geom_matid[geom])
@@ -61,7 +61,7 @@ def _color(draft: Draft, geom: int) -> tuple[float, ...]:
     return tuple(round(min(max(part, 0.0), 1.0), 4) for part in color)
 
 
-def _solid(draft: Draft, geom: int, place: LinkPlace) -> tuple[LinkPlace, dict[str, Any]] | str:
+def _solid(draft: MjcfDraft, geom: int, place: LinkPlace) -> tuple[LinkPlace, dict[str, Any]] | str:
     """Return pose and kind of the solid of a geom, or the reason why there is none."""
     model, kinds, kind = draft.model, draft.mujoco.mjtGeom, int(draft.model.geom_type[geom])
     x, y, z = (float(part) for part in model.geom_size[geom])
@@ -84,7 +84,7 @@ def _solid(draft: Draft, geom: int, place: LinkPlace) -> tuple[LinkPlace, dict[s
     return (place, entries[kind]) if kind in entries else f"no shape of pictures is of the type {word}"
 
 
-def _mesh(draft: Draft, mesh: int, place: LinkPlace) -> tuple[LinkPlace, dict[str, Any]] | str:
+def _mesh(draft: MjcfDraft, mesh: int, place: LinkPlace) -> tuple[LinkPlace, dict[str, Any]] | str:
     """Return the pose of the file of a mesh, whose frame MuJoCo moves to the principal axes of inertia."""
     model = draft.model
     file = _file_of_mesh(draft, mesh)
@@ -100,7 +100,7 @@ def _mesh(draft: Draft, mesh: int, place: LinkPlace) -> tuple[LinkPlace, dict[st
     return LinkPlace(place.body, back.orientation, position), entry
 
 
-def _file_of_mesh(draft: Draft, mesh: int) -> Path | None:
+def _file_of_mesh(draft: MjcfDraft, mesh: int) -> Path | None:
     start = int(draft.model.mesh_pathadr[mesh])
     if start < 0:
         return None

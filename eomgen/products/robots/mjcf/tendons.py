@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.products.robots.mjcf.draft import (
-    Draft,
+    MjcfDraft,
     clip,
     odd_power,
     plain_power,
@@ -21,7 +21,7 @@ from eomgen.products.robots.mjcf.equalities import site_place
 from eomgen.products.robots.scene_draft import number
 
 
-def convert_tendons(draft: Draft) -> None:
+def convert_tendons(draft: MjcfDraft) -> None:
     """Add the tendons of a file as definitions of length and rate, and their forces: of fixed ones as efforts."""
     model = draft.model
     driven = {
@@ -48,14 +48,14 @@ def convert_tendons(draft: Draft) -> None:
         _add_measures(draft, index, ("q", "v"), joints)
 
 
-def _name(draft: Draft, index: int, written: str) -> str:
+def _name(draft: MjcfDraft, index: int, written: str) -> str:
     """Return a name for the length of a tendon; the rate has the same one with an ending."""
     name = draft.name("signal", "", f"length_of_{written or f'tendon_{index + 1}'}")
     draft.taken["signal"].add(f"{name}_rate")
     return name
 
 
-def _add_measures(draft: Draft, index: int, words: tuple[str, str], parts: Sequence[tuple[str, float]]) -> None:
+def _add_measures(draft: MjcfDraft, index: int, words: tuple[str, str], parts: Sequence[tuple[str, float]]) -> None:
     """Add length and rate of a tendon as definitions, sums of parts with factors, and the forces of the tendon."""
     model, place = draft.model, draft.place("tendon", index, draft.model.ntendon)
     name = draft.tendons[index]
@@ -85,7 +85,7 @@ def _add_measures(draft: Draft, index: int, words: tuple[str, str], parts: Seque
     add_tension(draft, index, terms)
 
 
-def add_tension(draft: Draft, index: int, terms: list[str]) -> None:
+def add_tension(draft: MjcfDraft, index: int, terms: list[str]) -> None:
     """Add the terms of a tension, of fixed tendons as efforts of their joints."""
     if index in draft.branches:
         draft.pulls[index] += terms
@@ -97,7 +97,7 @@ def add_tension(draft: Draft, index: int, terms: list[str]) -> None:
             draft.add("efforts", "effort", f"{tension}_on_{draft.joints[joint]}", effort)
 
 
-def add_armature(draft: Draft, index: int, armature: float) -> bool:
+def add_armature(draft: MjcfDraft, index: int, armature: float) -> bool:
     """Add the inertia of a tendon, kg or kg m², to its joint; return whether it has a place in the scene."""
     joints = draft.tendon_joints.get(index, ())
     if armature and len(joints) == 1:
@@ -107,14 +107,14 @@ def add_armature(draft: Draft, index: int, armature: float) -> bool:
     return not armature or len(joints) == 1
 
 
-def _acts(draft: Draft, index: int) -> bool:
+def _acts(draft: MjcfDraft, index: int) -> bool:
     """Return whether a tendon has a spring, a damper, inertia or dry friction of its own."""
     model = draft.model
     names = ("stiffness", "stiffnesspoly", "damping", "dampingpoly", "armature", "frictionloss", "limited")
     return any(np.any(getattr(model, f"tendon_{name}")[index]) for name in names)
 
 
-def _spatial(draft: Draft, index: int, written: str) -> None:
+def _spatial(draft: MjcfDraft, index: int, written: str) -> None:
     """Add the branches of a spatial tendon as tendons of the scene, and definitions of length and rate."""
     model, kinds = draft.model, draft.mujoco.mjtWrap
     place = draft.place("tendon", index, model.ntendon)
@@ -147,7 +147,7 @@ def _spatial(draft: Draft, index: int, written: str) -> None:
     _add_measures(draft, index, ("path_length", "path_rate"), parts)
 
 
-def _point(draft: Draft, site: int, passed: Sequence[str] = ()) -> str:
+def _point(draft: MjcfDraft, site: int, passed: Sequence[str] = ()) -> str:
     """Return the name of a point at a site, which is added; of a site that a path has passed, a point of its own."""
     if site not in draft.points or draft.points[site] in passed:
         written = draft.element_name("site", site) or f"site_{site + 1}"
@@ -155,7 +155,7 @@ def _point(draft: Draft, site: int, passed: Sequence[str] = ()) -> str:
     return draft.points[site]
 
 
-def _obstacle(draft: Draft, index: int, title: str, k: int) -> dict[str, Any] | None:
+def _obstacle(draft: MjcfDraft, index: int, title: str, k: int) -> dict[str, Any] | None:
     """Return the obstacle of a wrapping geom; None if the geom is too small, or for a fault."""
     model = draft.model
     geom, side = int(model.wrap_objid[k]), round(float(model.wrap_prm[k]))
@@ -180,7 +180,7 @@ def _obstacle(draft: Draft, index: int, title: str, k: int) -> dict[str, Any] | 
     return entry
 
 
-def add_pulls(draft: Draft) -> None:
+def add_pulls(draft: MjcfDraft) -> None:
     """Add the forces of springs, dampers and actuators to the branches of spatial tendons."""
     for index, branches in draft.branches.items():
         terms = draft.pulls[index]

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.data import dataclass
-from eomgen.products.robots.leftovers import Place
+from eomgen.products.robots.leftovers import ElementPlace
 from eomgen.products.robots.mjcf import quaternions
-from eomgen.products.robots.mjcf.draft import Draft, cross, dot, times, total
+from eomgen.products.robots.mjcf.draft import MjcfDraft, cross, dot, times, total
 from eomgen.products.robots.mjcf.equalities import site_place
 from eomgen.products.robots.mjcf.tree import BALL, HINGE, SLIDE, bodies_above
 from eomgen.products.robots.scene_draft import LinkPlace, number
@@ -24,7 +24,7 @@ from eomgen.system.description import BASE
 
 
 @dataclass
-class Transmission:
+class MjcfTransmission:
     """A transmission.
 
     Attributes
@@ -40,7 +40,7 @@ class Transmission:
     period: float = 0.0
 
 
-class Drive:
+class ActuatorParts:
     """An actuator, with the parts that it adds to the scene.
 
     Parameters
@@ -57,13 +57,15 @@ class Drive:
     states : number of its internal states so far
     """
 
-    def __init__(self, draft: Draft, name: str, index: int, place: Place, efforts: dict[int, list[str]]) -> None:
+    def __init__(
+        self, draft: MjcfDraft, name: str, index: int, place: ElementPlace, efforts: dict[int, list[str]]
+    ) -> None:
         self.draft, self.model, self.efforts = draft, draft.model, efforts
         self.name, self.index, self.place = name, index, place
         # before 4.0 every actuator has one output
         self.output = int(self.model.actuator_outadr[index]) if hasattr(self.model, "actuator_outadr") else index
         self.gear = [float(value) for value in self.model.actuator_gear[self.output]]
-        self.path = Transmission("0.0", "0.0", lambda force: None)
+        self.path = MjcfTransmission("0.0", "0.0", lambda force: None)
         self.controls: dict[str, str] = {}
         self.states = 0
 
@@ -109,7 +111,7 @@ class Drive:
         return any(self.gear[3:])
 
 
-def transmission(drive: Drive) -> Transmission | str:
+def transmission(drive: ActuatorParts) -> MjcfTransmission | str:
     """Return the transmission of an actuator; the word for it if no scene has one."""
     draft, kinds = drive.draft, drive.draft.mujoco.mjtTrn
     kind = int(draft.model.actuator_trntype[drive.index])
@@ -129,16 +131,16 @@ def transmission(drive: Drive) -> Transmission | str:
     return str(kinds(kind).name.removeprefix("mjTRN_").lower())
 
 
-def _on_joint(drive: Drive, joint: int) -> Transmission:
+def _on_joint(drive: ActuatorParts, joint: int) -> MjcfTransmission:
     name, gear = drive.draft.joints[joint], drive.gear[0]
 
     def load(force: str) -> None:
         drive.efforts.setdefault(joint, []).append(times(gear, f"({force})"))
 
-    return Transmission(times(gear, f"q.{name}"), times(gear, f"v.{name}"), load)
+    return MjcfTransmission(times(gear, f"q.{name}"), times(gear, f"v.{name}"), load)
 
 
-def _on_tendon(drive: Drive, tendon: int) -> Transmission:
+def _on_tendon(drive: ActuatorParts, tendon: int) -> MjcfTransmission:
     draft, gear = drive.draft, drive.gear[0]
     length = draft.tendons[tendon]
 
@@ -150,10 +152,10 @@ def _on_tendon(drive: Drive, tendon: int) -> Transmission:
         for joint, coefficient in draft.tendon_joints[tendon]:
             drive.efforts.setdefault(joint, []).append(times(gear * coefficient, pull))
 
-    return Transmission(times(gear, length), times(gear, f"{length}_rate"), load)
+    return MjcfTransmission(times(gear, length), times(gear, f"{length}_rate"), load)
 
 
-def _add_efforts(drive: Drive, joint: str, force: str, parts: Sequence[str], first: int = 0) -> None:
+def _add_efforts(drive: ActuatorParts, joint: str, force: str, parts: Sequence[str], first: int = 0) -> None:
     """Add the efforts of a force on the coordinates of a joint from the first one on."""
     for index, part in enumerate(parts, first):
         if part not in ("0.0", ""):
@@ -161,7 +163,7 @@ def _add_efforts(drive: Drive, joint: str, force: str, parts: Sequence[str], fir
             drive.draft.add("efforts", "effort", f"{drive.name}_{'xyz'[index % 3]}", effort)
 
 
-def _on_ball(drive: Drive, joint: int, in_parent: bool) -> Transmission:
+def _on_ball(drive: ActuatorParts, joint: int, in_parent: bool) -> MjcfTransmission:
     """Return a transmission on a ball joint, with the gear in child or parent axes."""
     draft, name, gear = drive.draft, drive.draft.joints[joint], drive.gear[:3]
     quaternion = [f"q.{name}[{i}]" for i in range(4)]
@@ -172,7 +174,7 @@ def _on_ball(drive: Drive, joint: int, in_parent: bool) -> Transmission:
     # the rotation vector has the same components in the axes of both bodies
     length = drive.define("length", total([f"{a} * {x}" for a, x in zip(axis, vector, strict=True) if a]))
     rates = [f"{a} * v.{name}[{i}]" for i, a in enumerate(axis) if a]
-    return Transmission(
+    return MjcfTransmission(
         length,
         total(rates),
         lambda force: _add_efforts(drive, name, force, axis),
@@ -180,7 +182,7 @@ def _on_ball(drive: Drive, joint: int, in_parent: bool) -> Transmission:
     )
 
 
-def _on_free(drive: Drive, joint: int, in_parent: bool) -> Transmission:
+def _on_free(drive: ActuatorParts, joint: int, in_parent: bool) -> MjcfTransmission:
     """Return a transmission on a free joint, with forces at its origin and torques by the gear."""
     draft, name = drive.draft, drive.draft.joints[joint]
     pushes, turns = drive.gear[:3], drive.gear[3:]
@@ -198,10 +200,10 @@ def _on_free(drive: Drive, joint: int, in_parent: bool) -> Transmission:
         if any(pushes):
             drive.add_load(child, "push", force=[times(c, f"({force})") if c else 0.0 for c in pushes])
 
-    return Transmission("0.0", total(rates), load)
+    return MjcfTransmission("0.0", total(rates), load)
 
 
-def _on_site(drive: Drive, site: int) -> Transmission:
+def _on_site(drive: ActuatorParts, site: int) -> MjcfTransmission:
     """Return a transmission on a site, with force and torque in axes of the site."""
     draft, place = drive.draft, site_place(drive.draft, site)
     center, ends = draft.frame_points(f"site_{draft.element_name('site', site) or site}", place)
@@ -222,14 +224,14 @@ def _on_site(drive: Drive, site: int) -> Transmission:
                 entry[key] = [times(float(part), f"({force})") if part else 0.0 for part in vector]
         drive.add_load(place.body, "wrench", **entry)
 
-    return Transmission("0.0", total(rates), load)
+    return MjcfTransmission("0.0", total(rates), load)
 
 
 def _spin(body: str) -> list[str]:
     return ["0.0"] * 3 if body == BASE else [f"angular_velocity.{body}[{i}]" for i in range(3)]
 
 
-def _between_sites(drive: Drive, site: int, reference: int) -> Transmission:
+def _between_sites(drive: ActuatorParts, site: int, reference: int) -> MjcfTransmission:
     """Return the transmission of a site against another one. Motions of the last common body do not count, so this
     body takes the moment by which both ends' forces are out of line."""
     draft = drive.draft
@@ -269,10 +271,10 @@ def _between_sites(drive: Drive, site: int, reference: int) -> Transmission:
             drive.add_load(place.body, word, torque=[f"{sign}{a} * ({force})" for a in turn])
 
     period = 0.0 if any(drive.gear[:3]) else 2.0 * pi * float(np.linalg.norm(drive.gear[3:]))
-    return Transmission(drive.define("length", total(lengths)), total(rates), load, period)
+    return MjcfTransmission(drive.define("length", total(lengths)), total(rates), load, period)
 
 
-def _relative_turn(drive: Drive, axes: Sequence[Sequence[str]], others: Sequence[Sequence[str]]) -> list[str]:
+def _relative_turn(drive: ActuatorParts, axes: Sequence[Sequence[str]], others: Sequence[Sequence[str]]) -> list[str]:
     """Return the names of the rotation vector from axes to others, by less than half a turn, in both axes."""
     cosines = [[dot(axis, second) for second in others] for axis in axes]
     pairs = ((2, 1), (0, 2), (1, 0))
@@ -283,26 +285,26 @@ def _relative_turn(drive: Drive, axes: Sequence[Sequence[str]], others: Sequence
     return drive.define_each("turn", [f"{factor} * {sine}" for sine in sines])
 
 
-def _in_world(drive: Drive, word: str, origin: str, ends: Sequence[str], vector: Sequence[float]) -> list[str]:
+def _in_world(drive: ActuatorParts, word: str, origin: str, ends: Sequence[str], vector: Sequence[float]) -> list[str]:
     """Return the names of the components in the world of a constant vector in the axes of a frame."""
     axes = [drive.draft.along(origin, end) for end in ends]
     parts = [total([times(c, axis[i]) for c, axis in zip(vector, axes, strict=True) if c]) for i in range(3)]
     return drive.define_each(word, parts)
 
 
-def _chain(draft: Draft, body: int) -> list[int]:
+def _chain(draft: MjcfDraft, body: int) -> list[int]:
     """Return the bodies from a body to the world, without the world; welded ones by the body that carries them."""
     return [int(draft.model.body_weldid[above]) for above in bodies_above(draft.model, body)]
 
 
-def _common_body(draft: Draft, site: int, reference: int) -> str:
+def _common_body(draft: MjcfDraft, site: int, reference: int) -> str:
     """Return the moving body that carries both sites, on which their chains part."""
     chains = [_chain(draft, int(draft.model.site_bodyid[end])) for end in (site, reference)]
     shared = [body for body in chains[0] if body in chains[1]]
     return draft.places[shared[0]].body if shared else BASE
 
 
-def moved_joints(drive: Drive) -> list[int]:
+def moved_joints(drive: ActuatorParts) -> list[int]:
     """Return the joints on which an actuator acts otherwise than by an effort of one coordinate."""
     draft, model, kinds = drive.draft, drive.draft.model, drive.draft.mujoco.mjtTrn
     kind, (target, second) = int(model.actuator_trntype[drive.index]), drive.targets()
@@ -318,7 +320,7 @@ def moved_joints(drive: Drive) -> list[int]:
     return [joint for joint in range(model.njnt) if int(model.jnt_bodyid[joint]) in moved]
 
 
-def _bodies_of_path(draft: Draft, tendon: int) -> list[int]:
+def _bodies_of_path(draft: MjcfDraft, tendon: int) -> list[int]:
     """Return the bodies with sites and geoms of a spatial tendon."""
     model, kinds = draft.model, draft.mujoco.mjtWrap
     first = int(model.tendon_adr[tendon])
@@ -331,7 +333,7 @@ def _bodies_of_path(draft: Draft, tendon: int) -> list[int]:
     return bodies
 
 
-def _slider_crank(drive: Drive, crank: int, slider: int) -> Transmission:
+def _slider_crank(drive: ActuatorParts, crank: int, slider: int) -> MjcfTransmission:
     """Return the transmission of a rod between the site of a crank and a slider along z of another site."""
     draft, model = drive.draft, drive.draft.model
     places = [site_place(draft, crank), site_place(draft, slider)]
@@ -357,4 +359,4 @@ def _slider_crank(drive: Drive, crank: int, slider: int) -> Transmission:
         pull = times(gear, f"({force})")
         drive.add_pair(places, push, pull, torque=[f"{part} * {pull}" for part in moment])
 
-    return Transmission(length, times(gear, rate), load)
+    return MjcfTransmission(length, times(gear, rate), load)

@@ -14,10 +14,10 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import replace
 from eomgen.lie.numeric import rotation_matrix
-from eomgen.products.robots.draft import WORLD_FRAME, Axis, Frame, Joint, Link, Model, WrittenPose
+from eomgen.products.robots.draft import WORLD_FRAME, Axis, DraftFrame, DraftJoint, DraftLink, DraftModel, WrittenPose
 from eomgen.products.robots.draft import Draft as Bodies
-from eomgen.products.robots.leftovers import Leftovers, Place
-from eomgen.products.robots.mjcf.draft import Draft, cross, dot, odd_power, plain_power, polynomial
+from eomgen.products.robots.leftovers import ElementPlace, Leftovers
+from eomgen.products.robots.mjcf.draft import MjcfDraft, cross, dot, odd_power, plain_power, polynomial
 from eomgen.products.robots.scene_draft import LinkPlace, number
 from eomgen.scene.inertia import Inertia, combine_inertias
 from eomgen.system.description import BASE
@@ -30,10 +30,10 @@ _WORDS = {FREE: "free", BALL: "ball", SLIDE: "slide", HINGE: "hinge"}
 class BodyReader:
     """Makes a draft of the bodies, joints and sites of a compiled model; ``keys`` of bodies are by their numbers."""
 
-    def __init__(self, scene: Draft) -> None:
+    def __init__(self, scene: MjcfDraft) -> None:
         self.scene, self.model = scene, scene.model
-        place = Place(scene.report.file, 1)
-        self.world = Model("", place, WrittenPose(place))
+        place = ElementPlace(scene.report.file, 1)
+        self.world = DraftModel("", place, WrittenPose(place))
         self.keys = {0: WORLD_FRAME}
 
     def draft(self, name: str, notes: list[str]) -> Bodies:
@@ -45,12 +45,12 @@ class BodyReader:
             if written := scene.element_name("site", site):
                 at = scene.place("site", site, model.nsite)
                 pose = self.pose(at, model.site_pos[site], model.site_quat[site], int(model.site_bodyid[site]))
-                frame = Frame(scene.name("body", written, ""), at, pose, pose.relative_to)
+                frame = DraftFrame(scene.name("body", written, ""), at, pose, pose.relative_to)
                 self.world.frames[f"site {written}"] = frame
         gravity = [0.0] * 3 if scene.is_disabled("GRAVITY") else model.opt.gravity.tolist()
         return Bodies(name, self.world, Leftovers({}), gravity, notes=notes, legal=True)
 
-    def pose(self, place: Place, position: Array, quaternion: Array, body: int) -> WrittenPose:
+    def pose(self, place: ElementPlace, position: Array, quaternion: Array, body: int) -> WrittenPose:
         """Return a pose that is given in a body."""
         return WrittenPose(place, rotation_matrix(np.array(quaternion)), np.array(position), self.keys[body])
 
@@ -59,17 +59,17 @@ class BodyReader:
         name: str,
         pose: WrittenPose,
         inertia: Inertia,
-        joint: Joint | None = None,
+        joint: DraftJoint | None = None,
         *,
         pulled: bool = True,
         kept: bool = False,
     ) -> str:
         """Add a link at a pose in the link that carries it, on a fixed joint if no other is given; return its key."""
         key, place = f"body {name}", pose.place  # keys differ from names of sites
-        self.world.links[key] = Link(name, place, inertia, pose, pulled, kept=kept)
+        self.world.links[key] = DraftLink(name, place, inertia, pose, pulled, kept=kept)
         if joint is None:
             joint_name = self.scene.name("joint", "", f"{name}_fixed") if kept else name
-            joint = Joint(joint_name, place, WrittenPose(place), "fixed", "fixed", "", "")
+            joint = DraftJoint(joint_name, place, WrittenPose(place), "fixed", "fixed", "", "")
         self.world.joints[f"joint of {name}"] = replace(joint, parent=pose.relative_to, child=key)
         return key
 
@@ -108,7 +108,7 @@ class BodyReader:
         for which in range(first, first + count):
             self.add_armature(which, key)
 
-    def joint(self, joint: int, body: str) -> tuple[Joint, Array]:
+    def joint(self, joint: int, body: str) -> tuple[DraftJoint, Array]:
         """Return a joint, and its anchor in the body."""
         scene, model, kind = self.scene, self.model, int(self.model.jnt_type[joint])
         name = scene.joints[joint] = scene.name("joint", scene.element_name("joint", joint), f"{body}_{_WORDS[kind]}")
@@ -124,7 +124,7 @@ class BodyReader:
             friction=0.0 if scene.is_disabled("FRICTIONLOSS") else float(model.dof_frictionloss[rate]),
             limited=("position",) if limited else (),
         )
-        result = Joint(name, place, WrittenPose(place), _TYPES[kind], _WORDS[kind], "", "")
+        result = DraftJoint(name, place, WrittenPose(place), _TYPES[kind], _WORDS[kind], "", "")
         if kind in (FREE, BALL):
             of_turn = q[3:7] if kind == FREE else q[:4]
             quaternion = of_turn / np.linalg.norm(of_turn)
@@ -143,7 +143,7 @@ class BodyReader:
             axis = replace(axis, lower=low, upper=high, stop=_stop(model, joint))
         return replace(result, axes=(axis,), entry=entry, reference=float(model.qpos0[start])), _anchor(model, joint)
 
-    def drives(self, body: int, name: str, place: Place) -> list[tuple[Joint, Array]]:
+    def drives(self, body: int, name: str, place: ElementPlace) -> list[tuple[DraftJoint, Array]]:
         """Return joints of a mocap body that motions from outside drive: three travels in the axes of the world, then
         turns about z, y and x."""
         scene, model, which = self.scene, self.model, int(self.model.body_mocapid[body])
@@ -152,7 +152,7 @@ class BodyReader:
             position, quaternion = model.key_mpos[scene.key][3 * which :], model.key_mquat[scene.key][4 * which :]
         R = rotation_matrix(np.array(quaternion[:4]) / np.linalg.norm(quaternion[:4]))
         angles = [np.arctan2(R[1, 0], R[0, 0]), -np.arcsin(np.clip(R[2, 0], -1.0, 1.0)), np.arctan2(R[2, 1], R[2, 2])]
-        result: list[tuple[Joint, Array]] = []
+        result: list[tuple[DraftJoint, Array]] = []
         words = ("x", "y", "z", "yaw", "pitch", "roll")
         for word, letter, value in zip(words, "xyzzyx", [*position[:3], *angles], strict=True):
             motion = scene.name("signal", "", f"{name}_{word}")
@@ -160,7 +160,9 @@ class BodyReader:
             axis = Axis(place, tuple(float(letter == direction) for direction in "xyz"))
             kind = "prismatic" if len(result) < 3 else "revolute"
             joint_name = scene.name("joint", "", f"{name}_{word}")
-            joint = Joint(joint_name, place, WrittenPose(place), kind, kind, "", "", (axis,), entry={"drive": motion})
+            joint = DraftJoint(
+                joint_name, place, WrittenPose(place), kind, kind, "", "", (axis,), entry={"drive": motion}
+            )
             result.append((joint, np.zeros(3)))
         return result
 
@@ -180,7 +182,7 @@ def _anchor(model: Any, joint: int) -> Array:
     return np.array(model.jnt_pos[joint]) if int(model.jnt_type[joint]) in (HINGE, BALL) else np.zeros(3)
 
 
-def coefficients(scene: Draft, joint: int) -> tuple[list[float], list[float]]:
+def coefficients(scene: MjcfDraft, joint: int) -> tuple[list[float], list[float]]:
     """Return the coefficients of spring and damper of a joint for the powers from 1 on; zeros if they are off."""
     model, rate = scene.model, int(scene.model.jnt_dofadr[joint])
     stiffness = [float(model.jnt_stiffness[joint]), *map(float, model.jnt_stiffnesspoly[joint])]
@@ -203,7 +205,7 @@ def _stop(model: Any, joint: int) -> tuple[float, float]:
     return felt * -time / full**2, felt * -ratio / full
 
 
-def add_forces(scene: Draft) -> None:
+def add_forces(scene: MjcfDraft) -> None:
     """Add springs and dampers of higher order, springs of ball and free joints, and forces against gravity; give mocap
     bodies without mass some, so that the equations of their drives can be solved."""
     model = scene.model
@@ -247,7 +249,7 @@ def add_forces(scene: Draft) -> None:
         scene.add("forces", "force", f"gravity_compensation_{scene.element_name('body', body) or body}", entry)
 
 
-def _add_bushing(scene: Draft, joint: int, entry: dict[str, Any], stiffness: float) -> None:
+def _add_bushing(scene: MjcfDraft, joint: int, entry: dict[str, Any], stiffness: float) -> None:
     """Add the spring of a ball or a free joint, a bushing between the axes at rest and the axes of the child."""
     rest = scene.model.qpos_spring[int(scene.model.jnt_qposadr[joint]) :]
     free = entry["type"] == "free"
@@ -259,7 +261,7 @@ def _add_bushing(scene: Draft, joint: int, entry: dict[str, Any], stiffness: flo
     scene.add("bushings", "bushing", f"{scene.joints[joint]}_spring", bushing)
 
 
-def _gravity_compensation(draft: Draft) -> dict[int, tuple[LinkPlace, Array]]:
+def _gravity_compensation(draft: MjcfDraft) -> dict[int, tuple[LinkPlace, Array]]:
     """Return the centre of mass, and the force there, of each body that ``gravcomp`` holds up."""
     model, gravity = draft.model, np.array(draft.data["gravity"])
     if draft.without_passive_forces or not gravity.any():
@@ -273,13 +275,13 @@ def _gravity_compensation(draft: Draft) -> dict[int, tuple[LinkPlace, Array]]:
     return result
 
 
-def compensated_by(draft: Draft, joint: int) -> list[tuple[LinkPlace, Array]]:
+def compensated_by(draft: MjcfDraft, joint: int) -> list[tuple[LinkPlace, Array]]:
     """Return the centres of mass, and the forces there, of the bodies on a joint that ``gravcomp`` holds up."""
     carrier = int(draft.model.jnt_bodyid[joint])
     return [pair for body, pair in _gravity_compensation(draft).items() if carrier in bodies_above(draft.model, body)]
 
 
-def compensation_on(draft: Draft, joint: int) -> str:
+def compensation_on(draft: MjcfDraft, joint: int) -> str:
     """Return the formula of the share that ``gravcomp`` has in the effort of a hinge or a slide; empty without one."""
     held = compensated_by(draft, joint)
     if not held:

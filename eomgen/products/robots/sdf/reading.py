@@ -17,18 +17,18 @@ from eomgen.products.robots.draft import (
     WORLD_FRAME,
     Axis,
     Draft,
-    Frame,
+    DraftFrame,
+    DraftJoint,
+    DraftLink,
+    DraftMimic,
+    DraftModel,
     Gear,
-    Joint,
-    Link,
-    Mimic,
-    Model,
     WrittenPose,
 )
-from eomgen.products.robots.leftovers import Leftovers, Place
+from eomgen.products.robots.leftovers import ElementPlace, Leftovers
 from eomgen.products.robots.sdf.coverage import STATUSES
-from eomgen.products.robots.sdf.values import NEWEST, SINCE_FRAMES, Values
-from eomgen.products.robots.sdf.visuals import VisualReader
+from eomgen.products.robots.sdf.values import NEWEST, SINCE_FRAMES, SdfValues
+from eomgen.products.robots.sdf.visuals import SdfVisualReader
 from eomgen.products.robots.uris import is_remote, is_there, locate
 from eomgen.scene.inertia import Inertia, tensor
 from eomgen.scene.reading.report import Report
@@ -76,7 +76,7 @@ class SdfReader:
     def __init__(self, report: Report, packages: Mapping[str, Path], home: Path) -> None:
         self.report, self.packages = report, packages
         self.leftovers = Leftovers(STATUSES)
-        self.visuals = VisualReader(home)
+        self.visuals = SdfVisualReader(home)
         self.defaulted: list[str] = []
         self.liberties: list[str] = []
 
@@ -89,7 +89,7 @@ class SdfReader:
             self.report.raise_problems()
         reading.values.minor = minor or 0
         worlds = list(root.children_with_tag("world"))
-        result = Model(WORLD_FRAME, reading.place(root), WrittenPose(reading.place(root)))
+        result = DraftModel(WORLD_FRAME, reading.place(root), WrittenPose(reading.place(root)))
         gravity, name = None, ""
         for element in worlds[:1]:
             result.place = reading.place(element)
@@ -120,10 +120,10 @@ class _FileReader:
 
     def __init__(self, reader: SdfReader, file: str, folder: Path, chain: Sequence[Path]) -> None:
         self.reader, self.file, self.folder, self.chain = reader, file, folder, chain
-        self.values = Values(file, reader.report, reader.leftovers)
+        self.values = SdfValues(file, reader.report, reader.leftovers)
 
-    def place(self, element: Element) -> Place:
-        return Place(self.file, element.line)
+    def place(self, element: Element) -> ElementPlace:
+        return ElementPlace(self.file, element.line)
 
     def version(self, root: Element) -> int | None:
         """Return the minor version of the format; None for a fault."""
@@ -153,7 +153,9 @@ class _FileReader:
             self.reader.leftovers.count("physics")
         return result
 
-    def add(self, model: Model, kind: str, item: Link | Joint | Frame | Model, element: Element) -> None:
+    def add(
+        self, model: DraftModel, kind: str, item: DraftLink | DraftJoint | DraftFrame | DraftModel, element: Element
+    ) -> None:
         """Put a link, joint, frame or model into a model; its name may not be there yet."""
         name = item.name
         if not name:
@@ -169,7 +171,7 @@ class _FileReader:
         else:
             getattr(model, kind)[name] = item
 
-    def contents(self, element: Element, key: str, result: Model) -> None:
+    def contents(self, element: Element, key: str, result: DraftModel) -> None:
         """Read frames, links, joints, models and includes of a model or a world into it."""
         for child in element.children_with_tag("link") if key == "model" else ():
             self.add(result, "links", self.link(child), child)
@@ -183,10 +185,10 @@ class _FileReader:
             self.include(child, result)
         self.reader.leftovers.keep(element, key, self.file, result.name)
 
-    def model(self, element: Element) -> Model:
+    def model(self, element: Element) -> DraftModel:
         """Return a model."""
         name = element.get("name")
-        result = Model(
+        result = DraftModel(
             name,
             self.place(element),
             self.values.pose(element, name),
@@ -210,13 +212,13 @@ class _FileReader:
         if wind is not None and self.values.flag(element, "enable_wind", default=False):
             self.reader.leftovers.noted.setdefault("enable_wind", []).append((self.place(wind), name))
 
-    def frame(self, element: Element) -> Frame:
+    def frame(self, element: Element) -> DraftFrame:
         name = element.get("name")
-        result = Frame(name, self.place(element), self.values.pose(element, name), element.get("attached_to"))
+        result = DraftFrame(name, self.place(element), self.values.pose(element, name), element.get("attached_to"))
         self.reader.leftovers.keep(element, "frame", self.file, name)
         return result
 
-    def link(self, element: Element) -> Link:
+    def link(self, element: Element) -> DraftLink:
         """Return a link; without mass properties in the file 1 kg and 1 kg m^2, as the format says."""
         name, values = element.get("name"), self.values
         inertia = self.inertia(element, name)
@@ -233,7 +235,7 @@ class _FileReader:
         pose = values.pose(element, name)
         visuals = self.reader.visuals.link_visuals(name, element, values, self.folder, self.reader.packages)
         self.reader.leftovers.keep(element, "link", self.file, name)
-        return Link(name, self.place(element), inertia, pose, pulled, visuals)
+        return DraftLink(name, self.place(element), inertia, pose, pulled, visuals)
 
     def inertia(self, link: Element, name: str) -> Inertia:
         """Return the inertia of a link, 1 kg and unit moments if missing as in SDF."""
@@ -259,7 +261,7 @@ class _FileReader:
         self.reader.leftovers.keep(element, "inertial", self.file, name)
         return Inertia(mass, np.zeros(3), tensor(entries)).transform(pose.orientation, pose.position)
 
-    def joint(self, element: Element) -> Joint:
+    def joint(self, element: Element) -> DraftJoint:
         """Return a joint."""
         name, values, kind = element.get("name"), self.values, element.get("type")
         if kind not in TYPES:
@@ -278,7 +280,7 @@ class _FileReader:
         gear = None
         if kind == "gearbox":
             gear = Gear(values.number(element, "gearbox_ratio", 1.0), values.text(element, "gearbox_reference_body"))
-        result = Joint(
+        result = DraftJoint(
             name,
             self.place(element),
             values.pose(element, name),
@@ -364,7 +366,7 @@ class _FileReader:
         if (mimic := element.first("mimic")) is not None:
             place, leader, of_axis = self.place(mimic), mimic.get("joint"), mimic.get("axis", "axis")
             multiplier, offset, reference = values.row(element, "mimic", name, _MIMIC)
-            result = replace(result, mimic=Mimic(place, leader, multiplier, offset, of_axis, reference))
+            result = replace(result, mimic=DraftMimic(place, leader, multiplier, offset, of_axis, reference))
         self.reader.leftovers.keep(element, "axis", self.file, name)
         return result
 
@@ -389,7 +391,7 @@ class _FileReader:
             stop=stop if written else None,
         )
 
-    def include(self, element: Element, into: Model) -> None:
+    def include(self, element: Element, into: DraftModel) -> None:
         """Put the model of another file into a model or a world."""
         values, address = self.values, self.values.text(element, "uri")
         name, merge = values.text(element, "name"), values.flag_of(element, "merge")
@@ -420,7 +422,7 @@ class _FileReader:
         into.models[inner.name] = inner
         into.merged |= dict.fromkeys(inner.names, inner.name)
 
-    def read_include(self, element: Element, address: str) -> Model | None:
+    def read_include(self, element: Element, address: str) -> DraftModel | None:
         """Return the model of an included file; None for a fault."""
         values = self.values
         if not address:

@@ -12,7 +12,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.messages import shown
 from eomgen.lie.numeric import rotation_matrix
 from eomgen.products.robots.draft import WrittenPose
-from eomgen.products.robots.leftovers import Leftovers, Place
+from eomgen.products.robots.leftovers import ElementPlace, Leftovers
 from eomgen.products.robots.sdf.coverage import STATUSES
 from eomgen.products.robots.visuals import NEARLY, UNIT_LENGTH, off_right, read_numbers
 from eomgen.scene.reading.report import Report
@@ -27,7 +27,7 @@ NO_LIMIT = 1e16
 NEWEST, SINCE_FRAMES = 12, 7
 
 
-class Values:
+class SdfValues:
     """Reads values of one file; faults go to the report.
 
     Parameters
@@ -41,9 +41,9 @@ class Values:
     def __init__(self, file: str, report: Report, leftovers: Leftovers, minor: int = NEWEST) -> None:
         self.file, self.report, self.leftovers, self.minor = file, report, leftovers, minor
 
-    def place(self, element: Element) -> Place:
+    def place(self, element: Element) -> ElementPlace:
         """Return the place of an element."""
-        return Place(self.file, element.line)
+        return ElementPlace(self.file, element.line)
 
     def refuse(self, element: Element, fault: str, hint: str) -> None:
         """Report a fault of an element."""

@@ -10,7 +10,7 @@ from typing import Any
 from eomgen.products.robots.draft import Visual
 from eomgen.products.robots.leftovers import Leftovers
 from eomgen.products.robots.sdf.coverage import STATUSES
-from eomgen.products.robots.sdf.values import Values
+from eomgen.products.robots.sdf.values import SdfValues
 from eomgen.products.robots.uris import is_remote, locate
 from eomgen.products.robots.visuals import SDF_SIZES, NotDrawnError, color_of, solid_of
 from eomgen.scene.bodies.mesh_files import ENDINGS
@@ -18,7 +18,7 @@ from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import Element
 
 
-class VisualReader:
+class SdfVisualReader:
     """Reads the visuals of links; ``left_out`` has the reasons for which visuals are left out, with the links.
 
     Parameters
@@ -32,7 +32,7 @@ class VisualReader:
         self.left_out: dict[str, list[str]] = {}
 
     def link_visuals(
-        self, link: str, element: Element, values: Values, folder: Path, packages: Mapping[str, Path]
+        self, link: str, element: Element, values: SdfValues, folder: Path, packages: Mapping[str, Path]
     ) -> tuple[Visual, ...]:
         """Return the visuals of a link that can be drawn.
 
@@ -52,7 +52,7 @@ class VisualReader:
         result = []
         for visual in element.children_with_tag("visual"):
             # faults of visuals are notes, so they have a report of their own
-            reader = Values(values.file, Report(values.file, {}), Leftovers(STATUSES), values.minor)
+            reader = SdfValues(values.file, Report(values.file, {}), Leftovers(STATUSES), values.minor)
             try:
                 drawn = _visual(visual, reader, path)
                 if reader.report.noted:
@@ -65,13 +65,13 @@ class VisualReader:
         return tuple(result)
 
 
-def _visual(element: Element, values: Values, path: Callable[[str], str]) -> Visual:
+def _visual(element: Element, values: SdfValues, path: Callable[[str], str]) -> Visual:
     pose = values.pose(element, "")
     entry = solid_of(element, values.vector, lambda mesh: _mesh(mesh, values, path), SDF_SIZES)
     return Visual(pose, entry | _color(element, values))
 
 
-def _mesh(element: Element, values: Values, path: Callable[[str], str]) -> tuple[str, tuple[float, ...]]:
+def _mesh(element: Element, values: SdfValues, path: Callable[[str], str]) -> tuple[str, tuple[float, ...]]:
     address = values.text(element, "uri")
     if Path(address).suffix.lower() in ENDINGS:
         if is_remote(address):
@@ -80,7 +80,7 @@ def _mesh(element: Element, values: Values, path: Callable[[str], str]) -> tuple
     return address, values.vector(element, "scale", (1.0, 1.0, 1.0))
 
 
-def _color(element: Element, values: Values) -> dict[str, Any]:
+def _color(element: Element, values: SdfValues) -> dict[str, Any]:
     """Return colour and opacity of a visual; none without a colour, or with a transparent one."""
     material = element.first("material")
     diffuse = None if material is None else material.first("diffuse")

@@ -12,8 +12,8 @@ from collections.abc import Collection, Mapping, Sequence
 from eomgen.base.data import replace
 from eomgen.base.messages import listed, nearest, shown
 from eomgen.products.robots.conversion import Conversion, joints_to_hold
-from eomgen.products.robots.draft import Draft, Joint, Link, Mimic, Model, WrittenPose
-from eomgen.products.robots.leftovers import Place
+from eomgen.products.robots.draft import Draft, DraftJoint, DraftLink, DraftMimic, DraftModel, WrittenPose
+from eomgen.products.robots.leftovers import ElementPlace
 from eomgen.products.robots.scene_draft import SceneDraft
 from eomgen.products.robots.urdf.notes import (
     NO_TRANSMISSION,
@@ -35,7 +35,7 @@ from eomgen.system.description import BASE, WORLD
 _ROOT_JOINT = "root_joint"
 
 
-def _mimic_of(joint: Joint) -> Mimic | None:
+def _mimic_of(joint: DraftJoint) -> DraftMimic | None:
     return next((axis.mimic for axis in (joint.around, *joint.axes) if axis is not None and axis.mimic), None)
 
 
@@ -161,7 +161,7 @@ def urdf_data(
         notes += notes_of_friction(robot)
     notes += [*notes_of_what_has_no_effect(robot, held), *robot.notes_of_visuals]
     warnings = [*version_warnings(robot), *motors.warnings]
-    return conversion.result(notes, [(Place(file, line), note) for line, note in warnings], strict=strict)
+    return conversion.result(notes, [(ElementPlace(file, line), note) for line, note in warnings], strict=strict)
 
 
 def _joint_key(name: str) -> str:
@@ -170,8 +170,8 @@ def _joint_key(name: str) -> str:
 
 def _draft_of(robot: Robot, held: Collection[str], leaders: Mapping[str, str], file: str) -> Draft:
     """Return the draft of a robot, in which each link is at the joint that carries it."""
-    place = Place(file, 1)
-    world = Model("", place, WrittenPose(place))
+    place = ElementPlace(file, 1)
+    world = DraftModel("", place, WrittenPose(place))
     carrier = {joint.child: _joint_key(joint.name) for joint in robot.joints.values()}
     for key, link in robot.links.items():
         pose = WrittenPose(link.place, relative_to=carrier.get(key, ""))
@@ -190,7 +190,7 @@ def _draft_of(robot: Robot, held: Collection[str], leaders: Mapping[str, str], f
     return Draft(robot.name, world, robot.leftovers, loops=list(robot.loops.values()), legal=True)
 
 
-def _body_of(link: Link, robot: Robot) -> str:
+def _body_of(link: DraftLink, robot: Robot) -> str:
     """Return the name of the body of a link whose name no body can have; empty for other links."""
     if link.name not in (BASE, WORLD):
         return ""
@@ -214,8 +214,8 @@ def _root_of(robot: Robot, report: Report) -> str:
     if not robot.links:
         report.add_at(1, "", "the robot has no link [E1691]", "xacro first, if the file was meant for it")
         report.raise_problems()
-    carrier: dict[str, Joint] = {}
-    children: dict[str, list[Joint]] = {key: [] for key in robot.links}
+    carrier: dict[str, DraftJoint] = {}
+    children: dict[str, list[DraftJoint]] = {key: [] for key in robot.links}
     for joint in robot.joints.values():
         if joint.child in carrier:
             link, carrying = robot.links[joint.child].name, carrier[joint.child].name

@@ -19,9 +19,9 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field, replace
 from eomgen.base.messages import is_legal, legal_name, nearest, shown
 from eomgen.lie.numeric import rotation_matrix
-from eomgen.products.robots.draft import Axis, Joint, Link, Loop, Mimic, WrittenPose
-from eomgen.products.robots.leftovers import Leftovers, Place, read_table
-from eomgen.products.robots.urdf.visuals import VisualReader
+from eomgen.products.robots.draft import Axis, DraftJoint, DraftLink, DraftLoop, DraftMimic, WrittenPose
+from eomgen.products.robots.leftovers import Leftovers, ElementPlace, read_table
+from eomgen.products.robots.urdf.visuals import UrdfVisualReader
 from eomgen.products.robots.visuals import NEARLY, UNIT_LENGTH, NotDrawnError, off_right, read_numbers
 from eomgen.scene.inertia import NOTHING, Inertia, tensor
 from eomgen.scene.joint_types import JOINTS
@@ -91,9 +91,9 @@ class Robot:
 
     name: str
     minor: int = 0
-    links: dict[str, Link] = field(default_factory=dict)
-    joints: dict[str, Joint] = field(default_factory=dict)
-    loops: dict[str, Loop] = field(default_factory=dict)
+    links: dict[str, DraftLink] = field(default_factory=dict)
+    joints: dict[str, DraftJoint] = field(default_factory=dict)
+    loops: dict[str, DraftLoop] = field(default_factory=dict)
     original: dict[str, str] = field(default_factory=dict)
     snapped: list[str] = field(default_factory=list)
     several_turns: list[str] = field(default_factory=list)
@@ -134,7 +134,7 @@ class _UrdfReader:
         """Read all links, joints, loops and constraints of a robot."""
         self.out.name = legal_name(root.get("name") or "robot", ())
         self.out.minor = self.version(root)
-        visuals = VisualReader(root, _drawn_numbers, _drawn_placement)
+        visuals = UrdfVisualReader(root, _drawn_numbers, _drawn_placement)
         links, joints, loops = (tuple(root.children_with_tag(tag)) for tag in ("link", "joint", "loop_joint"))
         joints += tuple(root.children_with_tag(_OF_DRAKE))
         constraints = tuple(root.children_with_tag("constraint"))
@@ -263,11 +263,11 @@ class _UrdfReader:
         self.out.quaternions.append((origin.line, name))
         return rotation_matrix(np.array([w, x, y, z]) / length)
 
-    def bare_link(self, name: str, line: int, inertia: Inertia = NOTHING) -> Link:
-        place = Place(self.report.file, line)
-        return Link(name, place, inertia, WrittenPose(place))
+    def bare_link(self, name: str, line: int, inertia: Inertia = NOTHING) -> DraftLink:
+        place = ElementPlace(self.report.file, line)
+        return DraftLink(name, place, inertia, WrittenPose(place))
 
-    def link(self, name: str, element: Element) -> Link:
+    def link(self, name: str, element: Element) -> DraftLink:
         key = f"links.{name}"
         inertial = element.first("inertial")
         if inertial is None:
@@ -292,7 +292,7 @@ class _UrdfReader:
             self.report.add_at(element.line, key, f"<{tag}> has no {missing} [E1711]", f'<{tag} {missing}="...">')
         return [self.numbers(element, attribute, key, (0.0,))[0] for attribute in attributes]
 
-    def joint(self, name: str, element: Element) -> Joint:
+    def joint(self, name: str, element: Element) -> DraftJoint:
         """Read a joint; faults are reported."""
         key = f"joints.{name}"
         written = element.get("type")
@@ -317,8 +317,8 @@ class _UrdfReader:
             axes, around = [], axis if kind.moves else None
         elif kind and kind.name == "universal":
             axes, around = [Axis(axis.place, vector) for vector in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))], axis
-        place = Place(self.report.file, element.line)
-        return Joint(
+        place = ElementPlace(self.report.file, element.line)
+        return DraftJoint(
             name=name,
             place=place,
             pose=WrittenPose(place, orientation, position, link_key(parent)),
@@ -336,12 +336,12 @@ class _UrdfReader:
         vector = self.numbers(element.first("axis"), "xyz", key, (1.0, 0.0, 0.0))
         dynamics, mimic, limit = (element.first(tag) for tag in ("dynamics", "mimic", "limit"))
         damping, friction = (self.numbers(dynamics, tag, key, (0.0,))[0] for tag in ("damping", "friction"))
-        result = Axis(Place(self.report.file, element.line), vector, damping=damping, friction=friction)
+        result = Axis(ElementPlace(self.report.file, element.line), vector, damping=damping, friction=friction)
         if mimic is not None:
             (multiplier,) = self.numbers(mimic, "multiplier", key, (1.0,))
             (offset,) = self.numbers(mimic, "offset", key, (0.0,))
-            place = Place(self.report.file, mimic.line)
-            result = replace(result, mimic=Mimic(place, mimic.get("joint"), multiplier, offset))
+            place = ElementPlace(self.report.file, mimic.line)
+            result = replace(result, mimic=DraftMimic(place, mimic.get("joint"), multiplier, offset))
         if limit is None:
             return result
         for tag in _OTHER_LIMITS:
@@ -360,10 +360,10 @@ class _UrdfReader:
             self.report.add_at(element.line, key, "the thread pitch of a screw joint is not 0 [E1962]", hint)
         return travel / (2.0 * math.pi)
 
-    def loop(self, name: str, element: Element) -> Loop:
+    def loop(self, name: str, element: Element) -> DraftLoop:
         """Return the loop of a <loop_joint>, or of a <constraint>: its ends have origins in their links, and axes in
         the frames there, of a <loop_joint> the same axis in both."""
-        written, place = element.get("type"), Place(self.report.file, element.line)
+        written, place = element.get("type"), ElementPlace(self.report.file, element.line)
         if element.tag == "loop_joint":
             key, title, types, ends = f"loop_joints.{name}", "loop joint", LOOP_TYPES, ("link1", "link2")
             origins, axes = ends, ("axis", "axis")
@@ -389,7 +389,7 @@ class _UrdfReader:
             of_axis = np.array(frame_about(np.array([0.0, 0.0, 1.0]) if along is None else along))
             of_axis = of_axis[:, columns] if kind == "universal" else of_axis
             poses.append(WrittenPose(place, snapped_rotation(orientation) @ of_axis, position))
-        return Loop(name, place, kind, links, tuple(poses))
+        return DraftLoop(name, place, kind, links, tuple(poses))
 
     def end(self, element: Element, tag: str, key: str, title: str = "joint") -> str:
         """Return the name of a link that a joint connects; empty without one."""

@@ -48,7 +48,7 @@ TYPES: Mapping[str, tuple[int, Callable[[Sequence[float], Sequence[float]], _Mat
 
 
 @dataclass(frozen=True)
-class Transmission:
+class UrdfTransmission:
     """A transmission of a known type; joints and actuators by name in the file, in the order of their roles."""
 
     name: str
@@ -62,7 +62,7 @@ class Transmission:
 class Transmissions:
     """The transmissions of known types in a file, and the names of other transmissions by type."""
 
-    known: tuple[Transmission, ...]
+    known: tuple[UrdfTransmission, ...]
     unknown: Mapping[str, Sequence[str]]
 
 
@@ -90,7 +90,7 @@ def _type_of(element: Element) -> str:
     return element.get("type") or next((child.text() for child in children), "")
 
 
-def _read(element: Element, name: str, kind: str, report: Report) -> Transmission | None:
+def _read(element: Element, name: str, kind: str, report: Report) -> UrdfTransmission | None:
     """Read a transmission with its matrix; None for a fault, which is reported."""
     size, matrix = TYPES[kind]
     key = f"transmissions.{name}"
@@ -110,7 +110,7 @@ def _read(element: Element, name: str, kind: str, report: Report) -> Transmissio
             for child in parent.children_with_tag(tag):
                 child.read_whole()
     joints, actuators = (tuple(child.get("name") for child in sides[tag]) for tag in sides)
-    return Transmission(name, element.line, joints, actuators, matrix(joint, actuator))
+    return UrdfTransmission(name, element.line, joints, actuators, matrix(joint, actuator))
 
 
 def _by_role(elements: Sequence[Element], tag: str) -> list[Element]:

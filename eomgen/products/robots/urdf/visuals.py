@@ -8,7 +8,7 @@ from typing import Any
 from eomgen.base.arrays import Array
 from eomgen.base.messages import listed
 from eomgen.products.robots.draft import Visual, WrittenPose
-from eomgen.products.robots.leftovers import Place
+from eomgen.products.robots.leftovers import ElementPlace
 from eomgen.products.robots.visuals import NotDrawnError, Numbers, color_of, solid_of
 from eomgen.scene.reading.xml import Element
 
@@ -24,7 +24,7 @@ _NOTES = {
 }
 
 
-class VisualReader:
+class UrdfVisualReader:
     """Reads the visuals of links.
 
     Parameters
@@ -68,7 +68,7 @@ class VisualReader:
     def _visual(self, name: str, element: Element) -> Visual:
         entry = solid_of(element, self.numbers, self._mesh)
         entry |= self._color(name, element)
-        return Visual(WrittenPose(Place("", element.line), *self.placement(element)), entry)
+        return Visual(WrittenPose(ElementPlace("", element.line), *self.placement(element)), entry)
 
     def _mesh(self, element: Element) -> tuple[str, tuple[float, ...]]:
         return element.get("filename"), self.numbers(element, "scale", (1.0, 1.0, 1.0))

@@ -71,7 +71,7 @@ class CubicInterpolation:
 
 
 @dataclass(frozen=True)
-class RunStart:
+class ExperimentStart:
     """Start of a run: the given initial values, if any, and the whole state that follows from these."""
 
     given: Mapping[str, Any] | None
@@ -94,7 +94,7 @@ class Experiment:
         data: Measurements,
         parameters: Sequence[str],
         states: Sequence[str],
-        initial: RunStart,
+        initial: ExperimentStart,
         step: float,
         start: float | None,
         options: Mapping[str, Any],

@@ -18,8 +18,8 @@ from typing import Any, cast
 
 from eomgen.base.data import dataclass
 from eomgen.formula.units.parser import read_unit
-from eomgen.scene.document.quantities import Quantity, quantities
-from eomgen.scene.document.schema import Document
+from eomgen.scene.document.quantities import SceneQuantity, quantities
+from eomgen.scene.document.schema import SceneDocument
 from eomgen.scene.document.units import in_si
 from eomgen.scene.formula.parser import with_other_quantities
 from eomgen.scene.joint_types import JOINTS
@@ -73,7 +73,7 @@ def with_factors(data: Data, wanted: Sequence[str]) -> dict[str, Any]:
     wanted : names of factors
     """
     plain, *_ = in_si(data, Report("scene", {}))
-    plain.setdefault("gravity", list(Document.model_fields["gravity"].default))
+    plain.setdefault("gravity", list(SceneDocument.model_fields["gravity"].default))
     scaled, factors_of = copy.deepcopy(plain), _Factors(plain, frozenset(wanted))
     for quantity in quantities(plain, _UNCHANGED):
         *owner, last = quantity.path
@@ -119,7 +119,7 @@ class _Factors:
             if isinstance(entry, Mapping)
         }
 
-    def scale(self, quantity: Quantity) -> Any:
+    def scale(self, quantity: SceneQuantity) -> Any:
         """Return the value of a quantity with factors."""
         value = quantity.value
         if isinstance(value, str):

@@ -15,7 +15,7 @@ from eomgen.lie import product
 from eomgen.lie.product import Factor
 from eomgen.pipeline.model import Model
 from eomgen.results.solution import Solution
-from eomgen.simulation.accuracy.motion_size import Components, Kinds, components_of, shares, size_of
+from eomgen.simulation.accuracy.motion_size import Kinds, RunNames, components_of, shares, size_of
 
 #: Quantities of every run besides the outputs of the scene.
 STATE, Q, V, Z, MULTIPLIERS = "state", "q", "v", "z", "multipliers"
@@ -57,7 +57,7 @@ class Observation:
     v: Array
     z: Array
     multipliers: Array
-    components: Components
+    components: RunNames
     rows: tuple[str, ...]
     poses: Mapping[str, Array]
     twists: Mapping[str, Array]
@@ -80,7 +80,7 @@ class Observation:
         return {name: getattr(self, name)[at] for name in _STATES}
 
 
-def with_arrays(arrays: Mapping[str, Array], components: Components, rows: tuple[str, ...]) -> Observation:
+def with_arrays(arrays: Mapping[str, Array], components: RunNames, rows: tuple[str, ...]) -> Observation:
     """Return the observation that has these arrays, by the names of ``Observation.arrays``."""
 
     def arrays_by_name(kind: str) -> dict[str, Array]:

@@ -112,7 +112,7 @@ def reference(
         There are no two that agree to a hundredth.
     """
     order = sorted(candidates, key=lambda c: rank(runner, c))
-    search = _Search(runner, seconds / count, settled, first_steps, run)
+    search = _ReferenceSearch(runner, seconds / count, settled, first_steps, run)
     solved: list[ReferenceSolution] = []
     tried: list[str] = []
     for candidate in order:
@@ -176,7 +176,7 @@ def rank(runner: Runner, candidate: Candidate) -> tuple[bool, bool, int, bool, i
 
 
 @dataclass(frozen=True)
-class _Search:
+class _ReferenceSearch:
     """Runs of methods as references.
 
     Attributes

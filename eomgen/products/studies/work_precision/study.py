@@ -53,7 +53,7 @@ from eomgen.products.studies.work_precision.running import (
     measure_seconds,
     per_coarsest,
 )
-from eomgen.simulation.accuracy.motion_size import Components
+from eomgen.simulation.accuracy.motion_size import RunNames
 from eomgen.system.description import Simulation
 
 _POINTS, _REFERENCE = "points.jsonl", "reference.npz"
@@ -129,7 +129,7 @@ class PointJournal:
         factors = tuple(Factor(*factor) for factor in data["factors"])
         names: dict[str, Any] = dict(data["components"])
         names |= {name: tuple(part) for name, part in names.items() if name != "outputs"}
-        observation = with_arrays(arrays, Components(**{**names, "factors": factors}), tuple(data["rows"]))
+        observation = with_arrays(arrays, RunNames(**{**names, "factors": factors}), tuple(data["rows"]))
         uncertainty = {name: ErrorSize(**size) for name, size in data["uncertainty"].items()}
         return RunReference(observation, data["by"], data["held against"], uncertainty)
 

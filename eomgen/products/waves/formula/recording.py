@@ -60,7 +60,7 @@ def _full(
         columns = (np.array(factors) * np.cos(angle), np.array(column["w"]), np.array(factors) * np.sin(angle))
         loop = harmonic_sum([tuple(item.tolist()) for item in columns], t.ref, label)
         return _times(waves, given, Scalar(algebra.tape, add_map(algebra.tape, loop).sums[0]))
-    kernel = _Kernel()
+    kernel = _WaveKernel()
     angle_now = kernel.column(column["phase"]) - kernel.column(column["w"]) * kernel.share(t)
     for letter, item in zip(("kx", "ky"), place[:2], strict=True):
         if any(column[letter]):
@@ -92,7 +92,7 @@ def _times(waves: WaveField, given: Sequence[Scalar], wave_sum: Scalar) -> Scala
 
 
 def _wave(
-    algebra: Algebra, kernel: _Kernel, waves: WaveField, angle: Scalar, given: Sequence[Scalar], *, quadrature: bool
+    algebra: Algebra, kernel: _WaveKernel, waves: WaveField, angle: Scalar, given: Sequence[Scalar], *, quadrature: bool
 ) -> Scalar:
     """Return the real part of a wave, or the imaginary one of a quantity in quadrature."""
     call = kernel.algebra.call
@@ -124,7 +124,7 @@ def _motion_height(
     return z - eta if np.isinf(waves.depth) else (z - eta) / (1.0 + eta * (1.0 / waves.depth))
 
 
-class _Kernel:
+class _WaveKernel:
     """Terms of one wave: the kernel of a loop, with columns and shared references added at first use."""
 
     def __init__(self) -> None:

@@ -151,7 +151,7 @@ class Routines:
         self,
         name: Literal["kinematics", "geometry"],
         columns: Array,
-        waves: Waves,
+        waves: LabelledWaves,
         own: Array,
         table: Array | None,
         labels: Array,
@@ -183,7 +183,7 @@ class Routines:
 
 
 @dataclass(frozen=True)
-class Waves:
+class LabelledWaves:
     """Amplitudes and phases at the label 0 and the time ``time``, (n,) each."""
 
     amplitude: Array

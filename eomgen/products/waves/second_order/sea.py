@@ -19,7 +19,7 @@ from eomgen.products.waves.second_order.limits import check_points, check_sea, w
 from eomgen.products.waves.second_order.motion import BoundWaves, Complex, Motion, Surface
 from eomgen.products.waves.second_order.pairs import COLUMNS, OWN, Case, Dispersion, gravity_waves
 from eomgen.products.waves.second_order.profiles import Profile, harmonics, multiples
-from eomgen.products.waves.second_order.routines import Routines, Waves, routines
+from eomgen.products.waves.second_order.routines import LabelledWaves, Routines, routines
 
 #: Error of labels computed for points on the water, as this part of the shortest wave length at most.
 CLOSE = 1e-10
@@ -205,9 +205,9 @@ class Sea:
         raised = 0.25 * np.sum(square * columns[COLUMNS.index("w")] ** 2 * columns[COLUMNS.index("s")])
         return np.array([row["lift"] @ square, raised, row["Dx"] @ square, row["Dy"] @ square])
 
-    def _waves(self, time: float) -> Waves:
+    def _waves(self, time: float) -> LabelledWaves:
         check_number("Sea: time", time, "s")
-        return Waves(self.amplitude, np.remainder(self.phase - self.frequency * time, 2.0 * math.pi), time)
+        return LabelledWaves(self.amplitude, np.remainder(self.phase - self.frequency * time, 2.0 * math.pi), time)
 
     # -- labels -----------------------------------------------------------------------------------------------------
 

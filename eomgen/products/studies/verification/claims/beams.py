@@ -24,8 +24,8 @@ from eomgen.products.studies.verification.claims.claim import (
     Array,
     Blocks,
     Claim,
+    ClaimOutput,
     Engine,
-    Output,
     Space,
     Value,
     column,
@@ -211,7 +211,7 @@ def _flat(values: Array) -> Array:
     return column(values.reshape(*values.shape[:-2], -1))
 
 
-_ENDS, _LOAD = Output("section_loads", "load_at_ends"), Output("section_loads", "load")
+_ENDS, _LOAD = ClaimOutput("section_loads", "load_at_ends"), ClaimOutput("section_loads", "load")
 _FIRST, _SECOND = _ENDS[..., 0, :], _ENDS[..., 1, :]
 
 
@@ -313,7 +313,7 @@ def _jumps(space: Space, beams: _BeamElements, scene: Scene) -> Claim:
 def _halves(space: Space, beams: _BeamElements, scene: Scene) -> Claim:
     """Doubled distributed loads, weight and inertia of elements increase the residual by the loads on halves."""
     twice = on_tape(pipeline.derive(_with_twice_the_loads(scene), ["residual"]))
-    tape_engine, halves = on_tape(space.system), Output("section_loads", "load_on_halves")
+    tape_engine, halves = on_tape(space.system), ClaimOutput("section_loads", "load_on_halves")
     return Claim(
         "section_loads.load_on_halves",
         "virtual work on the nodes",

@@ -199,10 +199,10 @@ def column(values: Array) -> Array:
     return values[..., np.newaxis]
 
 
-class Output:
+class ClaimOutput:
     """A value of claims: one output of a function, (..., *shape).
 
-    ``Output("mass", "M")[..., 0]`` is a part of the output, ``Output("mass", "M") @ W`` the output times a matrix.
+    ``ClaimOutput("mass", "M")[..., 0]`` is a part of the output, ``ClaimOutput("mass", "M") @ W`` the output times a matrix.
     """
 
     def __init__(self, function: str, entry: str, value: Value | None = None) -> None:
@@ -212,32 +212,32 @@ class Output:
     def __call__(self, engine: Engine, state: Blocks) -> Array:
         return self._value(engine, state)
 
-    def __getitem__(self, part: Any) -> Output:
+    def __getitem__(self, part: Any) -> ClaimOutput:
         return self._with_values(lambda values: values[part])
 
-    def __matmul__(self, matrix: Array) -> Output:
+    def __matmul__(self, matrix: Array) -> ClaimOutput:
         return self._with_values(lambda values: values @ matrix)
 
-    def __rmul__(self, factor: float) -> Output:
+    def __rmul__(self, factor: float) -> ClaimOutput:
         return self._with_values(lambda values: factor * values)
 
     @property
-    def column(self) -> Output:
+    def column(self) -> ClaimOutput:
         """The output, a vector, as a matrix of one column."""
         return self._with_values(column)
 
     @property
-    def flat(self) -> Output:
+    def flat(self) -> ClaimOutput:
         """All entries of the output in one vector."""
 
         def value(engine: Engine, state: Blocks) -> Array:
             batch = np.broadcast_shapes(*(state[block].shape[:-1] for block in engine.functions[self.function]))
             return self(engine, state).reshape(*batch, -1)
 
-        return Output(self.function, self.entry, value)
+        return ClaimOutput(self.function, self.entry, value)
 
-    def _with_values(self, change: Callable[[Array], Array]) -> Output:
-        return Output(self.function, self.entry, lambda engine, state: change(self(engine, state)))
+    def _with_values(self, change: Callable[[Array], Array]) -> ClaimOutput:
+        return ClaimOutput(self.function, self.entry, lambda engine, state: change(self(engine, state)))
 
 
 @dataclass(frozen=True)
@@ -260,7 +260,7 @@ class Claim:
         The same numbers by another derivation, which ``second_name`` names.
     size : callable, optional
         Natural magnitude (...) of the compared values, if sums may cancel.
-    functions : names of the functions that the source needs; of an ``Output`` its function by default
+    functions : names of the functions that the source needs; of an ``ClaimOutput`` its function by default
     sided : whether two exact derivations may take different sides of a kink, as second derivatives of ``min(x, x)`` do
     family : the panel of the figure
     """
@@ -283,7 +283,9 @@ class Claim:
     @property
     def smooth_functions(self) -> tuple[str, ...]:
         """Functions whose operations decide whether the source is smooth."""
-        return (self.source.function,) if not self.functions and isinstance(self.source, Output) else self.functions
+        return (
+            (self.source.function,) if not self.functions and isinstance(self.source, ClaimOutput) else self.functions
+        )
 
 
 def jacobian(
@@ -310,8 +312,8 @@ def jacobian(
         return lambda engine, state: np.asarray(of(engine, state) @ along.matrix)
 
     return Claim(
-        name or (f"{value.function}.{value.entry}" if isinstance(value, Output) else ""),
-        meaning or (f"d {source.entry} / d{block}" if isinstance(source, Output) else ""),
+        name or (f"{value.function}.{value.entry}" if isinstance(value, ClaimOutput) else ""),
+        meaning or (f"d {source.entry} / d{block}" if isinstance(source, ClaimOutput) else ""),
         along_directions(value),
         source=source,
         directions=constant_directions({block: along.matrix.T}),

@@ -17,8 +17,8 @@ from eomgen.products.studies.verification.claims.claim import (
     Array,
     Blocks,
     Claim,
+    ClaimOutput,
     Engine,
-    Output,
     Space,
     along_motion,
     column,
@@ -56,7 +56,7 @@ def _row_names(names: Sequence[str], parts: Sequence[str]) -> tuple[str, ...]:
 
 
 #: The centre of mass with its Jacobian.
-_CENTER, _CENTER_JACOBIAN = Output("center_of_mass", "c"), Output("center_of_mass_jacobian", "J")
+_CENTER, _CENTER_JACOBIAN = ClaimOutput("center_of_mass", "c"), ClaimOutput("center_of_mass_jacobian", "J")
 
 
 def _center_of_mass_claims(space: Space) -> list[Claim]:
@@ -77,7 +77,7 @@ def _center_of_mass_claims(space: Space) -> list[Claim]:
 
 def _in_time(space: Space, entry: str, matrix: str, rate: str, drift: str, rows: tuple[str, ...]) -> list[Claim]:
     """Return the claims of dJ/dt along the motion, and of dJ/dt v, the derivative of J v at constant v."""
-    J, J_dot = Output(matrix, entry), Output(rate, f"{entry}_dot")
+    J, J_dot = ClaimOutput(matrix, entry), ClaimOutput(rate, f"{entry}_dot")
     motion = along_motion(space.engine, "q")
 
     def times_velocity(matrices: Array, v: Array) -> Array:
@@ -99,7 +99,7 @@ def _in_time(space: Space, entry: str, matrix: str, rate: str, drift: str, rows:
             Claim(
                 f"{drift}.drift",
                 f"d ({entry} v) / dt, v constant",
-                Output(drift, "drift").flat.column,
+                ClaimOutput(drift, "drift").flat.column,
                 source=lambda engine, state: times_velocity(J(engine, state), state["v"]),
                 directions=motion,
                 second=lambda engine, state: column(times_velocity(J_dot(engine, state), state["v"])),
@@ -115,7 +115,7 @@ def _in_time(space: Space, entry: str, matrix: str, rate: str, drift: str, rows:
 def _jacobians(space: Space, reference: str) -> Claim:
     """Return the claim that J w is the twist of the pose along w, the base held."""
     frames, count = space.system.frames, len(space.system.frames)
-    W, J = space.along["q"].matrix, Output(f"frame_jacobians{REFERENCES[reference][0]}", "J")
+    W, J = space.along["q"].matrix, ClaimOutput(f"frame_jacobians{REFERENCES[reference][0]}", "J")
     factors = _pose_space(frames)
 
     def value(engine: Engine, state: Blocks) -> Array:
@@ -129,7 +129,7 @@ def _jacobians(space: Space, reference: str) -> Claim:
         f"{J.function}.J",
         "d pose / dq",
         value,
-        source=Output("frame_poses", "frame_pose").flat,
+        source=ClaimOutput("frame_poses", "frame_pose").flat,
         directions=constant_directions({"q": W.T}),
         rows=_row_names(frames, _POSE),
         columns=space.along["q"].names,
@@ -160,7 +160,7 @@ def _mobilities(space: Space) -> Claim:
     return Claim(
         "frame_mobilities.mobility",
         "J M^-1 J^T",
-        Output("frame_mobilities", "mobility").flat.column,
+        ClaimOutput("frame_mobilities", "mobility").flat.column,
         second=second,
         second_name="by M",
         rows=_row_names(space.system.frames, [f"{left}, {right}" for left in _TWIST for right in _TWIST]),
@@ -169,7 +169,7 @@ def _mobilities(space: Space) -> Claim:
 
 def _momentum(space: Space) -> list[Claim]:
     """Return the claims of A: linear rows by the Jacobian of the centre of mass; all by the sum over rigid bodies."""
-    scene, A = space.scene, Output("centroidal_momentum", "A")
+    scene, A = space.scene, ClaimOutput("centroidal_momentum", "A")
     W, names = space.along["q"].matrix, space.along["q"].names
     claims = []
 
@@ -254,7 +254,7 @@ class _RigidBodies:
         return np.stack([np.broadcast_to(evaluate_batch(item, value_of), batch) for item in formulas], axis=-1)
 
 
-_BODY_POSE, _BODY_TWIST = Output("poses", "pose").flat, Output("twists", "twist").flat
+_BODY_POSE, _BODY_TWIST = ClaimOutput("poses", "pose").flat, ClaimOutput("twists", "twist").flat
 
 
 def body_claims(space: Space) -> list[Claim]:
@@ -300,7 +300,7 @@ def _accelerations(space: Space) -> Claim:
     return Claim(
         "accelerations",
         "d twist / dt",
-        Output("accelerations", "acceleration").flat.column,
+        ClaimOutput("accelerations", "acceleration").flat.column,
         source=_BODY_TWIST,
         directions=along_motion(space.engine, "q", "v"),
         combine=combine,

@@ -11,8 +11,8 @@ from eomgen.products.studies.verification.claims.claim import (
     Array,
     Blocks,
     Claim,
+    ClaimOutput,
     Engine,
-    Output,
     Space,
     along_motion,
     column,
@@ -22,9 +22,13 @@ from eomgen.products.studies.verification.claims.claim import (
 from eomgen.system.description import component_names
 from eomgen.system.system import BASE_SIZE, System
 
-_RESIDUAL, _RATE, _OUTPUTS = Output("residual", "r"), Output("internal_rate", "zdot"), Output("outputs", "y")
+_RESIDUAL, _RATE, _OUTPUTS = (
+    ClaimOutput("residual", "r"),
+    ClaimOutput("internal_rate", "zdot"),
+    ClaimOutput("outputs", "y"),
+)
 #: Terms with matrices of partials: the function and the block of each.
-_STATES: Mapping[str, Mapping[str, tuple[Output, str]]] = {
+_STATES: Mapping[str, Mapping[str, tuple[ClaimOutput, str]]] = {
     "linearization": {
         **{"M0": (_RESIDUAL, "a"), "C0": (_RESIDUAL, "v"), "K0": (_RESIDUAL, "q"), "Rz": (_RESIDUAL, "z")},
         **{f"F{block}": (_RATE, block) for block in "qvz"},
@@ -32,7 +36,7 @@ _STATES: Mapping[str, Mapping[str, tuple[Output, str]]] = {
     "output_partials": {f"Y{block}": (_OUTPUTS, block) for block in ("q", "v", "a", "z", "lam")},
 }
 #: The same in free inputs (u) and in disturbances (w): the function and the sign of each.
-_DRIVES: Mapping[str, Mapping[str, tuple[Output, str, float]]] = {
+_DRIVES: Mapping[str, Mapping[str, tuple[ClaimOutput, str, float]]] = {
     "linearization": {
         **{"B0": (_RESIDUAL, "u", -1.0), "Fu": (_RATE, "u", 1.0)},
         **{"E0": (_RESIDUAL, "w", -1.0), "Fw": (_RATE, "w", 1.0)},
@@ -73,7 +77,7 @@ def _rows(space: Space, function: str) -> tuple[str, ...]:
 def _state_claims(space: Space, term: str) -> list[Claim]:
     there = _output_names(space.system, term)
     return [
-        jacobian(space, Output(term, name), source, block, _rows(space, source.function))
+        jacobian(space, ClaimOutput(term, name), source, block, _rows(space, source.function))
         for name, (source, block) in _STATES[term].items()
         if name in there
     ]
@@ -97,7 +101,7 @@ def _input_claims(space: Space, term: str) -> list[Claim]:
         Claim(
             f"{term}.{name}",
             f"{'-' if sign < 0 else ''}d {source.entry} / d{kind}",
-            Output(term, name),
+            ClaimOutput(term, name),
             source=sign * source,
             directions=constant_directions(rates[kind]),
             rows=_rows(space, source.function),
@@ -112,7 +116,7 @@ def _joint_velocities(space: Space) -> list[Claim]:
     """Return the claims of the velocities of joints: partials, rates, and partials of rates."""
     term, joints = "joint_velocities", space.description.joints
     names = tuple(name for f in joints for name in component_names("", f.name, f.v_size))
-    v, a = Output(term, "joint_v"), Output(term, "joint_a")
+    v, a = ClaimOutput(term, "joint_v"), ClaimOutput(term, "joint_a")
     there = _output_names(space.system, term)
 
     def speed(_: Engine, state: Blocks) -> Array:
@@ -126,7 +130,7 @@ def _joint_velocities(space: Space) -> list[Claim]:
     motion = along_motion(space.engine, "q", "v")
     return [
         *(
-            jacobian(space, Output(term, name), source, block, names, size=scale)
+            jacobian(space, ClaimOutput(term, name), source, block, names, size=scale)
             for name, source, block, scale in partials
             if name in there
         ),
@@ -148,22 +152,22 @@ def parameter_claims(space: Space) -> list[Claim]:
             {
                 "Rp": (_RESIDUAL, rows["v"]),
                 "Fp": (_RATE, rows["z"]),
-                "Phip": (Output("constraint", "Phi"), rows["lam"][: system.holonomic]),
-                "Zp": (Output("constraint_velocity", "w"), rows["lam"]),
+                "Phip": (ClaimOutput("constraint", "Phi"), rows["lam"][: system.holonomic]),
+                "Zp": (ClaimOutput("constraint_velocity", "w"), rows["lam"]),
             },
         )
         for name in (block.name for block in system.functions[term].outputs):
             claims.append(
                 _acceleration_claim(space, term, name, "p")
                 if name == "Ap"
-                else jacobian(space, Output(term, name), sources[name][0], "p", sources[name][1])
+                else jacobian(space, ClaimOutput(term, name), sources[name][0], "p", sources[name][1])
             )
     for block in system.functions["reaction_partials"].outputs if space.has("reaction_partials") else ():
         argument = "q" if block.name == "N" else "p"
         claims.append(
             jacobian(
                 space,
-                Output("reaction_partials", block.name),
+                ClaimOutput("reaction_partials", block.name),
                 _constraint_forces,
                 argument,
                 rows["v"],
@@ -179,7 +183,7 @@ def parameter_claims(space: Space) -> list[Claim]:
             claims.append(_power(space))
     if space.has("output_parameter_partials"):
         term, y = "output_parameter_partials", _OUTPUTS
-        claims.append(jacobian(space, Output(term, "Yp"), y, "p", _rows(space, y.function)))
+        claims.append(jacobian(space, ClaimOutput(term, "Yp"), y, "p", _rows(space, y.function)))
     return claims
 
 
@@ -200,7 +204,7 @@ def _regressor_claim(rows: tuple[str, ...]) -> Claim:
         "regressor.Y",
         "Y pi + tau0 = tau",
         tau,
-        second=Output("inverse_dynamics", "tau").column,
+        second=ClaimOutput("inverse_dynamics", "tau").column,
         second_name="inverse dynamics",
         size=size,
         rows=rows,
@@ -257,7 +261,7 @@ def _input_jacobian(space: Space) -> Claim:
         f"{term}.{term}",
         "d u / d(p, t)",
         value,
-        source=Output("inputs", "u"),
+        source=ClaimOutput("inputs", "u"),
         directions=lambda state: {  # a scene without parameters has no block p
             block: by for block, by in (("p", matrix.T[:, :-1]), ("t", matrix.T[:, -1:])) if block in state
         },
@@ -276,7 +280,7 @@ def _acceleration_claim(space: Space, term: str, name: str, block: str) -> Claim
     """Return the claim of partials of B a + g."""
     return jacobian(
         space,
-        Output(term, name),
+        ClaimOutput(term, name),
         _accelerations,
         block,
         space.rows["lam"],

@@ -14,8 +14,8 @@ from eomgen.products.studies.verification.claims.claim import (
     Array,
     Blocks,
     Claim,
+    ClaimOutput,
     Engine,
-    Output,
     Space,
     Value,
     along_motion,
@@ -53,10 +53,10 @@ def motion_claims(space: Space) -> list[Claim]:
             _by_blocks_of_tau(space, "coupling.h", "h + b - Q = tau at a = 0", _rest, _tau_at_rest, "inverse_dynamics")
         )
     if space.has("mass", *blocks, "inverse_dynamics"):
-        tau = Output("inverse_dynamics", "tau").column
+        tau = ClaimOutput("inverse_dynamics", "tau").column
         claims.append(_by_blocks_of_tau(space, "inverse_dynamics.tau", "tau = M a + h + b - Q", tau, _sum))
     if space.has(*blocks, "inverse_dynamics", "residual"):
-        r = Output("residual", "r").column
+        r = ClaimOutput("residual", "r").column
         claims.append(_by_blocks_of_tau(space, "residual.r", "r = tau + B^T lam", r, _tau_with_reactions))
     if space.has("mass", *blocks, "forward_dynamics"):
         claims.append(_forward(space))
@@ -87,16 +87,16 @@ def _mass(space: Space) -> Claim:
     """Return the claim that M is the second derivative of kinetic energy by v."""
     few, also = space.few.matrix, space.has("partials")
 
-    def projection(of: Output) -> Value:
+    def projection(of: ClaimOutput) -> Value:
         return lambda engine, state: np.asarray(few.T @ of(engine, state) @ few)
 
     return Claim(
         "mass.M",
         "d2 T / dv2",
-        projection(Output("mass", "M")),
+        projection(ClaimOutput("mass", "M")),
         source=lambda engine, state: momentum(engine, state, few.T),
         directions=constant_directions({"v": few.T}),
-        second=projection(Output("partials", "M")) if also else None,
+        second=projection(ClaimOutput("partials", "M")) if also else None,
         second_name="partials" if also else "",
         rows=space.few.names,
         columns=space.few.names,
@@ -148,7 +148,7 @@ def _coupling(space: Space) -> Claim:
     return Claim(
         "coupling.h",
         "by d M / dq",
-        (Output("coupling", "h") @ W).column,
+        (ClaimOutput("coupling", "h") @ W).column,
         source=source,
         directions=along,
         combine=combine,
@@ -300,7 +300,7 @@ def _balance(space: Space) -> Claim:
         "energy",
         "d(T + V) / dt = powers",
         value,
-        source=Output("energy", "energy")[..., :2],
+        source=ClaimOutput("energy", "energy")[..., :2],
         directions=along_motion(space.engine, "q", "v", "z"),
         combine=lambda engine, state, G: np.sum(G, axis=-2, keepdims=True),
         size=size,
@@ -309,7 +309,7 @@ def _balance(space: Space) -> Claim:
 
 
 #: The kinetic energy.
-_KINETIC = Output("energy", "energy")[..., :1]
+_KINETIC = ClaimOutput("energy", "energy")[..., :1]
 
 
 def _momentum(space: Space) -> Claim:
@@ -317,7 +317,7 @@ def _momentum(space: Space) -> Claim:
     return Claim(
         "momenta.momentum",
         "dT / dv",
-        (Output("momenta", "momentum") @ along.matrix)[..., np.newaxis, :],
+        (ClaimOutput("momenta", "momentum") @ along.matrix)[..., np.newaxis, :],
         source=_KINETIC,
         directions=constant_directions({"v": along.matrix.T}),
         rows=("T",),
@@ -326,7 +326,7 @@ def _momentum(space: Space) -> Claim:
 
 
 def _momentum_rate(space: Space) -> Claim:
-    along, rate, force = space.along["q"], Output("momenta", "momentum_rate"), Output("force", "Q")
+    along, rate, force = space.along["q"], ClaimOutput("momenta", "momentum_rate"), ClaimOutput("force", "Q")
     return Claim(
         "momenta.momentum_rate",
         "dT / dq + Q",
@@ -357,7 +357,7 @@ def _base() -> Claim:
         "base",
         "d pose, d twist / dt",
         value,
-        source=Output("base", "base")[..., :13],
+        source=ClaimOutput("base", "base")[..., :13],
         directions=constant_directions({"t": np.ones((1, 1))}),
         rows=tuple(names),
     )

@@ -12,8 +12,8 @@ from eomgen.products.studies.verification.claims.claim import (
     Array,
     Blocks,
     Claim,
+    ClaimOutput,
     Engine,
-    Output,
     Space,
     Value,
     along_motion,
@@ -31,7 +31,7 @@ from eomgen.system.terms import DIFFERENTIATED
 
 #: Matrices of the residual's partials, with their blocks.
 _MATRICES = (("K", "q"), ("C", "v"), ("M", "a"))
-_RESIDUAL = Output("residual", "r")
+_RESIDUAL = ClaimOutput("residual", "r")
 #: Operations times directions up to which the residual is differentiated operation by operation.
 _DIFFERENTIATED = 150_000
 #: Multipliers that the reactions are seen by, a power of two.
@@ -47,7 +47,7 @@ def partial_claims(space: Space) -> list[Claim]:
         claims += [
             jacobian(
                 space,
-                Output("partials", name),
+                ClaimOutput("partials", name),
                 _RESIDUAL,
                 block,
                 rows,
@@ -58,9 +58,9 @@ def partial_claims(space: Space) -> list[Claim]:
             for name, block in _MATRICES
         ]
     if space.has("internal_partials"):
-        term, rate = "internal_partials", Output("internal_rate", "zdot")
-        claims.append(jacobian(space, Output(term, "Rz"), _RESIDUAL, "z", rows, meaning="d residual / dz"))
-        claims += [jacobian(space, Output(term, f"F{block}"), rate, block, space.rows["z"]) for block in "qvz"]
+        term, rate = "internal_partials", ClaimOutput("internal_rate", "zdot")
+        claims.append(jacobian(space, ClaimOutput(term, "Rz"), _RESIDUAL, "z", rows, meaning="d residual / dz"))
+        claims += [jacobian(space, ClaimOutput(term, f"F{block}"), rate, block, space.rows["z"]) for block in "qvz"]
     return claims
 
 
@@ -70,7 +70,7 @@ def constraint_claims(space: Space) -> list[Claim]:
         return []
     first, rows = space.system.holonomic, space.rows["lam"]
     along_q, at_acceleration = along_motion(space.engine, "q"), along_motion(space.engine, "q", "v")
-    B, w = Output("constraint_jacobian", "B"), Output("constraint_velocity", "w")
+    B, w = ClaimOutput("constraint_jacobian", "B"), ClaimOutput("constraint_velocity", "w")
     of_velocities = ("velocity_partials", "Z", "v")
 
     def beside(state: Blocks) -> dict[str, Array]:
@@ -84,7 +84,7 @@ def constraint_claims(space: Space) -> list[Claim]:
 
     claims = []
     if first:
-        Phi = Output("constraint", "Phi")
+        Phi = ClaimOutput("constraint", "Phi")
         claims += [
             jacobian(space, B[..., :first, :], Phi, "q", rows[:first]),
             Claim(
@@ -111,7 +111,7 @@ def constraint_claims(space: Space) -> list[Claim]:
         Claim(
             "constraint_bias.g",
             "d w / dt at vdot = 0",
-            Output("constraint_bias", "g").column,
+            ClaimOutput("constraint_bias", "g").column,
             source=w,
             directions=along_q,
             rows=rows,
@@ -123,7 +123,7 @@ def constraint_claims(space: Space) -> list[Claim]:
             Claim(
                 "constraint_acceleration.w_dot",
                 "d w / dt",
-                lambda engine, state: Output("constraint_acceleration", "w_dot").column(
+                lambda engine, state: ClaimOutput("constraint_acceleration", "w_dot").column(
                     engine, violate_accelerations(state)
                 ),
                 source=w,
@@ -134,7 +134,7 @@ def constraint_claims(space: Space) -> list[Claim]:
                 ),
             )
         )
-    return [*claims, jacobian(space, Output("velocity_partials", "Z"), w, "q", rows)]
+    return [*claims, jacobian(space, ClaimOutput("velocity_partials", "Z"), w, "q", rows)]
 
 
 def _violating(space: Space, state: Blocks, block: str) -> dict[str, Array]:
@@ -217,7 +217,7 @@ def _same(space: Space, entry: str, second_entry: str, rows: str) -> Claim:
         return away
 
     def of(function: str) -> Value:
-        return lambda engine, state: Output(function, entry).column(engine, beside(engine, state))
+        return lambda engine, state: ClaimOutput(function, entry).column(engine, beside(engine, state))
 
     return Claim(
         f"equations.{entry}",
@@ -243,7 +243,7 @@ def _nonzeros_claim(function: str, name: str, dense_function: str, system: Syste
         f"{function}.{packed}",
         f"nonzeros of {name}",
         value,
-        second=Output(dense_function, name),
+        second=ClaimOutput(dense_function, name),
         second_name=dense_function,
     )
 
@@ -286,7 +286,7 @@ def _elimination_claims(space: Space) -> list[Claim]:
             elimination(name, space.along[block].matrix),
             source=_RESIDUAL,
             directions=constant_directions({block: space.along[block].matrix.T}),
-            second=Output("partials", name) @ space.along[block].matrix if also else None,
+            second=ClaimOutput("partials", name) @ space.along[block].matrix if also else None,
             second_name="partials" if also else "",
             rows=space.rows["v"],
             columns=space.along[block].names,
@@ -365,7 +365,7 @@ def second_claims(space: Space) -> list[Claim]:
         Claim(
             "second_partials.Hd",
             "d gradient / d direction",
-            Output("second_partials", "Hd").column,
+            ClaimOutput("second_partials", "Hd").column,
             source=gradient,
             directions=direction,
             rows=names,

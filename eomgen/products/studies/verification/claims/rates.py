@@ -11,8 +11,8 @@ from eomgen.products.studies.verification.claims.claim import (
     Array,
     Blocks,
     Claim,
+    ClaimOutput,
     Engine,
-    Output,
     Rates,
     Space,
     Value,
@@ -61,7 +61,7 @@ def rate_claims(space: Space) -> list[Claim]:
     for term, outputs, (function, entry) in _TERMS:
         if not space.has(term, function):
             continue
-        source = Output(function, entry)
+        source = ClaimOutput(function, entry)
         for order, name in enumerate(outputs, 1):
             second_term = _SECOND.get(term, "")
             also = space.has(second_term)
@@ -69,16 +69,16 @@ def rate_claims(space: Space) -> list[Claim]:
                 Claim(
                     f"{term}.{name}",
                     f"d {source.entry} / dt",
-                    Output(term, name).flat.column,
+                    ClaimOutput(term, name).flat.column,
                     source=source.flat,
                     directions=_along_motion(space.engine, source.function, free=term == "forward_rates"),
                     rows=_entries(space, name) if term in _OF_COMPONENTS else (),
                     size=_rounding_of(function, entry, order, *_mass_terms(space, term, order)),
-                    second=Output(second_term, name).flat.column if also else None,
+                    second=ClaimOutput(second_term, name).flat.column if also else None,
                     second_name=second_term if also else "",
                 )
             )
-            source = Output(term, name)
+            source = ClaimOutput(term, name)
     for term, name, second_term, of in _SAME:
         if space.has(term, second_term):
             more = _mass_terms(space, "rates", of[2]) if of is not None and of[1] == "tau" else []
@@ -86,8 +86,8 @@ def rate_claims(space: Space) -> list[Claim]:
                 Claim(
                     f"{term}.{name}",
                     f"as {second_term}",
-                    Output(term, name).flat.column,
-                    second=Output(second_term, name).flat.column,
+                    ClaimOutput(term, name).flat.column,
+                    second=ClaimOutput(second_term, name).flat.column,
                     second_name=second_term,
                     rows=_entries(space, name),
                     size=None if of is None else _rounding_of(*of, *more),
@@ -103,7 +103,7 @@ def _coriolis(space: Space) -> list[Claim]:
             f"{term}.C",
             "C v = h",
             _times_velocity(term),
-            second=Output("coupling", "h").flat.column,
+            second=ClaimOutput("coupling", "h").flat.column,
             second_name="coupling",
             size=_rounding_of(term, "C", 1, *_mass_terms(space, "rates", 0)),
             rows=space.rows["v"],
@@ -117,7 +117,7 @@ def _coriolis(space: Space) -> list[Claim]:
                 "coriolis_skew.C, skew",
                 "C + C^T = M'",
                 _symmetric,
-                second=Output("mass_rates", "M_dot"),
+                second=ClaimOutput("mass_rates", "M_dot"),
                 second_name="mass_rates",
                 rows=space.rows["v"],
                 columns=space.rows["v"],
@@ -142,7 +142,7 @@ def _rounding_of(function: str, entry: str, order: int, *more: tuple[str, str, i
     The terms are the quantity, times the rate of the motion to the power of the order; ``more`` are further quantities,
     in the same way.
     """
-    quantities = [(Output(of, name).flat, power) for of, name, power in ((function, entry, order), *more)]
+    quantities = [(ClaimOutput(of, name).flat, power) for of, name, power in ((function, entry, order), *more)]
 
     def size(engine: Engine, state: Blocks) -> Array:
         rate = _rate(state)
@@ -201,7 +201,7 @@ def _drivers(space: Space) -> list[Claim]:
             Claim(
                 "base_rates",
                 "each row from the one before",
-                Output("base_rates", "base_rates").flat.column,
+                ClaimOutput("base_rates", "base_rates").flat.column,
                 source=base_drivers,
                 directions=in_time,
                 functions=("base", "base_rates"),
@@ -212,11 +212,11 @@ def _drivers(space: Space) -> list[Claim]:
             Claim(
                 f"input_rates.{name}",
                 f"d {source.entry} / dt",
-                Output("input_rates", name).flat.column,
+                ClaimOutput("input_rates", name).flat.column,
                 source=source.flat,
                 directions=in_time,
             )
-            for name, source in (("u_dot", Output("inputs", "u")), ("u_ddot", Output("input_rates", "u_dot")))
+            for name, source in (("u_dot", ClaimOutput("inputs", "u")), ("u_ddot", ClaimOutput("input_rates", "u_dot")))
         ]
     return claims
 
@@ -225,7 +225,7 @@ def event_claims(space: Space) -> list[Claim]:
     """Return the claims of the terms ``events`` and ``event_impulse``."""
     if not space.has("events"):
         return []
-    events, value = space.system.events, Output("events", "event")
+    events, value = space.system.events, ClaimOutput("events", "event")
     known = [number for number, row in enumerate(events) if row.has_rate]
     impacts = [number for number, row in enumerate(events) if row.action == "impact"]
     claims = []
@@ -234,7 +234,7 @@ def event_claims(space: Space) -> list[Claim]:
             Claim(
                 "events.event_rate",
                 "d event / dt",
-                Output("events", "event_rate")[..., known].column,
+                ClaimOutput("events", "event_rate")[..., known].column,
                 source=value[..., known],
                 directions=along_motion(space.engine, "q", "v", "z"),
                 rows=tuple(events[number].name for number in known),
@@ -244,7 +244,7 @@ def event_claims(space: Space) -> list[Claim]:
         claims.append(
             jacobian(
                 space,
-                Output("event_impulse", "gradient"),
+                ClaimOutput("event_impulse", "gradient"),
                 value[..., impacts],
                 "q",
                 [events[number].name for number in impacts],
