@@ -41,7 +41,7 @@ PRODUCT_WORDS: dict[str, set[str]] = {
         *("linearize", "lqr", "multiblade", "psd", "random_response", "root_locus", "with_controller"),
     },
     "products.optimisers": {"CASADI", "casadi", "jax", "torch"},
-    "products.maps": {"Surface", "surfaces"},
+    "products.maps": {"MapSurface", "surfaces"},
     "products.pictures": {"InlineAnimation", "Rainflow", "animate", "rainflow", "section_drawing"},
     "products.statics": {"BucklingLoads", "EquilibriumPath", "LoadPaths", "SteadyMotion", "path_following"},
     "products.robots": {"MJCF", "SDF", "URDF", "mjcf", "sdf"},

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class DeferredEvaluator(Protocol):
-    """Evaluator of the attributes of a solution on the first request: ``simulation.outcome.Outcome``."""
+    """Evaluator of the attributes of a solution on the first request: ``simulation.outcome.JudgedRun``."""
 
     @property
     def outputs(self) -> Mapping[str, Array]: ...

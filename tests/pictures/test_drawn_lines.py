@@ -197,7 +197,7 @@ MODEL: Any = SimpleNamespace(
 def test_mode_shapes_are_drawn_about_the_shape_at_rest(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
     kept: list[Any] = []
     monkeypatch.setattr(shapes, "save_figure", lambda figure, path: kept.append(figure) or path)
-    monkeypatch.setattr(shapes, "_Lines", Machine)
+    monkeypatch.setattr(shapes, "_MachineLines", Machine)
     modes = np.array([[1.0, 0.0, 0.5, 0.0, 1e-6], [0.0, 3.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 2.0, 1.0]])
     q, titles = np.array([0.01, 0.0, 0.0]), [f"title {k}" for k in range(count)]
     shapes.draw_modes(MODEL, q, 0.0, np.zeros(0), modes, titles, Path("a.png"))

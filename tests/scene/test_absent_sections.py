@@ -75,9 +75,9 @@ def test_a_first_reading_builds_no_validators_of_absent_sections() -> None:
     code = f"""
 import eomgen
 eomgen.load({ARM!r})
-from eomgen.scene.bodies.beam_schema import Beam
-from eomgen.scene.document.schema import Document
-print(Beam.__pydantic_complete__, Document.__pydantic_complete__)
+from eomgen.scene.bodies.beam_schema import BeamEntry
+from eomgen.scene.document.schema import SceneDocument
+print(BeamEntry.__pydantic_complete__, SceneDocument.__pydantic_complete__)
 """
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert ran.stdout.split() == ["False", "False"]

@@ -373,9 +373,9 @@ def test_builder() -> None:
 def test_json_schema() -> None:
     schema = json.loads(json_schema())
     definitions = schema["$defs"]
-    assert definitions["Constraint"]["required"] == ["type"]
-    assert len(definitions["Constraint"]["properties"]["type"]["enum"]) == 14
-    name, table = definitions["Frame"]["anyOf"]
+    assert definitions["ConstraintEntry"]["required"] == ["type"]
+    assert len(definitions["ConstraintEntry"]["properties"]["type"]["enum"]) == 14
+    name, table = definitions["FrameEntry"]["anyOf"]
     assert name["type"] == "string"
     assert list(table["properties"]) == ["body", "point", "position", "rotation", "orientation", "axis", "x_axis", "in"]
     assert schema["properties"]["coordinates"]["enum"] == ["joint", "absolute"]

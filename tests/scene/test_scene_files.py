@@ -776,10 +776,10 @@ def test_json_schema() -> None:
     schema = json.loads(json_schema())
     assert schema["required"] == ["format", "name"]
     assert schema["additionalProperties"] is False
-    assert schema["$defs"]["Joint"]["properties"]["type"]["enum"] == list(JOINTS)
-    assert schema["$defs"]["Parameter"]["anyOf"][0] == {"type": "number"}
-    assert schema["$defs"]["Body"]["required"] == ["mass"]
-    assert len(schema["$defs"]["Body"]["properties"]["inertia"]["anyOf"]) == 4
+    assert schema["$defs"]["JointEntry"]["properties"]["type"]["enum"] == list(JOINTS)
+    assert schema["$defs"]["ParameterEntry"]["anyOf"][0] == {"type": "number"}
+    assert schema["$defs"]["BodyEntry"]["required"] == ["mass"]
+    assert len(schema["$defs"]["BodyEntry"]["properties"]["inertia"]["anyOf"]) == 4
 
 
 def test_the_scene_needs_no_pydantic() -> None:

@@ -158,7 +158,7 @@ def equations(system: System, described: Description, *, width: int = 96) -> Sym
 
     Returns
     -------
-    Equations
+    SymbolicTerms
     """
     blocks = {name: system.functions[name].outputs[0] for name in TERMS if name in system.functions}
     refs = [ref for block in blocks.values() for ref in block.refs]

@@ -301,10 +301,8 @@ def _stiffness_fault(matrix: Array, model: str) -> tuple[str, str]:
     if not np.all(np.isfinite(matrix)):
         return "", ""
     if (pair := unlike(matrix)) is not None:
-        fault = (
-            f"the matrix is not symmetric, so it has no potential: entry [{pair[0]}][{pair[1]}] differs from [E1806]"
-        )
-        return f"{fault} [{pair[1]}][{pair[0]}]", "the mean of both"
+        entries = f"entry [{pair[0]}][{pair[1]}] differs from [{pair[1]}][{pair[0]}]"
+        return f"the matrix is not symmetric, so it has no potential: {entries} [E1806]", "the mean of both"
     for place in map(STRAINS.index, CONSTRAINED[model]):
         if matrix[place].any():
             fault = (
@@ -321,11 +319,8 @@ def _stiffness_fault(matrix: Array, model: str) -> tuple[str, str]:
     smallest = float(np.linalg.eigvalsh(matrix[np.ix_(free, free)] / np.outer(scale, scale))[0])
     if smallest > _NONE:
         return "", ""
-    fault = (
-        "the matrix is not positive definite, so the section gives way to some strain: scaled to a diagonal of"
-        " 1, [E1805]"
-    )
-    return f"{fault} its smallest eigenvalue is {smallest:.6g} [E1801]", _DEFINITE
+    least = f"scaled to a diagonal of 1, its smallest eigenvalue is {smallest:.6g}"
+    return f"the matrix is not positive definite, so the section gives way to some strain: {least} [E1801]", _DEFINITE
 
 
 #: Relative deviation of a block of a matrix from the required form that is allowed: written matrices have few digits.
@@ -370,8 +365,8 @@ def _inertia_fault(matrix: Array) -> tuple[str, str]:
     if not np.all(np.isfinite(matrix)):
         return "", ""
     if (pair := unlike(matrix)) is not None:
-        message = f"the matrix is not symmetric, as an inertia is: entry [{pair[0]}][{pair[1]}] differs from [E1810]"
-        return f"{message} [{pair[1]}][{pair[0]}]", "the mean of both"
+        entries = f"entry [{pair[0]}][{pair[1]}] differs from [{pair[1]}][{pair[0]}]"
+        return f"the matrix is not symmetric, as an inertia is: {entries} [E1810]", "the mean of both"
     mass = matrix[3, 3]
     if not mass > 0.0:
         return f"the mass per length, entry [3][3], is {mass:.6g} [E1809]", "a number above 0"
@@ -386,19 +381,15 @@ def _inertia_fault(matrix: Array) -> tuple[str, str]:
         apart = np.abs(given - form)
         if np.any(apart > _INERTIA_ROUNDING * scale):
             row, column = np.unravel_index(int(apart.argmax()), (3, 3))
-            message = (
-                f"no rigid section has this inertia: entry [{corner[0] + row}][{corner[1] + column}], a"
-                f" {block}, [E1811]"
-            )
-            return f"{message} is {given[row, column]:.6g} where {form[row, column]:.6g} belongs [E1812]", _FORM
+            entry = f"entry [{corner[0] + row}][{corner[1] + column}], a {block}, is {given[row, column]:.6g}"
+            wanted = f"{form[row, column]:.6g}"
+            return f"no rigid section has this inertia: {entry} where {wanted} belongs [E1812]", _FORM
     about = matrix[:3, :3] - mass * np.array([[y * y + z * z, 0.0, 0.0], [0.0, z * z, -y * z], [0.0, -y * z, y * y]])
     least, _, largest = np.linalg.eigvalsh(about).tolist()
     hint = "moments about the beam's axis, not about the centre of mass"
     if not least > NO_INERTIA * largest:
-        message = (
-            "the rotary inertia about the centre of mass is not positive definite: its smallest eigenvalue is [E1801]"
-        )
-        return f"{message} {least:.6g}", hint
+        about_center = "the rotary inertia about the centre of mass"
+        return f"{about_center} is not positive definite: its smallest eigenvalue is {least:.6g} [E1801]", hint
     fault = impossible(mass, about)
     return (f"about the centre of mass, {fault} [E1808]", hint) if fault else ("", "")
 

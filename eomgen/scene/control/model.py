@@ -11,7 +11,7 @@ from eomgen.formula.nodes import Formula
 
 @dataclass(frozen=True)
 class Calibration:
-    """How the gains of a state feedback are found, see ``control.schema.Calibration``; weights by name."""
+    """How the gains of a state feedback are found, see ``control.schema.CalibrationEntry``; weights by name."""
 
     method: Literal["lqr", "imsc", "pole_placement"]
     at: Literal["equilibrium", "initial"] = "equilibrium"

@@ -78,7 +78,7 @@ _KINDS: tuple[tuple[Any, str], ...] = (
 
 
 def tables() -> dict[str, type[Table]]:
-    """Return every class of the schema by name, for entries of force elements by the name of the element."""
+    """Return every class of the schema by name, for entries without the word ``Entry``."""
     models = tables_of(every_document()).values()
     parts = (part for table in models for part in table.__mro__ if issubclass(part, Table) and part is not Table)
     return {part.__name__.removesuffix("Entry"): part for part in parts}
@@ -187,7 +187,7 @@ def schema() -> dict[str, Any]:
     """Return the JSON Schema of scene files, as ``schema_of``."""
     point = {"type": "string", "description": "the name of a point"}
     formula = {"type": ["string", "number"], "description": "the formula alone"}
-    short = {"Parameter": (NUMBER_SCHEMA, QUANTITY_SCHEMA), "Definition": (formula,), "Frame": (point,)}
+    short = {"ParameterEntry": (NUMBER_SCHEMA, QUANTITY_SCHEMA), "DefinitionEntry": (formula,), "FrameEntry": (point,)}
     return schema_of(every_document(), short)
 
 
@@ -207,9 +207,10 @@ def schema_of(document: type[Table], short: Mapping[str, Sequence[dict[str, Any]
     description = document.model_json_schema()
     definitions = description["$defs"]
     for name, model in tables_of(document).items():
-        properties = definitions.get(name, description)["properties"]  # the document is not a definition
+        part = definitions.get(name, description)  # the document is not a definition
+        part["title"] = name.removesuffix("Entry")
         for key_name, (meaning, _) in fields_of(model).items():
-            _annotate(properties[key_name], meaning)
+            _annotate(part["properties"][key_name], meaning)
     for name, others in short.items():
         definitions[name] = {"anyOf": [*others, definitions[name]]}
     return {"$schema": "http://json-schema.org/draft-04/schema#", **_to_draft_4(description)}

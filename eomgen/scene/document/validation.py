@@ -457,7 +457,7 @@ def _keys_at(location: Location, model: Any) -> list[str]:
 
 
 def read_document(data: Mapping[str, Any], report: Report) -> tuple[SceneDocument, dict[str, set[str]]]:
-    """Turn nested data into a Document; invalid entries are reported and left out.
+    """Turn nested data into a SceneDocument; invalid entries are reported and left out.
 
     Returns
     -------

@@ -196,7 +196,7 @@ def differences_of(
     return apart | {f"output.{name}": np.abs(_table(ours[name]) - _table(theirs[name])) for name in ours}
 
 
-class MotionScales(NamedTuple):
+class Extent(NamedTuple):
     """Motion and forces at work in a run, as scales of components that hardly move.
 
     Attributes
@@ -214,7 +214,7 @@ class MotionScales(NamedTuple):
     fall: float
 
 
-def at_work(run: Run, rows: Array, parameters: Array) -> MotionScales | None:
+def at_work(run: Run, rows: Array, parameters: Array) -> Extent | None:
     """Return motion and forces at work in a run, by some of its rows; None if runs of the model have no inertia matrix.
 
     A part that rests by symmetry, or between forces in balance, moves by their rounding. Its own range is not a scale
@@ -243,9 +243,7 @@ def at_work(run: Run, rows: Array, parameters: Array) -> MotionScales | None:
     duration = float(rows[-1, 0] - rows[0, 0])
     values = {item.name: item.value for item in model.description.parameters}
     gravity = [evaluate(entry, lambda symbol: values[symbol.name]) for entry in model.description.gravity]
-    return MotionScales(
-        np.where(np.isfinite(rates), rates, 0.0), duration, forces, 0.5 * math.hypot(*gravity) * duration**2
-    )
+    return Extent(np.where(np.isfinite(rates), rates, 0.0), duration, forces, 0.5 * math.hypot(*gravity) * duration**2)
 
 
 def motion_size(
@@ -254,7 +252,7 @@ def motion_size(
     outputs: Mapping[str, Array],
     turns: NDArray[np.bool_] | None = None,
     energies: float = 0.0,
-    work: MotionScales | None = None,
+    work: Extent | None = None,
 ) -> MotionSize:
     """Return the size of the motion of recorded rows, (n, width); see ``size_of``."""
     return size_of(components_of(model), columns_of(model, rows), outputs, turns, energies, work)
@@ -266,7 +264,7 @@ def size_of(
     outputs: Mapping[str, Array],
     turns: NDArray[np.bool_] | None = None,
     energies: float = 0.0,
-    work: MotionScales | None = None,
+    work: Extent | None = None,
 ) -> MotionSize:
     """Return the size of a motion with given columns, by kind.
 

@@ -20,7 +20,7 @@ from eomgen.base.data import dataclass, field, replace
 from eomgen.base.messages import is_legal, legal_name, nearest, shown
 from eomgen.lie.numeric import rotation_matrix
 from eomgen.products.robots.draft import Axis, DraftJoint, DraftLink, DraftLoop, DraftMimic, WrittenPose
-from eomgen.products.robots.leftovers import Leftovers, ElementPlace, read_table
+from eomgen.products.robots.leftovers import ElementPlace, Leftovers, read_table
 from eomgen.products.robots.urdf.visuals import UrdfVisualReader
 from eomgen.products.robots.visuals import NEARLY, UNIT_LENGTH, NotDrawnError, off_right, read_numbers
 from eomgen.scene.inertia import NOTHING, Inertia, tensor

@@ -202,7 +202,7 @@ def column(values: Array) -> Array:
 class ClaimOutput:
     """A value of claims: one output of a function, (..., *shape).
 
-    ``ClaimOutput("mass", "M")[..., 0]`` is a part of the output, ``ClaimOutput("mass", "M") @ W`` the output times a matrix.
+    ``ClaimOutput("mass", "M")[..., 0]``, a part of the output, or ``ClaimOutput("mass", "M") @ W`` times a matrix.
     """
 
     def __init__(self, function: str, entry: str, value: Value | None = None) -> None:
