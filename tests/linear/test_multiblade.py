@@ -220,7 +220,7 @@ def test_signals_of_single_blades_in_no_group_are_named() -> None:
     model, u = eomgen.build(scene, profile="quick"), dict.fromkeys(("push", *blades(3, "moment")), 0.0)
     text = (
         r"the output tip_2 and the inputs moment_1, moment_2, moment_3 in no group of multiblade hold at one azimuth of"
-        r" shaft, because their part of the linear model turns; try: the equal signals of all blades as a group"
+        r" shaft, since their rows of the linear model turn; try: equal signals of all blades as a group"
     )
     with pytest.warns(RuntimeWarning, match=text):
         model.linearize(multiblade={"shaft": GROUP}, u=u)

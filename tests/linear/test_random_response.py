@@ -206,7 +206,7 @@ def test_the_table_over_classes_and_speeds_holds_the_values_of_single_calls(car:
     assert repr(table).splitlines()[0].split("  ")[0] == "class"
     assert "rms heave_acceleration (Wk) [m/s^2]" in table.headings
     assert table._repr_html_().count("<tr>") == 5
-    fault = r"weighting: front_spring is in m, and weightings are of accelerations in m/s\^2; try: an output that is"
+    fault = r"weighting: front_spring is in m, and weightings apply to accelerations in m/s\^2; try: an output that is"
     for call in (
         lambda: lin.rms("front_spring", excitation, weighting="Wk"),
         lambda: lin.ride_table(excitation, {"front_spring": "Wd"}),

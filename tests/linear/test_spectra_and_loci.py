@@ -62,7 +62,7 @@ def test_mean_squares_are_areas_between_two_frequencies() -> None:
     fine = PowerSpectrum("seat", "m/s^2", f, f)
     assert fine.rms(weighting="Wd") == pytest.approx(math.sqrt(weighted))
     assert repr(spectrum) == "<PowerSpectrum of seat: 3 points, 1 to 3 Hz; rms 2 m/s^2>"
-    with pytest.raises(UsageError, match="seat is in m, and weightings are of accelerations in m/s\\^2"):
+    with pytest.raises(UsageError, match="seat is in m, and weightings apply to accelerations in m/s\\^2"):
         PowerSpectrum("seat", "m", f, f).rms(weighting="Wk")
     with pytest.raises(UsageError, match="there is no weighting 'Wz'; try: Wk: vertical, of a seat or the floor; Wd:"):
         fine.rms(weighting="Wz")

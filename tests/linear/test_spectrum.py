@@ -87,7 +87,7 @@ def test_a_narrow_band_is_weighted_by_the_tabulated_factor(frequency: float) -> 
 
 def test_what_has_no_weighted_rms() -> None:
     spectrum = PowerSpectrum("seat", "m", np.linspace(0.0, 9.0, 10), np.ones(10), "")
-    with pytest.raises(UsageError, match=r"seat is in m, and weightings are of accelerations in m/s\^2"):
+    with pytest.raises(UsageError, match=r"seat is in m, and weightings apply to accelerations in m/s\^2"):
         spectrum.rms(weighting="Wk")
     acceleration = PowerSpectrum("seat", "m/s^2", np.linspace(0.0, 9.0, 10), np.ones(10), "")
     with pytest.raises(UsageError, match="there is no weighting 'Wx'"):
@@ -129,7 +129,7 @@ def test_runs_without_a_weighted_rms() -> None:
     t = np.linspace(0.0, 1.0, 101)
     run = _of_signal(t, np.ones(101), "m")
     for call, text in (
-        (lambda: run.rms("seat", weighting="Wk"), r"seat is in m, and weightings are of accelerations in m/s\^2"),
+        (lambda: run.rms("seat", weighting="Wk"), r"seat is in m, and weightings apply to accelerations in m/s\^2"),
         (lambda: _of_signal(t, t).rms("seat", weighting="Wx"), "there is no weighting 'Wx'; try: Wk: vertical"),
         (lambda: _of_signal(t[:9], t[:9]).rms("seat", weighting="Wk"), "9 rows, and a weighting needs 16 and more"),
         (lambda: run.rms("seat", start=2.0), "the run has 0 rows from 2 s on, and a mean over time needs 2"),

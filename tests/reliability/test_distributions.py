@@ -120,8 +120,8 @@ def test_counts_replace_probabilities_that_they_contradict() -> None:
         share, told = (1.0 - under / 200, 1e-3) if upper else (under / 200, below[k])
         sign = ">" if upper else "<="
         assert notes[k - 1] == (
-            f"P(y {sign} {threshold:g}) is {told:.3g} by samples about its most probable point and {share:.3g} by 200"
-            " samples about the mean, which is taken: there are other regions that lead there [W0061]"
+            f"P(y {sign} {threshold:g}) is {told:.3g} by samples about its most probable point, but {share:.3g} by 200"
+            " samples about the mean: other regions contribute, and the latter is taken [W0061]"
         )
     assert len(notes) == 3 and np.isnan(result.below[0]) and result.below[4] == below[4]
 

@@ -27,7 +27,7 @@ class Names(frozenset[str]):
 
     sizes: dict[str, int]
 
-    def of_runs(self, name: str) -> bool:
+    def for_runs(self, name: str) -> bool:
         return name in self
 
 
