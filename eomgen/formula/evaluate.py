@@ -153,7 +153,7 @@ def quantities(formula: Formula) -> Iterator[EntryQuantity]:
 
 
 def entries(formula: Formula) -> frozenset[tuple[str, str]]:
-    """Return section and name of all entries whose quantities are in a formula."""
+    """Return (section, name) of the scene entries that a formula refers to, such as (``springs``, ``front``)."""
     return frozenset((item.word.section, item.item.name) for item in quantities(formula))
 
 

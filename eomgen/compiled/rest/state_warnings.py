@@ -50,7 +50,7 @@ class SceneMeasures:
         self.values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
 
     def number(self, formula: Formula) -> float:
-        """Return the value of a formula of parameters; 0 for a formula without a value."""
+        """Evaluate a formula at the parameters; 0 for a division by zero or an unknown symbol."""
         try:
             return float(evaluate(formula, lambda symbol: self.values[symbol.name]))
         except (ArithmeticError, KeyError):

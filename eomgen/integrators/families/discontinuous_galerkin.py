@@ -103,7 +103,7 @@ class DiscontinuousGalerkin(OneFactorization):
     renewal = "needs no restart, because it evaluates the forces at its start"
 
     def __post_init__(self) -> None:
-        """Check the conditions on quadrature, operators and order."""
+        """Check that nodes, integration operators and passes meet the conditions of the order."""
         operators, one = self.operators, Fraction(1)
         nodes, weights = operators.nodes, operators.integration[-1]
         for k in range(2 * len(nodes) - 1):

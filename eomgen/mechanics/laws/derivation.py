@@ -165,7 +165,8 @@ def relative_motion() -> Kernel:
 def elastic_row() -> Kernel:
     """Derive the virtual work of A + U s + 2 w x s' + s'' along one elastic coordinate.
 
-    In integrals ``f0`` (int phi_0), ``f0s1``, ``f0v1``, ``f0r1``, and A0..A2, U00..U22, w0..w2.
+    A and U are the frame's acceleration and the matrix of angular terms, w the angular velocity, s the elastic
+    displacement. The kernel has arguments ``f0`` (int phi_0), ``f0s1``, ``f0v1``, ``f0r1``, A0..A2, U00..U22, w0..w2.
     """
     A = sympy.Matrix(sympy.symbols("A0:3"))
     U = sympy.Matrix(3, 3, lambda i, j: sympy.Symbol(f"U{i}{j}"))

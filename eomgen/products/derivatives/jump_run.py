@@ -157,8 +157,8 @@ class JumpRun(StartedRun[JumpPart]):
     # -- sweeps ----------------------------------------------------------------------------------------------------
 
     def tangents(self, part: JumpPart, dp: Array, state: Array) -> Array:
-        """Take tangents through the sweeps and cuts of a part, and return the tangents of the rows; see
-        ``LinearRun``."""
+        """Propagate tangents through the smooth steps and the jumps of a segment, and return the tangents at its rows;
+        see ``LinearRun``."""
         record = np.empty((len(part.times), self.linear.record_size, state.shape[1]))
         of_steps, inertia, last = (block.copy() for block in np.split(state, self._split))
         time = np.zeros((1, state.shape[1]))

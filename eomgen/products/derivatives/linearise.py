@@ -203,7 +203,7 @@ def _linear_run(
     by: DerivativeVariables,
     rows: Sequence[int],
 ) -> LinearRun[Any]:
-    """Return the run with linearised steps."""
+    """Return the linearised run of the class that fits the method, ready for tangents and adjoints."""
     model = run.model
     motion: type[ReplayedRun]
     linear: Callable[..., LinearRun[Any]]

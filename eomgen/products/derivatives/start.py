@@ -451,12 +451,15 @@ class LinearizedStart:
 
 
 def on_constraints(start: LinearizedStart, along: StateDirections, inverse_inertia: Array) -> StateDirections:
-    """Return directions whose states stay on the constraints, moved there as runs move their initial states: by the
-    nearest change in the metric of M, and by the steps from the state that was asked for; after dp the changes of W =
-    1/M_ii, by which multipliers move positions.
+    """Project directions at the start onto the constraints, as runs project initial states: by the nearest change in
+    the metric of M.
+
+    The changes of W = 1/M_ii, the weights of multipliers in positions, stand below ``dp`` in the result.
 
     Parameters
     ----------
+    start : the start, made linear
+    along : directions before the projection
     inverse_inertia : (nv,) W; empty if there is none
     """
     equations = start.equations

@@ -42,7 +42,7 @@ class Dependencies:
         self._sampled = {int(row["state"]) for row in rows}
 
     def of(self, kind: str, index: int) -> tuple[set[Known], set[Known]] | None:
-        """Return the knowns of an unknown, with constant derivatives and all further ones; None without patterns."""
+        """Return the variables that determine an unknown: with constant derivatives, and others; None if not known."""
         if kind == "der_q":
             return self._of_rate(index)
         if kind == "der_v":

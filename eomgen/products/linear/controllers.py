@@ -503,7 +503,7 @@ class _Writer:
 
 
 def _clock(sensor: _Hardware) -> dict[str, Any]:
-    """Return the keys of a sampled sensor besides its sample."""
+    """Return quantum and delay of a sampled sensor as keys of a scene, without zeros."""
     return {key: value for key, value in (("quantum", sensor.quantum), ("delay", sensor.delay)) if value}
 
 

@@ -38,7 +38,7 @@ MOST_SECOND_DERIVATIVES = 20_000
 
 @dataclass
 class Texts:
-    """Patterns and tables that the C declares, each once."""
+    """Sparsity patterns and integer tables of the generated C, equal ones declared once."""
 
     patterns: list[tuple[int, ...]] = field(default_factory=list)
     tables: list[tuple[int, ...]] = field(default_factory=list)

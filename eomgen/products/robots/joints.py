@@ -93,7 +93,7 @@ def forces_of(axes: Sequence[Axis]) -> dict[str, Any]:
 
 
 def friction_of(axes: Sequence[Axis], unit: str) -> dict[str, Any] | None:
-    """Return the dry friction of a joint as a key of a scene; None without."""
+    """Return the dry friction of a joint, {coulomb, velocity} as in a scene; None without friction."""
     levels = [axis.friction for axis in axes]
     if not any(level > 0.0 for level in levels):
         return None

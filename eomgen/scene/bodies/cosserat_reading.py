@@ -356,7 +356,7 @@ def _diagonal(entries: Sequence[Formula]) -> Rows:
 
 
 def _check_fold(whole: BeamKeys, turn: float, elements: int, values: Values) -> None:
-    """Report an initial shape of which an element turns by half a turn or more."""
+    """Add a fault to the report if an element of the initial shape turns by 180 degrees or more."""
     if turn < math.pi or values.report.concerns(whole.key):
         return
     least = math.floor(turn * elements / math.pi) + 1

@@ -114,7 +114,7 @@ def units() -> str:
 
 
 def described_classes(page: str) -> list[str]:
-    """Return the names of the classes whose tables are on a page."""
+    """Return the classes of scene tables that a page of the manual describes, by its markers."""
     return [match[2] for match in _MARKED.finditer(page)]
 
 

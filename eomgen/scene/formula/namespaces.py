@@ -93,7 +93,7 @@ def _by_parameters(symbol: Symbol, names: SceneNames, scope: Scope) -> Formula:
 
 
 def names_of_file(text: str, section: str, names: Collection[str]) -> dict[str, str]:
-    """Return the scene's names of a section's entries by name in the file of a text."""
+    """Map names of a section's entries in the file that ``text`` was read from to names in the scene."""
     spaces = spaces_of(text)
     if not spaces:
         return {name: name for name in names}

@@ -54,7 +54,7 @@ _NO_LENGTH = 1e-9
 
 
 def read_constraint(name: str, entry: written.ConstraintEntry, reading: Reading) -> Constraint:
-    """Return a checked constraint; frames on geometrically exact beams are on nodes. Faults are reported."""
+    """Return a checked constraint, with frames on geometrically exact beams moved to nodes. Faults are reported."""
     key, values, points = key_of("constraints", name), reading.values, reading.items["points"]
     values.check_kind(key, entry, "type", {row.name: row.constraint_keys for row in TYPES.values()})
     shape = entry.shape or Constraint.shape

@@ -135,7 +135,7 @@ class Stationary:
     A: Array
 
     def rms(self, of_state: ArrayLike) -> Array:
-        """Return the root mean square of F x, (rows,), for F (rows, 2n)."""
+        """Return the root mean square (rows,) of F x under the stationary covariance of x, for F (rows, 2n)."""
         F = np.atleast_2d(np.asarray(of_state, dtype=float))
         return np.asarray(np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", F, self.covariance, F), 0.0)))
 

@@ -156,7 +156,7 @@ def _point(draft: MjcfDraft, site: int, passed: Sequence[str] = ()) -> str:
 
 
 def _obstacle(draft: MjcfDraft, index: int, title: str, k: int) -> dict[str, Any] | None:
-    """Return the obstacle of a wrapping geom; None if the geom is too small, or for a fault."""
+    """Return the obstacle that a tendon wraps, as keys of a scene; None after a reported fault."""
     model = draft.model
     geom, side = int(model.wrap_objid[k]), round(float(model.wrap_prm[k]))
     at = draft.places[int(model.geom_bodyid[geom])].of(np.array(model.geom_pos[geom]), model.geom_quat[geom])

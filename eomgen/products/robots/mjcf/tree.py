@@ -109,7 +109,7 @@ class BodyReader:
             self.add_armature(which, key)
 
     def joint(self, joint: int, body: str) -> tuple[DraftJoint, Array]:
-        """Return a joint, and its anchor in the body."""
+        """Convert an MJCF joint of a body: return the joint of the draft, and the anchor (3,) in the body, m."""
         scene, model, kind = self.scene, self.model, int(self.model.jnt_type[joint])
         name = scene.joints[joint] = scene.name("joint", scene.element_name("joint", joint), f"{body}_{_WORDS[kind]}")
         start, rate = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])

@@ -172,7 +172,7 @@ def _move_origin(scene: dict[str, Any]) -> None:
 
 
 def _weigh(scene: dict[str, Any], factor: str, *, last: bool) -> None:
-    """Give mass and inertia of the first or the last body that has a mass a factor."""
+    """Multiply mass and inertia by a factor, in the first or the last body with a mass."""
     bodies = [(name, body) for name, body in scene.get("bodies", {}).items() if body.get("mass") not in (None, 0, 0.0)]
     if not bodies or (last and len(bodies) < 2):
         return

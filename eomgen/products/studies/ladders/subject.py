@@ -189,7 +189,7 @@ class Subject:
 
     @cached_property
     def start(self) -> tuple[Array, Array]:
-        """Start of cells: the scene's initial state, q and v, on the constraints."""
+        """Initial state of all runs of a ladder: q and v of the scene, moved onto the constraints."""
         model = self.model(OWN)
         q, v = np.array(model.initial_q), np.array(model.initial_v)
         if model.multipliers:

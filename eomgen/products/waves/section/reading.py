@@ -41,7 +41,7 @@ from eomgen.system.signals import Parameter, variables_of
 
 @dataclass(frozen=True)
 class UnbrokenSea:
-    """Rule for the significant height of a sea, m, whose waves at the peak have a wave number, rad/m, at a depth, m."""
+    """Rule that the significant height, m, is below the height at which peak waves of k, rad/m, break at a depth, m."""
 
     k: float
     depth: float
