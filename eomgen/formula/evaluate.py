@@ -153,7 +153,7 @@ def quantities(formula: Formula) -> Iterator[EntryQuantity]:
 
 
 def entries(formula: Formula) -> frozenset[tuple[str, str]]:
-    """Return (section, name) of the scene entries that a formula refers to, such as (``springs``, ``front``)."""
+    """Return (section, name) of laws, maps, waves and other entries with a word of their own in a formula."""
     return frozenset((item.word.section, item.item.name) for item in quantities(formula))
 
 

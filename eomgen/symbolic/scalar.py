@@ -206,17 +206,17 @@ def plus(x: Vector, y: Vector) -> Vector:
 
 
 def minus(x: Vector, y: Vector) -> Vector:
-    """Return the difference of two vectors.
+    """Return the difference of two vectors in space.
 
     Parameters
     ----------
-    x, y : sequence of Scalar
-        Vectors (n,).
+    x, y : Vector
+        Vectors (3,).
 
     Returns
     -------
-    list of Scalar
-        The difference x - y, (n,).
+    Vector
+        The difference x - y, (3,).
     """
     return (x[0] - y[0], x[1] - y[1], x[2] - y[2])
 
@@ -226,19 +226,19 @@ def negative(x: Vector) -> Vector:
 
 
 def scaled(factor: Scalar | Number, x: Vector) -> Vector:
-    """Return a multiple of a vector.
+    """Return a multiple of a vector in space.
 
     Parameters
     ----------
     factor : Scalar or float
         The factor.
-    x : sequence of Scalar
-        Vector (n,).
+    x : Vector
+        Vector (3,).
 
     Returns
     -------
-    list of Scalar
-        The product factor x, (n,).
+    Vector
+        The product factor x, (3,).
     """
     return (x[0] * factor, x[1] * factor, x[2] * factor)
 

@@ -157,8 +157,11 @@ class JumpRun(StartedRun[JumpPart]):
     # -- sweeps ----------------------------------------------------------------------------------------------------
 
     def tangents(self, part: JumpPart, dp: Array, state: Array) -> Array:
-        """Propagate tangents through the smooth steps and the jumps of a segment, and return the tangents at its rows;
-        see ``LinearRun``."""
+        """Propagate tangents through a block of consecutive steps, samples and events included.
+
+        ``state`` becomes the tangent at the end of the block; the tangents at its rows, (steps, record, directions),
+        are returned, see ``LinearRun``.
+        """
         record = np.empty((len(part.times), self.linear.record_size, state.shape[1]))
         of_steps, inertia, last = (block.copy() for block in np.split(state, self._split))
         time = np.zeros((1, state.shape[1]))

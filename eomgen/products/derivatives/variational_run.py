@@ -156,7 +156,7 @@ class VariationalRun(TransitionRun):
         return C, along
 
     def momenta(self, state: States, prescribed: PrescribedInputs) -> Momenta:
-        """Return momenta and their rates at states."""
+        """Return p = dT/dv and R = dT/dq + Q (without reactions) at states, with partials of both."""
         equations, nv = self.equations, self.equations.nv
         model, count = equations.model.having(("momenta", "momenta_derivatives")), len(state.t)
         blocks = self.blocks(state, prescribed)

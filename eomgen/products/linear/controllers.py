@@ -503,7 +503,7 @@ class _Writer:
 
 
 def _clock(sensor: _Hardware) -> dict[str, Any]:
-    """Return quantum and delay of a sampled sensor as keys of a scene, without zeros."""
+    """Return the keys ``quantum`` and ``delay`` of a sampled sensor or actuator, each unless it is zero."""
     return {key: value for key, value in (("quantum", sensor.quantum), ("delay", sensor.delay)) if value}
 
 

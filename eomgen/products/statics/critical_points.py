@@ -309,7 +309,7 @@ def half_way(statics: LoadedStatics, rest: LoadedState, factor: float) -> float 
 
 
 def _rate(statics: LoadedStatics, rest: LoadedState, change: float) -> csc_array:
-    """Return dK/d(load factor) of the tangent stiffness K along the path, by central differences."""
+    """Return K' = dK/d(load factor) of linear buckling, (K + mu K') phi = 0, by central differences along the path."""
     onwards = direction(statics, rest, held_factor(statics, rest))
     if onwards is None or onwards.s == 0.0:
         raise ArithmeticError("the tangent stiffness is singular there [E2086]")

@@ -69,7 +69,7 @@ def parameters_over(events: Events | None, model: CompiledModel, p: Array, t: Ar
 
 
 def parameters_with(events: Events, model: CompiledModel, p: Array, modes: Array) -> Array:
-    """Return parameters p (np,) with the columns of discrete modes set to ``modes`` (..., modes): (..., np)."""
+    """Repeat parameters p (np,) with the columns of discrete modes set to ``modes`` (..., modes): (..., np)."""
     columns = [list(model.parameters).index(mode_parameter(name)) for name in events.mode_names]
     result = np.broadcast_to(p, (*modes.shape[:-1], len(p))).copy()
     result[..., columns] = modes
