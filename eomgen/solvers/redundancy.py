@@ -245,7 +245,7 @@ def check_left_out(
 
     Parameters
     ----------
-    system : Constrained
+    system : ConstrainedSystem
         With all rows.
     left_out : names of rows
     at : in words: the parameters at which this is so

@@ -106,7 +106,7 @@ class _SpringKind:
         self.results = _results(algebra, ends, numbers[2 * (_NODE + _POINT) :])
 
     def _node(self, end: _SpringEnd) -> list[Scalar]:
-        """Return the frame and the twist of the link at an end, and the place of the end in the link: (21,). (21,)."""
+        """Return the frame and the twist of the link at an end, and the place of the end in the link, (21,)."""
         orientation, origin = self.quantities.kinematics.pose(end.link)
         omega, velocity = self.quantities.kinematics.twist(end.link)
         return [*chain.from_iterable(orientation), *origin, *omega, *velocity, *end.place]
@@ -167,7 +167,7 @@ def _results(
     places: list[Vector] = [(numbers[_NODE], numbers[_NODE + 1], numbers[_NODE + 2]) for numbers in ends]
     positions, velocities = [], []
     for node, point in zip(nodes, places, strict=True):
-        # ``Node.axes`` are the rows of the orientation here, since poses are given as matrices
+        # ``SectionFrame.axes`` are the rows of the orientation here, since poses are given as matrices
         positions.append(plus(node.origin, apply(node.axes, point)))
         velocities.append(apply(node.axes, plus(node.velocity, cross(node.omega, point))))
     stiffness, damping, slack = law

@@ -118,9 +118,9 @@ def made_alike(tree: Tree, grouped: Tree) -> tuple[Tree, Tree]:
 def generic_rows(
     algebra: Algebra, members: Sequence[int], rows: Sequence[Sequence[Scalar]], label: str
 ) -> list[list[Scalar]]:
-    """Replace numbers in which equal members differ by generic constants, so that all members share one recording.
+    """Return the rows; numbers of columns in which members differ keep their values but are not simplified.
 
-    ``rows`` has the numbers of a member in each row. Numbers that depend on parameters are not changed.
+    ``rows`` has the numbers of a member in each row. Columns with entries that depend on parameters are unchanged.
     """
     columns = []
     for index, column in enumerate(zip(*rows, strict=True)):

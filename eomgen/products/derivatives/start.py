@@ -454,7 +454,7 @@ def on_constraints(start: LinearizedStart, along: StateDirections, inverse_inert
     """Project directions at the start onto the constraints, as runs project initial states: by the nearest change in
     the metric of M.
 
-    The changes of W = 1/M_ii, the weights of multipliers in positions, stand below ``dp`` in the result.
+    With W, ``dp`` of the result has nv more rows: the changes of W = 1/M_ii, which follow from dq and dp.
 
     Parameters
     ----------

@@ -356,7 +356,7 @@ def _diagonal(entries: Sequence[Formula]) -> Rows:
 
 
 def _check_fold(whole: BeamKeys, turn: float, elements: int, values: Values) -> None:
-    """Add a fault to the report if an element of the initial shape turns by 180 degrees or more."""
+    """Report a beam if ``turn``, the largest angle along one element at rest, rad, is pi or more."""
     if turn < math.pi or values.report.concerns(whole.key):
         return
     least = math.floor(turn * elements / math.pi) + 1

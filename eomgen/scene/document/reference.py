@@ -114,7 +114,7 @@ def units() -> str:
 
 
 def described_classes(page: str) -> list[str]:
-    """Return the classes of scene tables that a page of the manual describes, by its markers."""
+    """Return NAME of all marks ``<!-- keys of NAME -->`` in the text of a page, in order."""
     return [match[2] for match in _MARKED.finditer(page)]
 
 

@@ -325,7 +325,7 @@ class _Converter:
 
         Returns
         -------
-        Refused or None
+        FaultyText or None
             In place of a refused name.
         """
         factors = factors_of(self.labels.get(name, ""))

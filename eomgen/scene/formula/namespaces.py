@@ -93,7 +93,7 @@ def _by_parameters(symbol: Symbol, names: SceneNames, scope: Scope) -> Formula:
 
 
 def names_of_file(text: str, section: str, names: Collection[str]) -> dict[str, str]:
-    """Map names of a section's entries in the file that ``text`` was read from to names in the scene."""
+    """Return the scene's name of each entry among ``names`` by its name in the file with the formula ``text``."""
     spaces = spaces_of(text)
     if not spaces:
         return {name: name for name in names}

@@ -83,7 +83,7 @@ def read_formula(text: str, names: SceneNames, scope: Scope) -> Formula:
     ----------
     text : str
         At most 2000 characters and 50 levels.
-    names : Names
+    names : SceneNames
         Names that the scene declares.
     scope : Scope
         Which kinds of symbols may occur here.

@@ -72,7 +72,7 @@ class Values:
 
     Parameters
     ----------
-    names : Names
+    names : SceneNames
         Names that formulas may mention.
     parameters : mapping
         Default value of each parameter that is known.

@@ -77,7 +77,7 @@ class Stepper:
     settings : mapping from name to number
         In the order of ``integrators.stepper_layout.default_settings``.
     parameters : (np,) array
-    controllers : Controllers, optional
+    controllers : CallerControllers, optional
         The caller's functions, which samples call.
     """
 

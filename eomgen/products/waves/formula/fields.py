@@ -132,7 +132,7 @@ class WaveField:
         return rest + growing * self._full("water_velocity", component, place, t, given)
 
     def _sizes(self, given: list[NDArray[np.float64]]) -> NDArray[np.complex128]:
-        """Return the complex amplitude of each wave component relative to the drawn sea, (..., n), at parameters."""
+        """Return the complex factor of exp(i angle) of each wave component, (..., n), at parameters."""
         sizes = np.ones(len(self.components), dtype=complex)
         if self.factor is not None:
             factor = given[0][..., None]
