@@ -81,7 +81,7 @@ def keys() -> Iterator[str]:
     """Yield the keys of tables of a scene."""
     schema = scene_schema()
     for table, entry in (("scene", schema), *schema["$defs"].items()):
-        yield from (f"[{table}] {key}" for key in entry.get("properties", {}))
+        yield from (f"[{table.removesuffix('Entry')}] {key}" for key in entry.get("properties", {}))
 
 
 def earlier_names(names: Iterable[str]) -> Iterator[str]:

@@ -86,6 +86,7 @@ WITHOUT_PAGE = {
     "of authors of front ends, targets, methods and sections": {
         "eomgen.codegen.program.Program",
         "eomgen.codegen.targets.target.Names",
+        "eomgen.errors.Message",
         "eomgen.integrators.families.family.Bound",
         "eomgen.integrators.families.family.LinearStep",
         "eomgen.integrators.families.family.LinearTransitions",

@@ -265,7 +265,7 @@ TIMES = np.linspace(0.0, 0.01, 5)
             "function, lambda t: ..., or [inputs] motor = { formula = ... } in the scene"),
         (runs(inputs={"motor": (TIMES, TIMES)}), "(11,) is needed: one value at every point of the step grid; try: la"),
         (runs(inputs={"motor": np.column_stack([TIMES, TIMES])}), "try: lambda t: np.interp(t, times, values)"),
-        (runs(inputs={"motor": lambda t: None}), "gives nothing (None) at t = 0 s; try: a return statement"),
+        (runs(inputs={"motor": lambda t: None}), "the function returns None at t = 0 s; try: a return statement"),
         (runs(start={"shoulder": 0.3}), "a run cannot start at {'shoulder': 0.3}; try: initial={...}, for a state"),
         (lambda: arm().simulate(np.linspace(0, 1, 11)), "not ndarray; try: t_end=times[-1], step=times[1] - times[0]"),
         (lambda: arm().simulate(float("nan"), 1e-3), "t_end is nan, not a finite number; try: a finite number of seco"),

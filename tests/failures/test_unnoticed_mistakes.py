@@ -159,7 +159,7 @@ def test_what_changes_nothing_is_noted() -> None:
 
 
 def test_smoothing_without_jumps_is_noted() -> None:
-    assert "joints.x.drive: smooth changes nothing" in notes(slider(drive="0.1*sin(t)", smooth="10 ms"))
+    assert "joints.x.drive: smooth has no effect" in notes(slider(drive="0.1*sin(t)", smooth="10 ms"))
     assert not notes(slider(drive="1 if t > 1 else 0", smooth="10 ms"))
 
 
