@@ -245,8 +245,8 @@ def test_refusals_name_key_and_remedy(road: object, message: str) -> None:
 
 def test_json_schema_knows_roads() -> None:
     definitions = schema()["$defs"]
-    assert definitions["Road"]["properties"]["class"]["anyOf"][0]["enum"] == list("ABCDEFGH")
-    assert definitions["Road"]["required"] == ["speed"]
-    assert definitions["Road"]["properties"]["harmonics"]["maximum"] == 2000
-    assert "road" in definitions["Input"]["properties"]
+    assert definitions["RoadEntry"]["properties"]["class"]["anyOf"][0]["enum"] == list("ABCDEFGH")
+    assert definitions["RoadEntry"]["required"] == ["speed"]
+    assert definitions["RoadEntry"]["properties"]["harmonics"]["maximum"] == 2000
+    assert "road" in definitions["InputEntry"]["properties"]
     json.dumps(definitions)

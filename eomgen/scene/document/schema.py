@@ -150,7 +150,7 @@ def _document(keys: frozenset[str]) -> type[SceneDocument]:
         sections = {row.key: _field(row) for row in rows if row.key in wanted}
         further = {key: sections.pop(key) for key in _keys_of_others(rows)}
         fields: dict[str, Any] = {**parts, **sections, "simulation": _SIMULATION, **further}
-        made = create_model("Document", __base__=SceneDocument, __doc__=SceneDocument.__doc__, **fields)
+        made = create_model("SceneDocument", __base__=SceneDocument, __doc__=SceneDocument.__doc__, **fields)
         made.rows = rows
         _MADE[rows, wanted] = made
     return _MADE[rows, wanted]
