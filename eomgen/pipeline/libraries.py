@@ -40,13 +40,6 @@ _LONG = 4500
 _OF_RUNS = b"\0of runs"
 
 
-def find_library(request: LibraryRequest) -> Library | None:
-    """Return a library from the cache; the compiled one, if the profile has one that is compiled later."""
-    builder = request.builder
-    successor = builder.profile.successor
-    return (builder.variant(profile=successor) if successor else builder).find(request.content)
-
-
 def compile_library(request: LibraryRequest, write: WriteProgram, steps: float | None = None) -> Library:
     """Return a library that the cache does not have, made as the row of the profile says.
 

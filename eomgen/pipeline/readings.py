@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property, partial
 from importlib import import_module
 from inspect import getattr_static
+from operator import attrgetter
 from pathlib import Path
 from types import BuiltinFunctionType, FunctionType, MethodType
 from typing import TYPE_CHECKING, Any
@@ -356,10 +357,13 @@ def _name(value: Any) -> str:
 def _object(name: str) -> Any:
     """Return a class or function of eomgen. Raises NoRecordError for any other name."""
     module, _, attribute = name.partition(":")
-    known = module.startswith("eomgen.") or name in _COMPARISONS
-    value = import_module(module) if known else None
-    for part in attribute.split("."):
-        value = getattr(value, part, None)
-    if value is None:
+    if not (module.startswith("eomgen.") or name in _COMPARISONS):
+        raise NoRecordError(name)
+    try:
+        value = attrgetter(attribute)(import_module(module))
+        own = _name(value) == name  # no import of the module, such as ``os.system``
+    except AttributeError:
+        own = False
+    if not own:
         raise NoRecordError(name)
     return value

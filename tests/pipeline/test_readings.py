@@ -241,6 +241,10 @@ def test_a_record_names_each_file_that_was_opened(arm: Path) -> None:
         '[[["eomgen.pipeline.readings:stored_scene",["x"]]],{"of":[0,1]}]',
         '[[["eomgen.toolchain.cache:Cache",["x"]]],{"of":[0,1]}]',
         '[[],{"function":"os:system"}]',
+        '[[],{"function":"eomgen.toolchain.cache:no_such_function"}]',
+        '[[],{"function":"os:__class__.__base__.__subclasses__"}]',
+        '[[],{"function":"eomgen.pipeline.readings:os.system"}]',
+        '[[],{"function":"eomgen.pipeline.readings:import_module"}]',
         '[[],{"function":"eomgen.toolchain.cache:Cache"}]',
     ],
 )
