@@ -283,7 +283,7 @@ class Program:
         Of the constraint rows: m, 1 or m/s.
     frames : tuple of str
         Bodies and named frames that the functions of frames give, in order.
-    sources : tuple of SourceFile
+    sources : tuple of SceneSource
         C files that the scene brings along.
     external : tuple of ProgramExternal
         Functions of these files, and their slopes, that functions call.

@@ -20,6 +20,7 @@ from typing import Any
 
 from eomgen.base.messages import Log
 from eomgen.base.progress import counted_units
+from eomgen.base.version import __version__, checkout_stamp
 from eomgen.errors import EomgenError, Problem, ToolchainError
 from eomgen.toolchain.cache import Cache, Entry
 from eomgen.toolchain.cffi_build import (
@@ -548,7 +549,8 @@ class Builder:
         compiler, flags = self.compiler, (*self.profile.flags, *_REALS["lanes"])
         texts, tables = library_texts(library.folder), tables_in(library.folder)
         described = [library.layout[name] for name in ("prefix", "method", "sizes", "functions")]
-        content = b"lanes of " + json.dumps([texts, *described]).encode()
+        translator = (__version__, checkout_stamp())  # the code that makes the files of the lanes from these texts
+        content = b"lanes of " + json.dumps([texts, *described, *translator]).encode()
         key = library_key(content, compiler, self.profile, flags, "abi")
 
         def fill(folder: Path) -> None:

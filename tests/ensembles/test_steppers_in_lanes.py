@@ -193,6 +193,20 @@ def test_each_lane_has_the_bits_of_a_run_alone(name: str, method: str) -> None:
     assert not np.array_equal(rows[0], rows[1])
 
 
+def test_a_changed_translator_translates_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    library = eomgen.build(EXAMPLES / "pendulum_on_shaking_base" / "scene.toml", method="rk4").library
+    lane_builder = builder.Builder(cache=builder.Cache(tmp_path))
+
+    def refusal(text: str) -> str:
+        lanes = lane_builder.build_lanes(library, "", lambda texts, preprocess: {builder.REFUSED: text})
+        assert isinstance(lanes, str)
+        return lanes
+
+    assert [refusal("a loop"), refusal("a call")] == ["a loop", "a loop"]
+    monkeypatch.setattr("eomgen.toolchain.builder.checkout_stamp", lambda: "changed")
+    assert refusal("a call") == "a call"
+
+
 @pytest.mark.slow
 @pytest.mark.long_cases("rk45")
 @pytest.mark.parametrize("method", ["generalized_alpha", "rk45"])
