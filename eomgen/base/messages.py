@@ -61,7 +61,6 @@ class Log:
             self._logger.debug(text, *values, stacklevel=2)
 
 
-@lru_cache(2**16)
 @cache
 def log_notes(name: str, notes: tuple[str, ...]) -> None:
     """Hand on the notes of a scene, once in a process, to the logger ``eomgen.notes`` at the level ``WARNING``.
@@ -76,6 +75,7 @@ def log_notes(name: str, notes: tuple[str, ...]) -> None:
         sys.stderr.write(f"{text}\n")
 
 
+@lru_cache(2**16)
 def is_legal(name: str) -> bool:
     """Return whether a name is an ASCII identifier of at most 64 characters."""
     return name.isascii() and name.isidentifier() and len(name) <= NAME_LENGTH

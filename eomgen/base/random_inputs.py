@@ -69,5 +69,5 @@ def standard_normals(seed: int, count: int, name: str = "") -> Array:
     from statistics import NormalDist  # noqa: PLC0415  # few scenes have random inputs
 
     generator, normal = random.Random(f"{seed} {name}"), NormalDist()
-    # quantiles of the middles of 2^53 equal cells, so that neither 0 nor 1 is among them
+    # quantiles of the middles of 2^52 equal cells, so that neither 0 nor 1 is among them
     return np.array([normal.inv_cdf((generator.getrandbits(52) + 0.5) * 2.0**-52) for _ in range(count)])

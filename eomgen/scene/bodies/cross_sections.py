@@ -1,8 +1,5 @@
-"""Cross sections of beams: the keys given, the values that follow from their shape, and inertia and stiffness as 6 x
-6 matrices.
-
-Cross sections of beams: the keys given, and the values that follow from their shape: area, second moments, torsion
-constant and shear factors by their sizes and Poisson's ratio.
+"""Cross sections of beams: the keys in the scene, the values that follow from the shape (area, second moments, torsion
+constant, shear factors by the sizes and Poisson's ratio), and inertia and stiffness as matrices (6, 6).
 
 Torsion of a rectangle is Saint-Venant's series (Timoshenko and Goodier, Theory of Elasticity, 1970, section 109);
 shear factors follow Cowper, J. Appl. Mech. 33 (1966) 335.
