@@ -549,8 +549,8 @@ class Builder:
         compiler, flags = self.compiler, (*self.profile.flags, *_REALS["lanes"])
         texts, tables = library_texts(library.folder), tables_in(library.folder)
         described = [library.layout[name] for name in ("prefix", "method", "sizes", "functions")]
-        translator = (__version__, checkout_stamp())  # the code that makes the files of the lanes from these texts
-        content = b"lanes of " + json.dumps([texts, *described, *translator]).encode()
+        # version and stamp: of the code that makes the files of the lanes from these texts
+        content = b"lanes of " + json.dumps([texts, *described, __version__, checkout_stamp()]).encode()
         key = library_key(content, compiler, self.profile, flags, "abi")
 
         def fill(folder: Path) -> None:
