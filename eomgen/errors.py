@@ -196,7 +196,8 @@ class EomgenError(Exception):
 
 
 def _kind(problem: Problem) -> tuple[str, str]:
-    """Return the section that a problem is in, and its sentence without names and numbers."""
+    """Return the key's first part, or the place, of a problem, and the sentence with # for names and numbers: equal for
+    problems that are alike."""
     section = re.search(_SECTION, problem.where)
     return section[1] if section else problem.where, re.sub(_VALUES, "#", problem.what)
 

@@ -213,12 +213,12 @@ class NamedResults(dict[str, T]):
 
 
 class ReadOnly(NamedResults[T]):
-    """Values by name that a caller reads; the values are written elsewhere.
+    """Values by name that a caller reads and the package writes; changes such as an assignment raise UsageError.
 
     Parameters
     ----------
     what_to_try : str
-        How the values are changed.
+        Remedy in this error: how the values are changed.
     """
 
     #: Reason for which the values are not written here.
@@ -300,12 +300,13 @@ def names_of(argument: str, kind: str, given: object, example: str) -> tuple[str
 
 
 def with_options_of(source: Callable[..., Any], names: Iterable[str]) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Return a decorator under which ``inspect.signature`` shows options in place of ``**options``.
+    """Return a decorator under which ``inspect.signature`` shows the named options in place of ``**options``; the
+    function is not wrapped.
 
     Parameters
     ----------
     source : callable
-        Function that takes the options in the end.
+        Function that takes the options in the end, with their defaults.
     names : iterable of str
         Options that are handed on.
     """
@@ -329,6 +330,7 @@ def check_options(
     Parameters
     ----------
     where : name of the function that a caller has called
+    given : names of the caller's options
     known, own : options that are handed on, and the function's own arguments
     meant : as of ``checked_call``; or a remedy in place of an option
     """
@@ -387,8 +389,8 @@ class NamedAttributes:
 
 
 def none_to_set(owner: object, name: str, arguments: Iterable[str], parameters: Iterable[str]) -> UnknownAttribute:
-    """Return the error for setting an attribute that a model does not have; ``arguments`` are the arguments of the
-    model's runs."""
+    """Return, without raising, the error for setting an attribute that a model does not have, with a remedy;
+    ``arguments`` are names of arguments of the model's runs, ``parameters`` names of its parameters."""
     kind = type(owner).__name__
     hint = attribute_hint(name, dir(owner), kind)
     if name in arguments:
@@ -443,7 +445,8 @@ def attributes_elsewhere() -> Mapping[str, Mapping[str, str]]:
 
 
 def attribute_hint(name: str, known: Iterable[str], kind: str = "") -> str:
-    """Return the remedy for an attribute that does not exist; ``kind`` names the class without the attribute."""
+    """Return the remedy for an attribute that does not exist; ``known`` are the attributes of the object, ``kind`` is
+    the name of the class, empty for the package."""
     if other := attributes_elsewhere().get(kind, {}).get(name):
         return other
     if kind == "Model" and name in public_names():
@@ -483,7 +486,8 @@ def _misfit(
     what_to_try: str,
     meant: Mapping[str, str],
 ) -> Problem | None:
-    """Return the fault in the arguments of a call; None if the arguments fit."""
+    """Return the fault in the arguments of a call as a Problem; None if the arguments fit the signature.
+    ``what_to_try`` and ``meant`` as of ``checked_call``."""
     signature = inspect.signature(function)
     with suppress(TypeError):
         signature.bind(*args, **kwargs)
@@ -495,7 +499,8 @@ def _misfit(
 
 
 class _Call:
-    """Arguments of a call that do not fit the signature; each method returns a fault with a remedy, or None."""
+    """Arguments of a call that do not fit the signature; each method returns a fault with a remedy, None without this
+    fault. The model or object to which a method belongs does not count."""
 
     def __init__(self, signature: inspect.Signature, args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> None:
         owned = [name for name in signature.parameters if name in _OWNERS][:1] if args else []
@@ -509,7 +514,8 @@ class _Call:
         self.in_order = [name for name in self.named if self.parameters[name].kind is not by_name]
 
     def unknown(self, meant: Mapping[str, str]) -> tuple[str, str] | None:
-        """Find arguments by names that the function does not have."""
+        """Return the fault of arguments by names that the function does not have, and the names meant; ``meant`` as of
+        ``checked_call``."""
         unknown = [name for name in self.kwargs if name not in self.named]
         if not unknown or self.takes_any:
             return None
@@ -518,7 +524,7 @@ class _Call:
         return f"there is no argument {', '.join(map(shown, unknown))} [E0105]", hint
 
     def too_many(self) -> tuple[str, str] | None:
-        """Find more arguments without a name than the function takes."""
+        """Return the fault of more arguments without a name than the function takes, and a remedy."""
         in_order = self.in_order
         if len(self.given) <= len(in_order):
             return None
@@ -537,7 +543,7 @@ class _Call:
         return f"the argument {twice[0]} is given twice, by its place and by its name [E0113]", "one of them"
 
     def missing(self, what_to_try: str) -> tuple[str, str]:
-        """Find the arguments without a default that are not given."""
+        """Return the fault of arguments without a default that are not given, and a remedy."""
         specified = {*self.in_order[: len(self.given)], *self.kwargs}
         needed = (name for name in self.named if self.parameters[name].default is inspect.Parameter.empty)
         missing = [name for name in needed if name not in specified]

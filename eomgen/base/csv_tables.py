@@ -73,7 +73,7 @@ _HINT = "a first line of names, t,angle, and below it rows of numbers, 0.01,0.2"
 
 
 def read_cells(path: Path) -> tuple[list[str], list[tuple[str, list[str]]]]:
-    """Return the names of the columns, and for each row the place (file and line) and the cells without blanks.
+    """Return the names of the columns, and for each row place (file and line) and cells without blanks around.
 
     Columns are separated by commas, semicolons or tabs; lines that are empty or begin with # do not count.
 

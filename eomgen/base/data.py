@@ -75,7 +75,8 @@ class _DeferredAttribute:
         return self._compiled_attribute(instance, owner)
 
     def _fill(self, instance: Any, /, *values: object, **named: object) -> None:
-        """Fill an instance as the constructor does, which is compiled for a call that it refuses."""
+        """Set the fields of an instance as the constructor does, and call ``__post_init__``; for arguments that do not
+        fit, the constructor is compiled and called."""
         arguments = _arguments(cast("Hashable", self.kind))
         state = dict(zip(arguments, values, strict=False))
         known = len(state) == len(values) and state.keys().isdisjoint(named) and named.keys() <= arguments.keys()
@@ -142,8 +143,9 @@ def _as_compiled(value: Any) -> Any:
 
 @cache
 def _arguments(kind: Any) -> _Arguments:
-    """Return the arguments of the constructor of a dataclass; none if only a compiled constructor has all of them, or
-    if there is a fault in the class, which is the compilation's to report."""
+    """Return the arguments of the constructor of a dataclass by name, each with default and default factory, MISSING
+    without; empty if only a compiled constructor has all of them, or if the class has a fault, which the compilation
+    reports."""
     arguments: dict[str, tuple[object, Any]] = {}
     if not kind.__dictoffset__:
         return {}
@@ -163,7 +165,8 @@ def _arguments(kind: Any) -> _Arguments:
 
 
 def _own_fields(base: type) -> dict[str, tuple[str, Any]] | None:
-    """Return annotation and given value of each field of one class; None if its options ask for compilation."""
+    """Return for each field of one class without its bases the annotation as text and the given value, a default or a
+    field; None if the class has options that only a compilation heeds."""
     made = vars(base).get("__dataclass_fields__")
     if not isinstance(made, _DeferredAttribute):
         return {name: (str(item.type).removeprefix("typing."), item) for name, item in (made or {}).items()}
@@ -214,8 +217,8 @@ def field_names(kind: Any) -> tuple[str, ...]:
 
 
 def wrap_method(kind: type, name: str, wrap: Callable[[Any], Any]) -> None:
-    """Replace a method of a class by a function of the method, and a method of a dataclass after the compilation: a
-    constructor is replaced for calls that it refuses."""
+    """Replace a method of a class, in place, by ``wrap`` of the method. A constructor of a dataclass that is not
+    compiled yet is wrapped when compiled, so only for calls that it refuses."""
     own = vars(kind).get(name)
     if isinstance(own, _DeferredAttribute):
         own.wrap = wrap

@@ -61,7 +61,8 @@ class DrawingProcess:
         self._orders = -1
 
     def files(self) -> list[str] | None:
-        """Return the names of the files that have been drawn; None if a figure has failed."""
+        """Wait for the copy, and return the names of the drawn files, in the order of the drawings; None if a figure
+        has failed."""
         answers = _whole(self._answers)
         if answers.count(_DONE) != _COPIES:
             return None
@@ -183,7 +184,9 @@ def _can_copy() -> bool:
 
 
 def _serve(prepared: Callable[[], Drawings], taken: int, given: int) -> NoReturn:
-    """Draw in the copy, which ends here, without flushing or closing the files of its parent."""
+    """Draw in the copy of the process, which ends here, without flushing or closing the parent's files. ``prepared`` as
+    of ``drawing_process``; ``taken`` and ``given`` are the descriptors from which the order is read, and to which names
+    of drawn files are written."""
     status = 1
     try:
         signal.signal(signal.SIGINT, signal.SIG_DFL)  # the parent draws if the copy is interrupted

@@ -45,7 +45,8 @@ def distribution(entry: EntryPoint) -> str:
 
 
 def distribution_of(module: str) -> str:
-    """Return the distribution of a module if it extends eomgen by entry points; empty for other modules."""
+    """Return the name of the distribution that a module belongs to, if that extends eomgen by entry points; empty for
+    other modules."""
     from importlib.metadata import distributions  # noqa: PLC0415  # for errors only
 
     package = module.partition(".")[0]
@@ -98,7 +99,8 @@ def _file_of(module: str) -> Path | None:
 
 
 def _stamp(module: str, file: Path) -> str:
-    """Return a digest of the files with the code of a module."""
+    """Return a digest of the files with the code of a module; for a loaded module, of the text that was imported, as
+    far as known."""
     loaded_from = getattr(sys.modules.get(module), "__spec__", None)
     known = _STAMPS.get(file)
     if known is None or loaded_from is None or known[0] not in (None, loaded_from):
@@ -109,8 +111,8 @@ def _stamp(module: str, file: Path) -> str:
 
 
 def _sources(module: str, file: Path) -> list[Path]:
-    """Return the files of a module's package, from its topmost folder that is a package; else of the module and the
-    neighbours that it imports."""
+    """Return the files of Python and Jinja in a module's package, from the topmost folder that is a package; for a
+    single module the file and the neighbours that are imported, directly or not."""
     depth = module.count(".") + (file.name == "__init__.py")
     if depth:
         root = file.parents[depth - 1]

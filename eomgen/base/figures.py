@@ -22,10 +22,8 @@ _COMPRESSION = 3
 
 
 def new_figure(size: Size, *, placed: bool = False) -> Any:
-    """Return an empty figure of a width and a height in inches.
-
-    ``placed`` leaves the layout of matplotlib out, for ``place_panels``.
-    """
+    """Return an empty figure of matplotlib without a window; ``size`` is width and height in inches. ``placed`` leaves
+    the layout of matplotlib out, for ``place_panels``."""
     _check_backend()
     # slow to import, and only drawing needs this class
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
@@ -37,13 +35,8 @@ def new_figure(size: Size, *, placed: bool = False) -> Any:
 
 
 def _check_backend() -> None:
-    """Import matplotlib, which reads the variable ``MPLBACKEND``.
-
-    Raises
-    ------
-    UsageError
-        The variable names no backend of matplotlib.
-    """
+    """Import matplotlib, which reads the variable ``MPLBACKEND``. Raises UsageError if the variable names no backend of
+    matplotlib."""
     try:
         import matplotlib  # noqa: F401, PLC0415  # slow to import, and only drawing needs it
     except ValueError:

@@ -48,8 +48,8 @@ def system_code(error: OSError) -> str:
 
 
 def write_file(path: Path, needed: int, fill: Callable[[IO[bytes]], object], fewer: str = "") -> None:
-    """Write a file of about ``needed`` bytes by a function of the file's stream; ``fewer`` is a remedy that makes the
-    file smaller. Raises FileError."""
+    """Write a file of about ``needed`` bytes, whole or not at all: ``fill`` writes to the stream of a temporary file,
+    which then takes the place of ``path``. Raises FileError, with the remedy ``fewer`` that makes the file smaller."""
     temporary: Path | None = None
     try:
         with temporary_file(path) as stream:
@@ -89,7 +89,8 @@ _ENDINGS = (*_PICTURES, ".html", ".csv", ".json", ".npz", ".mat", ".parquet", ".
 
 
 def make_folder(path: Path) -> Path:
-    """Return a folder that exists. Raises FileError, for new folders with the ending of a file as well."""
+    """Make a folder, with the folders above, unless present, and return the path. Raises FileError, for new folders
+    with the ending of a file as well."""
     _check_kind(path)
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -155,7 +156,8 @@ def check_folder(path: Path) -> None:
 
 
 def _check_place(path: Path, file: Path, folder_is_made: bool) -> None:
-    """Raise FileError that names a path if a new file cannot be made, of a folder that is made in the nearest above."""
+    """Raise FileError that names ``path`` if ``file`` cannot be made, by making a temporary file there; with
+    ``folder_is_made``, in the nearest folder above that exists."""
     folder = file.parent
     while folder_is_made and not folder.exists() and folder != folder.parent:
         folder = folder.parent
@@ -219,8 +221,8 @@ _COMPARED = 2000  # of a folder
 
 
 def nearby(path: Path, otherwise: str = "another path", endings: Collection[str] = ()) -> str:
-    """Return a hint: the files in the same folder with the nearest names, or the folder, if the folder itself is
-    missing.
+    """Return a hint for a missing file: up to three files in the same folder with the nearest names, or that the folder
+    is missing.
 
     Parameters
     ----------
@@ -327,12 +329,8 @@ def read_arrays(
 
 
 def _check_sizes(archive: ZipFile) -> None:
-    """Refuse arrays whose headers promise more bytes than are stored, before memory is asked for.
-
-    Raises
-    ------
-    ValueError
-    """
+    """Raise ValueError for an array of an ``.npz`` archive whose header promises more bytes than are stored, before
+    memory is allocated."""
     for item in archive.infolist():
         with archive.open(item) as member:
             if (version := np.lib.format.read_magic(member)) not in _HEADERS:

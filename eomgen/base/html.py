@@ -33,10 +33,8 @@ def formula(latex: str) -> str:
 
 
 def table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return a table of text, of at most 40 rows and the number of further ones; an empty text if there is no row.
-
-    Columns that are empty in all rows are left out.
-    """
+    """Return an HTML table of text, of at most 40 rows and the number of further rows; an empty text if there is no
+    row. Columns that are empty in all rows are left out."""
     waiting = iter(rows)
     shown = [[str(cell) for cell in row] for row in islice(waiting, _ROWS)]
     if not shown:

@@ -84,7 +84,8 @@ class Journal(Generic[Row]):
     def _read(
         self, path: Path, held: str, identity: str, others: str, row_of: Callable[[Mapping[str, Any]], Row]
     ) -> None:
-        """Read the rows of an earlier study, and cut a line that was not finished. Raises FileError."""
+        """Read the rows of an earlier study from the file into ``rows``, and cut a last line without an end from the
+        file; arguments as of the class. Raises FileError for a file that cannot be read, or belongs to other work."""
         try:
             text = read_file(path).decode()
         except OSError as error:

@@ -14,8 +14,9 @@ def json_text(data: Any) -> str:
 
 
 def _text(data: Any, line: str) -> str:
-    """Return the text of data whose lines begin with ``line``; the encoder of the standard library is compiled for
-    lists and mappings without containers alone, and takes five times as long for indented ones."""
+    """Return the indented JSON of data, whose lines begin with ``line``, a line break and blanks; the encoder of the
+    standard library is compiled for lists and mappings without containers alone, and takes five times as long for
+    indented ones."""
     if isinstance(data, Mapping):
         entries: Any = {str(key): value for key, value in data.items()}
         opened, closed, values = "{", "}", entries.values()

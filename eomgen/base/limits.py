@@ -66,7 +66,8 @@ CALLED: ContextVar[DoubtSettings] = ContextVar("doubts", default=NO_SETTINGS)
 
 
 def doubt_settings(parts: Mapping[str, Any], *, stored: bool = False) -> DoubtSettings:
-    """Return the settings of doubts about a scene and its results.
+    """Return the settings of doubts about a scene and results: which doubts are silenced, and whether the rest are
+    errors.
 
     Parameters
     ----------

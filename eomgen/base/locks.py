@@ -27,7 +27,8 @@ _PAUSE = 0.05
 
 @contextlib.contextmanager
 def claim(file: Path) -> Iterator[None]:
-    """Hold the lock on this file, waiting while another process holds the lock. The file is removed afterwards."""
+    """Hold the lock on a file, which is made if missing, within the block; wait while another process holds the lock.
+    The file is removed afterwards. Without locks of the system the block runs at once."""
     descriptor = _take(file)
     try:
         yield
@@ -40,13 +41,15 @@ def claim(file: Path) -> Iterator[None]:
 
 
 def hold(folder: Path) -> int | None:
-    """Return a descriptor that marks a folder as in use until the descriptor is closed; None if there are no locks."""
+    """Return a descriptor that marks a folder as in use until the descriptor is closed; None if another process does
+    so, and if there are no locks."""
     return _lock(folder, os.O_RDONLY, wait=False)
 
 
 @contextlib.contextmanager
 def sole_use(folder: Path) -> Iterator[bool]:
-    """Hold the lock on a folder, and give whether no other process does; always true if there are no locks."""
+    """Hold the lock on a folder within the block, and give whether this process holds the lock: False if another
+    process holds the lock, True if there are no locks."""
     descriptor, alone = -1, True
     try:
         if fcntl is not None:
@@ -64,7 +67,7 @@ def sole_use(folder: Path) -> Iterator[bool]:
 
 
 def is_abandoned(folder: Path) -> bool:
-    """Return whether no process holds the lock on a folder."""
+    """Return whether no process holds the lock on a folder; False if there are no locks."""
     descriptor = _lock(folder, os.O_RDONLY, wait=False)
     if descriptor is None:
         return False
@@ -73,7 +76,8 @@ def is_abandoned(folder: Path) -> bool:
 
 
 def _take(file: Path) -> int | None:
-    """Return a descriptor of the file that this path names now, locked."""
+    """Return a descriptor of the file that this path names now, locked, waiting for other processes; None if there are
+    no locks."""
     while True:
         descriptor = _lock(file, os.O_RDWR | os.O_CREAT, wait=True)
         if descriptor is None:
@@ -87,7 +91,8 @@ def _take(file: Path) -> int | None:
 
 
 def _lock(path: Path, flags: int, *, wait: bool) -> int | None:
-    """Open and lock a file; return its descriptor, None if another process has the lock or locks are missing."""
+    """Open a file with the ``flags`` of ``os.open`` and lock the file; return the descriptor, None if locks are missing
+    or, without ``wait``, another process has the lock."""
     if fcntl is None and _windows is None:
         return None
     descriptor = -1

@@ -86,7 +86,8 @@ def codes(package: Path = PACKAGE) -> list[str]:
 
 @cache
 def rows(*words: str, package: Path = PACKAGE) -> tuple[MessageRow, ...]:
-    """Return the messages of the modules with all words in name or text, errors first, in the order of codes."""
+    """Return the messages in modules whose name or text contains all words, one row for each code in their order,
+    errors first, and the general codes of kinds of errors."""
     places = dict[str, list[MessageRow]]()
     for module, text in sources(package).items():
         whole = f"{module} {text}".lower() if words else ""
@@ -111,7 +112,8 @@ def code_of_finding(name: str) -> str:
 
 
 def _one_row(same: Sequence[MessageRow]) -> MessageRow:
-    """Return one row for the places of a message: the shortest text of some words, all kinds, the remedy of all."""
+    """Return one row for a message that stands at several places: the shortest text with some words, all kinds, and the
+    remedy if all places have the same."""
     kinds = "".join(dict.fromkeys("".join(row.kinds for row in same)))
     remedies = {row.remedy for row in same}
     shortest = min((row.pattern for row in same), key=lambda text: (sum(map(str.isalpha, text)) < 12, len(text)))
@@ -119,7 +121,8 @@ def _one_row(same: Sequence[MessageRow]) -> MessageRow:
 
 
 def messages(module: str, source: str) -> Iterator[MessageRow]:
-    """Yield the messages of a module, in the order of lines."""
+    """Yield the messages with codes in the source of a module, in the order of lines; kind and remedy follow from the
+    statement around each literal."""
     lines = source.splitlines()
     coded = [number for number, line in enumerate(lines, 1) if CODE.search(line)]
     usual = {"cli": "Usage", "scene": "Description"}.get(module.partition(".")[0], "")
@@ -145,7 +148,8 @@ def messages(module: str, source: str) -> Iterator[MessageRow]:
 def _literals(
     node: ast.AST, coded: Sequence[int], statement: ast.stmt | None = None, end: int = 0
 ) -> Iterator[tuple[Literal, ast.stmt, int]]:
-    """Yield the literals with codes below a node, their statements and the last lines of the functions around them."""
+    """Yield each literal with a code below a node, with statement and last line of the function around. ``coded`` are
+    the lines with codes, in order; ``statement`` and ``end`` are these of the node."""
     if isinstance(node, ast.stmt):
         statement, end = node, end or node.end_lineno or 0
     if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):

@@ -82,8 +82,8 @@ def is_legal(name: str) -> bool:
 
 
 def legal_name(name: str, taken: Collection[str], kept: Collection[str] = ()) -> str:
-    """Return a legal name close to ``name`` that is not taken, and that no other element of the file has: ``kept`` are
-    the legal names of the file."""
+    """Return a legal name close to ``name`` that is not in ``taken`` and, unless equal to ``name``, not in ``kept``,
+    the legal names of other elements in the file."""
     legal = re.sub(r"[^A-Za-z0-9_]", "_", name)[: NAME_LENGTH - 4]
     legal = name if is_legal(name) else legal if is_legal(legal) else f"_{legal}"
     result, number = legal, 2
@@ -187,7 +187,8 @@ def is_number(text: str) -> bool:
 
 
 def nearest(name: str, known: Iterable[str], elsewhere: Mapping[str, str] = MappingProxyType({})) -> str:
-    """Return a hint: the known names closest to ``name``, or a list of the known names.
+    """Return a hint for an unknown name: the known names closest to ``name``, or a list of the known names; empty if
+    there are none.
 
     Parameters
     ----------

@@ -54,12 +54,12 @@ class Product:
 
 @dataclass(frozen=True)
 class LateRow:
-    """A row of a register by name, which is imported on request.
+    """A row of a register by name, whose object is imported on request.
 
     Attributes
     ----------
     key : name of the row
-    target : ``module:name`` of the row itself
+    target : ``module:name`` of the object
     behind : name of the preceding row
     """
 
@@ -81,8 +81,8 @@ def products() -> dict[str, Product]:
 
 @cache
 def rows_of(group: str, kind: type[Row]) -> tuple[Row, ...]:
-    """Return the rows of all products in a register, tables of rows opened; rows of another class than ``kind`` are
-    left out."""
+    """Return the rows of all products in the register ``group`` that are objects of the class ``kind``, also out of
+    tuples; texts ``module:name`` are imported."""
     rows = (row for product in products().values() for row in product.rows.get(group, ()))
     objects = (import_target(row) if isinstance(row, str) else row for row in rows)
     tables = (row if type(row) is tuple else (row,) for row in objects)
@@ -118,8 +118,8 @@ def insert(
 
 
 def fault_of_absent(name: str) -> tuple[str, str] | None:
-    """Return the fault of a name that a product offers which is not installed, and a remedy; None for any other
-    name."""
+    """Return the fault of a name, of a section or command for instance, that a product offers which is not installed,
+    and a remedy; None for any other name."""
     absent = [product for product, names in OFFERED.items() if name in names and product not in products()]
     if not absent:
         return None
@@ -205,8 +205,8 @@ def _specification(fullname: str, name: str, *, is_package: bool = False) -> Mod
 
 
 class _SubmoduleFinder:
-    """Finder of modules within imported public modules; asked first, since the folders of these modules hold files of
-    the same names."""
+    """Finder for imports of modules within public modules that were imported under another name; it is the first
+    finder, since the folders of these modules hold files of the same names."""
 
     def __init__(self) -> None:
         #: Prefix of names with the dot -> prefix of the names of the modules themselves.
@@ -227,7 +227,7 @@ _WITHIN = _SubmoduleFinder()
 
 def spec_of(name: str) -> ModuleSpec | None:
     """Return the import specification of a public module ``eomgen.name``, or of a module that had this name; None if
-    there is no such module."""
+    there is no such module. A finder for modules within is added to ``sys.meta_path``."""
     module = OF_THE_CORE.get(name) or public_modules().get(name) or earlier_names().get(name)
     if module is None:
         return None

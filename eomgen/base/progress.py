@@ -93,7 +93,8 @@ class Interrupts:
 
 @contextlib.contextmanager
 def show_progress(progress: Progress | bool | None, title: str) -> Iterator[Progress | None]:
-    """Give the callback for progress: the caller's own function, a bar for ``True``, or None.
+    """Give the callback for progress: the caller's own function, a bar for ``True``, or None for None and ``False``.
+    ``title`` stands before the bar, which is gone after the block.
 
     A bar is shown in a notebook, and on stderr if that is a terminal; otherwise a line a minute.
 
@@ -116,10 +117,8 @@ def show_progress(progress: Progress | bool | None, title: str) -> Iterator[Prog
 
 @contextlib.contextmanager
 def terminal_bar(title: str) -> Iterator[Reporter]:
-    """Show a progress bar on stderr if the work takes more than a second.
-
-    If stderr is not a terminal, lines: after ten seconds, then one a minute. Compilers report there, too.
-    """
+    """Show a progress bar on stderr if the work takes more than a second, and give the Reporter. If stderr is not a
+    terminal, lines: after ten seconds, then one a minute. Compilers report there, too."""
     if not sys.stderr.isatty():
         lines = _ProgressLines(title)
         with told_by(lines.stage):
@@ -216,8 +215,9 @@ def told_by(tell: Callable[[str], None]) -> Iterator[None]:
 
 @contextlib.contextmanager
 def counted_units(title: str) -> Iterator[Progress | None]:
-    """Show finished and all units of work with the seconds so far, if the work takes more than half a second: in a
-    notebook, and on stderr if that is a terminal."""
+    """Show finished and all units of work, with the seconds so far, if the work takes more than half a second: in a
+    display that is there already, in a notebook, or on a terminal's stderr. Gives the callback for progress, None
+    without these."""
     began = time.monotonic()
     if tell := _TELLS.get():
         yield lambda done, total: tell(_units(title, done, total, time.monotonic() - began))
@@ -245,7 +245,8 @@ def _units(title: str, done: int, total: int, seconds: float) -> str:
 
 @contextlib.contextmanager
 def _notebook_line(title: str, began: float) -> Iterator[Progress]:
-    """Show a line below a notebook's cell after a while, which is gone when the work is done."""
+    """Show a line below a notebook's cell once the work takes more than half a second, and remove the line in the end;
+    gives the callback for progress. ``began`` is the time of the start by ``time.monotonic``."""
     shows: Any = importlib.import_module("IPython.display")  # which a notebook brings
     handle: Any = None
 
@@ -283,7 +284,8 @@ def _after_a_while(bar: Any, patience: float) -> Iterator[None]:
 
 @contextlib.contextmanager
 def notebook_bar(title: str) -> Iterator[Progress]:
-    """Show a progress bar below a notebook's cell, which is gone when the work is done."""
+    """Show a progress bar below a notebook's cell, which is gone when the work is done, and give the callback for
+    progress."""
     shows: Any = importlib.import_module("IPython.display")  # which a notebook brings
     handle = shows.display(shows.HTML(_html(title, 0, 1)), display_id=True)
     last = time.monotonic()

@@ -45,11 +45,9 @@ def thread_count() -> int:
 
 
 def share(call: Callable[[int, int], None], pieces: Iterable[tuple[int, int]], threads: int) -> None:
-    """Call a function with each piece, in this thread and in ``threads - 1`` further threads; raise the first error of
-    the calls.
-
-    A batch is there in milliseconds, of which a pool of threads would take a third.
-    """
+    """Call ``call`` with both numbers of each piece, in this thread and in ``threads - 1`` further threads; wait for
+    all, and raise the first error of the calls. After an error no further piece is begun. A batch is there in
+    milliseconds, of which a pool of threads would take a third."""
     waiting = deque(pieces)
     failures: list[BaseException] = []
 
@@ -77,11 +75,9 @@ def share(call: Callable[[int, int], None], pieces: Iterable[tuple[int, int]], t
 
 @contextlib.contextmanager
 def variables(**values: str) -> Iterator[None]:
-    """Set variables of the environment within the block: for libraries that read them when they are loaded.
-
-    Variables of the user stay as they are, and all do while other threads run, which might start processes or read
-    the environment.
-    """
+    """Set variables of the environment within the block: for libraries that read them when they are loaded. Variables
+    of the user stay as they are, and no variable is set while other threads run, which might start processes or read
+    the environment."""
     alone = threading.active_count() == 1
     added = {name: value for name, value in values.items() if alone and name not in os.environ}
     os.environ.update(added)
@@ -106,8 +102,8 @@ _PREFIXES, _SUFFIXES = ("scipy_openblas", "openblas"), ("64_", "")
 
 @contextlib.contextmanager
 def one_thread_of_algebra(velocities: int) -> Iterator[None]:
-    """Leave OpenBLAS one thread if a model with so many velocities is small; the number before is set again when all
-    threads of Python have left this context."""
+    """Limit OpenBLAS to one thread within the block for a model with up to 1000 ``velocities``; the number before is
+    set again when all threads of Python have left such blocks."""
     if velocities > _SMALL:
         yield
         return
@@ -119,7 +115,8 @@ def one_thread_of_algebra(velocities: int) -> Iterator[None]:
 
 
 class _Algebra:
-    """How many threads of Python are in ``one_thread_of_algebra``, and the numbers of threads before."""
+    """Count of threads of Python within ``one_thread_of_algebra``, and the numbers of OpenBLAS threads before, with the
+    functions that set them again."""
 
     lock = threading.Lock()
     inside = 0

@@ -41,14 +41,16 @@ def attach_methods(kind: type, meant: Mapping[str, str]) -> None:
 def attribute_of_others(
     kind: type, owner: object, name: str, meant: Mapping[str, str], otherwise: Callable[[], object]
 ) -> object:
-    """Return the method that another distribution adds to a class, bound to an object, or else another attribute.
+    """Return the method that another distribution adds to a class, bound to ``owner``; without one, the result of
+    ``otherwise``.
 
     Parameters
     ----------
     kind : ``Model`` or ``Solution``
     owner : an object of this class
+    name : name of the attribute
     meant : as of ``checked_call``
-    otherwise : returns an attribute, or raises an error for an unknown one
+    otherwise : returns another attribute, or raises an error for an unknown one
     """
     row = None if name.startswith("_") else others().methods.get((kind.__name__, name))
     try:

@@ -273,7 +273,8 @@ def _by_class(verbs: tuple[Verb, ...]) -> dict[tuple[str, str], tuple[Verb, str]
 
 
 def _check_verb(entry: EntryPoint, known: tuple[Verb, ...]) -> Verb:
-    """Return the row of an entry point. Raises UsageError with the name of the distribution."""
+    """Return the row of an entry point, with the entry point in ``entry``. Raises UsageError with the name of the
+    distribution for a row of another verb, wrong targets, and names that verbs in ``known`` have."""
     row = load_row(entry, Verb)
     if row.name != entry.name:
         raise broken(entry, f"has the row of another verb, {shown(row.name)}")

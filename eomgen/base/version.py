@@ -7,8 +7,8 @@ __version__ = "0.1.0"
 
 @cache
 def checkout_stamp() -> str:
-    """Return a digest of the files of eomgen in a checkout, since code changes there under one version; empty if
-    installed."""
+    """Return a hexadecimal digest of names, sizes and times of eomgen's files in a checkout, since code changes there
+    under one version; empty if installed."""
     import hashlib  # noqa: PLC0415  # the package is imported without it
     import os  # noqa: PLC0415
     from pathlib import Path  # noqa: PLC0415

@@ -175,10 +175,8 @@ class Curve:
         ]
 
     def farthest(self) -> tuple[float, float]:
-        """Return the place and the value of a spline farthest outside the range of its points, between these.
-
-        A point within the range is returned if the spline stays there. Pieces are sampled at ninths.
-        """
+        """Return the place x and the value of a spline farthest outside the range of its points' values, between these
+        points. A place within the range is returned if the spline stays there. Pieces are sampled at ninths."""
         share = np.arange(1, 9) / 9.0
         local = np.diff(self.breaks)[:, np.newaxis] * share
         value = np.polynomial.polynomial.polyval(local, self.coefficients.T[..., np.newaxis], tensor=False)
@@ -187,8 +185,8 @@ class Curve:
         return float(self.breaks[piece] + local[piece, number]), float(value[piece, number])
 
     def __call__(self, x: ArrayLike, derivative: int = 0) -> NDArray[Any]:
-        """Return the curve, or a derivative of the curve, at x (...); with complex x, for complex-step
-        differentiation."""
+        """Return the curve, or a derivative of the curve, at x (...), in the shape of x; NaN outside a curve of
+        ``error``. Complex x is for complex-step differentiation."""
         x = np.asarray(x)
         if np.iscomplexobj(x):
             real: NDArray[Any] = self(x.real, derivative) + 1j * x.imag * self(x.real, derivative + 1)
@@ -243,7 +241,9 @@ class Pieces(Curve):
 
 
 def _quintic(x: Array, y: Array, outside: Outside, *, smooth_ends: bool) -> Array:
-    """Return the coefficients of an interpolating quintic spline, (pieces, 6), lowest power first, over each break."""
+    """Return the coefficients, (pieces, 6), lowest power first, of an interpolating quintic spline in powers of the
+    distance from a piece's start; (1, 2) for two points of ``error``. ``outside`` and ``smooth_ends`` as of
+    ``Curve``."""
     # slow to import, and needed only when deriving
     from scipy.interpolate import PPoly, make_interp_spline  # noqa: PLC0415
 

@@ -40,10 +40,8 @@ def applications(formula: Formula) -> Sequence[Application]:
 
 
 def rough_curves(formula: Formula, derivatives: int) -> dict[str, str]:
-    """Return the curves in a formula with fewer derivatives than asked for: name, and how and at which argument.
-
-    The curves of a map along an axis count as one.
-    """
+    """Return the curves in a formula with fewer continuous derivatives than ``derivatives``, by name, each with a
+    clause on the first such place: "jumps at 1.5", "bends at 2". The curves of a map along an axis count as one."""
     result: dict[str, str] = {}
     for used in applications(formula):
         name = used.curve.name.partition(", line ")[0]
@@ -56,7 +54,8 @@ def rough_curves(formula: Formula, derivatives: int) -> dict[str, str]:
 
 
 def affine(formula: Formula, value_of: ValueOf) -> tuple[float, float] | None:
-    """Return a, b of a formula a t + b; ``value_of`` gives numbers of fixed parameters, None for other symbols."""
+    """Return a and b of a formula that is a t + b; None for any other formula. ``value_of`` gives numbers of fixed
+    parameters, None for other symbols, which have no numbers here."""
     if isinstance(formula, Number):
         return 0.0, formula.value
     if isinstance(formula, Symbol):
@@ -94,7 +93,8 @@ class CurveSpan:
 
 
 def reaches(formula: Formula, value_of: ValueOf) -> Iterator[CurveSpan]:
-    """Yield how far the curves of a formula reach that are not to be left, those whose arguments are linear in time."""
+    """Yield the time span for which each curve in a formula has points, for curves that may not be left and whose
+    arguments are linear in time. ``value_of`` as of ``affine``."""
     for used in applications(formula):
         linear = affine(used.argument, value_of)
         if isinstance(used.curve, Curve) and used.curve.outside == "error" and linear is not None and linear[0] != 0.0:
@@ -105,11 +105,9 @@ def reaches(formula: Formula, value_of: ValueOf) -> Iterator[CurveSpan]:
 
 @dataclass(frozen=True)
 class Breakpoint:
-    """A time at which something is not smooth: from ``time`` on every ``period`` if that is not 0.
-
-    ``order`` is the lowest derivative of forces that jumps, 0 for the forces. ``blur`` is the uncertainty of the time
-    in s, in units of the precision of the numbers from which the time is computed.
-    """
+    """A time at which a formula is not smooth: from ``time`` on every ``period`` if that is not 0. ``order`` is the
+    lowest derivative of forces that jumps, 0 for the forces. ``blur`` is the uncertainty of the time in s, in units of
+    the precision of the numbers from which the time is computed."""
 
     time: float
     period: float
@@ -122,6 +120,8 @@ def breakpoints(formula: Formula, value_of: ValueOf, derivatives: int = 0) -> It
 
     Parameters
     ----------
+    value_of : callable
+        Gives numbers of fixed parameters, None for other symbols.
     derivatives : int
         How many time derivatives of the formula forces depend on: 2 for the position of the base.
     """
@@ -142,7 +142,8 @@ def breakpoints(formula: Formula, value_of: ValueOf, derivatives: int = 0) -> It
 
 
 def knots_along_a_beam(formulas: Iterable[Formula], value_of: ValueOf) -> tuple[float, ...]:
-    """Return the places s between 0 and 1, in order, at which formulas of s jump or bend."""
+    """Return the places s between 0 and 1, in order, at which formulas of s jump or bend; ``value_of`` gives numbers of
+    fixed parameters, None for other symbols."""
 
     def as_time(symbol: Symbol) -> Symbol:
         return Symbol("time") if symbol.kind == "place" else symbol
@@ -197,7 +198,8 @@ def _transitions(
 
 
 def smooth_law(formula: Formula, duration: float, value_of: ValueOf) -> Formula:
-    """Return a law in which neither value nor rate jumps.
+    """Return a formula of time in which neither value nor rate jumps: each jump and kink is replaced by a transition
+    that is twice continuously differentiable.
 
     Parameters
     ----------
@@ -234,8 +236,9 @@ def _is_condition(formula: Formula) -> bool:
 
 
 def _switch(formula: Operation, duration: float, value_of: ValueOf) -> Formula:
-    """Return an operation that is decided by the sign of x: x is the argument of the operation, or the difference of
-    both arguments."""
+    """Return an operation such as abs, min or a comparison with a transition in place of the jump or kink; the
+    operation unchanged if constant over time. The operation is decided by the sign of the argument, or of the
+    difference of both arguments, which has to be linear in time; else SmoothingError is raised."""
     if all(symbol.kind != "time" for symbol in symbols(formula)):
         return formula
     first, second = (*formula.arguments, Number(0.0))[:2]
@@ -267,7 +270,8 @@ _KNOWN = "comparisons, sign, abs, min, max and curves of a t + b with fixed numb
 
 
 def _curve(used: Application, duration: float, value_of: ValueOf) -> Formula:
-    """Return a curve at an argument, with jumps and kinks of the curve replaced."""
+    """Return a curve at an argument, with transitions of ``duration``, s, in place of jumps and kinks of the curve.
+    Raises SmoothingError for a rough curve whose argument is not linear in time, and for derivatives of such curves."""
     curve = used.curve
     rough = [place for place, order in curve.kinks() if order - used.derivative < 2]
     if not rough or not isinstance(curve, Curve) or isinstance(curve, Pieces):
@@ -283,8 +287,9 @@ def _curve(used: Application, duration: float, value_of: ValueOf) -> Formula:
 
 
 def _with_transitions(curve: Curve, rough: list[float], length: float, forward: bool) -> Curve:
-    """Return a curve of steps or lines with transitions of a length after each kink, or before each kink of a curve
-    that is run backwards."""
+    """Return a curve of steps or lines with transitions after each place x in ``rough``, or before each place if not
+    ``forward``, as for a curve that is run backwards. ``length`` is the length of a transition in x. Raises
+    SmoothingError for places that are nearer."""
     places = np.array(rough)
     periodic, held = curve.outside == "periodic", curve.outside == "hold"
     gaps = np.diff(np.append(places, places[0] + curve.period) if periodic else places)

@@ -111,14 +111,15 @@ def evaluate_batch(
     value_of : callable
         Gives an array, or a number, for a symbol.
     along_motion : bool
-        Whether curves have values, because the values belong to a motion.
+        Whether curves have values, because the values belong to a motion; else curves give NaN.
     """
     with np.errstate(all="ignore"):
         return _values(formula, value_of, along_motion=along_motion)
 
 
 def _values(formula: Formula, value_of: Callable[[Symbol], ArrayLike], *, along_motion: bool) -> NDArray[np.float64]:
-    """Return the values of a formula, NaN for operations without a value."""
+    """Return the values of a formula as ``evaluate_batch`` does, NaN for operations without a value; floating-point
+    warnings are left to the caller."""
     if isinstance(formula, Number):
         return np.asarray(formula.value, dtype=np.float64)
     if isinstance(formula, Symbol):

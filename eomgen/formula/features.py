@@ -45,7 +45,8 @@ def rough_operations(formulas: Iterable[Formula], *, quotients: bool = False) ->
 
 
 def _rough(formula: Formula, *, quotients: bool) -> Iterator[str]:
-    """Yield the operations of a formula that may have a value and no derivative."""
+    """Yield as text the operations of a formula that may have a value and no derivative, if their argument changes
+    along a motion; ``quotients``: also quotients by such arguments."""
     for node in distinct_nodes(formula):
         if not isinstance(node, Operation):
             continue
@@ -74,11 +75,9 @@ _STEPS, _COMPARISONS = ("sign",), ("lt", "le")
 
 @dataclass(frozen=True)
 class Feature:
-    """An argument, and the values (n,) of the argument at which the formula may change fast; again after every
-    ``period`` unless the period is 0.
-
-    ``curve``: the places are points of a curve; a part of the curve is passed over only if a step passes two points.
-    """
+    """An argument of a formula, and the values ``places`` (n,) of the argument at which the formula may change fast;
+    again after every ``period`` unless the period is 0. ``curve``: the places are points of a curve; a part of the
+    curve is passed over only if a step passes two points."""
 
     argument: Formula
     places: Array
@@ -100,7 +99,7 @@ class Feature:
         return result
 
     def between(self, low: float, high: float, most: int) -> Array:
-        """Return the places from low to high, at most ``most``."""
+        """Return the places from the argument ``low`` to ``high``, also in later periods, at most ``most`` of them."""
         if not self.period:
             inside: Array = self.places[(self.places >= low) & (self.places <= high)]
             return inside[:most]
@@ -117,7 +116,7 @@ def changes(formula: Formula) -> bool:
 
 
 def may_be_fast(formula: Formula) -> bool:
-    """Return whether a formula may change much faster than the symbols; False for polynomials of low degree."""
+    """Return whether a formula may change much faster than its symbols; False for polynomials of low degree."""
     if isinstance(formula, Application):
         return may_be_fast(formula.argument) or (changes(formula) and not isinstance(formula.curve, Waves))
     if isinstance(formula, EntryQuantity) and not formula.word.fast:
@@ -146,7 +145,8 @@ def summands(formula: Formula) -> Iterator[Formula]:
 
 
 def features(formula: Formula) -> Iterator[Feature]:
-    """Yield the features of a formula, also the features of its arguments."""
+    """Yield the features of a formula and its parts: points of curves, zeros in arguments such as abs has, equal
+    arguments in comparisons, and zeros of squared terms."""
     zero = np.zeros(1)
     for node in distinct_nodes(formula):
         if isinstance(node, Application) and changes(node.argument):
@@ -170,7 +170,8 @@ def jumps(formula: Formula) -> Iterator[Formula]:
 
 
 def _zeros(formula: Formula, where_equal: tuple[str, ...], at_zero: tuple[str, ...]) -> Iterator[Formula]:
-    """Yield differences of the arguments of some functions, and first arguments of others, if these change."""
+    """Yield differences of both arguments of functions in ``where_equal``, and first arguments of functions in
+    ``at_zero``, if these change within a run."""
     for node in distinct_nodes(formula):
         if isinstance(node, Operation) and node.name in where_equal and changes(node):
             yield node.arguments[0] - node.arguments[1]

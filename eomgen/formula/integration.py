@@ -76,7 +76,7 @@ class SecondIntegral:
         )
 
     def scale(self, factor: Formula, value: float) -> SecondIntegral:
-        """Return the integral times a formula of parameters, which has the value at their defaults."""
+        """Return the integral times ``factor``, a formula of parameters with ``value`` at their defaults."""
         size = abs(value)
         return SecondIntegral(
             product(factor, self.formula),
@@ -91,7 +91,7 @@ class SecondIntegral:
 
 @dataclass(frozen=True)
 class Integration:
-    """How accelerations are integrated.
+    """Second integrals of accelerations over time, from rest in 0 at t = 0, with the data of the scene that they need.
 
     Attributes
     ----------
@@ -110,7 +110,7 @@ class Integration:
     corrected: bool
 
     def integral(self, acceleration: Formula) -> SecondIntegral:
-        """Return the second integral of an acceleration.
+        """Return the second integral of an acceleration, a formula of time and parameters, as the sum over all terms.
 
         Raises
         ------
@@ -154,8 +154,8 @@ class Integration:
         return SecondIntegral(product(Number(0.5 * value), time * time), end=self.duration)
 
     def _line(self, function: Formula) -> tuple[Formula, Formula] | None:
-        """Return a and b of the argument a t + b of a curve, a sine or a cosine; None for other functions, other
-        arguments and a = 0. Of curves a and b are numbers."""
+        """Return a and b for a curve, a sine or a cosine whose argument is a t + b, as formulas of tunable parameters,
+        for curves as numbers; None for other functions, other arguments and a = 0."""
         if isinstance(function, Application):
             line = affine(function.argument, self._fixed_value)
             return None if line is None or line[0] == 0.0 else (Number(line[0]), Number(line[1]))
@@ -174,7 +174,8 @@ class Integration:
         return self.parameters[symbol.name] if known else None
 
     def _integrate_sine(self, function: Operation, rate: Formula, phase: Formula) -> SecondIntegral:
-        """Return the integral of sin(rate t + phase) or of the cosine."""
+        """Return the second integral of sin(rate t + phase), or of the cosine, from rest at t = 0; with a drift unless
+        drift is removed."""
         sine = function.name == "sin"
         at_start = self._fold(Operation(function.name, (phase,)))
         oscillation = product(self._fold(Number(1.0) / (rate * rate)), at_start - function)
@@ -188,7 +189,9 @@ class Integration:
     def _integrate_curve(
         self, curve: Curve, argument: Formula, slope: float, start: float, error: float = 0.0
     ) -> SecondIntegral:
-        """Return the integral of a curve at ``slope`` t + ``start``."""
+        """Return the second integral of a curve at ``slope`` t + ``start``, which is ``argument``, from rest at t = 0;
+        ``error`` is the estimate for the curve's own values. Raises IntegrationError for a curve without a value at t =
+        0."""
         if curve.outside == "error" and not curve.start <= start < curve.end:
             fault = (
                 f"{curve.name} has values from {curve.start:.6g} to {curve.end:.6g}, and its argument is {start:.6g}"
@@ -221,7 +224,8 @@ class Integration:
         return SecondIntegral(moved, drift + mean * end, drift * end + 0.5 * mean * end * end, end)
 
     def _by_quadrature(self, function: Formula) -> SecondIntegral:
-        """Return the second integral of a function of time as a fitted curve. Raises IntegrationError."""
+        """Return the second integral of a function of time by polynomials that are fitted up to the end of the run.
+        Raises IntegrationError for a function of tunable parameters, and as ``_fit``."""
         names = sorted({symbol.name for symbol in symbols(function)} & self.tunable)
         if names:
             fault = (
@@ -262,7 +266,8 @@ def _at_time(formula: Formula, time: float, value_of: Callable[[Symbol], float |
 
 
 def _terms(formula: Formula) -> Iterator[tuple[Formula, Formula]]:
-    """Yield the terms of a sum: factor without the time, and function of the time."""
+    """Yield the terms of a sum as pairs (factor without the time, function of the time); the function is 1 for a term
+    without the time."""
     if constant(formula):
         yield formula, _ONE
         return
@@ -291,7 +296,8 @@ def _times(factor: Formula, formula: Formula) -> Iterator[tuple[Formula, Formula
 
 @dataclass(frozen=True)
 class _RateCurve:
-    """Polynomials between breaks, with the change of velocity and displacement over each."""
+    """An acceleration as polynomials between ``breaks`` (n + 1,), with ``coefficients`` (n, degree + 1) in powers of
+    the distance from the start of each piece, lowest first."""
 
     breaks: Array
     coefficients: Array
@@ -313,7 +319,8 @@ class _RateCurve:
 
 
 def _second_integral(curve: Curve, start: float, name: str, *, corrected: bool) -> tuple[Curve, float]:
-    """Return the second integral of a curve from rest at an argument, and the largest correction."""
+    """Return the second integral of a curve over the argument, named ``name``, from rest at ``start``, and the largest
+    acceleration of the correction. ``corrected``: drift is removed, so that the end is at rest in 0."""
     rates = _RateCurve(curve.breaks, curve.coefficients)
     if curve.outside == "hold":
         rates = _extend_curve(curve, start, corrected=corrected)
@@ -335,7 +342,8 @@ def _second_integral(curve: Curve, start: float, name: str, *, corrected: bool) 
 
 
 def _extend_curve(curve: Curve, start: float, *, corrected: bool) -> _RateCurve:
-    """Return the polynomials of a curve with the pieces before its first point and after its last point."""
+    """Return the polynomials of a curve that holds the end values, with a piece from ``start`` to the first point, if
+    that is later, and a long piece after the last point unless ``corrected``."""
     first, last = curve.end_values
     breaks, coefficients = curve.breaks, curve.coefficients
     constants = np.zeros((1, coefficients.shape[1]))
@@ -350,7 +358,7 @@ def _extend_curve(curve: Curve, start: float, *, corrected: bool) -> _RateCurve:
 
 
 def _from(rates: _RateCurve, start: float) -> tuple[Array, Array]:
-    """Return velocities and displacements at the breaks, from rest at an argument."""
+    """Return velocities and displacements at the breaks, (n + 1,) each, for rest in 0 at the argument ``start``."""
     velocity, displacement = rates.integrals
     breaks = rates.breaks
     piece = int(np.clip(np.searchsorted(breaks, start, side="right") - 1, 0, len(breaks) - 2))
@@ -363,8 +371,8 @@ def _from(rates: _RateCurve, start: float) -> tuple[Array, Array]:
 
 
 def _straighten(rates: _RateCurve, start: float, velocity: float, displacement: float) -> tuple[_RateCurve, float]:
-    """Return polynomials plus the straight line from an argument to the end that takes a velocity and a displacement
-    from the end, and the largest value of the line."""
+    """Return an acceleration plus a straight line from ``start`` to the end, by which the velocity and the displacement
+    at the end decrease by the given values, and the largest absolute value of the line."""
     end = float(rates.breaks[-1])
     length = end - start
     offset = 2.0 * velocity / length - 6.0 * displacement / length**2
@@ -384,7 +392,8 @@ def _straighten(rates: _RateCurve, start: float, velocity: float, displacement: 
 
 
 def _periodic_integral(curve: Curve, name: str) -> tuple[Curve, float]:
-    """Return the periodic part of the second integral of a periodic curve, and the mean of the curve."""
+    """Return the periodic part of the second integral of a periodic curve, named ``name``, without the curve's mean and
+    the mean velocity, and the mean of the curve."""
     velocity, _ = _RateCurve(curve.breaks, curve.coefficients).integrals
     mean = float(velocity[-1]) / curve.period
     coefficients = curve.coefficients.copy()
@@ -401,7 +410,8 @@ def _periodic_integral(curve: Curve, name: str) -> tuple[Curve, float]:
 
 
 def _fit(name: str, values: Callable[[Array], Array], breaks: Array) -> tuple[Pieces, float]:
-    """Return polynomials through a function between breaks, and an estimate of the error of their integral.
+    """Return polynomials of degree 7 through a function between ``breaks``, and an estimate of the error when these are
+    integrated; ``values`` takes and returns arrays (n, m).
 
     Raises
     ------

@@ -63,7 +63,8 @@ def undefined_laws(
 
 @functools.lru_cache(maxsize=256)
 def undefined_from(formula: Formula, values: tuple[tuple[str, float], ...], start: float, end: float) -> float | None:
-    """Return from which time on a formula has no value for a while, s; None if the formula has a value at all times.
+    """Return the time, s, from which on a formula has no value for a while; None if the formula has a value at all
+    times.
 
     A time alone without a value, as of a division by zero, does not count.
 
@@ -119,15 +120,8 @@ class Jump(NamedTuple):
 
 
 def jumps(laws: Iterable[PrescribedLaw], values: Mapping[str, float], start: float, end: float) -> list[Problem]:
-    """Return a problem for each law that jumps.
-
-    Parameters
-    ----------
-    values : mapping
-        All parameters.
-    start, end : float
-        Times to look at, s.
-    """
+    """Return a problem for each law whose value or rate jumps between the times ``start`` and ``end``, s, or that has
+    no value over an interval. ``values`` are all parameters."""
     problems = []
     for law in laws:
         if law.smooth:
@@ -176,18 +170,15 @@ def first_jump(
 def _lasting_change(
     law: Callable[[Array], tuple[Array, Array]], times: Array, order: int, *, turns: bool
 ) -> float | None:
-    """Return the first time at which a law changes much however short the interval of time is; None if there is none.
+    """Return the first time, s, at which a law, or its rate, changes much however short the interval of time is; None
+    if there is none.
 
     Parameters
     ----------
-    law : callable
-        From times (n,) to values and rates, (n,) each.
-    times : (n,)
-        Grid; the search is between these times.
-    order : int
-        0 for the law, 1 for the rate of the law.
-    turns : bool
-        Whether changes count up to whole turns.
+    law : from times (n,) to values and rates, (n,) each
+    times : (n,) grid; the search is between these times
+    order : 0 for the law, 1 for the rate of the law
+    turns : whether changes count up to whole turns
     """
     values = law(times)[order]
     finite = values[np.isfinite(values)]
@@ -219,7 +210,8 @@ def _lasting_change(
 
 
 def _rounding(law: Callable[[Array], tuple[Array, Array]], start: float, end: float, order: int) -> float:
-    """Return the rounding of a law: the summands may be much larger than the law, as at a start from rest."""
+    """Return an estimate of the rounding error of a law (``order`` 0) or its rate (1) between two times, from second
+    differences: summands may be much larger than the law, as at a start from rest."""
     times = np.linspace(start, end, 259)[1:-1]
     aside = 1e-5 * (end - start)
     before, here, after = (law(times + shift)[order] for shift in (-aside, 0.0, aside))
@@ -230,7 +222,7 @@ def _rounding(law: Callable[[Array], tuple[Array, Array]], start: float, end: fl
 
 
 def _describe(law: PrescribedLaw, jump: Jump) -> tuple[str, str]:
-    """Return the meaning of a jump, and a remedy."""
+    """Return the fault that a law jumps, with values and time, and a remedy, for a message."""
     unit = law.unit if jump.order == 0 else f"{law.unit}/s"
     of = f"the {law.quantity}" if jump.order == 0 else f"the rate of the {law.quantity}"
     fault = f"{of} jumps from {jump.before:.6g} to {jump.after:.6g} {unit} at t = {jump.time:.9g} s [E0299]"
@@ -255,8 +247,8 @@ _RESOLVED = 0.003
 
 
 class Steepness(NamedTuple):
-    """Place of the largest error over one step: time, error, the error's share of the range, and a step that resolves
-    the law."""
+    """Largest error of the trapezoidal rule over one step: time, s, the error in the unit of the law, the error's share
+    of the law's range, and a step, s, that resolves the law."""
 
     time: float
     missed: float
@@ -267,15 +259,9 @@ class Steepness(NamedTuple):
 def steep(
     laws: Iterable[PrescribedLaw], values: Mapping[str, float], start: float, end: float, step: float
 ) -> tuple[list[Problem], list[str]]:
-    """Return a problem for each law that a step cannot follow, and a sentence for each law that a step follows badly.
-
-    Parameters
-    ----------
-    values : mapping
-        All parameters.
-    start, end, step : float
-        Of the run, s.
-    """
+    """Return a problem for each law that a step cannot follow, with an error above 5 % of the law's range, and a
+    sentence for each law that a step follows badly, above 1 %. ``values`` are all parameters; ``start``, ``end`` and
+    ``step`` are in s."""
     refused, reported = [], []
     for law in laws:
         known = values_of_parameters(law.formula, values)

@@ -152,8 +152,8 @@ def quantity_of(word: Word, item: Any, arguments: tuple[Formula, ...], component
 
 @dataclass(frozen=True)
 class Application(Node):
-    """A curve of the scene at an argument, ``road(20 * t)``, or the derivative of a curve, ``derivative.road(20 *
-    t)``."""
+    """A curve of the scene at an argument, ``road(20 * t)``, or the derivative of a curve of the order ``derivative``,
+    ``derivative.road(20 * t)``."""
 
     curve: AnyCurve
     argument: Formula
@@ -194,7 +194,7 @@ def infix(formula: Formula, sizes: Callable[[Symbol], int] = lambda symbol: 1) -
 
 
 def _text(formula: Formula, sizes: Callable[[Symbol], int]) -> tuple[str, int]:
-    """Return the text and the precedence of the outermost operation."""
+    """Return the text of a formula and the precedence of the outermost operation; ``sizes`` as of ``infix``."""
     if isinstance(formula, Number):
         return f"{formula.value:.9g}", _ATOM if formula.value >= 0.0 else _NEGATION
     if isinstance(formula, Symbol):
@@ -237,7 +237,8 @@ def _infix(formula: Operation, sizes: Callable[[Symbol], int]) -> tuple[str, int
 
 
 def distinct_nodes(formula: Formula) -> Iterator[Formula]:
-    """Yield a formula and the parts of it from the left to the right, a part that several others share once."""
+    """Yield a formula and all parts, depth first from left to right; an object that occurs several times is yielded
+    once."""
     seen: set[int] = set()
     waiting = [formula]
     while waiting:

@@ -15,8 +15,8 @@ _SMOOTH = frozenset({"add", "sub", "mul", "neg"} | {NAMES[op] for op, row in ELE
 
 @dataclass(frozen=True)
 class PrescribedLaw:
-    """A formula of time that a coordinate or a body must follow, with location and description for messages, and the
-    unit of the formula."""
+    """A formula of time that a coordinate or a body must follow, with file, line and key, the noun of the quantity and
+    the unit, for messages."""
 
     where: str
     quantity: str
@@ -35,7 +35,8 @@ class PrescribedLaw:
 
 
 def smooth(formula: Formula) -> bool:
-    """Return whether neither a formula of time nor the rate of the formula can jump, by operations and curves alone."""
+    """Return whether neither a formula of time nor its rate can jump, judged by operations and curves alone; False is
+    inconclusive."""
     if constant(formula) or not isinstance(formula, Operation | Application):
         return True
     if isinstance(formula, Application):  # a spline's third derivative jumps at its ends

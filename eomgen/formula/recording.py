@@ -36,7 +36,8 @@ _STEP = 1e-30  # of the complex step
 
 
 def unit_circle(angle: float, quarter_turns: int = 0) -> tuple[float, float]:
-    """Return cosine and sine of an angle in rad plus quarter turns, rounded once."""
+    """Return cosine and sine of an angle in rad plus a number of quarter turns, each rounded once from an integer
+    computation."""
     pi = sum(factor * _inverse_tangent(number) for factor, number in _MACHIN)
     exact = Fraction(angle)
     x = (exact.numerator << _DIGITS) // exact.denominator
@@ -58,7 +59,7 @@ def unit_circle(angle: float, quarter_turns: int = 0) -> tuple[float, float]:
 
 
 def _inverse_tangent(number: int) -> int:
-    """Return the inverse tangent of 1/number, in units of the last digit."""
+    """Return the inverse tangent of 1/number as an integer in units of 2^-192."""
     total, power, order = 0, (1 << _DIGITS) // number, 1
     while power:
         total += -(power // order) if order & 2 else power // order
@@ -83,7 +84,8 @@ _OPERATORS: Mapping[str, Callable[..., Scalar]] = {
 
 
 def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:
-    """Record a formula; ``resolve`` gives the scalar of each symbol. Depth is bounded by the reader of formulas.
+    """Record a formula on the tape of ``algebra``, and return the scalar; ``resolve`` gives the scalar of each symbol.
+    Depth is bounded by the reader of formulas.
 
     Raises
     ------
@@ -145,7 +147,8 @@ def curve_at(algebra: Algebra, curve: AnyCurve, argument: Scalar, derivative: in
 
 
 def waves(algebra: Algebra, curve: Waves, argument: Scalar, derivative: int = 0) -> Scalar:
-    """Return a sum of harmonics as one loop over a table; derivatives are harmonics again, a quarter turn ahead each.
+    """Return a sum of harmonics, or a derivative, at an argument as a scalar, recorded as one loop over a table;
+    derivatives are harmonics again, a quarter turn ahead each.
 
     Angle addition puts phases, and constants that the argument adds, into the two amplitudes of a harmonic. So roads
     with the same frequencies along the same argument (tracks of other seeds, wheels that follow, slopes) have the
@@ -162,8 +165,8 @@ def waves(algebra: Algebra, curve: Waves, argument: Scalar, derivative: int = 0)
 
 
 def _affine(tape: Tape, ref: Ref) -> tuple[Ref, float, float]:
-    """Return x, scale and shift of a reference that is scale x + shift, with constants as far as the constants are
-    outermost."""
+    """Return a node x, scale and shift for a reference to the tape that is scale x + shift, with constants as far as
+    these are outermost."""
     scale, shift = 1.0, 0.0
     while True:
         node, sign = abs(ref), 1.0 if ref > 0 else -1.0
@@ -183,11 +186,9 @@ def _affine(tape: Tape, ref: Ref) -> tuple[Ref, float, float]:
 
 
 def _bump(algebra: Algebra, bump: Bump, argument: Scalar, derivative: int) -> Scalar:
-    """Return a bump; a select keeps the polynomials of the bump separate, so that derivatives do not see beyond the
-    ends.
-
-    The select asks whether the road is flat there, so that an argument that is not a number gives none.
-    """
+    """Return a bump, or a derivative, at an argument as a scalar; a select keeps the zero before and after the bump
+    separate, so that derivatives do not see across the ends. The select asks whether the road is flat there, so that an
+    argument that is not a number gives none."""
     along = (argument - bump.position) * (1.0 / bump.length)
     off_it = algebra.call(Op.LT, along, algebra.zero) + algebra.call(Op.LE, algebra.one, along)
     rate = 2.0 * math.pi
@@ -200,7 +201,8 @@ def _bump(algebra: Algebra, bump: Bump, argument: Scalar, derivative: int) -> Sc
 
 
 def law_and_rate(formula: Formula, known: Mapping[str, float]) -> Callable[[Array], tuple[Array, Array]]:
-    """Return a function that gives a law and the rate of the law at times."""
+    """Return a function from times (n,), s, to values and rates, (n,) each, of a formula of time, by a complex step;
+    ``known`` has the numbers of parameters. Operations without a value give NaN or infinity there."""
     tape = Tape()
     algebra = Algebra(tape)
     time = Scalar(tape, tape.input("t", 0))

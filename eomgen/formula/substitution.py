@@ -59,10 +59,9 @@ def map_symbols(
     *,
     added: bool = True,
 ) -> Formula:
-    """Return a formula with every symbol, and every number, replaced; curves are referred to as objects, not by name.
-
-    ``added``: whether symbols are replaced in arguments that the words of the register added, too.
-    """
+    """Return a formula with ``symbol_for`` of each symbol in place of the symbol, and ``number_for`` of each number;
+    curves are referred to as objects, not by name. ``added``: whether symbols are replaced in arguments that the words
+    of the register added, too."""
     if isinstance(formula, Symbol):
         return symbol_for(formula)
     if isinstance(formula, Number):
@@ -139,7 +138,8 @@ _NONE: _Powers = frozenset()
 
 
 def combination(formula: Formula) -> Combination:
-    """Return a formula as numbers times powers of formulas; a product of two sums is not multiplied out."""
+    """Return a formula as a sum of numbers times powers of formulas: the number by each set of pairs (formula,
+    exponent). A product of two sums is not multiplied out."""
     if isinstance(formula, Number):
         return {_NONE: formula.value} if formula.value != 0.0 else {}
     if isinstance(formula, Operation) and formula.name in ("add", "sub", "neg", "mul", "div"):

@@ -33,7 +33,9 @@ _PACKAGE = __name__.partition(".")[0]
 
 
 def _method(row: Section) -> Callable[..., SceneBuilder]:
-    """Return the method that adds an entry of a section, or a section that is one table."""
+    """Return the builder's method for a section: the method adds the entry that the arguments describe, or sets the
+    table of a section without named entries, and returns the builder. Signature and docstring follow from the
+    schema."""
     signature = signature_of(row)
     keys = {name: field.alias or name for name, field in row.schema.model_fields.items()}
 
@@ -177,7 +179,9 @@ class SceneBuilder(SectionMethods):
         return scene
 
     def _enter(self, section: str, name: str | None, /, **values: Any) -> Self:
-        """Store an entry of a section (or the section itself if it has no named entries), and the caller's line."""
+        """Store an entry of a section with the values that are not None, and the line of the caller; return the
+        builder. ``name`` is None for a section that is one table. A name that is already in the section is noted as a
+        problem, which ``build`` raises, and the first entry stays."""
         place = _caller()
         key = section if name is None else key_of(section, str(name))
         entry = {field: _plain(value) for field, value in values.items() if value is not None}
@@ -203,7 +207,8 @@ def _caller() -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Return plain numbers, lists and tables for arrays, tuples and (axis, angle) pairs."""
+    """Return a value of a builder's argument as in a scene file: arrays and tuples as lists, paths as text, a pair
+    (axis, angle) as a table with these keys; lists and tables recursively, other values unchanged."""
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, Mapping):

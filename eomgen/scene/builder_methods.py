@@ -90,7 +90,9 @@ def signature_of(row: Section) -> inspect.Signature:
 
 
 def documentation_of(text: str, table: type[Table], signature: inspect.Signature, method: str) -> str:
-    """Return the documentation of a method: its own lines, the parameters from the schema, result and example."""
+    """Return the docstring of a builder's method in numpydoc's form: ``text`` first, then parameters, result and
+    example. ``table`` is the schema with the meanings of the keys, ``signature`` has the arguments to describe, and
+    ``method`` is the name by which examples are looked up."""
     types, described = _types(table), table.model_fields
     meanings = "".join(
         _meaning(name, types[name], described[name]) if name in described else _NAME
@@ -107,7 +109,7 @@ def documentation_of(text: str, table: type[Table], signature: inspect.Signature
 
 
 def describe(method: Callable[..., Any], signature: inspect.Signature, documentation: str) -> None:
-    """Give a function the signature and the documentation that ``help`` shows."""
+    """Set the signature, the annotations and the docstring of a function in place, as ``help`` shows them."""
     method.__doc__ = documentation
     method.__annotations__ = {
         item.name: item.annotation for item in signature.parameters.values() if item.name != "self"
@@ -117,7 +119,8 @@ def describe(method: Callable[..., Any], signature: inspect.Signature, documenta
 
 
 def _keys(table: type[Table], named: Sequence[str] = ()) -> list[inspect.Parameter]:
-    """Return the keys of a table, except for ``named``, as arguments by name."""
+    """Return the keys of a table's schema as keyword-only arguments of a signature, with defaults and types; keys in
+    ``named`` are left out."""
     types = _types(table)
     return [
         inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=_default(field), annotation=types[name])
@@ -127,7 +130,8 @@ def _keys(table: type[Table], named: Sequence[str] = ()) -> list[inspect.Paramet
 
 
 def _types(table: type[Table]) -> dict[str, str]:
-    """Return the type of each key of a table, as Python writes it; None stands for a key that is not given."""
+    """Return the type of each key of a table's schema as the text of an annotation; optional keys have ``| None``,
+    which stands for a key that is not given."""
     result = {}
     for name, hint in get_type_hints(table, include_extras=True).items():
         if name in table.model_fields:
@@ -138,7 +142,8 @@ def _types(table: type[Table]) -> dict[str, str]:
 
 
 def _type(annotation: Any) -> str:
-    """Return an annotation of the schema as the type in a builder's documentation."""
+    """Return the text of a type in a builder's signature for an annotation of the schema: ``Sequence[Value]`` for a
+    vector, ``str`` for a choice of words, ``Mapping[str, Any]`` for a nested table."""
     for known, words in _TYPES:
         if annotation == known:
             return words
@@ -167,7 +172,8 @@ def _default(field: FieldInfo) -> Any:
 
 
 def _meaning(name: str, words: str, field: FieldInfo) -> str:
-    """Return the documentation of a key in a method's docstring."""
+    """Return the lines on a key in a method's docstring, in numpydoc's form: name, type ``words`` and units, then the
+    description of the schema's field as an indented sentence."""
     words = words.removesuffix(" | None")
     units = " or ".join(every_unit(meaning_of(field)))
     inner = inner_table(field.annotation)

@@ -139,7 +139,9 @@ class DesignPoses:
         return self._poses[path[0]]
 
     def _reference(self, path: Sequence[str]) -> str:
-        """Return the frame in which the last body of a path is placed."""
+        """Return the frame in which the last body of a path is placed, "base" for the world; ``path`` has the bodies
+        from the wanted one towards the base. Raises UnknownPoseError if the body has no placement, or the path becomes
+        a circle."""
         body = path[-1]
         if body in self.beams:
             fault = f"places on the geometrically exact beam {body} are counted along its axis"
@@ -157,8 +159,8 @@ class DesignPoses:
         return frame
 
     def placement_in(self, given: FramePlacement, body: str) -> FramePlacement:
-        """Return a placement in the frame of a body, by the design position of both frames. Raises
-        UnknownPoseError."""
+        """Return a placement with the same pose, given in the frame of ``body``, with every joint at zero. Raises
+        UnknownPoseError if the pose of one of both frames does not follow from the placements."""
         if body == WORLD and self.base_moves:
             if given.frame == WORLD:
                 return given
@@ -174,8 +176,8 @@ class DesignPoses:
         return FramePlacement(body, (x, y, z), rows(axes))
 
     def way(self, first: tuple[str, Vector], second: tuple[str, Vector]) -> Vector:
-        """Return the vector from one place on a body to another, m, in the axes of the base, formulas of parameters.
-        Raises UnknownPoseError."""
+        """Return the vector from a place to another with every joint at zero, m, in the axes of the base, as formulas
+        of parameters. Both places are pairs of body and position on this body. Raises UnknownPoseError."""
         origins = []
         for body, position in (first, second):
             pose = self.pose(body)
@@ -189,7 +191,7 @@ class DesignPoses:
 
 
 def size_of(way: Vector) -> Formula:
-    """Return the length of a vector of formulas."""
+    """Return the Euclidean length of a vector of three formulas, as a formula."""
     parts = [part for part in way if part != ZERO]
     if all(isinstance(part, Number) for part in parts):
         return Number(math.hypot(*(part.value for part in parts if isinstance(part, Number))))
@@ -207,7 +209,8 @@ def _sums(axes: Array, position: Sequence[Formula]) -> tuple[Sum, Sum, Sum]:
 
 
 def _sum(formula: Formula) -> Sum:
-    """Return a formula as a sum of formulas with constant factors."""
+    """Return a formula as a linear combination: the constant factor of each formula, and of ``ONE`` for the constant.
+    Differences, and products and quotients with numbers, are split; any other formula has the factor 1."""
     if isinstance(formula, Number):
         return {ONE: formula.value}
     if isinstance(formula, Operation) and formula.name in _SIGNS:
@@ -223,7 +226,8 @@ def _sum(formula: Formula) -> Sum:
 
 
 def _combine(parts: Iterable[tuple[float, Sum]]) -> Sum:
-    """Return a weighted sum of sums."""
+    """Return the linear combination of sums with the given factors; sums are mappings from formulas to constant
+    factors."""
     result: Sum = {}
     for factor, part in parts:
         if factor != 0.0:
@@ -232,7 +236,8 @@ def _combine(parts: Iterable[tuple[float, Sum]]) -> Sum:
 
 
 def _plus(a: Sum, b: Sum, factor: float = 1.0) -> Sum:
-    """Return ``a + factor * b`` without terms that are rounding."""
+    """Return the sum ``a + factor * b`` of two linear combinations, without formulas whose total factor is only
+    rounding."""
     result = dict(a)
     for formula, weight in b.items():
         first, second = a.get(formula, 0.0), factor * weight
@@ -245,7 +250,8 @@ def _plus(a: Sum, b: Sum, factor: float = 1.0) -> Sum:
 
 
 def _formula(total: Sum) -> Formula:
-    """Return a sum as one formula, with the constant at the end."""
+    """Return a linear combination, a mapping from formulas to constant factors, as one formula, with the constant at
+    the end."""
     result: Formula | None = None
     for formula, weight in total.items():
         if formula == ONE:

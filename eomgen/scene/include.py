@@ -36,11 +36,12 @@ from eomgen.system.description import BASE, WORLD
 
 
 class Renamer:
-    """Renames the entries that an included file names.
+    """Renames the entries of an included file, and all references to these entries, for the including scene.
 
     Parameters
     ----------
     space : Namespace
+        New name of each entry of the included file, by section and old name.
     base : str
         Name in the including file for the file's base.
     file : Path
@@ -53,7 +54,8 @@ class Renamer:
         self.file = file
 
     def document(self, data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-        """Return the sections of a file, each entry under the new name."""
+        """Return the sections of an included file's ``data`` by key, each entry under the new name with renamed
+        references; entries without a new name, and keys that are not sections of named entries, are left out."""
         result = {}
         schema = document_for(data)
         sections = section_keys(data)
@@ -90,10 +92,10 @@ class Renamer:
         return self.texts(value) if meaning.unit or meaning.names is not None else value
 
     def reference(self, section: str, name: Any) -> Any:
-        """Return the new name of an entry that a key refers to; for an unknown entry, words that are not a name.
-
-        A key may name several in a list, or have a table with a value for each name.
-        """
+        """Return the new name of an entry of ``section`` that a key refers to; for an unknown entry, words that are not
+        a legal name, which the checks report later. ``name`` may be a list of names, or a mapping with a value for each
+        name; the result has the same form. Values that are not texts stay. In the section of bodies, "base" becomes the
+        including scene's body and "world" stays."""
         if isinstance(name, list | tuple):
             return [self.reference(section, entry) for entry in name]
         if isinstance(name, Mapping):
@@ -108,7 +110,8 @@ class Renamer:
         return self.space.names[section].get(name, f"{name} in {self.file.name}")
 
     def number(self, name: str) -> str:
-        """Return the new name of a component of the state: ``q.joint``, ``v.beam[2]``, or an internal state."""
+        """Return the new name of a component of the state: ``q.joint``, ``v.beam[2]``, or an internal state; an unknown
+        name stays."""
         names = self.space.names
         match = re.fullmatch(r"\s*([qv])\s*\.\s*(\w+)(.*)", name, re.DOTALL)
         if match is None:
@@ -117,7 +120,8 @@ class Renamer:
         return f"{letter}.{names['joints'].get(joint, names['beams'].get(joint, joint))}{index}"
 
     def texts(self, value: Any) -> Any:
-        """Return a value with formulas marked by the namespace."""
+        """Return a value with each text, also in lists and mappings, marked as a formula whose names belong to the
+        included file's namespace (``IncludedText``); other values stay."""
         if isinstance(value, FaultyText):
             return value
         if isinstance(value, str):
@@ -128,17 +132,10 @@ class Renamer:
 
 
 def overridden(key: str, entry: Include, data: dict[str, Any], known: frozenset[str], report: Report) -> dict[str, str]:
-    """Put the values of an include in place of the parameters of a file, and return the values that are formulas.
-
-    Parameters
-    ----------
-    key : str
-        Of the include.
-    data : dict
-        Of the included file; values of its parameters are replaced, and parameters with formulas are removed.
-    known : frozenset of str
-        Names of the including file, which no unit may have.
-    """
+    """Put the values of an include into the parameters of the included file's ``data``, in place, and return the values
+    that are formulas, as text by the parameter's name; parameters with formulas are removed from ``data``. ``key`` is
+    the dotted key of the include and ``entry`` the entry; ``known`` are names of the including file, which no unit may
+    have. Unknown parameters and units that do not fit are reported."""
     section = data.get("parameters", {})
     parameters = dict(section) if isinstance(section, Mapping) else {}
     formulas: dict[str, str] = {}
@@ -172,7 +169,10 @@ _LINE_KEY = re.compile(r"([a-z_]+)\.([A-Za-z_][A-Za-z0-9_]*)(.*)", re.DOTALL)
 
 
 def with_included(data: Mapping[str, Any], report: Report, folder: Path) -> FileData:
-    """Return the data of a scene with the entries of all included files.
+    """Return the data of a scene with the entries of all included files, under new names, and with the lines of all
+    keys.
+
+    Raises DescriptionError if the files are too many or include one another too deeply.
 
     Parameters
     ----------
@@ -205,7 +205,8 @@ class _Includer:
         self._resolved: dict[Path, Path] = {}
 
     def shown_file(self, path: Path) -> str:
-        """Return the path of an included file from the folder of the scene, for messages: names may be equal."""
+        """Return the shorter text of an included file's path, relative to the folder of the scene or unchanged, for
+        messages; whole paths distinguish files of equal name."""
         try:
             shorter = min(os.path.relpath(path, self.folder), str(path), key=len)
         except ValueError:  # on another drive
@@ -219,8 +220,10 @@ class _Includer:
         return self._resolved[path]
 
     def include_files(self, part: FileData, report: Report, folder: Path, chain: Sequence[Path]) -> FileData:
-        """Add the entries of the files that a file includes to the part of this file; ``report`` is the report of the
-        file, ``chain`` leads from the scene to the file."""
+        """Add the entries of all files in the section ``include`` of a file to ``part``, the data of this file, and
+        return the changed part. ``report`` is the report of the file, ``folder`` the file's folder, and ``chain`` has
+        the paths from the scene's file to the file, by which circles are found. Faulty includes are reported and left
+        out."""
         written = part.data.pop("include", {})
         if not isinstance(written, Mapping):
             fault = f"a table is needed here, not {describe(written)} [E0716]"
@@ -243,7 +246,10 @@ class _Includer:
         return part
 
     def open(self, key: str, entry: Include, report: Report, folder: Path, chain: Sequence[Path]) -> FileData | None:
-        """Return the data of an included file; None if the data cannot be read."""
+        """Return the data of the file that an include names, with the files included there; None, after a report, if
+        the file cannot be read, is already open in the chain, or is of an unknown kind. ``key`` is the dotted key of
+        the include and ``entry`` the entry; other arguments as of ``include_files``. Raises _TooManyFilesError above
+        the limits of number and depth."""
         path, place = folder / entry.file, f"{key}.file"
         self.files += 1
         try:
@@ -292,7 +298,9 @@ class _Includer:
         return None
 
     def scene(self, source: Source, path: Path, chain: Sequence[Path]) -> FileData:
-        """Return the data of an included scene in SI units, with the files that the scene includes."""
+        """Return the data of an included scene file in SI units, with repeated entries and further included files.
+        ``chain`` has the paths from the scene's file to ``path``. Faults go to the report of the scene; a note is added
+        for the keys ``base``, ``doubts`` and ``gravity``, which have no effect in an included file."""
         file, same = self.shown_file(path), self.resolve(path)
         if same not in self.scenes:
             self.scenes[same] = source.read(read_text(path), file=file, included=True)
@@ -317,7 +325,8 @@ class _Includer:
 
 
 def _entry(name: str, raw: object, report: Report) -> Include | None:
-    """Return an entry of the section, None unless well formed."""
+    """Return the checked entry ``raw`` of the section ``include`` with the name ``name``; None, after a report, if a
+    key is wrong or the prefix cannot begin a name."""
     file = raw.get("file") if isinstance(raw, Mapping) else None
     table = include_of(source_of(Path(file)) if isinstance(file, str) else None)
     try:
@@ -345,7 +354,8 @@ def _part(source: Source, text: str, path: Path, file: str, entry: Include) -> F
 
 
 def _check_top_level(data: dict[str, Any], report: Report) -> None:
-    """Report problems in the keys of an included file that the including scene ignores; drop illegal keys."""
+    """Report problems in the top-level keys of an included file, which the including scene does not check, and delete
+    sections that are not tables and entries with illegal names from ``data`` in place."""
     if data.get("format") != 1:
         missing = ("the key format is missing [E1596]", "format = 1")
         report.add("format", *(wrong_format(data["format"]) if "format" in data else missing))
@@ -364,7 +374,10 @@ def _check_top_level(data: dict[str, Any], report: Report) -> None:
 
 
 def _merge(name: str, entry: Include, inner: FileData, part: FileData, report: Report) -> None:
-    """Put an included part into the including part."""
+    """Put the entries of an included file ``inner`` into the data ``part`` of the including file in place, with new
+    names. ``name`` and ``entry`` are name and entry of the include. Parameters and initial states of the entry replace
+    the values of the file. Lines, notes, formulas and namespaces are added to ``part``; names that are taken are
+    reported."""
     key, prefix = key_of("include", name), _prefix(name, entry)
     known = frozenset(_names(part.data, "parameters") + _names(part.data, "inputs"))
     values = overridden(key, entry, inner.data, known, report)
@@ -404,7 +417,8 @@ def _merge(name: str, entry: Include, inner: FileData, part: FileData, report: R
 
 
 def _start(key: str, entry: Include, data: dict[str, Any], report: Report) -> None:
-    """Give joints of a part the initial states of an include."""
+    """Replace the initial states of joints in the included file's ``data``, in place, by the values that the include
+    gives, converted to SI; an unknown joint is reported at the dotted ``key`` of the include."""
     joints = data.get("joints", {})
     for name, initial in entry.initial.items():
         place = f"{key}.initial.{key_of(name)}"
@@ -416,16 +430,17 @@ def _start(key: str, entry: Include, data: dict[str, Any], report: Report) -> No
 
 
 def _places_of_starts(key: str, prefix: str, places: Mapping[str, str]) -> dict[str, str]:
-    """Return the places of the initial states of an include by the keys of the joints in the scene."""
+    """Return the lines of the initial states that an include gives, under the keys of the joints in the scene. ``key``
+    is the beginning of the keys in the include, ``prefix`` the prefix of new names, ``places`` has the lines by key."""
     written = [(name.removeprefix(key).partition("."), place) for name, place in places.items() if name.startswith(key)]
     return {f"joints.{prefix}{joint}.initial{dot}{rest}": place for (joint, dot, rest), place in written}
 
 
 def _base(name: str, entry: Include, part: FileData, report: Report, taken: Collection[str]) -> str:
-    """Return the body that takes the place of a part's base: the parent itself, or a massless body fixed to the parent.
-
-    ``taken`` are the names of the part's frames, which no body may have.
-    """
+    """Return the name of the body of ``part`` that takes the place of the included file's base: the parent itself, or a
+    massless body fixed to the parent at the include's position and rotation, which is added to ``part`` in place.
+    ``name`` and ``entry`` are name and entry of the include; ``taken`` are the new names of the file's frames, which no
+    body may have."""
     if entry.position == (0.0, 0.0, 0.0) and not entry.rotation:
         return entry.parent
     body, key = f"{name}_base", key_of("include", name)
@@ -448,7 +463,8 @@ def _base(name: str, entry: Include, part: FileData, report: Report, taken: Coll
 
 
 def _controller_names(data: Mapping[str, Any]) -> dict[str, list[str]]:
-    """Return the names that the controllers of a file make, by section; invalid controllers are left out."""
+    """Return the names that the controllers in a file's data make for formulas, by section: lists for states,
+    parameters and controllers; invalid controllers are left out."""
     result: dict[str, list[str]] = {"states": [], "parameters": [], "controllers": []}
     for name in _names(data, "controllers"):
         try:

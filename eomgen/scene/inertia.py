@@ -25,7 +25,8 @@ NO_INERTIA = 1e-12
 
 @dataclass(frozen=True)
 class Inertia:
-    """Mass, centre of mass (3,) and inertia (3, 3) about the centre of mass, in one frame."""
+    """Mass, kg, centre of mass (3,), m, and inertia (3, 3) about the centre of mass, kg m^2, in the axes of one
+    frame."""
 
     mass: float
     center: Array
@@ -41,7 +42,8 @@ class Inertia:
         return self.about_center + tensor(steiner(self.mass, self.center.tolist()))
 
     def spatial(self, length: float) -> Array:
-        """Return the (6, 6) inertia about the frame's origin in units of a length, angular part first."""
+        """Return the (6, 6) spatial inertia about the frame's origin, angular part first, with lengths in multiples of
+        ``length``, m, so that all entries are in kg."""
         arm = skew(self.mass * self.center) / length
         spatial = np.empty((6, 6))
         spatial[:3, :3], spatial[:3, 3:] = self.about_origin() / length**2, arm
@@ -89,7 +91,8 @@ def steiner(mass: Numbers, arm: Sequence[Numbers]) -> list[Numbers]:
 
 
 def combine_inertias(parts: Sequence[Inertia]) -> Inertia:
-    """Return the inertia of several bodies fixed to one another, about their common centre of mass."""
+    """Return the inertia of several bodies fixed to one another, all in one frame, about their common centre of mass;
+    zero mass at the origin, with the sum of the inertias, if all masses are zero."""
     present = [part for part in parts if part.mass != 0.0 or part.about_center.any()]
     if len(present) == 1:
         return present[0]
@@ -127,18 +130,18 @@ def _not_positive(moments: NDArray[np.floating[Any]]) -> NDArray[np.bool_]:
 
 
 def _one_sided(moments: NDArray[np.floating[Any]], tolerance: float) -> NDArray[np.bool_]:
-    """Return whether the largest of principal moments (..., 3), increasing, exceeds the sum of the other moments by
-    more than a part of this sum."""
+    """Return a flag for each triple of principal moments (..., 3), increasing, whose largest exceeds the sum of the
+    other two by more than the part ``tolerance`` of this sum."""
     others, largest = moments[..., 0] + moments[..., 1], moments[..., 2]
     return np.asarray((1.0 + tolerance) * others < largest - _RELATIVE * np.max(np.abs(moments), axis=-1))
 
 
 def not_physical(entries: Sequence[Numbers], tolerance: float = 0.0, *, rotors: bool = False) -> Flags:
-    """Return flags of inertias (xx, yy, zz, xy, xz, yz) about a centre of mass, numbers or batches, that no real body
-    has.
+    """Return flags of inertias (xx, yy, zz, xy, xz, yz) about a centre of mass that no real body has, numbers or
+    batches: a negative principal moment, or a moment larger than the other two together.
 
-    Both conditions, positive moments and the triangle inequality, are that half the trace less the inertia, the second
-    moments of the density, is positive semidefinite.
+    Both conditions are that half the trace less the inertia, the second moments of the density, is positive
+    semidefinite.
 
     Parameters
     ----------
@@ -167,8 +170,8 @@ def not_positive(entries: Sequence[Numbers]) -> Flags:
 
 
 def singular(entries: Sequence[Numbers]) -> Flags:
-    """Return whether the smallest moment of symmetric matrices (xx, yy, zz, xy, xz, yz), numbers or batches, is
-    zero."""
+    """Return flags of positive semidefinite matrices (xx, yy, zz, xy, xz, yz), numbers or arrays of one shape, whose
+    smallest eigenvalue is at most 1e-12 of the largest."""
     trace = entries[0] + entries[1] + entries[2]
 
     def exactly(matrices: Array) -> Flags:
@@ -179,11 +182,9 @@ def singular(entries: Sequence[Numbers]) -> Flags:
 
 
 def smallest_moment_above(entries: Sequence[Numbers], least: Numbers) -> Flags:
-    """Return whether the smallest eigenvalue of symmetric matrices is surely above ``least``; False is inconclusive.
-
-    If the leading minors are positive, the product of the two larger eigenvalues is below the square of half the
-    trace.
-    """
+    """Return flags of symmetric matrices (xx, yy, zz, xy, xz, yz) whose smallest eigenvalue is surely above ``least``;
+    False is inconclusive. If the leading minors are positive, the product of the two larger eigenvalues is below the
+    square of half the trace."""
     xx, yy, zz, xy, xz, yz = entries
     with np.errstate(over="ignore", invalid="ignore"):  # an overflow proves no bound
         minor = xx * yy - xy * xy
@@ -196,7 +197,8 @@ def smallest_moment_above(entries: Sequence[Numbers], least: Numbers) -> Flags:
 
 
 def _unless(sure: Flags, exactly: Callable[[Array], Flags], entries: Sequence[Numbers]) -> Flags:
-    """Return ``exactly`` of matrices (n, 3, 3); False for matrices that are ``sure`` or not finite."""
+    """Return flags in the shape of ``sure``: False for matrices that are ``sure`` or not finite, else the result of
+    ``exactly`` for the stack (n, 3, 3) of the other matrices, whose entries are (xx, yy, zz, xy, xz, yz)."""
     sure = np.asarray(sure)
     result = np.zeros(sure.shape, dtype=bool)
     if not sure.all():

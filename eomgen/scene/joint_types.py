@@ -48,13 +48,13 @@ _STARTS = {"": (), "R": ("position",), "SO3": ("position", "rotation"), "SE3": (
 
 @dataclass(frozen=True)
 class ElementaryMotion:
-    """One motion of a chain.
+    """An elementary motion in the chain of a joint type.
 
     Attributes
     ----------
     kind : turn about an axis, travel along one or more, screw, ball (quaternion) or free (quaternion and position)
-    axes : directions of the joint
-    components : of the joint's velocity, one for each column of the motion subspace
+    axes : directions of the joint, 0 for the axis, 1 and 2 for the second and the third axis
+    components : indices in the joint's velocity, one for each column of the motion subspace
     """
 
     kind: MotionKind
@@ -299,7 +299,7 @@ class _JointTypeRows(dict[str, Row], Generic[Row]):
         return super().__contains__(name) or (name != "" and name in joint_types_of_others())
 
     def get(self, name: str, default: Any = None) -> Any:
-        """Return the row of a type."""
+        """Return the row of a type by its name, also of another distribution; ``default`` for a type without a row."""
         try:
             return self[name]
         except KeyError:
@@ -377,7 +377,9 @@ def fault_of(row: Connection) -> str:
 
 
 def _fault_of_chain(row: Connection) -> str:
-    """Return the fault in the order of a chain's components, motions and directions; empty for a sound chain."""
+    """Return the fault in the chain of a joint type as the end of a sentence; empty for a sound chain. Checked are the
+    numbering of velocity components, angular components first, travels before turns, the directions, and the number of
+    meanings of coordinates."""
     components = [k for motion in row.chain for k in motion.components]
     if sorted(components) != list(range(len(components))):
         return f"has the velocity components {components}, and each from 0 to {len(components) - 1} is needed once"
@@ -399,7 +401,9 @@ def _fault_of_chain(row: Connection) -> str:
 
 
 def by_component(angular: str, linear: str) -> dict[str, str | tuple[str, ...]]:
-    """Return the units of values by velocity component, by type of joint: one unit for types with equal units."""
+    """Return the units of values per velocity component, by the name of each joint type that moves. ``angular`` is the
+    unit for a component in rad/s, ``linear`` for a component in m/s. Types with one elementary motion and equal units
+    have a text, other types a tuple with a unit for each component."""
 
     def units_of(row: Connection) -> str | tuple[str, ...] | None:
         units = tuple(angular if unit == "rad" else linear for unit in row.units)
@@ -409,8 +413,8 @@ def by_component(angular: str, linear: str) -> dict[str, str | tuple[str, ...]]:
 
 
 def by_coordinate(angular: str, linear: str, free: str = "") -> dict[str, str | tuple[str, ...]]:
-    """Return the units of values per coordinate, by joint type, for types whose coordinates are plain numbers, and
-    ``free`` for free motions if given."""
+    """Return the units of values per coordinate, by joint type, for types whose coordinates are plain numbers, as
+    ``by_component`` does; a type with the group SE3 has the unit ``free`` unless that is empty."""
     of_components = by_component(angular, linear)
 
     def units_of(row: Connection) -> str | tuple[str, ...] | None:

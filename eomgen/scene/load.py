@@ -73,8 +73,8 @@ def data_of(path: str | Path, *, strict: bool = False, **options: Any) -> dict[s
 
 
 def method_of(path: str | Path, *, strict: bool = False, **options: Any) -> tuple[object, str]:
-    """Return the ``simulation.method`` of a file that cannot be loaded, None without this key, and the place of the key
-    for messages. Errors as of ``load``."""
+    """Return the value of ``simulation.method`` in a file whose scene cannot be loaded, None without this key, and the
+    key's ``file:line`` for messages. Values are unchecked; errors of reading the file are raised as by ``load``."""
     path = _expand_user(path)
     read = _read(path, strict=strict, **options)
     return named_method(read.data), Report(shown_file(path), read.lines).place("simulation.method")
@@ -87,7 +87,8 @@ def named_method(data: Mapping[str, Any]) -> object:
 
 
 def _expand_user(path: str | Path) -> Path:
-    """Return a path with ``~`` in words. Raises UsageError for a text that is not a path."""
+    """Return a path with the home folder in place of ``~``. Raises UsageError for a text of several lines, which is the
+    content of a file rather than a path."""
     if "\n" in str(path):
         fault = f"the path of a file is needed, and {shown(str(path))} is a text of several lines [E1679]"
         more = "" if str(path).lstrip().startswith("<") else ", or load(tomllib.loads(text))"
@@ -117,14 +118,8 @@ def load_toml(
     coordinates: Literal["joint", "absolute"] | None = None,
     folder: Path | None = None,
 ) -> Scene:
-    """Read a scene from the text of a TOML file.
-
-    ``file`` is the name for messages, ``coordinates`` as in ``load``, ``folder`` is the base of relative paths.
-
-    Raises
-    ------
-    DescriptionError
-    """
+    """Return the scene of the text of a TOML file. ``file`` is the name for messages, ``coordinates`` as in ``load``,
+    ``folder`` is the base of relative paths. Raises DescriptionError."""
     return _from_read(TOML.read(text, file=file), file, coordinates, folder)
 
 
@@ -135,7 +130,8 @@ def _from_read(
     folder: Path | None,
     task_frames: Sequence[str] = (),
 ) -> Scene:
-    """Return the checked scene of data that a source has read."""
+    """Check the data that a source has read from ``file``, and return the Scene; arguments as of ``load``, which
+    replace the file's own choices if given. ``folder`` is the folder of relative paths."""
     names = [task_frames] if isinstance(task_frames, str) else list(task_frames)
     return from_data(
         {**read.data, "task_frames": names} if names else read.data,

@@ -37,13 +37,13 @@ def expand_repeats(
     Parameters
     ----------
     data : mapping
-        As ``tomllib`` reads a scene file.
+        As ``tomllib`` reads a scene file, with the key ``repeat``, which the result does not have.
     report : Report
-        Takes faults.
+        Takes faults; tables with faults make no copies.
     lines : mapping
         Takes the lines of the copies, which are the lines of the originals.
-    sections
-        Whose entries may repeat; by default the sections of scenes.
+    sections : sequence of str, optional
+        Keys of sections whose entries may repeat; by default the sections of scenes.
     """
     tables = data["repeat"]
     sections = _sections(data) if sections is None else sections
@@ -81,7 +81,8 @@ def _sections(data: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def numbers_of_copies(data: Mapping[str, Any]) -> dict[str, int]:
-    """Return the number of copies of its entries that each table ``repeat`` makes; invalid tables are left out."""
+    """Return the number of copies that each table ``repeat`` of the data makes from each entry, by the table's name;
+    tables with invalid indices are left out."""
     aside, result = Report("", {}), {}
     for name, table in data["repeat"].items():
         ranges = _ranges("", table, aside) if isinstance(table, Mapping) else None
@@ -93,8 +94,8 @@ def numbers_of_copies(data: Mapping[str, Any]) -> dict[str, int]:
 
 
 def _by_entry(lines: Mapping[str, Any]) -> dict[str, list[tuple[str, Any]]]:
-    """Return the lines within each entry of tables ``repeat``: from the first four parts of a key to the remaining
-    parts and the line."""
+    """Return the lines within each entry of tables ``repeat``: by a dotted key of four parts, as in
+    ``repeat.chain.bodies.link``, pairs (rest of the key, line)."""
     result: dict[str, list[tuple[str, Any]]] = {}
     for key in lines:
         if key.startswith("repeat."):
@@ -107,7 +108,8 @@ def _by_entry(lines: Mapping[str, Any]) -> dict[str, list[tuple[str, Any]]]:
 
 
 def _ranges(key: str, table: Mapping[str, Any], report: Report) -> dict[str, range] | None:
-    """Return the numbers that each index takes; None for invalid indices."""
+    """Return the range of whole numbers that each index of a table ``repeat`` takes, by name; None, after a report at
+    the dotted ``key``, for missing or invalid indices."""
     place = f"{key}.{_INDICES}"
     indices = table.get(_INDICES)
     if not isinstance(indices, Mapping) or not indices:
@@ -138,7 +140,9 @@ def _whole(number: object) -> bool:
 
 @dataclass(eq=False)
 class _Copies:
-    """The copies made by one table."""
+    """The copies of the entries in one table ``repeat``. ``key`` is the dotted key of the table, ``ranges`` the numbers
+    of each index, ``sources`` the lines in the table's entries by ``_by_entry``, ``sections`` the keys of sections
+    whose entries may repeat; ``report`` and ``lines`` are filled."""
 
     key: str
     table: Mapping[str, Any]
@@ -158,7 +162,7 @@ class _Copies:
         self.twice: set[str] = set()
 
     def put(self, made: MutableMapping[str, Any]) -> None:
-        """Add the copies to the sections of a file."""
+        """Add all copies to ``made``, the data of the file by section, in place; faults are reported."""
         for section, templates in self.table.items():
             if section in (_INDICES, _WHERE):
                 continue
@@ -176,7 +180,8 @@ class _Copies:
                         self._copy(section, name, key, entry, values, entries)
 
     def values(self) -> Iterator[dict[str, int]]:
-        """Yield the numbers of the indices of each copy."""
+        """Yield the number of each index by name, for every combination that the table's condition accepts; none, after
+        a report, if the condition is not a text."""
         where = self.table.get(_WHERE, "1")
         key = f"{self.key}.{_WHERE}"
         if not isinstance(where, str):
@@ -197,7 +202,9 @@ class _Copies:
         values: Mapping[str, int],
         entries: MutableMapping[str, Any],
     ) -> None:
-        """Add a copy of an entry with the values of the indices, or report the name."""
+        """Add a copy of an entry to ``entries``, the section's entries, in place, with values for braces in name and
+        keys. ``name`` and ``entry`` are as written, ``key`` is the dotted key for messages, ``values`` has the number
+        of each index. An illegal or repeated name is reported, and makes no copy."""
         copy = self._text(name, values, key)
         if self.report.concerns(key):
             return
@@ -215,7 +222,8 @@ class _Copies:
             self.lines[f"{section}.{copy}{rest}"] = line if isinstance(line, str) else f"{self.report.file}:{line}"
 
     def _fill(self, value: Any, values: Mapping[str, int], key: str) -> Any:
-        """Return a value with numbers in place of braces."""
+        """Return a value of an entry with numbers in place of the formulas in braces: a number for a text that is only
+        braces, a text for a longer text; lists and mappings recursively. ``values`` has the number of each index."""
         if isinstance(value, str):
             if "{" not in value and "}" not in value:
                 return value
@@ -229,7 +237,7 @@ class _Copies:
         return value
 
     def _text(self, text: str, values: Mapping[str, int], key: str) -> str:
-        """Return a text with numbers in place of braces."""
+        """Return a text with the numbers of the formulas in braces; a single brace is reported at ``key``."""
         pieces = self._pieces(text)
         filled = "".join(repr(self._number(piece, values, key)) if k % 2 else piece for k, piece in enumerate(pieces))
         if ("{" in filled or "}" in filled) and not self.report.concerns(key):
@@ -244,8 +252,8 @@ class _Copies:
         return self.pieces[text]
 
     def _number(self, formula: str, values: Mapping[str, int], key: str) -> float:
-        """Return the value of a formula of the indices, as an integer if whole; 0 for a formula without a value, which
-        is reported once."""
+        """Return the value of a formula of the indices, whose numbers are ``values``, as an integer if whole; 0 for a
+        formula without a value, which is reported once at the dotted ``key``."""
         if self.report.concerns(key):
             return 0
         if formula in self.numbers:

@@ -60,7 +60,8 @@ def coordinate_axis(axis: Sequence[float]) -> CoordinateAxis | None:
 
 
 def axis_beside(direction: Sequence[float]) -> CoordinateAxis | None:
-    """Return the coordinate axis within ``ALIKE`` of a unit vector; None without one."""
+    """Return the coordinate axis from which each component of a unit vector differs by at most 1e-6; None without such
+    an axis."""
     place = max(range(3), key=lambda k: abs(direction[k]))
     if any(abs(direction[k]) > ALIKE for k in range(3) if k != place):
         return None
@@ -73,17 +74,15 @@ def first_near(values: Sequence[float], wanted: float) -> int:
 
 
 def snap(entries: Array) -> Array:
-    """Return the entries with those within 1e-10 of 0, 1 or -1 rounded, which repairs angles written to few digits."""
+    """Return an array with entries within 1e-10 of 0, 1 or -1 rounded, which repairs angles written to few digits."""
     rounded = np.round(entries)
     return np.where((np.abs(entries - rounded) <= SNAP) & (np.abs(rounded) <= 1.0), rounded, entries) + 0.0
 
 
 def snapped_rotation(matrix: Array) -> Array:
-    """Return a rotation with right angles made exact, and still a rotation.
-
-    If only some entries of a row are near 0 or 1, as for a turn by 1e-5, rounding these entries alone makes the matrix
-    non-orthogonal by up to 1e-10; then the nearest rotation (the orthogonal polar factor) is taken instead.
-    """
+    """Return a (3, 3) rotation matrix with entries within 1e-10 of 0, 1 or -1 made exact, and still a rotation. If only
+    some entries of a row are near 0 or 1, as for a turn by 1e-5, rounding these entries alone makes the matrix
+    non-orthogonal by up to 1e-10; then the nearest rotation (the orthogonal polar factor) is taken instead."""
     result = snap(matrix)
     if np.max(np.abs(result @ result.T - np.eye(3))) <= _ORTHONORMAL:
         return result
@@ -95,7 +94,8 @@ def snapped_rotation(matrix: Array) -> Array:
 
 
 def unit_axis(axis: Sequence[float]) -> Array | None:
-    """Return the unit vector along ``axis``, snapped to coordinate axes; None for an axis without direction."""
+    """Return the (3,) unit vector along ``axis``, with components near 0, 1 or -1 made exact; None for an axis that is
+    not finite or is zero."""
     vector = np.array(axis, dtype=float)
     largest = float(np.max(np.abs(vector)))
     if not (math.isfinite(largest) and largest > 1e-150):
@@ -112,7 +112,8 @@ def about_axis(axis: Array, angle: float) -> Array:
 
 
 def sequence(rotations: Iterable[tuple[Array, float]]) -> Array:
-    """Return the matrix of intrinsic rotations, in order, snapped."""
+    """Return the (3, 3) matrix of intrinsic rotations given as pairs of unit axis and angle, rad, in order; entries
+    within 1e-10 of 0, 1 or -1 are exact."""
     matrix = np.eye(3)
     for axis, angle in rotations:
         matrix = matrix @ snapped_rotation(about_axis(axis, angle))
@@ -120,7 +121,7 @@ def sequence(rotations: Iterable[tuple[Array, float]]) -> Array:
 
 
 def frame_about(axis: Array, x_axis: Array | None = None) -> Array:
-    """Return a right-handed matrix whose third column is a unit ``axis``; exact for coordinate axes.
+    """Return a right-handed (3, 3) matrix whose third column is a unit ``axis``; exact for coordinate axes.
 
     Parameters
     ----------
@@ -136,7 +137,8 @@ def frame_about(axis: Array, x_axis: Array | None = None) -> Array:
 
 
 def roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Array:
-    """Return the matrix of URDF's ``rpy``: extrinsic about x, y, z, that is intrinsic about z, y, x; not snapped."""
+    """Return the (3, 3) matrix of URDF's ``rpy``, angles in rad: extrinsic about x, y, z, that is intrinsic about z, y,
+    x; entries near 0 or 1 are not rounded."""
     if roll == pitch == yaw == 0.0:  # of most elements
         return np.eye(3)
     turns = ((2, yaw), (1, pitch), (0, roll))
@@ -145,7 +147,8 @@ def roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Array:
 
 
 def _about_coordinate_axis(place: int, angle: float) -> Array:
-    """Return the matrix of ``about_axis`` for a coordinate axis, with the same bits."""
+    """Return the (3, 3) matrix of a rotation by ``angle``, rad, about the coordinate axis ``place``, 0 to 2, with the
+    same bits as ``about_axis``."""
     sine, cosine = math.sin(angle), math.cos(angle)
     matrix = np.zeros((3, 3))
     first, second = (place + 1) % 3, (place + 2) % 3
@@ -156,7 +159,8 @@ def _about_coordinate_axis(place: int, angle: float) -> Array:
 
 
 def quaternion_of(rotations: Iterable[tuple[Array, float]]) -> tuple[float, float, float, float]:
-    """Return the unit quaternion (w, x, y, z) of intrinsic rotations, in order."""
+    """Return the unit quaternion (w, x, y, z) of intrinsic rotations given as pairs (unit axis, angle in rad), in
+    order. Its sign follows from the product of half angles."""
     quaternion = np.array([1.0, 0.0, 0.0, 0.0])
     for axis, angle in rotations:
         turn = np.array([math.cos(angle / 2.0), *(math.sin(angle / 2.0) * axis)])

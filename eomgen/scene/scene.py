@@ -72,7 +72,8 @@ Known = dict[int, tuple[Any, bytes]]
 
 
 def _add(value: Any, parts: _ByteParts, known: Known) -> None:
-    """Add bytes that differ for any two different values of the classes in a Scene."""
+    """Append bytes to ``parts`` that differ for any two different values of the classes in a Scene. ``known`` caches
+    the bytes of fields by the identity of the value. Raises TypeError for a value of another class."""
     kind = type(value)
     if kind is float or kind is str or kind is int:  # most values
         parts.append(f"{kind.__name__}:{value!r}".encode())
@@ -104,7 +105,8 @@ def _add(value: Any, parts: _ByteParts, known: Known) -> None:
 
 
 def _add_field(value: Any, parts: _ByteParts, known: Known) -> None:
-    """Add the bytes of a field; equal parts of a scene share most fields."""
+    """Append the bytes of a field's value to ``parts``; bytes of tuples and data classes are cached in ``known``,
+    because equal parts of a scene share most fields."""
     kind = type(value)
     if kind is not tuple and not _field_names(cast("Hashable", kind)):
         _add(value, parts, known)
@@ -117,7 +119,8 @@ def _add_field(value: Any, parts: _ByteParts, known: Known) -> None:
 
 
 def _add_sorted(values: Iterable[Any], parts: _ByteParts, known: Known) -> None:
-    """Add the items of a set, sorted by bytes."""
+    """Append the bytes of a set's items to ``parts``, sorted, so that the digest does not depend on the order of the
+    set."""
     items: list[bytes] = []
     for item in values:
         pieces: list[bytes] = []
@@ -153,7 +156,8 @@ def _part_counts(scene: Scene) -> Iterator[str]:
 
 
 def html(scene: Scene) -> str:
-    """Return the scene as tables: bodies with joints, constraints, force elements, signals and parameters."""
+    """Return the scene as HTML with tables of bodies with their joints, constraints, force elements, signals and
+    parameters, for the display in notebooks."""
     carried = dict(zip((body.name for body in scene.bodies), scene.joints, strict=True))
     bodies = (
         (body.name, infix(body.mass), ", ".join(map(infix, body.center_of_mass)), joint.name, joint.type, joint.parent)
@@ -191,7 +195,8 @@ Element = TypeVar("Element", bound=ForceElement)
 
 
 class _Kind(Generic[Element]):
-    """The force elements of one section, as an attribute of a Scene by the section's name."""
+    """Descriptor that gives a Scene's force elements of one section as a tuple; the attribute's name is the section's
+    key."""
 
     def __set_name__(self, owner: type[Scene], section: str) -> None:
         self.section = section
@@ -335,7 +340,8 @@ class Scene:
         return result
 
     def _places(self) -> Iterator[tuple[str, str, Vector]]:
-        """Yield name, body and position of each entry that has a place."""
+        """Yield dotted name (``joints.hinge``, ``constraints.pin.first``), body and position on this body, m, of each
+        joint, point, frame and frame of a constraint; the body of a joint is the parent."""
         for joint in self.joints:
             yield f"joints.{joint.name}", joint.parent, joint.position
         frames = {frame.name for frame in self.frames}

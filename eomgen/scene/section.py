@@ -34,7 +34,8 @@ _NAMES = frozenset(field_names(SceneNames))
 
 
 class Entries(Protocol):
-    """A scene file as data with well-formed entries."""
+    """Protocol of a scene file as data whose entries have passed their schemas: settings as attributes, and sections by
+    key."""
 
     @property
     def coordinates(self) -> str: ...
@@ -360,7 +361,8 @@ class Reading:
     offered: Mapping[str, Mapping[str, str]]
 
     def __post_init__(self) -> None:
-        """Collect parameters, names and labels of all sections, which formulas may use."""
+        """Collect parameters, names and unit labels from all sections, make the reader of values, and call ``prepare``
+        of each row, in the order of ``rows``."""
         document, rows = self.document, self.rows
         self.items: dict[str, Mapping[str, Any]] = {}
         self.attach: AttachByKey = _as_written
@@ -427,12 +429,13 @@ class Reading:
         Parameters
         ----------
         attach : callable, optional
-            Moves places by key; places stay by default.
+            Function of the key, the body and the position of a place that returns body and position, as ``attach`` of
+            the state; by default body and position stay.
 
         Returns
         -------
         Reading
-            A copy, to read entries in advance.
+            Items and kept objects read by the copy do not enter this state; parameters and names are shared.
         """
         there = copy.copy(self)
         there.report = Report(self.report.file, self.report.lines)
@@ -481,7 +484,8 @@ class Reading:
 
 
 def join(whole: dict[str, Any], part: Mapping[str, Any]) -> None:
-    """Append the values of a part to a whole: tuples and mappings are joined, other values set."""
+    """Add the values of the mapping ``part`` to the dictionary ``whole`` in place: tuples of an equal key are
+    concatenated, dictionaries are updated in place, and other values are overwritten."""
     for key, value in part.items():
         if isinstance(value, tuple):
             whole[key] = (*whole.get(key, ()), *value)
@@ -492,8 +496,9 @@ def join(whole: dict[str, Any], part: Mapping[str, Any]) -> None:
 
 
 def in_reading_order(rows: Sequence[Section]) -> list[Section]:
-    """Return the rows with predecessors before successors, otherwise in the order of the register; observing sections
-    come at the end."""
+    """Return the sections in the order of reading: each one after the sections in its field ``after`` and after
+    sections with this section in the field ``before``, otherwise in the order of ``rows``; sections with ``last`` come
+    at the end. Keys of absent sections are ignored."""
     by_key = {row.key: row for row in rows}
     order: dict[str, Section] = {}
 
@@ -516,7 +521,10 @@ def in_reading_order(rows: Sequence[Section]) -> list[Section]:
 def fault_of_variables(
     owner: str, name: str, count: int, document: Entries, rows: Sequence[Section]
 ) -> tuple[str, str]:
-    """Return the fault of the names of ``count`` standard normal variables of ``owner``, "random process" or "sea"."""
+    """Return a fault and a remedy for the names of the parameters of ``count`` standard normal variables that an entry
+    adds; two empty texts without a fault. Faults are a name that is too long, and a name that an entry of another
+    section with bare names has in ``document``. ``owner`` is the noun of the entry, "random process" or "sea", and
+    ``name`` the entry's name."""
     last = variables_of(name, count)[-1]
     if len(last) > NAME_LENGTH:
         return f"the {owner} {name} has parameters such as {last}, whose names are too long [E1452]", "a shorter name"

@@ -35,10 +35,8 @@ def _registry() -> Any:
 
 @cache
 def measure(factors: Factors) -> tuple[Fraction, Dimension]:
-    """Return a unit's size, the coherent unit of SI being 1, and the exponents of the unit's dimension.
-
-    Angles are a dimension, which radians measure.
-    """
+    """Return the size of a unit, the coherent unit of SI being 1, as an exact fraction, and the exponents of the
+    dimension by base dimension. Angles are a dimension, which radians measure."""
     powers: dict[str, int] = {}
     for name, exponent in factors:
         word = names()[name].pint
@@ -58,7 +56,7 @@ def to_unit(quantity: QuantityWithUnit, unit: str, *, over_time: bool = False) -
         If the unit is divided by an angle, as the unit of a torsional stiffness is, the angle need not be written: N m
         is taken for N m/rad.
     over_time : bool
-        Whether a formula of time could stand instead.
+        Whether a formula of time could stand instead, for the remedy.
 
     Raises
     ------
@@ -97,8 +95,8 @@ def _kind_text(factors: Factors) -> str:
 
 
 def misplaced_kind(label: str, unit: str) -> str:
-    """Return the kind of a quantity with a unit if a quantity in another unit is expected, in words; empty if the
-    quantity could be the expected one, angles being no dimension here.
+    """Return in words the kind of a quantity with the unit ``label`` and the expected kind; empty if the quantity could
+    be the expected one, angles being no dimension here.
 
     Parameters
     ----------
@@ -170,7 +168,8 @@ def _words(factors: Factors) -> str:
 
 
 def _hint(quantity: QuantityWithUnit, wanted: Dimension, unit: str, value: float, *, over_time: bool) -> str:
-    """Return the unit or formula that may be meant by a quantity of another dimension."""
+    """Return the remedy for a quantity of another dimension than ``wanted``, the dimension of ``unit``: the unit or
+    formula that may be meant. ``value`` is the number in SI; ``over_time``: a formula of time could stand instead."""
     dimension = measure(quantity.factors)[1]
     times = tuple((name, abs(power)) for name, power in quantity.factors)
     if times != quantity.factors and measure(times)[1] == wanted:

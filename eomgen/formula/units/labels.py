@@ -23,7 +23,7 @@ def several_turns(subject: str, angle: float) -> str:
 
 
 def in_label(where: str, text: str, label: str) -> float:
-    """Return the number that a text with a unit is in the unit of a label; in SI if there is no label.
+    """Return the number that a text such as "300 mm" is in the unit of a label; in SI if the label is empty.
 
     Parameters
     ----------
@@ -47,7 +47,8 @@ def in_label(where: str, text: str, label: str) -> float:
 
 
 def number_in_label(text: str, label: str, known: Collection[str] = ()) -> tuple[float, str]:
-    """Return the number of a text in the unit of a label, and that unit; in SI if there is no label.
+    """Return the number of a text such as "300 mm" in the unit of a label, and that unit; in SI if the label is empty.
+    ``known`` are names that no unit in the text may have.
 
     Raises
     ------

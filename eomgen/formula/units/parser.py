@@ -94,7 +94,7 @@ def is_quantity(text: str) -> bool:
 
 
 def read_quantity(text: str, known: Collection[str] = ()) -> QuantityWithUnit:
-    """Read a number with a unit, without judging the dimension.
+    """Return the number and the unit of a text such as ``250 mm``, without judging the dimension.
 
     Parameters
     ----------
@@ -140,7 +140,8 @@ def factors_of(label: str) -> Factors | None:
 
 
 class _Unit:
-    """The unit of a text, read from left to right."""
+    """Reader of a unit from left to right: ``unit`` is the unit, ``text`` the whole text for messages, ``known`` are
+    names that no unit may have, and ``place`` is the index of the next character."""
 
     def __init__(self, unit: str, text: str, known: Collection[str]) -> None:
         self.unit = unit
@@ -149,7 +150,7 @@ class _Unit:
         self.place = 0
 
     def read(self) -> Factors:
-        """Read a whole unit as names with powers. Raises UnitError."""
+        """Return a whole unit as pairs (name, exponent), negative after a stroke. Raises UnitError."""
         result: list[tuple[str, int]] = []
         divides = self.unit[0] == "1"
         if divides:
@@ -183,7 +184,8 @@ class _Unit:
         return result
 
     def term(self, sign: int) -> list[tuple[str, int]]:
-        """Read a name with an exponent, or a product in brackets. Raises UnitError."""
+        """Return a name with an exponent, or a product in brackets, as pairs (name, exponent times ``sign``), and move
+        on. Raises UnitError."""
         if self.unit.startswith("(", self.place):
             self.place += 1
             if self.unit.count("(") > 1:
@@ -239,7 +241,7 @@ class _Unit:
 
 
 def _nearest(name: str) -> str:
-    """Return the units whose names are closest: with a separate exponent, in other letters, or of similar
+    """Return a hint for an unknown name of a unit: with a separate exponent, in other letters, or of similar
     spelling."""
     power = re.fullmatch(r"([A-Za-z_]+)([0-9])", name)
     if power and power[1] in names():
@@ -324,7 +326,7 @@ def _dimension(factors: Factors) -> Dimension:
 
 @cache
 def _base_exponents(unit: str) -> tuple[tuple[str, float], ...]:
-    """Return the exponents of the base units of a coherent unit of SI."""
+    """Return the base units of SI, and rad, in a coherent unit, as pairs (base unit, exponent)."""
     if unit in _BASE or unit == _ANGLE:
         return ((unit, 1.0),)
     factors: Iterable[tuple[str, int]] = read_unit(unit)
@@ -348,7 +350,7 @@ def _unit_names() -> dict[Dimension, str]:
 
 @cache
 def _text(dimension: Dimension) -> str:
-    """Return the unit of SI with a dimension, by a common name if there is one."""
+    """Return the unit of SI with a dimension as text, by a common name if there is one; "1" for a plain number."""
     known = _unit_names().get(dimension if dimension.angle is not None else Dimension(dimension.powers))
     if known and not (known == "Hz" and dimension.angle is None):
         return known

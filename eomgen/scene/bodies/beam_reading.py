@@ -31,7 +31,8 @@ _UNIFORM = (1.0,)
 
 
 def read_beam(name: str, entry: written.BeamEntry, values: Values) -> Body:
-    """Return the body of an entry of [beams]; faults go to the report of ``values``."""
+    """Return the body of an entry of [beams] with shape functions: mass properties of the straight beam, and
+    deformation. Faults go to the report of ``values``, and other numbers stand for faulty ones."""
     key = key_of("beams", name)
     start = values.constant(f"{key}.start", entry.start)
     if entry.length is None:
@@ -75,7 +76,8 @@ def read_beam(name: str, entry: written.BeamEntry, values: Values) -> Body:
 
 
 def beam_as_body(name: str, beam: Beam) -> Body:
-    """Return a beam as a body: mass, centre of mass and inertia of the straight beam at rest."""
+    """Return a body with mass, centre of mass and inertia of the straight beam at rest, in the beam's frame, and with
+    the beam as ``beam``; profiles along the beam are integrated exactly."""
     start, length = (Fraction(number) if math.isfinite(number) else Fraction(1) for number in (beam.start, beam.length))
     zeroth, first, second = (_moment(beam.profiles.get("mass", _UNIFORM), power) for power in range(3))
     polar = times(length * _moment(beam.profiles.get("polar", _UNIFORM), 0), beam.polar_inertia)
@@ -120,7 +122,8 @@ class _Section:
         return product(self.section.density, total(*self.section.second_moments))
 
     def stiffness(self, kind: DeformationKind, given: written.Bending | written.Stretch | written.Torsion) -> Formula:
-        """Return the stiffness of a deformation from the key or from the section; a missing stiffness is reported."""
+        """Return the stiffness of a deformation, N or N m^2, from the entry ``given`` or the section; zero, after a
+        report, if both lack the stiffness."""
         place = f"{self.key}.{kind}.stiffness"
         if given.stiffness is not None:
             return self.values.formula(place, given.stiffness, PARAMETERS)
@@ -153,7 +156,8 @@ class _Section:
 
 
 def _profile(key: str, given: Sequence[float | str], quantity: str, values: Values) -> tuple[float, ...]:
-    """Return the coefficients of a polynomial that is positive along the beam."""
+    """Return the coefficients, constant first, of a polynomial in s from 0 to 1 that multiplies a ``quantity`` of the
+    beam; (1,) after a report, if the list is empty or the polynomial is not positive along the beam."""
     coefficients = tuple(values.constants(key, given))
     if not coefficients:
         values.report.add(key, "the list of coefficients is empty [E1319]", "[1, -0.5]")
@@ -175,7 +179,9 @@ def _profile(key: str, given: Sequence[float | str], quantity: str, values: Valu
 def _deformation(
     key: str, kind: DeformationKind, given: written.DeformationEntry, stiffness: Formula, beam: Beam, values: Values
 ) -> Deformation:
-    """Read modes, initial state, damping and masses of a deformation of a beam."""
+    """Return a deformation of a beam with modes, initial state, damping and masses; faults are reported under ``key``.
+    ``stiffness`` is the stiffness of the sections, ``beam`` the beam without deformations. Masses are by the beam's
+    mass, or polar inertia for torsion, per length."""
     modes = _modes(key, kind, given, values)
     start, end = beam.start, beam.start + beam.length
     unit_mass = values.value(beam.polar_inertia if kind == "torsion" else beam.mass_per_length) or math.nan
@@ -217,8 +223,8 @@ def _deformation(
 
 
 def _check_mesh(key: str, given: written.DeformationEntry, report: Report) -> None:
-    """Report keys of a mesh without a mesh, conditions at the ends of shapes that have their own, and a mesh without
-    elements."""
+    """Report keys of a mesh if the shapes are not finite elements, conditions at the ends for shapes that include such
+    conditions, and finite elements without their number."""
     meshed = given.shapes == "finite_elements"
     for field in ("elements", "coordinates", "masses"):
         if getattr(given, field) and not meshed:
@@ -232,7 +238,8 @@ def _check_mesh(key: str, given: written.DeformationEntry, report: Report) -> No
 
 
 def _modes(key: str, kind: DeformationKind, given: written.DeformationEntry, values: Values) -> int:
-    """Return the number of coordinates; check that mesh keys are used with a mesh only."""
+    """Return the number of elastic coordinates of a deformation, as given or as the nodal coordinates of the mesh;
+    report a missing or too large number, and keys that do not fit the shapes."""
     report = values.report
     meshed = given.shapes == "finite_elements"
     _check_mesh(key, given, report)

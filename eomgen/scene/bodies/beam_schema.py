@@ -339,11 +339,13 @@ _IN_PLACE_OF: Mapping[str, Sequence[str]] = {
 
 @dataclass(frozen=True)
 class BeamKeys:
-    """Keys of a beam or of a part of a beam; keys missing in the part are read from the beam.
+    """Keys of a beam or of a part of a beam; ``self[field]`` is the value in the part, else in the beam, None if the
+    part has a key that takes precedence.
 
     Attributes
     ----------
     key, part_key : dotted keys of beam and part
+    entry, part : entries of beam and part; None for a beam without parts
     """
 
     key: str

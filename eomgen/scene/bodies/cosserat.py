@@ -131,7 +131,8 @@ class Cosserat:
         return (self.name, *(f"{self.name}.{number}" for number in range(1, self.elements + 1)))
 
     def bodies(self) -> tuple[Body, ...]:
-        """Return the nodes as bodies, each with the inertia of one half of each adjacent element."""
+        """Return the nodes as bodies in order, each with the inertia of the adjacent half of each adjacent element, in
+        the axes of the node's section."""
         made: dict[tuple[tuple[Fraction, int], ...], Body] = {}
         result = []
         for number, name in enumerate(self.nodes):
@@ -145,7 +146,8 @@ class Cosserat:
 
 
 def _node(name: str, beside: list[tuple[Fraction, BeamSection]], beam: str) -> Body:
-    """Return a node with the inertia of lengths of one section or two."""
+    """Return the body ``name``, a node of ``beam``, with the inertia of one or two lengths, m, each with a section;
+    inertia is about the common centre of mass."""
     mass = _sum([(length, section.mass_per_length) for length, section in beside])
     xx, yy, zz, xy, xz, yz = (
         _sum([(length, (*section.rotary_inertia, *section.products)[entry]) for length, section in beside])

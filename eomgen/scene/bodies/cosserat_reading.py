@@ -26,7 +26,8 @@ from eomgen.scene.reading.values import Values
 
 
 def widths_between(places: Sequence[Fraction], count: int) -> tuple[Fraction, ...]:
-    """Return the lengths of ``count`` elements with nodes at ``places``; at least one element between two places.
+    """Return the lengths, in order, of ``count`` elements with nodes at ``places``; at least one element between two
+    places, even if ``count`` is smaller.
 
     The longest element is as short as possible: each further element splits the piece with the longest elements.
 
@@ -104,7 +105,7 @@ _COUNTERPARTS: Mapping[str, str] = {
 
 
 def read_cosserat(name: str, entry: written.BeamEntry, values: Values, stations: Sequence[float] = ()) -> Cosserat:
-    """Return a geometrically exact beam; faults go to the report of ``values``.
+    """Return the geometrically exact beam of an entry of [beams]; faults go to the report of ``values``.
 
     Parameters
     ----------
@@ -138,7 +139,8 @@ def read_cosserat(name: str, entry: written.BeamEntry, values: Values, stations:
 
 
 def _beyond_numbers(beam: Cosserat, values: Values) -> str:
-    """Return the quantity of an element whose size is out of the range of products; empty if all are in range."""
+    """Return words for an element's length, mass or stiffness that is out of the range 1e-150 to 1e150, for a message;
+    empty if all are in range."""
     for part in {id(part): part for part in beam.parts}.values():  # equal elements are one object
         length, mass = float(part.length), values.value(part.section.mass_per_length)
         stiffness = max((abs(values.value(entry)) for row in part.section.stiffness for entry in row), default=0.0)
@@ -171,7 +173,8 @@ def _equal(length: Fraction, count: int) -> tuple[Fraction, ...]:
 
 
 def _pieces(whole: BeamKeys, shape: InitialShape | None, values: Values) -> list[_Piece]:
-    """Return the parts of a beam; one part for a beam without a list of parts."""
+    """Return the parts of a beam with equal elements each; one piece for a beam without a list of parts. Missing or
+    contradictory keys are reported, and a missing length or number becomes 1."""
     entry, report = whole.entry, values.report
     if not entry.parts:
         if entry.elements is None:
@@ -200,7 +203,8 @@ def _pieces(whole: BeamKeys, shape: InitialShape | None, values: Values) -> list
 
 
 def _with_nodes(whole: BeamKeys, pieces: Sequence[_Piece], stations: Sequence[float], values: Values) -> list[_Piece]:
-    """Return pieces with a node at every station, with more elements only if the given number is too small."""
+    """Return pieces with a node at every station, x in m. The number of elements stays unless too small, which is
+    noted; elements of a piece with new nodes may have different lengths."""
     result: list[_Piece] = []
     start, tolerance = Fraction(0), Fraction(AT_END) * sum((piece.length for piece in pieces), Fraction(0))
     for piece in pieces:
@@ -244,7 +248,8 @@ def _positive(key: str, beam_or_part: str, given: float | str, values: Values) -
 
 
 class _BeamSections:
-    """Sections along a beam or a part of a beam; all the same one if no value varies."""
+    """Sections along a beam or a part of a beam; one section for all elements if no value varies. ``whole`` is the
+    length of the whole beam, m."""
 
     def __init__(self, keys: BeamKeys, whole: float, values: Values) -> None:
         self.keys, self.whole, self.values = keys, whole, values
@@ -252,7 +257,9 @@ class _BeamSections:
         self.varied: Mapping[str, Formula] = {}
 
     def element(self, start: Fraction, length: Fraction, twist: tuple[float, ...]) -> BeamElement:
-        """Return the next element, from x = ``start`` on, m."""
+        """Return an element of the length ``length`` from x = ``start`` on, m, with the section in its middle; if
+        sections vary, with inertia and compliance integrated along the element. ``twist`` (6,) is the logarithm between
+        both end frames at rest."""
         faulty = self.values.report.concerns(self.keys.key)
         if self.last is None or (self.varied and not faulty):
             there = self.values.at(float((start + length / 2) / Fraction(self.whole)))
@@ -282,7 +289,8 @@ def _section(keys: BeamKeys, values: Values) -> BeamSection:
 
 
 def _stiffness(keys: BeamKeys, section: SectionReader | None, values: Values) -> Rows:
-    """Return the 6 x 6 stiffness of a section from a matrix, strains or a shape."""
+    """Return the (6, 6) stiffness of a section as rows of formulas, in the order of ``STRAINS``: from a matrix, from
+    strains, or from shape and material; NaN, after a report, without any."""
     if keys["stiffness"] is not None and keys["stiffness_matrix"] is not None:
         fault = "stiffness and stiffness_matrix are both given [E1341]"
         values.report.add(keys.of("stiffness_matrix"), fault, "one of them")
@@ -315,7 +323,8 @@ def _stiffness(keys: BeamKeys, section: SectionReader | None, values: Values) ->
 
 
 def _strain_stiffness(key: str, table: written.SectionStiffness, free: Sequence[str], values: Values) -> list[Formula]:
-    """Return the stiffness by each strain, 0 for strains that the model constrains."""
+    """Return the stiffness by each of ``STRAINS`` from a table with the dotted ``key``; 0 for strains that are not
+    ``free`` in the model, and for a missing one, which is reported."""
     for strain in free:
         if getattr(table, strain) is None:
             values.report.add(key, f"the key {strain} is missing [E1343]", f"{strain} = ...")
@@ -346,7 +355,8 @@ def _prestrain(keys: BeamKeys, values: Values) -> tuple[Formula, ...]:
 
 
 def _by_strain(keys: BeamKeys, field: str, values: Values) -> list[Formula]:
-    """Return the entries of a table by the kind of strain, zeros if there is no table."""
+    """Return the formulas of a table ``field``, ``damping`` or ``prestrain``, in the order of ``STRAINS``; zeros if
+    there is no table."""
     given = keys[field]
     return [ZERO] * 6 if given is None else list(values.keys(keys.of(field), given, *STRAINS).values())
 

@@ -65,7 +65,8 @@ def _rectangle(sizes: Sequence[Formula], ratio: Formula, number: Callable[[Formu
 
 
 def _torsion_of_rectangle(first: Formula, second: Formula) -> Formula:
-    """Return ab^3 (1/3 - 64 b/(pi^5 a) sum tanh(k pi a/(2b))/k^5) over odd k, with the sum of 1 - tanh taken off."""
+    """Return the torsion constant of a rectangle, m^4, for the longer side a and the shorter side b: ab^3 (1/3 - 64
+    b/(pi^5 a) sum tanh(k pi a/(2b))/k^5) over odd k, with the sum of 1 - tanh taken off."""
     sum_of_tanh: Formula = Number(_ZETA_OF_FIVE_ODD)
     for k in range(1, 2 * _TERMS, 2):
         small = Operation("exp", (-k * math.pi * first / second,))
@@ -131,7 +132,8 @@ _SIZES = tuple(dict.fromkeys(size for shape in SHAPES.values() for size in shape
 
 
 class SectionReader:
-    """Properties of a section; None for a property not given. Faults go to the report of ``values``."""
+    """Properties of a beam's section as formulas, as given or by the shape; None for a property not given. Faults, and
+    notes on implausible density and modulus, go to the report and the notes of ``values``."""
 
     def __init__(self, key: str, section: written.SectionEntry, values: Values) -> None:
         self.key, self.section, self.values = key, section, values
@@ -182,8 +184,8 @@ class SectionReader:
 
     @cached_property
     def _shape(self) -> ShapeValues | None:
-        """Return area, second moments, torsion constant and shear factors of a shape; None for none, or for reported
-        sizes."""
+        """Area, second moments, torsion constant and shear factors of the shape; None without a shape, and for missing
+        or faulty sizes, which are reported."""
         if self.section.shape is None:
             return None
         shape = SHAPES[self.section.shape]
@@ -203,7 +205,7 @@ class SectionReader:
         )
 
     def required_value(self, field: str) -> Formula:
-        """Return a value of the section; one that is not there is reported."""
+        """Return the property ``field`` of the section; zero, after a report, if the section lacks the property."""
         value: Formula | None = getattr(self, field)
         return self._missing(field) if value is None else value
 
@@ -258,7 +260,8 @@ _DEFINITE = "a positive definite matrix"
 
 
 class _MatrixRule:
-    """Rule for the 36 entries of a matrix of a section, row by row."""
+    """Rule for the 36 entries of a matrix of a section, row by row; ``broken`` takes numbers or batches, ``fault``
+    numbers."""
 
     stage: ClassVar[int] = 1
 
@@ -286,15 +289,16 @@ class SectionStiffnessRule(_MatrixRule):
 
 
 def unlike(matrix: Array) -> tuple[int, int] | None:
-    """Return the first entry of a matrix that differs from the entry mirrored across the diagonal; None for a symmetric
-    matrix."""
+    """Return row and column of the first entry of a matrix (n, n) that differs from the mirror image by more than 1e-9
+    of the largest entry; None for a symmetric matrix."""
     result = np.argwhere(np.abs(matrix - matrix.T) > _ROUNDING * float(np.max(np.abs(matrix))))
     return (int(result[0][0]), int(result[0][1])) if len(result) else None
 
 
 def _stiffness_fault(matrix: Array, model: str) -> tuple[str, str]:
-    """Return the fault of a stiffness matrix and a hint, both empty for a valid one: a matrix without a potential, one
-    that does not resist some strain, or one that resists a strain that the model constrains."""
+    """Return the fault of a stiffness matrix (6, 6) of the beam ``model`` and a hint, both empty for a valid one and
+    for values that are not finite. Faults are a matrix without a potential, one that does not resist some strain, and
+    one that resists a strain that the model constrains."""
     if not np.all(np.isfinite(matrix)):
         return "", ""
     if (pair := unlike(matrix)) is not None:
@@ -336,11 +340,9 @@ class SectionInertia:
 
 
 def inertia_of_matrix(matrix: Sequence[Sequence[Formula]]) -> SectionInertia:
-    """Return the inertia that follows from a matrix about the beam's axis, with moments about the centre of mass.
-
-    Twists (omega, v) of the section have the kinetic energy 1/2 twist^T matrix twist (Hodges, *Nonlinear Composite Beam
-    Theory*, AIAA 2006, section 5.1, there with v first).
-    """
+    """Return the inertia that follows from a (6, 6) inertia matrix of a section about the beam's axis, with moments
+    about the centre of mass. Twists (omega, v) of the section have the kinetic energy 1/2 twist^T matrix twist (Hodges,
+    *Nonlinear Composite Beam Theory*, AIAA 2006, section 5.1, there with v first)."""
     mass = matrix[3][3]
     by_y, by_z = matrix[0][5], matrix[1][3]
     y, z = fold(by_y / mass), fold(by_z / mass)
@@ -358,7 +360,9 @@ class SectionInertiaRule(_MatrixRule):
 
 
 def _inertia_fault(matrix: Array) -> tuple[str, str]:
-    """Return the fault of an inertia matrix and a hint, both empty for a valid one."""
+    """Return the fault of a section's inertia matrix (6, 6) and a hint, both empty for a valid one and for values that
+    are not finite. A valid matrix is symmetric, has the blocks of a rigid section, and is possible about the centre of
+    mass."""
     if not np.all(np.isfinite(matrix)):
         return "", ""
     if (pair := unlike(matrix)) is not None:
@@ -397,7 +401,8 @@ _ZEROS = SectionInertia(ZERO, (ZERO, ZERO, ZERO))
 
 
 def read_inertia(keys: BeamKeys, section: SectionReader | None, values: Values) -> SectionInertia:
-    """Return the inertia of a section; missing and faulty values go to the report of ``values``."""
+    """Return the inertia of a beam's section: from the key ``inertia_matrix``, else from the single keys and the
+    section's shape and material. Missing and faulty values go to the report of ``values``, and zeros stand for them."""
     if keys["inertia_matrix"] is not None:
         return _inertia_from_matrix(keys, values)
     mass = _mass_per_length(keys, section, values)
@@ -453,7 +458,7 @@ def _rotary_inertia(keys: BeamKeys, section: SectionReader | None, values: Value
 
 
 def _not_thin(key: str, entries: Vector, values: Values) -> Vector:
-    """Require of the rotary inertia of sections that all three are there to the digits of numbers."""
+    """Return rotary inertias as given, after a report if one of three is negligible against the largest."""
     if not values.report.concerns(key):
         values.require(key, RELATIONS["thin section"], entries)
     return entries

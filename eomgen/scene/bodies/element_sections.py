@@ -66,7 +66,8 @@ def varying_element(
 
 
 def _with_inertia(section: BeamSection, weights: Sequence[float], sections: Sequence[BeamSection]) -> BeamSection:
-    """Return a section with the mean inertia of several, about their common centre of mass."""
+    """Return ``section`` with the weighted mean inertia of ``sections``, about their common centre of mass, and the
+    stiffness and damping of ``section``."""
     mass = mean(weights, [part.mass_per_length for part in sections])
     center, spread = _center(weights, sections, mass)
     entries = [
@@ -80,8 +81,8 @@ def _with_inertia(section: BeamSection, weights: Sequence[float], sections: Sequ
 
 @dataclass(frozen=True)
 class _Rule:
-    """Places, sections and weights of a sum that is the mean over an element, and the strains whose compliance has no
-    mean."""
+    """A quadrature rule whose weighted sum is the mean over an element: places s, sections and weights; and the indices
+    of strains whose compliance has no mean."""
 
     places: Sequence[float]
     sections: Sequence[BeamSection]
@@ -91,7 +92,8 @@ class _Rule:
 
 @dataclass(frozen=True)
 class _ElementPart:
-    """A part of an element: sections at the Gauss points, weights of their numbers, mean size of the numbers, error."""
+    """A part of an element between ``start`` and ``end``, s from 0 to 1 along the beam: places and sections at the
+    Gauss points with weights, and for the 87 numbers of a section mean size and error of quadrature."""
 
     start: float
     end: float
@@ -103,7 +105,8 @@ class _ElementPart:
 
 
 def _quadrature(places: Sequence[float], section_at: SectionAt, value_of: ValueOf) -> _Rule | None:
-    """Return the rule for an element with pieces between ``places``; None if there is a fault."""
+    """Return the quadrature rule of an element whose sections are smooth between ``places``, s in order with both ends;
+    None if a section has a fault. Parts with the largest error are halved up to a relative error of 1e-9."""
     tolerance, finest, most = 1e-9, 2.0**-40, 200
     whole = places[-1] - places[0]
     parts: dict[int, _ElementPart] = {}
@@ -136,7 +139,8 @@ def _quadrature(places: Sequence[float], section_at: SectionAt, value_of: ValueO
 
 
 def _part(start: float, end: float, whole: float, section_at: SectionAt, value_of: ValueOf) -> _ElementPart | None:
-    """Return a part of an element with sections at Gauss points and an estimate of the quadrature error."""
+    """Return a part of an element with sections at four Gauss points and an estimate of the quadrature error; None if a
+    section has a fault. Weights are by ``whole``, the length of the element in s."""
     means = []
     for points in (2, 4):
         nodes, weights = np.polynomial.legendre.leggauss(points)
@@ -174,7 +178,7 @@ def _numbers(section: BeamSection, value_of: ValueOf) -> Array:
 
 
 def _compliance(stiffness: Array) -> Array:
-    """Return the inverse of the block of the strains that a beam has, zeros for the other strains."""
+    """Return the inverse (6, 6) of a stiffness within the strains that a beam has, zeros for the other strains."""
     has = np.flatnonzero(np.diagonal(stiffness))
     result = np.zeros((6, 6))
     result[np.ix_(has, has)] = np.linalg.inv(stiffness[np.ix_(has, has)])
@@ -182,7 +186,8 @@ def _compliance(stiffness: Array) -> Array:
 
 
 def _scale(size: Array) -> Array:
-    """Return a size above 0 for each number of a section, from the numbers of the same kind."""
+    """Return a scale above 0 for each of a section's 87 numbers, from the sizes of numbers of the same kind; 1 if all
+    are 0."""
     trace = np.sum(size[_INERTIA][:3])
     result = np.empty_like(size)
     result[_MASS], result[_INERTIA] = size[_MASS], trace
@@ -197,7 +202,8 @@ def _scale(size: Array) -> Array:
 def _center(
     weights: Sequence[float], sections: Sequence[BeamSection], mass: Formula
 ) -> tuple[tuple[Formula, Formula], tuple[Formula, ...]]:
-    """Return the common centre of mass of sections, and the six entries of the sections' inertia about this centre."""
+    """Return the common centre of mass (y, z) of weighted sections, m, and the additional inertia (xx, yy, zz, xy, xz,
+    yz) that their distances from this centre give. ``mass`` is the mean mass per length."""
     centers = [section.center_of_mass for section in sections]
     if all(center == centers[0] for center in centers):
         return centers[0], (ZERO,) * 6
@@ -228,7 +234,9 @@ def _moments(
     sections: Sequence[BeamSection],
     diverging: frozenset[int],
 ) -> SectionMoments:
-    """Return the moments of compliance and damping, for groups of strains that are coupled in some section."""
+    """Return the moments of compliance and damping over an element as formulas, for groups of strains that are coupled
+    in some section. ``distances`` are from the middle, m; in groups with ``diverging`` strains, stiffnesses are added
+    up instead."""
     rows = [(section.stiffness, section.damping) for section in sections]
     by_power = (np.array(weights) * np.power.outer(np.array(distances), range(3)).T).tolist()
     results = [[[ZERO] * 6 for _ in range(6)] for _ in range(6)]
@@ -247,7 +255,7 @@ _Matrix = list[list[Formula]]
 
 
 def _place(matrix: _Matrix, group: Sequence[int], block: _Matrix) -> None:
-    """Put a block in the rows and columns of a group of strains."""
+    """Put a block into the rows and columns ``group`` of a matrix, in place."""
     for row, entries in zip(group, block, strict=True):
         for column, entry in zip(group, entries, strict=True):
             matrix[row][column] = entry
@@ -256,8 +264,9 @@ def _place(matrix: _Matrix, group: Sequence[int], block: _Matrix) -> None:
 def _block_moments(
     weights: Sequence[Sequence[float]], length: float, blocks: Sequence[Sequence[_Matrix]]
 ) -> Iterator[_Matrix]:
-    """Yield three moments along the element of the compliance S = K^-1, then of S D S, for blocks of stiffness K and
-    damping D."""
+    """Yield the three moments along the element, by powers 0 to 2 of the distance from the middle, of the compliance S
+    = K^-1, then of S D S. ``blocks`` are pairs of stiffness K and damping D at the places, ``weights`` has a row for
+    each power."""
     if all(pair == blocks[0] for pair in blocks):
         blocks, weights = blocks[:1], [[1.0], [0.0], [length**2 / 12.0]]
     compliances = [_inverse(pair[0]) for pair in blocks]
@@ -267,7 +276,7 @@ def _block_moments(
 
 
 def _groups(matrices: Sequence[Rows]) -> list[list[int]]:
-    """Return the strains in groups, of which no matrix has an entry between two."""
+    """Return the six strains in groups of indices, so that all matrices are zero between two groups."""
     group_of = list(range(6))
     for matrix in matrices:
         for row in range(6):

@@ -67,8 +67,8 @@ class CurvatureShape:
     knots: Sequence[float] = ()
 
     def between(self, start: Fraction, end: Fraction) -> tuple[Array, float]:
-        """Return the logarithm of the relative pose between two places, and the length of the rotation along the way,
-        rad."""
+        """Return the logarithm (6,) of the pose of the section at x = ``end`` relative to the section at ``start``, m,
+        and the length of the rotation along the way, rad."""
         width, begin = float(end - start), float(start)
         if self.constant(begin, float(end)):
             strain = self._strain(begin + 0.5 * width)
@@ -91,7 +91,8 @@ class CurvatureShape:
 
 @dataclass(frozen=True)
 class HelixShape:
-    """A shape through poses, (count, 7), by helices, each with a length, m, > 0."""
+    """A shape through poses, (count, 7), quaternion first, by helices between them, with the lengths (count - 1,), m, >
+    0."""
 
     poses: Array
     lengths: Array
@@ -115,7 +116,7 @@ class HelixShape:
 
 @dataclass(frozen=True)
 class RotatedSectionShape:
-    """A shape with sections rotated about the axis by an angle at each x, rad."""
+    """A shape with sections rotated about the axis by an angle, rad, a function of x in m along the axis."""
 
     shape: InitialShape
     angle: Callable[[float], float]
@@ -155,8 +156,8 @@ def through_points(points: Array) -> HelixShape:
 
 
 def _slopes(knots: Array, points: Array) -> Array:
-    """Return the derivatives of a spline at the knots: along x at the first knot; the last two pieces are one cubic, or
-    a single piece is a parabola."""
+    """Return the derivatives (count, 3) of a cubic spline through points (count, 3) at the knots (count,): along x at
+    the first knot; the last two pieces are one cubic, or a single piece is a parabola."""
     widths = np.diff(knots)
     count = len(knots)
     matrix, right = np.zeros((count, count)), np.zeros((count, 3))
@@ -176,7 +177,8 @@ def _slopes(knots: Array, points: Array) -> Array:
 
 
 def _hermite(points: Array, slopes: Array, width: float) -> tuple[Array, Array]:
-    """Return places and derivatives at the ends of the parts of one piece of a spline, without the first end."""
+    """Return places and derivatives, both (64, 3), at the ends of 64 equal parts of a cubic of the given width, without
+    the first end; ``points`` and ``slopes`` (2, 3) are at both ends."""
     u = np.arange(1, _PARTS + 1)[:, np.newaxis] / _PARTS
     (a, b), (c, d) = points, width * slopes
     place = (1 + 2 * u) * (1 - u) ** 2 * a + u * (1 - u) ** 2 * c + u**2 * (3 - 2 * u) * b + u**2 * (u - 1) * d
@@ -185,8 +187,8 @@ def _hermite(points: Array, slopes: Array, width: float) -> tuple[Array, Array]:
 
 
 def _least_turning(axis: Array, tangents: Array) -> Array:
-    """Return frames, (count, 7), with x along a curve and the least rotation about the curve; the first frame is the
-    beam's frame."""
+    """Return poses (count, 7) at the places ``axis`` (count, 3) of a curve, with x along its tangents (count, 3) and
+    the least rotation about the curve; the first pose is the identity."""
     along = tangents / np.linalg.norm(tangents, axis=1)[:, np.newaxis]
     across = np.array([0.0, 1.0, 0.0])
     poses = [IDENTITY]
@@ -222,7 +224,8 @@ _OFF_AXIS, _OBLIQUE = math.radians(40.0), math.radians(3.0)
 
 
 def read_shape(whole: BeamKeys, values: Values) -> InitialShape | None:
-    """Return the shape through given points or frames; None without a valid one."""
+    """Return the initial shape through the points or frames in the entry of a beam; None without the key ``shape``, and
+    for a faulty shape, which is reported."""
     given = whole.entry.shape
     if given is None:
         return None
@@ -242,7 +245,8 @@ def read_shape(whole: BeamKeys, values: Values) -> InitialShape | None:
 
 
 def _through_points(key: str, given: Sequence[Sequence[float | str]], values: Values) -> InitialShape | None:
-    """Return the shape through points, None if a fault is reported."""
+    """Return the shape along a spline through points, formulas of fixed parameters in m; None, after a report, if
+    points coincide, the second one is not ahead of the first, or the points go back on themselves."""
     points = np.array([values.constants(f"{key}[{place}]", point) for place, point in enumerate(given)])
     if not _several(key, "points", points, values):
         return None
@@ -262,7 +266,8 @@ def _through_points(key: str, given: Sequence[Sequence[float | str]], values: Va
 
 
 def _through_frames(key: str, given: Sequence[written.ShapeFrame], values: Values) -> InitialShape | None:
-    """Return the shape through frames, None if a fault is reported."""
+    """Return the shape through frames; None, after a report, unless the first frame is the beam's, turns between frames
+    are below 180 degrees, and x of the frames is along the beam. An oblique piece is noted."""
     positions = np.array(
         [values.constants(f"{key}[{place}].position", item.position) for place, item in enumerate(given)]
     )
@@ -303,8 +308,8 @@ def _through_frames(key: str, given: Sequence[written.ShapeFrame], values: Value
 
 
 def _turn_about_one_axis(before: Sequence[tuple[Array, float]], after: Sequence[tuple[Array, float]]) -> float:
-    """Return the angle between two rotations about one common axis, which may be above half a turn; 0 for other
-    rotations."""
+    """Return the angle, rad, between two rotations about one common axis, which may be above half a turn; 0 for other
+    rotations. Each is a sequence of at most one pair of axis and angle."""
     given = [*before, *after]
     if not given or len(before) > 1 or len(after) > 1:
         return 0.0
@@ -319,8 +324,8 @@ def _turn_about_one_axis(before: Sequence[tuple[Array, float]], after: Sequence[
 
 
 def _several(key: str, plural: str, places: Array, values: Values) -> bool:
-    """Return whether a list has at least two places, with distinct neighbours, the first at the beam's origin; report
-    faults."""
+    """Return whether places (count, 3) are at least two, with distinct neighbours, the first at the beam's origin;
+    faults are reported at ``key``, values that are not finite elsewhere. ``plural`` is the noun for messages."""
     report = values.report
     if len(places) < 2:
         fault = f"a shape needs two {plural} at least, not {len(places)} [E1365]"
@@ -343,7 +348,8 @@ def _several(key: str, plural: str, places: Array, values: Values) -> bool:
 
 
 def bent_shape(pieces: Sequence[tuple[float, BeamKeys]], values: Values) -> InitialShape:
-    """Return the shape of given curvature; ``pieces``: end of each piece, m, and the keys of the piece."""
+    """Return the shape by the key ``curvature`` of a beam and its parts; ``pieces``: x of the end of each piece, m, and
+    the keys. Faulty and missing curvatures count as straight."""
     ends = [end for end, _ in pieces]
     length = ends[-1]
     straight = np.zeros(3)
@@ -365,7 +371,8 @@ def bent_shape(pieces: Sequence[tuple[float, BeamKeys]], values: Values) -> Init
 
 
 def pretwist(whole: BeamKeys, shape: InitialShape, values: Values) -> InitialShape:
-    """Return a shape with sections rotated about the axis by the pretwist of the beam."""
+    """Return a shape whose sections are rotated about the axis by the pretwist of the beam, a function of s; the given
+    shape without one. A pretwist other than 0 at s = 0 is reported."""
     given, key = whole.entry.pretwist, f"{whole.key}.pretwist"
     if given is None:
         return shape

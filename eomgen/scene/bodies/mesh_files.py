@@ -80,11 +80,9 @@ class MeshError(Exception):
 
 
 def mesh_path(path: Path) -> Path:
-    """Return the file of a path that may have ``package://NAME/...`` or ``file://...`` after its folder.
-
-    A package is a folder of this name that holds the folder of the path, or lies in a folder that does: no list of
-    packages is asked for.
-    """
+    """Return the file of a path that may have ``package://NAME/...`` or ``file://...`` after its folder; the given path
+    if no package with the file is found. A package is a folder of this name that holds the folder of the path, or lies
+    in a folder that does: no list of packages is asked for."""
     parts = path.parts
     if _FILE in parts:
         return Path("/", *parts[parts.index(_FILE) + 1 :])
@@ -100,11 +98,13 @@ def mesh_path(path: Path) -> Path:
 
 
 def read_mesh(path: Path, most: int = MOST) -> PictureMesh:
-    """Return the mesh of a file, at most ``most`` triangles, in the units of the file; of a COLLADA file in m.
+    """Return the mesh of a file with at most ``most`` triangles, counterclockwise from outside, in the units of the
+    file; of a COLLADA file in m.
 
     Raises
     ------
     MeshError
+        If the file cannot be read, is of another kind, or has no triangles.
     """
     ending, name = path.suffix.lower(), path.name
     if ending not in ENDINGS:
@@ -151,11 +151,12 @@ def _read_before(path: Path, most: int, stamp: tuple[int, int]) -> PictureMesh:
 
 
 def with_mesh(shape: Shape, file: str, most: int) -> Shape:
-    """Return a shape with the mesh of a file.
+    """Return a copy of a shape with the mesh of a file as bytes; colours are taken from the file if the shape has none.
 
     Parameters
     ----------
-    most : number of triangles that are kept
+    file : path of the mesh
+    most : largest number of triangles that are kept
 
     Raises
     ------
@@ -177,7 +178,8 @@ def with_mesh(shape: Shape, file: str, most: int) -> Shape:
 
 
 def _in_library(data: bytes, name: str, ending: str) -> Painted:
-    """Return the triangles of a COLLADA or binary glTF file as an optional package reads it: in m, with z up."""
+    """Return vertices (n, 3), faces (m, 3) and colours (m, 3) or (0, 3) of a COLLADA or binary glTF file as read by an
+    optional package: in m, with z up. Raises MeshError if the package is missing or fails; ``name`` is for messages."""
     package, read = {".dae": ("pycollada", _collada), ".glb": ("trimesh", _glb)}[ending]
     try:
         vertices, faces, colors = zip(_NO_TRIANGLES, *read(data), strict=True)
@@ -197,7 +199,8 @@ def _in_library(data: bytes, name: str, ending: str) -> Painted:
 
 
 def _collada(data: bytes) -> Iterator[Painted]:
-    """Yield the triangles of each part of a COLLADA file with the diffuse colour of its material."""
+    """Yield vertices (n, 3), m, z up, faces (m, 3) and colours (m, 3) of each part of a COLLADA file, with the diffuse
+    colour of the material. Raises ValueError without a scene, and errors of the package."""
     import collada  # type: ignore[import-untyped]  # noqa: PLC0415  # an optional package
 
     left_out = [collada.common.DaeBrokenRefError, collada.common.DaeUnsupportedError]
@@ -222,7 +225,8 @@ def _collada(data: bytes) -> Iterator[Painted]:
 
 
 def _glb(data: bytes) -> Iterator[Painted]:
-    """Yield the triangles of each part of a binary glTF file, whose y axis is up, without colours."""
+    """Yield vertices (n, 3), turned from y up to z up, faces (m, 3) and colours (m, 3), all -1, of each part of a
+    binary glTF file."""
     import trimesh  # noqa: PLC0415  # an optional package
 
     scene = trimesh.load_scene(BytesIO(data), file_type="glb")
@@ -243,7 +247,8 @@ def _colors(color: object, count: int) -> NDArray[np.int16]:
 
 
 def _stl(data: bytes, name: str) -> Triangles:
-    """Return the triangles of a binary or text STL file. Raises MeshError."""
+    """Return corners (3 m, 3) and faces (m, 3) of a binary or text STL file. Raises MeshError; ``name`` is for
+    messages."""
     count = int.from_bytes(data[_HEADER - 4 : _HEADER], "little") if len(data) >= _HEADER else -1
     promised = _HEADER + _TRIANGLE.itemsize * count
     if count >= 0 and promised == len(data):
@@ -280,7 +285,8 @@ def _text_corners(data: bytes, name: str) -> Array:
 
 
 def _obj(data: bytes, name: str) -> Triangles:
-    """Return the vertices and triangles of an OBJ file. Raises MeshError."""
+    """Return vertices (n, 3) and triangles (m, 3) of an OBJ file; polygons are cut into triangles from their first
+    corner. Raises MeshError; ``name`` is for messages."""
     vertices: list[list[float]] = []
     faces: list[list[int]] = []
     for number, line in enumerate(data.splitlines(), 1):
@@ -321,8 +327,8 @@ def _merge_vertices(vertices: Array, faces: NDArray[np.intp], colors: NDArray[np
 
 
 def _is_closed(vertices: Array, faces: NDArray[np.intp]) -> bool:
-    """Return whether nearly each edge joins faces that turn opposite ways around the edge: small gaps show no
-    insides."""
+    """Return whether the surface of faces (m, 3) is closed: all but 2 % of the edges join faces that turn opposite ways
+    around the edge."""
     places = _groups(vertices)[faces]
     edges = np.concatenate([places[:, [0, 1]], places[:, [1, 2]], places[:, [2, 0]]])
     ways = np.sign(edges[:, 1] - edges[:, 0])
@@ -336,7 +342,8 @@ def _color_numbers(colors: NDArray[np.int16]) -> NDArray[np.intp]:
 
 
 def _groups(rows: Array) -> NDArray[np.intp]:
-    """Return a number for each row (n, k), equal for equal rows: faster than ``np.unique`` of rows by a factor of 5."""
+    """Return a number from 0 for each row (n, k), equal for equal rows: faster than ``np.unique`` of rows by a factor
+    of 5."""
     order = np.lexsort(rows.T)
     differs = np.any(rows[order[1:]] != rows[order[:-1]], axis=1)
     groups = np.empty(len(rows), dtype=np.intp)
@@ -363,8 +370,8 @@ _FINEST, _COARSER, _GRIDS, _PULL = 200.0, 0.92, 64, 0.002
 
 
 def _thin(mesh: PictureMesh, most: int) -> PictureMesh:
-    """Return the mesh with the vertices of a grid's cell as one, in the finest grid that leaves at most ``most``
-    triangles; surfaces of two colours, of which one covers the other, stay two.
+    """Return the mesh with the vertices in each cell of a grid merged, by the finest grid that leaves at most ``most``
+    triangles; a smaller mesh stays. Surfaces of two colours, of which one covers the other, stay two.
 
     The vertex of a cell has the least sum of squared distances from the planes of the cell's triangles, weighted by
     areas, so that edges stay sharp (Lindstrom 2000, Out-of-core simplification of large polygonal models). Triangles
@@ -408,8 +415,8 @@ def _thin(mesh: PictureMesh, most: int) -> PictureMesh:
 
 
 def _least_squares(mesh: PictureMesh, cells: NDArray[np.intp], size: float) -> tuple[Array, Array]:
-    """Return the vertex of each cell that fits the face planes best, at most ``size`` from the mean vertex per axis,
-    and the area vectors of all faces (m, 3)."""
+    """Return the vertex (k, 3) of each of k cells that fits the face planes best, at most ``size`` from the mean vertex
+    per axis, and the area vectors (m, 3) of all faces. ``cells`` (n,) is the cell of each vertex."""
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
     areas = np.cross(b - a, c - a) / 2.0
     weights = np.linalg.norm(areas, axis=1)

@@ -74,7 +74,8 @@ class Deformation:
 
     @property
     def free_nodal(self) -> list[int]:
-        """Nodal coordinates of a mesh left free by its ends; for bending, deflections and slopes alternate."""
+        """Indices of the nodal coordinates of a mesh that conditions at the ends leave free; for bending, deflections
+        and slopes alternate."""
         bending = self.kind.startswith("bending")
         size = 2 * self.elements + (2 if bending else 1)
         fixed = {dof % size for dof in (_FIXED_IN_BENDING if bending else _FIXED)[self.ends]}

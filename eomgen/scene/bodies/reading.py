@@ -46,7 +46,8 @@ _Inertia = tuple[Formula, Formula, Formula, Formula, Formula, Formula]
 
 
 def read_base(reading: Reading) -> Base | None:
-    """Return the motion of the base; formulas of its position and rotation must be twice differentiable."""
+    """Return the prescribed motion of the base; None without the section. Formulas of position and rotation have to be
+    twice differentiable; second integrals of accelerations, and keys of products, are added. Faults are reported."""
     base: WrittenBase | None = reading.document.table("base")
     values = reading.values
     if base is None:
@@ -68,7 +69,9 @@ def read_base(reading: Reading) -> Base | None:
 
 
 def _add_acceleration(base: Base, acceleration: Sequence[float | str], drift: str | None, reading: Reading) -> Base:
-    """Return a base with the second integrals of an acceleration added to its position."""
+    """Return a base with the second integrals of ``acceleration``, a formula of time per axis, added to the position.
+    ``drift`` is ``remove``, ``keep`` or None, which adds a note on a drift. Faulty or inexact integrals are reported
+    and left out."""
     values, duration = reading.values, reading.document.simulation.duration
     units = {name: entry.unit for name, entry in reading.document.section("curves").items()}
     position, integrals = list(base.position), {}
@@ -101,7 +104,8 @@ def _add_acceleration(base: Base, acceleration: Sequence[float | str], drift: st
 def _doubts(
     key: str, acceleration: float | str, integral: SecondIntegral, duration: float, parameters: Mapping[str, float]
 ) -> list[str]:
-    """Return notes on an acceleration without effect within a run, or of a record much longer than the run."""
+    """Return notes on an acceleration that is zero during the whole run, or on a record much longer than the run; none
+    for a run without duration."""
     if not duration > 0.0 or acceleration == 0.0:
         return []
     if not np.any(law_and_rate(integral.formula, parameters)(np.linspace(0.0, duration, _TIMES))[1]):
@@ -136,7 +140,8 @@ def _largest(integral: SecondIntegral, parameters: Mapping[str, float]) -> float
 
 
 def _drifts(integral: SecondIntegral, parameters: Mapping[str, float]) -> bool:
-    """Return whether an integral departs from an oscillation about a mean."""
+    """Return whether the motion of an integral drifts: the speed at the end or the mean speed exceeds 2 % of the
+    largest speed, or an acceleration holds on."""
     if not integral.end > 0.0:
         return False
     speeds = law_and_rate(integral.formula, parameters)(np.linspace(0.0, integral.end, _TIMES))[1]
@@ -145,7 +150,8 @@ def _drifts(integral: SecondIntegral, parameters: Mapping[str, float]) -> bool:
 
 
 def _is_motion(key: str, formula: Formula, values: Values) -> bool:
-    """Report an input with motion = true, whose caller gives positions; return whether there is a fault."""
+    """Return whether the formula of an acceleration has an input with motion = true, which is reported, because the
+    caller gives positions."""
     known = symbols(formula)
     name = next((name for name, law in values.names.motions.items() if symbols(law) <= known), "")
     if name:
@@ -156,7 +162,8 @@ def _is_motion(key: str, formula: Formula, values: Values) -> bool:
 
 
 def _misfits(key: str, formula: Formula, labels: Mapping[str, str], values: Values) -> bool:
-    """Report a curve in another unit than an acceleration in SI; return whether there is a fault."""
+    """Return whether the formula of an acceleration is a curve labelled in another unit than m/s^2, which is reported.
+    ``labels`` are the units of curves by name."""
     label = labels.get(formula.curve.name, "").strip() if isinstance(formula, Application) else ""
     if not isinstance(formula, Application) or formula.derivative or not label:
         return False
@@ -188,7 +195,8 @@ def read_body(name: str, body: written.BodyEntry, reading: Reading) -> Body:
 
 
 def placed_body(body: Body, entry: written.BodyEntry, values: Values) -> Body:
-    """Return a body whose centre of mass and inertia may be given in another frame; the design position is known."""
+    """Return a body with centre of mass and inertia in the body's frame, if the entry gives both in another frame at
+    the design position; otherwise the given body."""
     if entry.given_in is None:
         return body
     positioned, eye = "center_of_mass" in entry.model_fields_set, rows(np.eye(3))
@@ -200,7 +208,8 @@ def placed_body(body: Body, entry: written.BodyEntry, values: Values) -> Body:
 
 
 def _rotate(inertia: _Inertia, axes: Axes) -> _Inertia:
-    """Return R I R^T with constant axes R; zeros stay out of the formulas."""
+    """Return the six entries of R I R^T, formulas, for the inertia I (xx, yy, zz, xy, xz, yz) and constant axes R;
+    zeros stay out of the formulas."""
     xx, yy, zz, xy, xz, yz = inertia
     table = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
 
@@ -216,7 +225,8 @@ def _rotate(inertia: _Inertia, axes: Axes) -> _Inertia:
 
 
 def read_body_frame(name: str, frame: written.BodyFrame, reading: Reading) -> FixedFrame:
-    """Return a frame of a body; one on a geometrically exact beam is on a node."""
+    """Return the frame of an entry of [frames], with position and axes in the body; on a geometrically exact beam the
+    body is the nearest node. Faults are reported."""
     key, values = key_of("frames", name), reading.values
     if frame.body not in reading.bodies:
         report.check_reference(f"{key}.body", frame.body, [BASE, WORLD, *reading.bodies], "body", values.report)
@@ -229,7 +239,8 @@ def read_body_frame(name: str, frame: written.BodyFrame, reading: Reading) -> Fi
 
 
 def read_point(name: str, point: written.PointEntry, reading: Reading) -> Point:
-    """Return a point; one on a geometrically exact beam is on a node."""
+    """Return the point of an entry of [points], with the position in the body, m; on a geometrically exact beam the
+    body is the nearest node. Faults are reported."""
     key, values = key_of("points", name), reading.values
     if point.body not in reading.bodies:
         report.check_reference(f"{key}.body", point.body, [BASE, WORLD, *reading.bodies], "body", values.report)

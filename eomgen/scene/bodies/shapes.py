@@ -111,7 +111,8 @@ class DrawnShape(Table):
 
 
 class _ShapeReader:
-    """Reads one shape; faults go to the report of ``values``."""
+    """Reads one shape for pictures; faults go to the report of ``values``. ``most`` is the largest number of triangles
+    of a mesh, and ``missing`` becomes the reason for which an optional mesh is left out."""
 
     def __init__(self, name: str, entry: DrawnShape, values: Values, reading: Reading, most: int) -> None:
         self.name, self.entry, self.values, self.reading = name, entry, values, reading
@@ -120,7 +121,8 @@ class _ShapeReader:
         self.missing = ""  # reason for which an optional mesh is left out
 
     def shape(self) -> Shape | None:
-        """Return the shape; None for a reported fault of its axes or its mesh."""
+        """Return the shape; None if axes or mesh have a fault, which is reported, and for an optional mesh that cannot
+        be read."""
         entry, values = self.entry, self.values
         bodies = [BASE, WORLD, *self.reading.bodies]
         known = check_reference(f"{self.key}.body", entry.body, bodies, "body", self.report)
@@ -139,7 +141,8 @@ class _ShapeReader:
         return self._read_mesh(shape) if entry.type == "mesh" and entry.file is not None else shape
 
     def _between(self, *, known: bool) -> Shape | None:
-        """Return a cylinder or a capsule between two points, with the body; None for a reported fault."""
+        """Return a cylinder or a capsule between two points at the design position; None for a fault, which is
+        reported. ``known``: whether the body of the entry exists."""
         entry, values = self.entry, self.values
         if entry.type not in ("cylinder", "capsule"):
             fault = f"{_noun(entry.type)} has no ends: first and second are for a cylinder or a capsule [E1395]"
@@ -180,7 +183,8 @@ class _ShapeReader:
         return Shape(self.name, entry.body, entry.type, middle, axes, sizes, self._color(), self._opacity())
 
     def _axes(self) -> tuple[tuple[float, float, float], ...] | None:
-        """Return the axes of the shape in the frame that the entry is given in; z is the axis of symmetry."""
+        """Return the axes of the shape, rows of a rotation (3, 3) to the frame in which the entry is given; z is the
+        axis of symmetry. None for a fault, which is reported."""
         entry, symmetry = self.entry, _AXES.get(self.entry.type)
         turned = read_orientation(self.key, entry.rotation, None, self.values)
         if entry.axis is None and symmetry is None:
@@ -196,7 +200,8 @@ class _ShapeReader:
         return None if axis is None else rows(np.array(turned) @ frame_about(axis))
 
     def _sizes(self) -> tuple[Formula, ...]:
-        """Return the sizes of the type, m, formulas of parameters; for a mesh the scale."""
+        """Return the sizes of the type, m, formulas of parameters, in the order of the type's keys; for a mesh one
+        scale or three."""
         entry, values = self.entry, self.values
         if entry.type == "mesh":
             scale = entry.scale or (1.0,)
@@ -210,7 +215,8 @@ class _ShapeReader:
         return tuple(part for size in sizes.values() for part in (size if isinstance(size, tuple) else (size,)))
 
     def _color(self) -> str:
-        """Return ``#rrggbb``; empty for the colour of the body."""
+        """Return the colour as ``#rrggbb``; empty for the colour of the body, and after a report for an unknown
+        colour."""
         written = self.entry.color.strip()
         if not written or written.lower() in COLORS:
             return COLORS.get(written.lower(), "")
@@ -230,7 +236,9 @@ class _ShapeReader:
         return 1.0
 
     def _read_mesh(self, shape: Shape) -> Shape | None:
-        """Return a shape with its mesh, or with the file of a mesh that need not be there; None for a fault."""
+        """Return a shape with the mesh of the file; for an optional mesh with a readable file, a shape that reads the
+        mesh when drawn. None if the file cannot be read, which is reported or, for an optional mesh, noted in
+        ``missing``."""
         path = mesh_path(self.reading.folder / str(self.entry.file))
         if not self.entry.required and is_readable(path):
             return replace(shape, unread=UnreadMesh(str(path.absolute()), self.most, with_mesh))
@@ -251,7 +259,8 @@ def _noun(kind: str) -> str:
 
 class _Shapes(Section):
     def read(self, reading: Reading) -> Mapping[str, Any]:
-        """Return the shapes; rules for sizes stay out of the scene's requirements, since no run depends on them."""
+        """Return the shapes by name, without faulty ones and optional meshes that cannot be read, which are noted.
+        Rules for sizes stay out of the scene's requirements, since no run depends on them."""
         values = reading.reader()
         values.design = reading.values.design
         entries: Mapping[str, DrawnShape] = reading.document.section(self.key)

@@ -32,7 +32,8 @@ _LIMITS = ("minimum_damping", "maximum_damping", "width")
 
 
 def read_skyhook(name: str, entry: Written, values: Values, springs: Mapping[str, SpringEntry]) -> Formula:
-    """Return the tension that a skyhook controller asks for."""
+    """Return the tension that a skyhook controller demands of the spring, N, a formula, limited to a damper's tensions
+    if clipped; ``UNKNOWN`` after a fault, which is reported. ``springs`` are the entries of [springs]."""
     key, report = key_of("controllers", name), values.report
     if entry.spring is None:
         return UNKNOWN
@@ -72,21 +73,25 @@ def read_skyhook(name: str, entry: Written, values: Values, springs: Mapping[str
 
 
 def _along(spring: str, first: str, second: str, point: str) -> Formula:
-    """Return the velocity of a point along a spring, from its first to its second point positive."""
+    """Return the velocity of a point, m/s, along the line from the first to the second point of a spring, as a
+    formula."""
     reach = [Symbol("position", second, axis) - Symbol("position", first, axis) for axis in range(3)]
     parts = [Symbol("velocity", point, axis) * part for axis, part in enumerate(reach)]
     return functools.reduce(operator.add, parts) / Symbol("length", spring)
 
 
 def _clip(wanted: Formula, rate: Formula, least: Formula, most: Formula) -> Formula:
-    """Return the wanted tension, limited to the range between the softest and the hardest damper."""
+    """Return the tension ``wanted``, limited to the tensions of dampers between ``least`` and ``most``, N s/m, at the
+    spring's rate ``rate``, m/s."""
     soft, hard = least * rate, most * rate
     high = Operation("max", (soft, hard))
     return Operation("max", (Operation("min", (soft, hard)), Operation("min", (high, wanted))))
 
 
 def _clip_smoothly(wanted: Formula, rate: Formula, least: Formula, most: Formula, width: Formula) -> Formula:
-    """Return the tension limited as by ``_clip``, with round corners: see ``tests.oracles.semi_active.rounded``."""
+    """Return the tension ``wanted`` limited as by ``_clip``, with corners that are round over the rate ``width``, m/s;
+    see ``tests.oracles.semi_active.rounded``. ``least`` and ``most`` are dampings, N s/m, ``rate`` is the spring's,
+    m/s."""
     half, mean = 0.5 * (most - least), 0.5 * (least + most)
     beside = wanted - mean * rate
     floor = mean * width * (mean * width)
@@ -100,7 +105,8 @@ def _root(x: Formula) -> Formula:
 
 
 def read_controller(name: str, entry: Written, values: Values) -> tuple[list[State], Formula]:
-    """Return the states and the output of a controller with memory; faults are reported."""
+    """Return the internal states and the output, a formula within the limits, of a controller of the type pi, pid,
+    low_pass or lead_lag; faults are reported."""
     key = key_of("controllers", name)
     given = values.keys(key, entry, "signal", "time_constant")
     e, T = given.get("signal", UNKNOWN), given.get("time_constant", UNKNOWN)
@@ -142,7 +148,8 @@ def read_controller(name: str, entry: Written, values: Values) -> tuple[list[Sta
 
 
 class OutputLimits:
-    """The limits of a controller's output."""
+    """The limits ``minimum`` and ``maximum`` of a controller's output, formulas of parameters; a minimum above the
+    maximum is reported."""
 
     def __init__(self, key: str, entry: Written, values: Values) -> None:
         operations = {"minimum": "max", "maximum": "min"}
@@ -170,8 +177,8 @@ def _tracking(key: str, entry: Written, kp: Formula, ki: Formula, values: Values
 
 
 def algebraic_loop(depends: Mapping[str, Sequence[str]]) -> list[str]:
-    """Return a cycle in ``depends`` without a state, with the first member repeated at the end; empty without a
-    cycle."""
+    """Return a cycle in ``depends``, a mapping from each entry to the entries on which it depends at the same instant,
+    with the first member repeated at the end; empty without a cycle."""
     try:
         TopologicalSorter(depends).prepare()
     except CycleError as error:
@@ -182,7 +189,7 @@ def algebraic_loop(depends: Mapping[str, Sequence[str]]) -> list[str]:
 
 def check_loops(controllers: Sequence[Controller], springs: Sequence[ForceElement], values: Values) -> None:
     """Report outputs of controllers that depend on themselves at the same instant, directly or through tensions of
-    springs."""
+    springs; ``springs`` are force elements of that section."""
     depends = {f"controllers.{item.name}": _used_entries([item.output]) for item in controllers}
     depends |= {f"springs.{item.name}": _used_entries(formula for formula, _ in item.formulas()) for item in springs}
     loop = algebraic_loop(depends)
@@ -223,7 +230,8 @@ SUFFIXES: Mapping[str, tuple[str, ...]] = {
 
 
 def made_by_controller(name: str, entry: Written) -> dict[str, list[str]]:
-    """Return the names that a controller adds besides its name, by the section whose entries they are like."""
+    """Return the names that a controller adds to a scene in addition to the controller's, by section: states, and of
+    some types parameters and further outputs as controllers."""
     made: dict[str, list[str]] = {"states": [f"{name}_{suffix}" for suffix in SUFFIXES[entry.type]]}
     if entry.type == "sampled":
         sampled = sampled_names(name, entry)
@@ -257,11 +265,12 @@ def made_parameters(entries: Mapping[str, Written]) -> list[Parameter]:
 
 
 def read_controllers(section: Callable[[str], Mapping[str, Any]], values: Values, folder: Path) -> dict[str, list[Any]]:
-    """Return the states, outputs and records of all controllers, by field of the Scene; faults are reported.
+    """Return internal states, outputs and records of all controllers, by the fields ``states``, ``controllers``,
+    ``feedback`` and ``sampled`` of the Scene; faults are reported.
 
     Parameters
     ----------
-    section : gives the entries of a section by name
+    section : function from the key of a section to its entries by name
     folder : from which the paths of C files start
     """
     entries: Mapping[str, Written] = section("controllers")

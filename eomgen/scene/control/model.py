@@ -11,7 +11,8 @@ from eomgen.formula.nodes import Formula
 
 @dataclass(frozen=True)
 class Calibration:
-    """How the gains of a state feedback are found, see ``control.schema.CalibrationEntry``; weights by name."""
+    """Method by which the gains of a state feedback are found, see ``control.schema.CalibrationEntry``; weights by the
+    name of joint, signal or output."""
 
     method: Literal["lqr", "imsc", "pole_placement"]
     at: Literal["equilibrium", "initial"] = "equilibrium"
@@ -68,7 +69,8 @@ class Controller:
 
 @dataclass(frozen=True)
 class Reference:
-    """A reference motion: pairs of a joint with one coordinate and a formula of state and time."""
+    """A reference motion: position, velocity and acceleration as pairs of a joint with one coordinate and a formula of
+    state and time."""
 
     name: str
     position: tuple[tuple[str, Formula], ...] = ()

@@ -34,7 +34,8 @@ _KEYWORDS = re.compile(
 
 @dataclass(frozen=True)
 class SampledNames:
-    """Names that a sampled controller adds to a scene: outputs in formulas, and states."""
+    """Names that a sampled controller adds to a scene: outputs in formulas, and states for signals, output values and
+    memory."""
 
     outputs: tuple[str, ...]
     signals: tuple[str, ...]
@@ -60,7 +61,8 @@ def sampled_names(name: str, entry: Written) -> SampledNames:
 def read_sampled_controller(
     name: str, entry: Written, values: Values, folder: Path
 ) -> tuple[list[State], SampledController]:
-    """Return the states of a sampled controller, and the function called at the samples; faults are reported.
+    """Return the states of a sampled controller, for signals, outputs and memory, and the record of the function called
+    at the samples; without states for a faulty clock. Faults are reported.
 
     Parameters
     ----------
@@ -108,7 +110,8 @@ def read_sampled_controller(
 
 
 def text_of(path: Path) -> tuple[str, str]:
-    """Return the text of a file of code, and the fault of a file that cannot be read; empty without a fault."""
+    """Return the text of a file of code and an empty fault, or an empty text and the fault, as a clause, if the file
+    cannot be read, is too large, or is not UTF-8."""
     try:
         data = read_bytes(path, _LARGEST) if path.is_file() else None
         if data is None:
@@ -124,7 +127,8 @@ def text_of(path: Path) -> tuple[str, str]:
 
 
 def _source(key: str, entry: Written, folder: Path, report: Report) -> CSource | None:
-    """Return the C file of a controller; None if the caller gives the function, or if a fault is reported."""
+    """Return the C file of a sampled controller; None if the caller gives the function, and after a fault, which is
+    reported."""
     if entry.source is None:
         if entry.function is not None:
             report.add(f"{key}.function", "function is the name of one in a C file [E1421]", 'source = "controller.c"')
@@ -140,15 +144,9 @@ def _source(key: str, entry: Written, folder: Path, report: Report) -> CSource |
 def c_source(
     key: str, file: str, functions: Mapping[str, tuple[str, str]], folder: Path, report: Report
 ) -> CSource | None:
-    """Return a C file that an entry brings along; None if a fault is reported.
-
-    Parameters
-    ----------
-    key : str
-        Of the entry; its key ``source`` is the file.
-    functions : mapping
-        By key of the entry, the name of a function of the file and its prototype.
-    """
+    """Return name and text of a C file that an entry brings along; None after a fault of file or functions, which is
+    reported. The file is ``file`` from ``folder``, ``key`` the entry's dotted key; ``functions`` gives by key of the
+    entry the name of a function of the file and its prototype."""
     for word, (function, _) in functions.items():
         if not _IDENTIFIER.fullmatch(function) or _KEYWORDS.fullmatch(function) or function.startswith("eomgen"):
             message = f"{shown(function)} cannot be the name of a C function here [E1423]"

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 
 
 def read_reference(name: str, entry: ReferenceEntry, reading: Reading) -> Reference:
-    """Return a reference motion, of joints that follow no other joint."""
+    """Return the reference motion of an entry of [references]. Joints that are unknown are left out; these, joints with
+    several coordinates and mimic joints are reported."""
     values, joints = reading.values, reading.items["joints"].values()
     followers = frozenset(joint.name for joint in joints if joint.mimic is not None)
     parts: dict[str, tuple[tuple[str, Formula], ...]] = {}
@@ -50,7 +51,8 @@ def read_reference(name: str, entry: ReferenceEntry, reading: Reading) -> Refere
 
 class _Controllers(Section):
     def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
-        """Return the fault of the names that a controller makes."""
+        """Return the fault of the names that a controller adds for states, parameters and outputs, and a hint; two
+        empty texts if all are legal and free."""
         entries: Mapping[str, ControllerEntry] = document.section("controllers")
         if name not in entries:
             return "", ""

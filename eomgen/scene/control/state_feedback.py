@@ -63,7 +63,8 @@ class _Quantity:
 
 
 def _quantities(entry: Written) -> list[_Quantity]:
-    """Return the quantities that a state feedback feeds back: coordinates, their velocities, and signals."""
+    """Return the quantities that a state feedback feeds back, in this order: coordinates, their velocities, signals;
+    with gains and references as given."""
     coordinates, signals = entry.coordinates or (), entry.signals or {}
     positions, velocities, others = entry.position_gains or {}, entry.velocity_gains or {}, entry.signal_gains or {}
     of_positions, of_signals = entry.position_references or {}, entry.signal_references or {}
@@ -88,7 +89,8 @@ def feedback_names(name: str, entry: Written) -> FeedbackNames:
 
 
 def parameters_of(name: str, entry: Written) -> list[Parameter]:
-    """Return the tunable parameters of a state feedback, with the user's gains as values."""
+    """Return the tunable parameters of a state feedback: gains row by row of outputs, with the user's values or 0, then
+    references that a calibration fills."""
     made, parts = feedback_names(name, entry), _quantities(entry)
     result = []
     for row, (output, gains) in enumerate(zip(made.outputs, made.gains, strict=True)):
@@ -104,8 +106,8 @@ def parameters_of(name: str, entry: Written) -> list[Parameter]:
 def read_state_feedback(
     name: str, entry: Written, values: Values, outputs: Collection[str]
 ) -> tuple[list[Formula], StateFeedback]:
-    """Return the formula of each output of a state feedback, and the record of the feedback; ``outputs`` are the
-    scene's outputs."""
+    """Return the formula of each output of a state feedback without limits, -G (y - y_ref), and the record of the
+    feedback; faults are reported. ``outputs`` are the names of the scene's outputs, for weights of a calibration."""
     key = key_of("controllers", name)
     coordinates, signals = entry.coordinates or (), entry.signals or {}
     _check_names(key, name, entry, values)
@@ -152,7 +154,8 @@ def _check_names(key: str, name: str, entry: Written, values: Values) -> None:
 
 
 def _deviation(key: str, part: _Quantity, measured: Formula, parameter: str, values: Values) -> Formula:
-    """Return a measured quantity without its reference: a formula, a parameter by name, or none."""
+    """Return a measured quantity minus its reference: the given formula, or the parameter with the name ``parameter``;
+    the quantity alone if neither is there."""
     if part.given is not None:
         return measured - values.formula(f"{key}.{part.place}", part.given, STATE)
     return measured - Symbol("parameter", parameter) if parameter else measured
@@ -175,7 +178,8 @@ def _check_coordinate(key: str, joint: str, before: Sequence[str], values: Value
 
 
 def _check_gains(key: str, entry: Written, count: int, values: Values) -> None:
-    """Report gains of another number than there are outputs, and gains that are missing or given twice."""
+    """Report lists of gains with another length than ``count``, the number of outputs, gains next to a calibration, and
+    neither of both."""
     tables = [
         table for table in ("position_gains", "velocity_gains", "signal_gains") if getattr(entry, table) is not None
     ]
@@ -208,7 +212,8 @@ def read_calibration(
     values: Values,
     outputs: Collection[str],
 ) -> Calibration:
-    """Return a calibration; faults are reported."""
+    """Return the calibration of a state feedback; faults are reported under the dotted ``key``. ``signals`` and
+    ``outputs`` are names that weights may have, ``count`` is the number of the feedback's outputs."""
     report = values.report
     values.check_kind(key, written, "method", _TAKEN)
     _check_weights(key, written, signals, outputs, values)
@@ -224,7 +229,7 @@ def read_calibration(
 def _check_weights(
     key: str, written: WrittenCalibration, signals: Collection[str], outputs: Collection[str], values: Values
 ) -> None:
-    """Report weights of unknown names, of joints with several coordinates, and below zero."""
+    """Report weights of unknown joints, signals and outputs, of joints with several coordinates, and below zero."""
     joints = values.names.joints
     known: tuple[tuple[str, str, Collection[str]], ...] = (
         ("position_weights", "joint", joints),
@@ -249,7 +254,8 @@ def _check_weights(
 
 
 def _check_lists(key: str, written: WrittenCalibration, count: int, values: Values) -> None:
-    """Report lists of weights, frequencies and damping ratios of a wrong length or sign."""
+    """Report weights of efforts, frequencies and damping ratios whose number does not fit the outputs, ``count``, or
+    the chosen modes, or whose sign is wrong, and lists that the method lacks."""
     report, method = values.report, written.method
     chosen = len(written.modes) if written.modes else count
     efforts = (1, count) if method == "lqr" else (1, chosen)
@@ -271,7 +277,8 @@ def _check_lists(key: str, written: WrittenCalibration, count: int, values: Valu
 
 
 def _check_needed(key: str, written: WrittenCalibration, values: Values) -> None:
-    """Report lists that a method needs, and lists that exclude each other."""
+    """Report pole placement without damping ratios and poles, and poles next to modes, frequencies or damping
+    ratios."""
     report, method = values.report, written.method
     if method == "pole_placement":
         if written.poles is not None and (written.modes or written.frequencies or written.damping_ratios):
@@ -284,7 +291,8 @@ def _check_needed(key: str, written: WrittenCalibration, values: Values) -> None
 def check_known(
     key: str, table: Mapping[str, object] | None, known: Collection[str], kind: str, values: Values
 ) -> None:
-    """Report the unknown names in a table."""
+    """Report names in a table that are not in ``known``, with the nearest name; ``kind`` is the noun for the names.
+    None for the table reports none."""
     for name in table or ():
         if name in known:
             continue

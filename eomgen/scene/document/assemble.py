@@ -40,12 +40,8 @@ def assemble(
     coordinates: Literal["joint", "absolute"] | None,
     folder: Path,
 ) -> Scene:
-    """Check the data of a scene, with included files, and return the scene; arguments as for ``load.from_data``.
-
-    Raises
-    ------
-    DescriptionError
-    """
+    """Check the data of a scene, with included files, and return the Scene; arguments as for ``load.from_data``. Raises
+    DescriptionError with all problems."""
     data, labels, units = in_si(part.data, report)
     document, refused = read_document(data, report)
     if coordinates is not None:
@@ -69,8 +65,8 @@ def assemble(
 
 
 def content(document: SceneDocument) -> bytes:
-    """Return bytes that determine the scene: canonical JSON, with entries as pairs because the order of entries
-    counts."""
+    """Return bytes that determine the scene of a document: canonical JSON without includes, repeats and pictures, with
+    entries as pairs of name and entry because the order of entries counts."""
     data = document.model_dump(mode="json", exclude_none=True, exclude={"include", "repeat"})
     for row in document.rows:
         if not row.single:
@@ -90,13 +86,9 @@ def _content_of_files(fields: Mapping[str, Any]) -> bytes:
 
 
 def _fields(reading: Reading, document: SceneDocument, bound: Mapping[str, str]) -> dict[str, Any]:
-    """Return the fields of the Scene; the fields are valid only if the report stays empty.
-
-    Parameters
-    ----------
-    bound : mapping
-        Values of parameters of included files, as formulas, by key.
-    """
+    """Read and check all sections, and return the arguments of the Scene by field; these are valid only if the report
+    of ``reading`` stays empty, and ``reading.items`` is filled. ``bound`` has formulas for parameters of included files
+    by key."""
     ordered = in_reading_order(reading.rows)
     model = [row for row in ordered if not row.last]
     observers = [row for row in ordered if row.last]

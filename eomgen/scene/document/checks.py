@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 
 
 def check_names(document: SceneDocument, refused: Mapping[str, set[str]], report: Report) -> SceneDocument:
-    """Return the document without the entries whose names are not legal; these names go to ``refused``."""
+    """Return the document without the entries whose names are not legal; these names are reported, and added to the set
+    of the section in ``refused``."""
     if not is_legal(document.name):
         report.add("name", f"the name {shown(document.name)} is not legal [E0715]", NAME_RULE)
     kept: dict[str, object] = {}
@@ -84,7 +85,7 @@ def _elements(reading: Reading) -> list[ForceElement]:
 
 
 def _check_groups(document: SceneDocument, reading: Reading) -> None:
-    """Report groups of bodies that do not move freely."""
+    """Report each body with the key ``group`` that a fixed joint carries, because only free bodies have a group."""
     for joint in document.section("joints").values():
         body = document.section("bodies").get(joint.child)
         if not JOINTS[joint.type].moves and body is not None and body.group is not None:
@@ -93,7 +94,8 @@ def _check_groups(document: SceneDocument, reading: Reading) -> None:
 
 
 def _check_drive_efforts(document: SceneDocument, reading: Reading) -> None:
-    """Report efforts of drives that do not exist, or whose name two drives have."""
+    """Report quantities ``drive_effort`` in formulas of outputs and events that name no drive, or a name of two
+    drives."""
     items, report = reading.items, reading.report
     driven = [joint.name for joint in items["joints"].values() if joint.drive]
     driven += [item.name for item in items["constraints"].values() if item.has_effort]
@@ -111,7 +113,8 @@ def _check_drive_efforts(document: SceneDocument, reading: Reading) -> None:
 
 
 def _check_simulation(document: SceneDocument, reading: Reading) -> None:
-    """Report a time grid or a spectral radius that cannot be."""
+    """Report values of the table ``simulation`` out of range: method's name, step, duration and ``rho_inf``, and
+    ``rho_inf`` next to ``alpha``."""
     simulation, report = document.simulation, reading.report
     if not is_legal(simulation.method):
         fault = f"{shown(simulation.method)} is not the name of a method [E1465]"

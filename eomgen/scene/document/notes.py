@@ -81,7 +81,9 @@ class Note:
 
 
 def initial_places(joints: Sequence[Joint], values: Values) -> dict[str, tuple[Array, Array]]:
-    """Return orientation and position of the bodies at the start, as far as joints determine both."""
+    """Return the pose of bodies at the initial state in the frame of the base, by body: orientation (3, 3), body axes
+    to base axes, and position (3,), m. Bodies without a pose from joints alone are left out: driven and mimic joints,
+    types whose displacement is not computed, unknown values, and all bodies further out."""
     result: dict[str, tuple[Array, Array]] = {BASE: (np.eye(3), np.zeros(3))}
     for joint in joints:
         moved = _initial_displacement(joint)
@@ -100,7 +102,8 @@ _NOT_TURNED = (1.0, 0.0, 0.0, 0.0)
 
 
 def _initial_displacement(joint: Joint) -> tuple[Array, Array] | None:
-    """Return rotation and translation of a joint at the initial position; None for types that are not checked."""
+    """Return rotation (3, 3) and translation (3,), m, of a joint at the initial position, in the joint's axes; None for
+    a type other than free, prismatic and revolute away from zero."""
     q, axis = joint.initial_position, np.array(joint.axis)
     if not any(q):
         return np.eye(3), np.zeros(3)
@@ -145,8 +148,9 @@ def every_note() -> tuple[Note, ...]:
 
 
 def notes_of(facts: SceneFacts) -> tuple[Message, ...]:
-    """Return the notes that a scene does not silence, in the order of the register, with notes that the call silences:
-    compiled models keep these. Raises DescriptionError if any others are errors."""
+    """Return the notes on doubtful values that the scene file does not silence, in the order of the register. Notes
+    that the caller's settings silence are among them: compiled models keep these. Raises DescriptionError if the
+    settings make notes errors and any note is not silenced."""
     kept, settings = (doubt_settings(facts.scene["parts"], stored=stored) for stored in (True, False))
     reported = [note for note in every_note() if note.name not in kept.quiet]
     notes = tuple(Message(text, note.name) for note in reported for text in note.evaluate(facts))

@@ -14,7 +14,8 @@ from eomgen.scene.sources.source import Option, Source
 
 
 def _key_of(source: Source, option: Option) -> tuple[Any, Any]:
-    """Return the type of an option of a source as a key of an include, and the key."""
+    """Return annotation and field of the key of an include that sets an option of a source, as pydantic's models take
+    them."""
     description = f"{formats_with(source, option)}: {option.of_key or option.description}"
     if isinstance(option.default, tuple):
         names = Annotated[tuple[str, ...], Field(strict=False)]

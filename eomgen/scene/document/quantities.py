@@ -76,7 +76,9 @@ def quantities(data: Data, without: frozenset[str] = frozenset()) -> Iterator[Sc
 def _components(
     table: type[Table], entries: Data, field: str, meaning: KeyMetadata, kind: object, owner: Path, place: Path
 ) -> Iterator[SceneQuantity]:
-    """Yield the numbers and texts of one key at a place."""
+    """Yield a SceneQuantity for each number and text in the value of the key ``field`` of ``entries``, with the SI
+    unit; none for a key without unit and formulas. ``kind`` is the type of the entry or joint, which may decide the
+    unit, ``owner`` the path of the table, ``place`` the path of the value."""
     units = meaning.unit.get(str(kind), "") if isinstance(meaning.unit, Mapping) else meaning.unit
     if units == ANY_UNIT:
         units = str(entries.get("unit", ""))
@@ -91,7 +93,8 @@ def _components(
 
 
 def _leaves(path: Path, unit: Units, value: object) -> Iterator[tuple[Path, Units, object]]:
-    """Yield path, unit and value of each component of a value."""
+    """Yield path, unit and value of each number or text in a value, also in lists and mappings at any depth; a list may
+    have one unit for all or a unit for each component."""
     if isinstance(value, list | tuple):
         each = (unit,) * len(value) if isinstance(unit, str) else unit
         for place, (table, part) in enumerate(zip(each, value, strict=True)):

@@ -85,7 +85,8 @@ def tables() -> dict[str, type[Table]]:
 
 
 def table(model: type[Table]) -> str:
-    """Return the Markdown table of a class of the schema: a row for each key of the class with a description."""
+    """Return the Markdown table of a class of the schema, one row of key, type, default and meaning for each key that
+    the class declares with a description."""
     rows = ["| key | type | default | meaning |", "|---|---|---|---|"]
     hints = get_type_hints(model, include_extras=True)
     for name, field in model.model_fields.items():
@@ -103,7 +104,8 @@ def renew(page: str) -> str:
 
 
 def units() -> str:
-    """Return the Markdown table of units."""
+    """Return the Markdown table of units that scenes may have, grouped by the SI unit that they become; prefixed units
+    have *."""
     by_kind: dict[str, list[str]] = {}
     for unit in UNITS:
         shown = f"`{unit.symbol}`{'*' if unit.prefixed else ''}"
@@ -129,7 +131,8 @@ def _type(annotation: Any, field: FieldInfo) -> str:
 
 
 def _kind(annotation: Any, field: FieldInfo) -> str:
-    """Return the words for the values of a key in the table of keys."""
+    """Return the words for the values of a key in the table of keys, from annotation and limits of the field. Raises
+    TypeError for an annotation without words."""
     limits = {name: getattr(entry, name) for entry in field.metadata for name in ("ge", "le") if hasattr(entry, name)}
     if len(limits) == 2:
         return f"{limits['ge']} to {limits['le']}"
@@ -168,7 +171,8 @@ def _default(field: FieldInfo) -> str:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Renew the given pages with their parts, the pages in the folder of the same name."""
+    """Renew the tables in the pages with the given paths, and in all pages in folders of the same names; return the
+    exit code, 2 with a usage line if no page is given."""
     if not arguments:
         sys.stderr.write(f"usage: {COMMAND}\n")
         return 2
@@ -217,7 +221,8 @@ def schema_of(document: type[Table], short: Mapping[str, Sequence[dict[str, Any]
 
 
 def _to_draft_4(node: Any) -> Any:
-    """Return a JSON Schema with keywords of draft 4 only: later keywords are replaced by equivalents."""
+    """Return a JSON Schema, or a part of one, with keywords of draft 4 only: later keywords are replaced by
+    equivalents."""
     if isinstance(node, list):
         return [_to_draft_4(entry) for entry in node]
     if not isinstance(node, dict):
@@ -233,7 +238,8 @@ def _to_draft_4(node: Any) -> Any:
 
 
 def _annotate(entry: dict[str, Any], meaning: KeyMetadata) -> None:
-    """Add the unit, names and references of a key to the JSON Schema of the key."""
+    """Add the unit, the scope of formulas, and text with a unit as an alternative to ``entry``, the JSON Schema of a
+    key, in place."""
     units = every_unit(meaning)
     if units:
         entry["x-unit"] = " or ".join(units)

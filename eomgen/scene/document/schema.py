@@ -139,7 +139,8 @@ def _keys_of_others(rows: Iterable[Section]) -> list[str]:
 
 
 def _document(keys: frozenset[str]) -> type[SceneDocument]:
-    """Return the schema with the sections of some keys, or with all of eomgen's own once several schemas were made."""
+    """Return the schema of files with the sections of some top-level keys; once several schemas were made, with all of
+    eomgen's own sections. Schemas are kept for further calls."""
     rows = sections_for(keys - _OF_EVERY_FILE)
     wanted = keys.intersection([*_OF_PARTS, *(row.key for row in rows)])
     if (rows, wanted) not in _MADE and len(_MADE) >= _MOST_MADE:

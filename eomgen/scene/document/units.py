@@ -53,7 +53,8 @@ class ColumnUnits:
         return "" if factors is None else _in_si(factors)
 
     def learn(self, column: Column, text: str) -> str:
-        """Return the unit of a column; without a label, the column's first quantity determines the unit."""
+        """Return the SI unit of a column; without a label, the unit in ``text``, a quantity in the column, becomes the
+        column's unit. Empty for a quantity that cannot be read."""
         self.converted.add(column)
         if not self.of(column):
             try:
@@ -64,7 +65,8 @@ class ColumnUnits:
         return self.of(column)
 
     def fault_of_unit(self, column: Column, text: str) -> tuple[str, str] | None:
-        """Return reason and remedy if the unit of a table's column is incompatible; None if the unit fits."""
+        """Return reason and remedy if the unit ``text`` of a table's column does not fit the column's label; None if
+        the unit fits. The column's unit is set to SI of ``text`` if unknown."""
         from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # imports pint
 
         try:
@@ -77,7 +79,8 @@ class ColumnUnits:
         return unit_fault(text, factors, self.of(column))
 
     def fault_of_label(self, column: Column, label: object) -> tuple[str, str] | None:
-        """Return reason and remedy if a column's label is wrong; None if the label is right."""
+        """Return reason and remedy if a column's label says another unit than the column's SI unit; None if the label
+        is right or absent."""
         if not isinstance(label, str) or not label.strip():
             return None
         unit, word = self.of(column), "unit" if column == "value" else "argument_unit"
@@ -117,22 +120,23 @@ _WITH_TIME = re.compile(r"([^*]*[^* \t])[ \t]*\*[ \t]*t[ \t]*")
 
 
 def in_si(data: Mapping[str, Any], report: Report) -> tuple[dict[str, Any], list[str], dict[str, str]]:
-    """Return a scene's data with numbers in place of unit strings, notes on unit labels that do not convert, and the
-    unit of each formula's value by key.
+    """Return a scene's data with numbers in place of unit strings, notes on unit labels that do not convert, and the SI
+    unit of each formula's value by dotted key.
 
     Parameters
     ----------
     data : mapping
         As ``tomllib`` reads a scene file; malformed parts are not changed.
     report : Report
-        Takes quantities that cannot be converted.
+        Takes quantities that cannot be converted, which become ``FaultyText``.
     """
     converter = _Converter(data, report)
     return converter.table(document_for(data), "", data, None), converter.notes, converter.units
 
 
 def start_in_si(data: Mapping[str, Any], joint: str, place: str, start: Mapping[str, Any], report: Report) -> Any:
-    """Return the initial state of a joint with numbers in place of unit strings; faults are reported at ``place``."""
+    """Return ``start``, the initial state of the joint ``joint`` in a scene's data, with numbers in SI in place of unit
+    strings; faults are reported at the dotted key ``place``."""
     return _Converter(data, report).entry(Initial, place, start, data["joints"][joint].get("type"), None)
 
 
@@ -154,8 +158,9 @@ class _Converter:
     def table(
         self, model: type[Table], key: str, data: Mapping[str, Any], kind: object, columns: ColumnUnits | None = None
     ) -> dict[str, Any]:
-        """Convert the values of a table; ``kind`` and ``columns`` are the type and the columns of the table around
-        it."""
+        """Return a table of the class ``model`` at the dotted ``key`` with values in SI. ``kind`` and ``columns`` are
+        the type and the curve's columns of the table around this table, used without own ones. Units that formulas have
+        are noted in ``self.units``, and doubts in ``self.notes``."""
         own = _columns_of(model, data)
         columns = own or columns
         kind = data.get("type", kind or self.kind_of_joint(data))
@@ -185,7 +190,9 @@ class _Converter:
         return result
 
     def in_columns(self, meaning: KeyMetadata, columns: ColumnUnits, key: str, value: Any) -> Any:
-        """Convert a value of a curve's columns: a number, pairs of numbers, or the unit of a table's column."""
+        """Return a value of a curve's columns with numbers in SI: a number, pairs of numbers, or the unit of a table's
+        column, which is "" after a report. ``columns`` learns units from the value; ``meaning`` says the column of each
+        number."""
         if isinstance(meaning.column, tuple):
             if not isinstance(value, list | tuple) or len(value) > MOST_ROWS:
                 return value
@@ -214,7 +221,8 @@ class _Converter:
         return self.value(columns.of(column) or ANY_UNIT, key, value) if isinstance(value, str) else value
 
     def label_columns(self, model: type[Table], key: str, columns: ColumnUnits, result: dict[str, Any]) -> None:
-        """Label a curve by the units to which the columns were converted; report a contradictory label."""
+        """Set the labels ``unit`` and ``argument_unit`` of the curve ``result``, in place, to the units in which the
+        columns are now; report a contradictory label at the dotted ``key``."""
         if "unit" in model.model_fields and "value" in columns.converted:
             label = result.get("unit", "")
             if not model.labels_values:
@@ -229,15 +237,17 @@ class _Converter:
             result["argument_unit"] = unit
 
     def squared_values(self, key: str, label: object, columns: ColumnUnits) -> None:
-        """Report a label in another unit than SI of a quantity whose squares are converted to SI."""
+        """Report the label of a quantity whose squares are the values of a curve, converted to SI, if the label is not
+        the SI unit of the quantity."""
         factors = factors_of(label) if isinstance(label, str) else None
         if factors and not _is_same(factors, unit := _in_si(factors)):
             fault = f"its values become {columns.of('value')}, of a quantity in {unit}, and the label {shown(label)}"
             self.report.add(f"{key}.unit", f"{fault} says otherwise [E1471]", f'unit = "{unit}", or no unit')
 
     def label(self, key: str, data: Mapping[str, Any], result: dict[str, Any], name: str) -> None:
-        """Set the label of a value with any unit: the SI unit if a unit string was converted, else the label as
-        written."""
+        """Set the key ``unit`` of ``result``, in place, to the SI unit if the value ``name`` of the entry ``data`` was
+        a text with a unit; otherwise the label stays. A contradictory label is reported, an unknown or unconverted one
+        noted."""
         written, number = data.get(name), result.get(name)
         label = data.get("unit", "")
         if not isinstance(label, str):
@@ -263,7 +273,7 @@ class _Converter:
             self.notes.append(f'{key}: {fault}; "{number:g} {label}" would be converted to SI [W0126]')
 
     def sources_of_kind(self, data: Mapping[str, Any]) -> tuple[str, ...]:
-        """Return the keys of the entry that is converted and of the joint that a table names."""
+        """Return the dotted keys of the entry that is converted and, if a table names a joint, of the joint."""
         joint = data.get("joint")
         return (self.entry_key, key_of("joints", joint)) if isinstance(joint, str) else (self.entry_key,)
 
@@ -293,10 +303,9 @@ class _Converter:
         return self.table(model, key, entry, kind, columns)
 
     def value(self, unit: Units, key: str, value: Any, depth: int = 0, *, over_time: bool = False) -> Any:
-        """Convert every unit string in a value, which may be a list, a matrix or a table of numbers.
-
-        ``over_time``: formulas of time could stand instead.
-        """
+        """Return a value with numbers in SI in place of unit strings, also in lists, matrices and tables up to a depth
+        of 4; formulas stay, and their unit is noted by key. ``unit`` is the SI unit of the numbers, or of each
+        component. ``over_time``: formulas of time could stand instead."""
         if isinstance(value, str) and isinstance(unit, str) and unit not in ("", ANY_UNIT):
             self.units[key] = unit
         if isinstance(value, FaultyText | IncludedText):  # read with the included file
@@ -320,14 +329,9 @@ class _Converter:
         return value
 
     def name_alone(self, unit: Units, key: str, name: str) -> FaultyText | None:
-        """Refuse a parameter that stands alone if its dimension is not the expected one; note the same of labels and
-        of angles.
-
-        Returns
-        -------
-        FaultyText or None
-            In place of a refused name.
-        """
+        """Return a text in place of a parameter that stands alone as the value of ``key`` and whose unit has another
+        dimension than ``unit``, after a report; None if the name fits or is not such a parameter. For inputs, and
+        labels that fit by dimension only, a note is added."""
         factors = factors_of(self.labels.get(name, ""))
         if not factors or not isinstance(unit, str) or unit in ("", ANY_UNIT) or factors == factors_of(unit):
             return None
@@ -345,7 +349,7 @@ class _Converter:
         return None
 
     def beside_unit(self, unit: Units, key: str, values: Sequence[Any]) -> None:
-        """Note the numbers without a unit in a list of which other entries have one."""
+        """Add a note for each number without a unit in a list at the dotted ``key`` of which other entries have one."""
         if not isinstance(unit, str) or unit == ANY_UNIT or not any(map(_has_unit, values)):
             return
         for place, value in enumerate(values):
@@ -356,8 +360,8 @@ class _Converter:
                 )
 
     def beside_units(self, columns: ColumnUnits, names: tuple[Column, Column], key: str, rows: Sequence[Any]) -> None:
-        """Add a note on numbers without a unit in columns of points with units in other rows: these numbers are read in
-        the unit of the first such row."""
+        """Add a note on numbers without a unit in the columns ``names`` of a curve's points, ``rows``, if other rows
+        have units: these numbers are read in the SI unit of the first such row."""
         cells = [row for row in rows if isinstance(row, list | tuple) and len(row) == len(names)]
         for place, name in enumerate(names):
             first = next((row[place] for row in cells if _has_unit(row[place])), None)
@@ -373,7 +377,9 @@ class _Converter:
                 )
 
     def text(self, unit: Units, key: str, text: str, *, over_time: bool) -> float | FaultyText:
-        """Return the number in SI units of a text with a unit, or the fault of the text."""
+        """Return the number in SI of a text such as "250 mm"; ``FaultyText``, after a report at ``key``, if the unit
+        does not fit ``unit`` or cannot be read. ``unit`` is the SI unit needed, empty for none; a tuple of units
+        refuses a single text."""
         from eomgen.formula.units.conversion import measure, to_si, to_unit  # noqa: PLC0415  # imports pint
 
         try:
@@ -420,7 +426,7 @@ def _unit(meaning: KeyMetadata, kind: object, index: object) -> Units:
 
 
 def _label(entry: object) -> str:
-    """Return the unit of a parameter, an input or the like, as written; empty without a unit."""
+    """Return the unit of an entry as written, of the key ``unit`` or a value such as "5 N/m"; empty without a unit."""
     value, unit = (entry.get("value"), entry.get("unit", "")) if isinstance(entry, Mapping) else (entry, "")
     if isinstance(value, str) and is_quantity(value):
         number_and_unit = _NUMBER_AND_UNIT.fullmatch(value)

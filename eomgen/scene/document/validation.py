@@ -69,7 +69,8 @@ _BETWEEN_POINTS = ("springs",)
 
 
 def example(location: Location, given: object) -> str:
-    """Return an example of a value for a place that has a wrong one; empty without an example."""
+    """Return an example of the right value for the key at a location whose value is wrong, ``given``; empty without an
+    example."""
     last, section = str(location[-1]), str(location[0])
     if rewritten := _rewritten(last, given):
         return rewritten
@@ -112,7 +113,8 @@ def _rewritten(key: str, given: object) -> str:
 
 
 def _entry(section: str, name: str, given: object) -> str:
-    """Return an example of an entry of a section, from its value if this is a file or a formula."""
+    """Return an example of an entry of a section as a line of a file; from its value ``given`` if this is a file's name
+    or a formula."""
     if section in ("inputs", "curves") and is_file(given):
         return f"{name} = {{ table = {{ file = {quote(given)} }} }}"
     if section == "inputs" and isinstance(given, str | int | float):
@@ -200,7 +202,8 @@ _CARRIED = frozenset({"body", "parent"})
 
 
 def key_meant(name: str, keys: Collection[str], given: object) -> str:
-    """Return the key, or keys, for a name from another tool; empty without one."""
+    """Return the key, or a whole line, that a name from another tool stands for in a table with the keys ``keys``;
+    empty without one. ``given`` is the value under the name."""
     if line := _line_meant(name, keys, given) or _concept_meant(name, keys):
         return line
     for row in rows_of("eomgen.keys_elsewhere", ForeignKeys):
@@ -224,7 +227,8 @@ def _line_meant(name: str, keys: Collection[str], given: object) -> str:
 
 
 def _concept_meant(name: str, keys: Collection[str]) -> str:
-    """Return the concept here in place of a concept of another tool that no key stands for; else an empty text."""
+    """Return a hint on eomgen's concept for a name from another tool that corresponds to no single key, in a table with
+    the keys ``keys``; else an empty text."""
     if name in ("mu", "mu_k", "coefficient") and "coulomb" in keys:
         return "coulomb, a force in N or a torque in N m: no normal force is multiplied by a coefficient"
     if {"position", "rotation"} <= set(keys) and _CARRIED.isdisjoint(keys) and (hint := _concept_of_bases(name)):
@@ -243,7 +247,7 @@ def _concept_meant(name: str, keys: Collection[str]) -> str:
 
 
 def _concept_of_bases(name: str) -> str:
-    """Return the concept here in place of a concept of other tools for motions of a base; else an empty text."""
+    """Return a hint for a name of another tool in the table of the base's motion; else an empty text."""
     if name in ("velocity", "angular_velocity", "angular_acceleration"):
         integral = "its second integral" if name.endswith("acceleration") else "its integral"
         place = "rotation" if name.startswith("angular") else "position"
@@ -277,7 +281,7 @@ _NEEDED: Mapping[str, str] = {
 
 
 def child_hint(data: Mapping[str, Any]) -> str:
-    """Return hints of bodies for a joint without a child: bodies that no other joint carries."""
+    """Return the hint for a joint without a child in a scene's data: up to three bodies that no joint carries."""
     bodies, beams, joints = (data.get(section, {}) for section in ("bodies", "beams", "joints"))
     if not (isinstance(bodies, Mapping) and isinstance(beams, Mapping) and isinstance(joints, Mapping)):
         return "child = ..."
@@ -295,8 +299,9 @@ def wrong_format(given: object) -> tuple[str, str]:
 def explain(
     kind: str, message: str, location: Location, given: object, table: type[BaseModel] = SceneDocument, depth: int = 0
 ) -> tuple[str, str]:
-    """Return pydantic's message about a place in the words of the scene file, and a hint; the part of the location from
-    ``depth`` on is within ``table``."""
+    """Return a fault that pydantic found in the words of the scene file, and a hint, which may be empty. ``kind`` and
+    ``message`` are pydantic's, ``location`` has the keys to the value ``given``; the part from ``depth`` on is within
+    ``table``."""
     last = str(location[-1])
     if kind == "extra_forbidden":
         return _unknown_key(location, given, table, depth)
@@ -323,7 +328,8 @@ def explain(
 
 
 def _number_meant(location: Location, given: object, table: type[BaseModel], depth: int) -> str:
-    """Return the hint of a text or a list in place of a number; empty for other values."""
+    """Return the hint for a text or a list given in place of a number; empty for other values. Arguments as of
+    ``explain``."""
     if isinstance(given, list | tuple):
         return _one_number(str(location[-1]), given)
     return _unit_of_list(location, given, table, depth) if isinstance(given, str) else ""
@@ -339,7 +345,8 @@ def _one_number(key: str, given: Sequence[object]) -> str:
 
 
 def _unit_of_list(location: Location, given: str, table: type[BaseModel], depth: int) -> str:
-    """Return the hint of a number with a unit in a list whose unit has a key of its own; empty for other lists."""
+    """Return the hint for a number with a unit in a list of plain numbers, whose unit has a separate key; empty without
+    such a key. Arguments as of ``explain``."""
     words = [part for part in location if isinstance(part, str)]
     keys = [f"{words[-1]}_unit", f"{words[-1].removesuffix('s')}_unit"]
     unit_key = next((key for key in _keys_at(tuple(words[depth:-1]), table) if key in keys), "")
@@ -348,7 +355,8 @@ def _unit_of_list(location: Location, given: str, table: type[BaseModel], depth:
 
 
 def _unknown_key(location: Location, given: object, table: type[BaseModel], depth: int) -> tuple[str, str]:
-    """Return the message about an unknown key or section, and a hint."""
+    """Return the message about an unknown key or section, and a hint: a product that is not installed, the key meant,
+    or the nearest key. Arguments as of ``explain``."""
     last = str(location[-1])
     if len(location) == 1 and (absent := fault_of_absent(last)):
         return f"the section {shown(last)} is unknown: {absent[0]} [E1476]", absent[1]
@@ -364,10 +372,9 @@ def _unknown_key(location: Location, given: object, table: type[BaseModel], dept
 def _report_fault(
     detail: Any, report: Report, renamed: set[Location], schema: type[BaseModel], data: Mapping[str, Any]
 ) -> Location:
-    """Report a fault that does not follow from a reported fault, and return the place of the fault.
-
-    ``renamed``: keys that misspelt keys were meant to be, which are not missing too; new ones are added.
-    """
+    """Report a fault of pydantic's ``detail`` unless it follows from a reported fault, and return the keys to the
+    value. ``renamed`` are the locations that misspelt keys were meant to be, which are not reported as missing too; new
+    ones are added. ``schema`` is the schema of the whole ``data``."""
     location = tuple(part for part in detail["loc"] if not str(part).startswith("#"))  # tags are not keys
     if not issubclass(schema, SceneDocument):  # in all messages of scenes, values in a short form have keys
         location = _in_file(location, data)
@@ -383,7 +390,8 @@ def _report_fault(
 
 
 def _in_file(location: Location, data: object) -> Location:
-    """Return the part of a place that the data have, and a key that is missing: a short form has no keys."""
+    """Return the beginning of a location that exists in the data, with the key that is missing there, if any: a value
+    in short form has no keys."""
     for depth, part in enumerate(location):
         every = dict(enumerate(data)) if isinstance(data, list | tuple) and isinstance(part, int) else data
         if not isinstance(every, Mapping):
@@ -393,7 +401,8 @@ def _in_file(location: Location, data: object) -> Location:
 
 
 def _is_news(detail: Mapping[str, Any], location: Location, report: Report) -> bool:
-    """Return whether no other message has the fault: of the text, or on a definition whose name has a dot."""
+    """Return whether no other message has the fault: False for a text that was reported, and for a missing key of a
+    definition whose name has a dot."""
     if isinstance(detail.get("input"), FaultyText):
         return False
     return not (location[0] == "definitions" and detail["type"] == "missing" and report.concerns(key_of(*location[:2])))
@@ -405,7 +414,8 @@ def _is_formula(given: object) -> bool:
 
 
 def _word_meant(message: str, location: Location, given: object) -> str:
-    """Return a hint for a word that is none of the words that a key may hold."""
+    """Return a hint for a word ``given`` that is none of the words which a key may hold; pydantic's ``message`` lists
+    these."""
     expected = message.removeprefix("Input should be ").replace("'", "")
     names = expected.replace(" or ", ", ").split(", ")
     if location[0] == "terms":
@@ -428,7 +438,8 @@ def _letters(word: str) -> str:
 
 
 def _place_of(location: Location, model: Any) -> tuple[Any, str]:
-    """Return the schema at a place within a table, None for an unknown one, and the example of the innermost key."""
+    """Return the class or type at a location within the schema ``model``, None for an unknown one, and the example of
+    the innermost key, empty without one."""
     example_of_key, own_name = "", False  # whether the next part is one that the scene gives to an entry
     for part in location:
         if own_name:
@@ -447,7 +458,8 @@ def _place_of(location: Location, model: Any) -> tuple[Any, str]:
 
 
 def _keys_at(location: Location, model: Any) -> list[str]:
-    """Return the keys that the schema knows at a place within a table."""
+    """Return the keys that the table at a location within the schema ``model`` may have; none for an unknown
+    location."""
     model, _ = _place_of(location, model)
     if model is None:
         return []
@@ -472,8 +484,9 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[SceneDocumen
 def read_table(
     schema: type[Read], sections: Sequence[str], data: Mapping[str, Any], report: Report, instead: Mapping[str, Any]
 ) -> tuple[Read, dict[str, set[str]]]:
-    """Turn nested data into a table of a schema, with values ``instead`` of refused required keys; the rest as of
-    ``read_document``."""
+    """Return a table of a schema for nested data, and the names of refused entries by section; faults are reported.
+    Invalid entries of ``sections`` and other invalid keys are left out, and ``instead`` has values for required keys
+    that were refused. Raises DescriptionError if required keys stay missing or a whole section is invalid."""
     refused: dict[str, set[str]] = {section: set() for section in sections}
     kept = {str(key): entry for key, entry in data.items()}  # numbers as keys are unknown keys
     try:

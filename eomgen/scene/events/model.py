@@ -9,7 +9,7 @@ from eomgen.system.events import Action, Direction
 
 @dataclass(frozen=True)
 class Event:
-    """An event at the roots of ``when``.
+    """An event at the roots of the formula ``when``, passed in ``direction``, with an action.
 
     Attributes
     ----------

@@ -45,7 +45,8 @@ _RESTITUTION = Row(
 
 
 def read_event(name: str, entry: WrittenEvent, reading: Reading) -> Event:
-    """Return an event."""
+    """Return the event of an entry of [events]; faults are reported: a formula without roots in time, targets that
+    cannot be set, and keys that do not fit the action."""
     key, values = key_of("events", name), reading.values
     when = values.formula(f"{key}.when", entry.when, EVERYTHING)
     if isinstance(when, Number) and when is not UNKNOWN:
@@ -87,7 +88,8 @@ def _is_comparison(formula: Formula) -> bool:
 
 
 def _fault(symbol: Formula, target: str, reading: Reading) -> tuple[str, str] | None:
-    """Return the reason why a quantity cannot be set, and a hint; None if the quantity can be set."""
+    """Return the reason why a reset cannot set a quantity, ``target`` as text and ``symbol`` as read, and a hint; None
+    if the quantity can be set, or was refused before."""
     if symbol is UNKNOWN:
         return None
     if not isinstance(symbol, Symbol) or symbol.kind not in ("q", "v", "state"):

@@ -79,7 +79,8 @@ class Bushing(ForceElement):
 
 
 def read_bushing(name: str, entry: BushingEntry, site: Site) -> Bushing:
-    """Return a checked bushing; faults go to the report of ``values``."""
+    """Return the bushing of an entry of [bushings]; faults, and a bushing without any force, go to the report of the
+    site's values."""
     key, values = key_of("bushings", name), site.values
     first, second = (
         read_frame(f"{key}.{side}", "bushing", frame, "any", site)
@@ -104,7 +105,8 @@ def read_bushing(name: str, entry: BushingEntry, site: Site) -> Bushing:
 
 
 def _rows(key: str, entry: BushingEntry, quantity: str, values: Values) -> Rows:
-    """Return the six rows of the stiffness or the damping, rotations first."""
+    """Return the six rows of the stiffness or the damping, as ``quantity`` says, rotations first: from the (6, 6)
+    matrix, else the diagonal of both keys, zeros without them. A matrix is checked, and faults are reported."""
     fields = (f"rotational_{quantity}", quantity)
     matrix = getattr(entry, f"{quantity}_matrix")
     if matrix is None:
@@ -119,7 +121,8 @@ def _rows(key: str, entry: BushingEntry, quantity: str, values: Values) -> Rows:
 
 
 def _check_matrix(key: str, rows_given: Sequence[Sequence[float]], quantity: str, values: Values) -> None:
-    """Report a stiffness without a potential, and a stiffness or damping that would hand out energy."""
+    """Report a stiffness matrix (6, 6) that is not symmetric, so has no potential, and a stiffness or damping whose
+    symmetric part has a negative eigenvalue."""
     matrix = np.array(rows_given)
     size = float(np.max(np.abs(matrix)))
     for row, column in zip(*np.nonzero(np.abs(matrix - matrix.T) > 1e-9 * size), strict=True):

@@ -46,7 +46,9 @@ class NodeLoad:
 
     Attributes
     ----------
+    node : name of the node
     halves : m, weights of the element before the node and of the element after the node
+    force, moment : per length, N/m and N
     """
 
     node: str
@@ -92,7 +94,8 @@ class DistributedLoad(ForceElement):
 
 
 def read_distributed_load(name: str, entry: DistributedLoadEntry, site: Site) -> DistributedLoad:
-    """Return a distributed load."""
+    """Return the distributed load of an entry of [distributed_loads]; on a geometrically exact beam as loads on the
+    nodes. Unknown beams, and moments on other beams, are reported."""
     place, values = key_of("distributed_loads", name), site.values
     start, length, scope = 0.0, 1.0, LOAD
     if entry.beam not in site.beams:
@@ -125,7 +128,8 @@ def _profile(place: str, entry: DistributedLoadEntry, values: Reader) -> tuple[f
 
 
 def _on_nodes(name: str, entry: DistributedLoadEntry, site: Site) -> DistributedLoad:
-    """Return a load on the nodes of a geometrically exact beam, by formulas of the place s of each node."""
+    """Return a load on the nodes of a geometrically exact beam, with force and moment evaluated at the place s of each
+    node; without nodes if the beam has a fault."""
     place, beam = key_of("distributed_loads", name), site.exact.get(entry.beam)
     profile, varied = _profile(place, entry, site.values), True
     result: list[NodeLoad] = []
@@ -145,8 +149,8 @@ def _on_nodes(name: str, entry: DistributedLoadEntry, site: Site) -> Distributed
 
 
 def _weights(beam: Cosserat, profile: Sequence[float]) -> list[tuple[float, float]]:
-    """Return the integrals of a profile times the hat function of each node, over the element before and the element
-    after the node, m."""
+    """Return for each node the integrals of a polynomial in s, coefficients ``profile``, times the node's hat function,
+    over the element before and the element after the node, m."""
     whole, start = sum((part.length for part in beam.parts), Fraction(0)), Fraction(0)
     weights = [[Fraction(0), Fraction(0)] for _ in beam.nodes]
     numbers = [Fraction(number) if math.isfinite(number) else Fraction(0) for number in profile]

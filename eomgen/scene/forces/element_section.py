@@ -45,7 +45,7 @@ class ElementSection(Section):
         Returns
         -------
         mapping
-            Names by field of ``SceneNames``.
+            The field ``offered`` of ``SceneNames``: names of elements by kind of quantity.
         """
         names = reading.names_in(self.key)
         return {"offered": {kind: ElementQuantity(self.key, scope, names) for kind, scope in self.offers.items()}}

@@ -44,7 +44,8 @@ class ForceEntry(Table):
 
 @dataclass(frozen=True)
 class Force(ForceElement):
-    """Force and torque on a body at a point, formulas of everything but accelerations, in world or body axes."""
+    """Force and torque on a body at a point, formulas of everything but accelerations, in world or body axes; the point
+    is in the body's frame, m, as formulas of parameters."""
 
     section: ClassVar[str] = "forces"
     law: ClassVar[str] = "eomgen.mechanics.forces.forces:LAW"
@@ -75,7 +76,8 @@ class Force(ForceElement):
 
 
 def read_force(name: str, force: ForceEntry, site: Site) -> Force:
-    """Return a force and a torque."""
+    """Return the force and torque of an entry of [forces], with the point in the body's frame; a body that is unknown
+    or does not move freely is reported."""
     key, values = key_of("forces", name), site.values
     if force.body in (BASE, WORLD):
         why = "its motion is prescribed" if force.body == BASE else "it rests"
@@ -136,7 +138,8 @@ class Effort(ForceElement):
 
 
 def read_effort(name: str, effort: EffortEntry, site: Site) -> Effort:
-    """Return a generalized force on a component of a joint."""
+    """Return the generalized force of an entry of [efforts]; an unknown joint, and a component that the type does not
+    have, is reported."""
     key, values = key_of("efforts", name), site.values
     if check_reference(f"{key}.joint", effort.joint, values.names.joints, "joint", values.report):
         kind = values.names.joints[effort.joint]

@@ -64,7 +64,7 @@ class Spring(ForceElement):
 
 
 def read_spring(name: str, spring: SpringEntry, site: Site) -> Spring:
-    """Return a spring along the line between two points."""
+    """Return the spring of an entry of [springs]; unknown points, and a spring from a point to itself, are reported."""
     key, values = key_of("springs", name), site.values
     known = True
     for field, point in (("first", spring.first), ("second", spring.second)):
@@ -125,7 +125,8 @@ class TorsionSpring(ForceElement):
 
 
 def read_torsion_spring(name: str, spring: TorsionSpringEntry, site: Site) -> TorsionSpring:
-    """Return a torsion spring between the angles of two joints, or of one."""
+    """Return the torsion spring of an entry of [torsion_springs], between two angles or on one angle; joints without
+    the angle, and a spring from an angle to itself, are reported."""
     key, values, joints = key_of("torsion_springs", name), site.values, site.values.names.joints
     ends = (("first", spring.first, spring.first_index), ("second", spring.second, spring.second_index))
     for field, joint, index in ends:

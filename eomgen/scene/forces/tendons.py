@@ -120,7 +120,8 @@ def _place(index: int) -> tuple[str, ...]:
 
 
 def read_tendon(name: str, entry: TendonEntry, site: Site) -> Tendon:
-    """Return a checked tendon; faults go to the report of ``values``."""
+    """Return the tendon of an entry of [tendons], with obstacles in the order of the path; faults are reported, and
+    obstacles without a place on the path are left out."""
     key, values, report = key_of("tendons", name), site.values, site.values.report
     for index, point in enumerate(entry.points):
         values.point(f"{key}.points[{index}]", point)
@@ -141,7 +142,8 @@ def read_tendon(name: str, entry: TendonEntry, site: Site) -> Tendon:
 
 
 def _wrap(key: str, entry: WrapEntry, points: Sequence[str], site: Site) -> Wrap | None:
-    """Read an obstacle of a tendon; None if the place on the path is reported."""
+    """Return an obstacle of a tendon along ``points``; None, after a report, if the place on the path is not
+    determined."""
     values, report = site.values, site.values.report
     need: Need = "any" if entry.shape == "sphere" else "z"
     frame = read_frame(f"{key}.center", entry.shape, entry.center, need, site)

@@ -105,7 +105,8 @@ class Tyre(ForceElement):
 
 
 def read_tyre(name: str, entry: TyreEntry, site: Site) -> Tyre:
-    """Return a checked tyre; faults go to the report of ``values``."""
+    """Return the tyre of an entry of [tyres]; faults are reported: a wheel on the base, positions of other points in
+    the road, and damping on a road whose rate is unknown."""
     key, values, points, report = key_of("tyres", name), site.values, site.points, site.values.report
     known = values.point(f"{key}.center", entry.center)
     if known and entry.center in points and points[entry.center].body in (BASE, WORLD):
@@ -140,7 +141,8 @@ def read_tyre(name: str, entry: TyreEntry, site: Site) -> Tyre:
 
 
 def _height(key: str, value: float | str, center: str, values: Values) -> Formula:
-    """Read the height of a road, or the rate; the formula may use no position other than x and y of its wheel."""
+    """Return the height of a road, m, or the rate, m/s, as a formula; a position other than x and y of the wheel's
+    ``center`` is reported."""
     formula = values.formula(key, value, ROAD)
     for symbol in sorted((s for s in symbols(formula) if s.kind == "position"), key=lambda s: (s.name, s.index)):
         if symbol.name != center or symbol.index == 2:

@@ -64,7 +64,8 @@ class NamedExpression:
         return float(self.text) if _NUMBER.fullmatch(self.text) else None
 
     def read(self, scope: Scope, read: Callable[[str], Formula]) -> WrittenDefinition:
-        """Return the formula in a scope, and the symbol of the expression.
+        """Return the formula of the expression in a scope, labelled with the name, and the size; each scope is read
+        once.
 
         Parameters
         ----------
@@ -113,7 +114,8 @@ def named_expressions(texts: Mapping[str, str | float]) -> dict[str, NamedExpres
 
 
 def expand(symbol: Symbol, names: SceneNames, scope: Scope, read: Callable[[str], Formula]) -> WrittenDefinition:
-    """Return the expression of a symbol of a definition.
+    """Return the formula of a definition in a scope, with the size; ``symbol`` stands for the definition in another
+    formula, and ``read`` reads a text as a formula.
 
     Raises
     ------
@@ -136,7 +138,8 @@ def definition_symbols(formula: Formula) -> set[Symbol]:
 
 
 def check_extent(formula: Formula, parts: Mapping[Symbol, WrittenDefinition]) -> None:
-    """Check the size of a formula before definitions are expanded. Raises FormulaError."""
+    """Raise FormulaError if a formula with its definitions written out has too many operations or levels. ``parts`` has
+    the formula and the size of each definition by its symbol."""
     operations, levels = extent(formula, parts)
     if operations > MOST_OPERATIONS or levels > MOST_LEVELS:
         fault = (
@@ -147,7 +150,8 @@ def check_extent(formula: Formula, parts: Mapping[Symbol, WrittenDefinition]) ->
 
 
 def extent(formula: Formula, parts: Mapping[Symbol, WrittenDefinition]) -> tuple[int, int]:
-    """Return the numbers of operations and of levels of a formula whose symbols may stand for known parts."""
+    """Return the numbers of operations and nested levels in a formula; the symbols in ``parts`` count with the size of
+    their definition."""
     known: dict[int, tuple[int, int]] = {}
 
     def of(node: Formula) -> tuple[int, int]:

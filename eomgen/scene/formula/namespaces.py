@@ -62,9 +62,10 @@ def spaces_of(text: str) -> tuple[Namespace, ...]:
 
 
 def read_included(text: str, names: SceneNames, scope: Scope, inner: SceneNames | None = None) -> Formula:
-    """Read a formula in the names of its file, and return the formula in the scene's names, ``names``.
+    """Return the formula of a text in the scene's names; the text may use the names of an included file, and
+    definitions, modes, motions and laws are replaced by formulas and parameters.
 
-    ``inner``: names for the texts of definitions; by default ``names``.
+    ``names`` are the scene's names, ``inner`` the names for the texts of definitions, by default the same.
 
     Raises
     ------
@@ -109,7 +110,8 @@ def _outward(section: str, spaces: Sequence[Namespace]) -> Iterator[tuple[str, s
 
 
 def known_there(text: str, names: Collection[str]) -> frozenset[str]:
-    """Return the names of the scene's entries in the file of a text, for the entries that the file knows."""
+    """Return the names that the scene's entries ``names`` have in the file of a text, without entries that this file
+    does not know."""
     spaces = spaces_of(text)
     if not spaces:
         return frozenset(names)
@@ -118,13 +120,14 @@ def known_there(text: str, names: Collection[str]) -> frozenset[str]:
 
 
 def mentions_any(text: str, names: Collection[str]) -> bool:
-    """Return whether a text mentions a name of the main file, by the name in the file of the text."""
+    """Return whether a text has a word that is, in the names of the text's file, one of the scene's ``names``."""
     here = known_there(text, names)
     return any(name and re.search(rf"(?<![A-Za-z0-9_]){re.escape(name)}(?![A-Za-z0-9_])", text) for name in here)
 
 
 def in_order_of_mention(definitions: Mapping[str, NamedExpression]) -> list[str]:
-    """Return the names of definitions, each after the definitions in its formula, unless in a circle."""
+    """Return the names of definitions in an order with each one after the definitions in its formula; definitions in a
+    circle are in the order of their discovery."""
     order: dict[str, None] = {}
     known = {name: name for name in definitions}
     for first in definitions:
@@ -145,12 +148,8 @@ def in_order_of_mention(definitions: Mapping[str, NamedExpression]) -> list[str]
 
 
 def read_as_written(text: str, names: SceneNames, scope: Scope) -> Formula:
-    """Return the formula of a text in the scene's names, with symbols for definitions.
-
-    Raises
-    ------
-    FormulaError
-    """
+    """Return the formula of a text in the scene's names, with symbols for definitions. Raises FormulaError in the words
+    of the file."""
     return _read(text, spaces_of(text), names, scope)
 
 
@@ -199,7 +198,8 @@ def _locally(space: Namespace, section: str, known: Collection[str]) -> dict[str
 
 
 class _RenamedEntries(Mapping[str, Entry]):
-    """Entries under the names in an included file."""
+    """Read-only view of the scene's ``entries`` under the names in an included file; ``names`` has the scene's name by
+    local name."""
 
     def __init__(self, entries: Mapping[str, Entry], names: Mapping[str, str]) -> None:
         self.entries = entries
@@ -225,7 +225,8 @@ def _bound(value: str, spaces: tuple[Namespace, ...], names: SceneNames) -> Form
 
 
 def _resolve(symbol: Symbol, spaces: tuple[Namespace, ...], names: SceneNames) -> Formula:
-    """Return the scene's formula for a symbol of a file."""
+    """Return the symbol of a file's formula under the scene's name, or for a parameter that the include sets by a
+    formula this formula. ``spaces`` are the namespaces from the file out to the scene, ``names`` the scene's names."""
     for place, space in enumerate(spaces):
         if symbol.kind == "parameter" and symbol.name in space.values:
             return _bound(space.values[symbol.name], spaces[place + 1 :], names)

@@ -77,22 +77,9 @@ def _remedy(text: str, fault: str) -> str:
 
 
 def read_formula(text: str, names: SceneNames, scope: Scope) -> Formula:
-    """Read a formula.
-
-    Parameters
-    ----------
-    text : str
-        At most 2000 characters and 50 levels.
-    names : SceneNames
-        Names that the scene declares.
-    scope : Scope
-        Which kinds of symbols may occur here.
-
-    Raises
-    ------
-    FormulaError
-        With column and hint.
-    """
+    """Return the formula of a text, of at most 2000 characters and 50 levels, as a tree of nodes, with symbols under
+    the names in the text. ``names`` are the names that the scene declares, ``scope`` says which kinds of symbols may
+    occur. Raises FormulaError with column and hint."""
     return _FormulaReader(text, names, scope).read()
 
 
@@ -127,7 +114,8 @@ def with_other_quantities(text: str, other: Callable[[str, str, str, int], str])
 
 
 def _quantity_at(node: ast.AST) -> tuple[str, str, int] | None:
-    """Return word, name and index of the quantity that a node is."""
+    """Return word, name and index of the quantity that a node of a syntax tree is, ``("q", "hinge", 0)``; the word is
+    empty for a name alone, and None stands for other nodes."""
     index = 0
     if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant) and isinstance(node.slice.value, int):
         index, node = node.slice.value, node.value
@@ -163,7 +151,8 @@ class _FormulaReader:
         return FormulaError(fault, self.text.column(node.col_offset), hint)
 
     def convert(self, node: ast.expr, depth: int) -> Formula:
-        """Return the formula of a node."""
+        """Return the formula of a node of Python's syntax tree at the nesting level ``depth``. Raises FormulaError for
+        a node that formulas do not have, and beyond 50 levels."""
         if depth > DEPTH:
             fault = f"{TOO_DEEP} (each term of a long sum counts) [E1523]"
             raise self.error(node, fault, "brackets around groups of terms")
@@ -253,7 +242,8 @@ class _FormulaReader:
         return self.convert(node, depth)
 
     def defines_condition(self, name: str) -> bool:
-        """Return whether a name has a definition whose text is a condition, or is another such name."""
+        """Return whether a name is a definition whose text is a comparison or a combination of comparisons, perhaps by
+        way of further definitions."""
         seen: set[str] = set()
         while name in self.names.definitions and name not in seen:
             seen.add(name)
@@ -269,7 +259,8 @@ class _FormulaReader:
         return False
 
     def call(self, node: ast.Call, depth: int) -> Formula:
-        """Read a call in a formula: a quantity, a curve or a function."""
+        """Return the formula of a call: inverse dynamics ``tau``, a quantity of an entry, a curve or a function. Raises
+        FormulaError for any other call and for a wrong number of arguments."""
         if _is_tau(node.func):
             return self.tau(node)
         if word := self.word_of(node):
@@ -296,7 +287,8 @@ class _FormulaReader:
         return self.fold(node, name, parts) if variadic else self.operation(node, name, parts)
 
     def unknown_function(self, node: ast.Call, name: str) -> FormulaError:
-        """Return the error for a call of a name that is not a function, with the nearest meaning as remedy."""
+        """Return, without raising, the error for a call of a name that is not a function; the hint is the nearest name
+        or meaning."""
         if name in self.declared_names():
             return self.error(node, f"{name} is a number, not a function [E1533]", f"{name} alone, or {name} * (...)")
         hint = IN_RADIANS if name in DEGREES else function_hint(name, self.names.curves, sorted(FUNCTIONS))
@@ -307,7 +299,8 @@ class _FormulaReader:
         return self.error(node, f"unknown function {shown(name)} [E1534]", self.call_of_entry(name) or hint)
 
     def application(self, node: ast.Call, name: str, word: str, depth: int) -> Formula:
-        """Return a curve, or a derivative of a curve, at an argument."""
+        """Return a curve, or a derivative of a curve, at an argument: ``NAME(x)``, or ``WORD.NAME(x)`` with ``word``
+        such as ``derivative``. Raises FormulaError for an unknown name, word, or number of arguments."""
         name = name.removeprefix(PREFIX)
         call = f"{word}.{name}" if word else name
         if word in self.kinds() and word not in DERIVATIVES:
@@ -346,7 +339,9 @@ class _FormulaReader:
         return None if not name or name in DERIVATIVES or name in _MODULES or name in self.kinds() else added_word(name)
 
     def quantity_of_entry(self, word: Word, node: ast.expr, call: ast.expr, depth: int) -> EntryQuantity:
-        """Return a quantity of an entry at given arguments: ``WORD.NAME(x, y)[1]``."""
+        """Return a quantity of a section's entry at given arguments: ``WORD.NAME(x, y)[1]``. ``call`` is the call
+        within ``node``, which may have an index. Raises FormulaError for an unknown entry, or unfit arguments or
+        components."""
         assert isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute)  # checked by ``word_of``
         inner = call.func.value
         part = call.func.attr.removeprefix(PREFIX) if isinstance(inner, ast.Attribute) else ""
@@ -376,7 +371,8 @@ class _FormulaReader:
         return quantity
 
     def component_of_entry(self, word: Word, node: ast.expr, item: Any) -> int:
-        """Return the component of a quantity of an entry, 0 if the quantity has one component and no index."""
+        """Return the index of a component of a quantity of the entry ``item``, 0 if the quantity has one component and
+        no index. Raises FormulaError for a missing index or an index outside."""
         label, written, size = f"{word.name}.{item.name}", word.call(item.name, item), word.components
         if not isinstance(node, ast.Subscript):
             if size > 1:
@@ -389,7 +385,8 @@ class _FormulaReader:
         return index
 
     def part(self, call: ast.Call, word: Word, item: Any, part: str) -> int:
-        """Return the number of a component of an entry's quantity that is called by name; 0 if there is no name."""
+        """Return the index of the result ``part`` of an entry's quantity that has results by name; 0 for an empty name.
+        Raises FormulaError for an unknown name, and for none if there are several results."""
         parts, label = word.parts_of(item), f"{word.name}.{item.name}"
         if part and part not in parts:
             hint = f"{label}.{nearest(part, parts)}" if parts else word.call(item.name, item)
@@ -400,7 +397,8 @@ class _FormulaReader:
         return parts.index(part) if part else 0
 
     def tau(self, node: ast.Call) -> Symbol:
-        """Return the joint's component of inverse dynamics for a reference motion: ``tau.elbow(servo)``."""
+        """Return the symbol of a joint's component of inverse dynamics for a reference motion: ``tau.elbow(servo)``.
+        Raises FormulaError unless the argument is the name of an entry in [references]."""
         assert isinstance(node.func, ast.Attribute | ast.Subscript)  # checked by ``call``
         joint = self.quantity(node.func, called=True)
         label = f"tau.{joint.name}"
@@ -415,7 +413,8 @@ class _FormulaReader:
         return replace(joint, reference=name)
 
     def bare(self, node: ast.Name) -> Formula:
-        """Return a number or a symbol that is a name alone."""
+        """Return the formula of a name alone: pi, the time, a parameter, an input, a state or a definition. Raises
+        FormulaError for an unknown name, and for a name that is not a number."""
         name = node.id.removeprefix(PREFIX)
         if name == "pi":
             return Number(math.pi)
@@ -426,7 +425,8 @@ class _FormulaReader:
         raise self.not_a_number(node, name)
 
     def scope_symbol(self, node: ast.Name, name: str) -> Symbol | None:
-        """Return the time, or a symbol that has a name in some scopes alone."""
+        """Return the symbol of the time ``t``, or of a name with a meaning in some scopes alone, as ``s`` along a beam;
+        None for other names. Raises FormulaError if a parameter or a definition has the same name."""
         if name == "t":
             self.allow(node, "time", "time t")
             return Symbol("time")
@@ -440,7 +440,8 @@ class _FormulaReader:
         return symbol
 
     def signal(self, node: ast.Name, name: str) -> Symbol | None:
-        """Return a parameter, an input, a law of a product, a state or an output of a controller."""
+        """Return the symbol of a parameter, an input, a law of a product, a state or an output of a controller; None
+        for other names. Raises FormulaError if the scope excludes the symbol."""
         if name in self.names.parameters:
             if self.names.parameters[name] and "fixed" in self.scope.kinds:
                 fault = f"the tunable parameter {shown(name)} cannot be used here [E1556]"
@@ -461,7 +462,8 @@ class _FormulaReader:
         return None
 
     def not_a_number(self, node: ast.Name, name: str) -> FormulaError:
-        """Return the error for a name that is unknown, or names an object that is not a number."""
+        """Return, without raising, the error for a name that is unknown, or names an object that is not a number, with
+        a hint."""
         if name in FUNCTIONS:
             return self.error(node, f"the function {name} needs arguments [E1550]", f"{name}(x)")
         if name in self.names.curves:
@@ -499,7 +501,9 @@ class _FormulaReader:
             raise self.error(node, f"{quantity} cannot be used here [E1556]", f"{self.scope.description} only")
 
     def quantity(self, node: ast.Attribute | ast.Subscript, *, called: bool = False) -> Symbol:
-        """Return a component of a quantity: ``q.joint``, ``position.point[2]``; ``called`` with a reference motion."""
+        """Return the symbol of a component of a quantity: ``q.joint``, ``position.point[2]``. ``called``: a reference
+        motion in brackets follows, as ``tau`` needs. Raises FormulaError for unknown names, and for components that do
+        not exist."""
         inner, index = (node.value, self.index(node)) if isinstance(node, ast.Subscript) else (node, None)
         if isinstance(inner, ast.Attribute) and _is_reaction(inner.value):
             return self.reaction(node, inner, index)
@@ -525,7 +529,8 @@ class _FormulaReader:
         return int(node.slice.value)
 
     def check_complete(self, node: ast.expr, kind: str, name: str, *, called: bool) -> None:
-        """Check that a kind and a name alone make a quantity, without a part, an argument or a reference motion."""
+        """Raise FormulaError if a kind and a name alone do not make a quantity, because a part of a reaction,
+        arguments, or the reference motion of ``tau`` are missing."""
         label = f"{kind}.{name[:64]}"
         if kind == "reaction":
             raise self.error(node, f"{label} is a force and a moment [E1559]", f"{label}.force[0] or {label}.moment[0]")
@@ -540,7 +545,7 @@ class _FormulaReader:
             raise self.error(node, fault, f"{label}(servo), and [references.servo]")
 
     def unknown_kind(self, node: ast.expr, kind: str, name: str) -> FormulaError:
-        """Return the error for a kind of quantity that the scene does not have."""
+        """Return, without raising, the error for a kind of quantity that the scene does not have, with a hint."""
         if kind == "mode":
             fault = f"mode.{name[:64]}: the scene has no [modes] [E1562]"
             return self.error(node, fault, f"[modes] and {name[:64]} = 1")
@@ -551,7 +556,8 @@ class _FormulaReader:
         return self.error(node, f"unknown quantity {shown(kind)} [E1563]", hint)
 
     def check_name(self, node: ast.expr, kind: str, name: str, known: Collection[str]) -> None:
-        """Check that a quantity may stand here, and that its name is among the names known for its kind."""
+        """Raise FormulaError if the scope excludes a quantity, or if the name is not among the names ``known`` for its
+        kind."""
         offered = self.names.offered.get(kind)
         scope_kind = offered.scope if offered else "power" if kind == "energy" and name.endswith("power") else kind
         self.allow(node, scope_kind, f"{kind}.{name if is_legal(name) else shown(name)}")
@@ -571,7 +577,8 @@ class _FormulaReader:
             raise self.error(node, fault, ON_A_POINT)
 
     def check_component(self, node: ast.expr, label: str, index: int | None, size: int | None) -> None:
-        """Check the index of a component against the number of components, if this is known."""
+        """Raise FormulaError unless the index of a component, None if not given, fits the number of components
+        ``size``; None for an unknown number accepts any index."""
         if size is None:
             return
         if size == 0:
@@ -583,7 +590,8 @@ class _FormulaReader:
             raise self.error(node, f"{label} has no component {index} [E1544]", hint)
 
     def local(self, node: ast.expr, kind: str, index: int | None) -> Symbol:
-        """Return a component of a quantity of the place at which a load acts: ``velocity.here[2]``."""
+        """Return the symbol for a component of a quantity at the point of a load: ``velocity.here[2]``. Raises
+        FormulaError outside loads, and for an index other than 0 to 2."""
         label = f"{kind}.{HERE}"
         if "local" not in self.scope.kinds:
             fault = (
@@ -598,7 +606,9 @@ class _FormulaReader:
         return Symbol("local", kind, index)
 
     def reaction(self, node: ast.expr, inner: ast.Attribute, index: int | None) -> Symbol:
-        """Return a component of the reaction of a joint or a constraint: ``reaction.hinge.force[2]``."""
+        """Return the symbol of a component of the reaction of a joint or a constraint: ``reaction.hinge.force[2]``,
+        with ``inner`` for the node without the index. Raises FormulaError for an unknown name or part, or an index
+        other than 0 to 2."""
         assert isinstance(inner.value, ast.Attribute)  # checked by ``_is_reaction``
         name, part = inner.value.attr.removeprefix(PREFIX), inner.attr.removeprefix(PREFIX)
         label = f"reaction.{name[:64]}"
@@ -632,7 +642,8 @@ class _FormulaReader:
         return [*QUANTITIES, *self.names.offered, *(["mode"] if self.names.modes else [])]
 
     def family(self, kind: str, name: str) -> tuple[list[str] | None, int | None]:
-        """Return the names that a kind of quantity may have, and the number of components, each if known."""
+        """Return the names that a kind of quantity may have, None for an unknown kind, and the number of components for
+        ``name``, None if unknown."""
         if kind in ("q", "v", "a"):
             row = JOINTS.get(self.names.joints.get(name, ""))
             size = (row.q_size if kind == "q" else row.v_size) if row else None

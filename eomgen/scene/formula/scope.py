@@ -255,7 +255,8 @@ class SceneNames:
     offered: Mapping[str, ElementQuantity] = field(default_factory=dict)
 
     def fault_of_reaction(self, name: str) -> tuple[str, str] | None:
-        """Return the fault of the name of a reaction, and a hint; None if exactly one entry has the name."""
+        """Return the fault of the name of a reaction, and a hint; None if exactly one joint, constraint or entry of
+        [reactions] has the name, or [reactions] names a reaction so."""
         known = [*self.reactions, *self.joints, *self.constraints]
         if name not in known:
             for kind in _FORCES:
@@ -321,13 +322,15 @@ _AXES = "xyz"
 
 
 def function_hint(name: str, curves: Iterable[str], functions: Iterable[str]) -> str:
-    """Return the expression in place of a function that formulas do not have."""
+    """Return the remedy for a call of ``name``, a function that formulas do not have: an expression in formulas, or the
+    nearest name of a curve or function."""
     known = [*curves, *functions]
     return name.lower() if name.lower() in known else _FUNCTIONS.get(name.lower()) or nearest(name, known)
 
 
 def kind_hint(kind: str, name: str, names: SceneNames, kinds: Iterable[str]) -> str:
-    """Return a hint in place of ``kind.name`` if no quantity has this kind."""
+    """Return a hint for ``kind.name`` if no quantity has this kind: both words exchanged, another name of the kind, or
+    the nearest of ``kinds``."""
     every = list(kinds)
     if name in every and (kind in names.joints or kind in names.beams or kind in names.points):
         return f"{name}.{kind}"
@@ -340,7 +343,7 @@ def kind_hint(kind: str, name: str, names: SceneNames, kinds: Iterable[str]) -> 
 
 
 def name_hint(name: str, names: SceneNames, scope: Scope, known: Iterable[str]) -> str:
-    """Return a hint for a name that does not exist."""
+    """Return a hint for a name that does not exist: a meaning of the name in the scope, or the nearest of ``known``."""
     every = list(known)
     if name.lower() in ("time", "seconds"):
         return "t"
@@ -363,7 +366,8 @@ def name_hint(name: str, names: SceneNames, scope: Scope, known: Iterable[str]) 
 
 
 def parts_hint(names: SceneNames, word: str, part: str) -> str:
-    """Return a hint in place of parts such as ``position.tip.x`` and ``q[0]``, from the word before the part."""
+    """Return a hint for parts such as ``position.tip.x`` and ``q[0]``, which formulas do not have: ``word`` stands
+    before ``part``; empty without a hint."""
     if part and part in _AXES and word:
         return f"{word}[{_AXES.index(part)}]"
     if word in names.points:

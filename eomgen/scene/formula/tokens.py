@@ -67,12 +67,12 @@ class FormulaError(DescriptionError):
 
 
 class FormulaText:
-    """The text of a formula, and ``aliased``, its form for the parser.
+    """The text of a formula, and ``aliased``, its form for the parser of Python.
 
     Parameters
     ----------
     text : str
-        The user's.
+        The formula as the user wrote it.
 
     Raises
     ------
@@ -92,7 +92,8 @@ class FormulaText:
         self.aliased = self.alias()
 
     def alias(self) -> str:
-        """Return the text for the parser: whitelisted tokens only, names prefixed, numbers normalised."""
+        """Return the text for the parser: whitelisted tokens only, names prefixed, numbers normalised; note columns for
+        messages. Raises FormulaError for any other token."""
         pieces: list[str] = []
         length = brackets = 0
         before = ("", "")
@@ -133,7 +134,7 @@ class FormulaText:
         return repr(value)
 
     def beside(self, number: str, word: str, column: int) -> FormulaError:
-        """Return the error for a number that is followed by a word."""
+        """Return, without raising, the error for a number with a word directly after, as ``2x`` or ``5 mm``."""
         if word in DEGREES:
             return FormulaError(f"the number {shown(number)} runs into a name [E1580]", column, IN_RADIANS)
         fault, hint = in_formula(number, word)

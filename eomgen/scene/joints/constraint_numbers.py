@@ -15,11 +15,12 @@ from eomgen.scene.joints.model import Constraint
 
 
 def numbers_of_constraints(constraints: Iterable[Constraint], parameters: Mapping[str, float] | None) -> list[str]:
-    """Return the lengths of constraints, and the ranges of curves and maps in their formulas, as clauses for messages.
+    """Return clauses for messages: the constant lengths of constraints, m, and for curves in their equations and
+    surfaces the ranges of arguments and values; each once.
 
     Parameters
     ----------
-    parameters : values by name; None for ranges alone
+    parameters : values by name, for lengths; None for ranges alone
     """
     result = []
     for item in constraints:

@@ -106,7 +106,8 @@ def _doubtful_contact(
 def _length(
     key: str, entry: written.ConstraintEntry, first: Frame, second: Frame, smooth: float | None, values: Values
 ) -> Formula:
-    """Return the length of a distance, by default the distance of both places at the design position, with a note."""
+    """Return the length of a distance constraint as a formula, m, by default the distance of both origins at the design
+    position, with a note; ``UNKNOWN``, after a report, without one. ``smooth`` as of ``read_length``."""
     if entry.length is not None:
         return read_length(f"{key}.length", entry.length, values, smooth)
     if values.report.concerns(f"{key}.first") or values.report.concerns(f"{key}.second"):
@@ -130,7 +131,8 @@ def _length(
 
 
 def _surface(key: str, text: float | str, values: Values) -> Formula | None:
-    """Return the height of a surface, a formula of x and y; None for the plane or a reported fault."""
+    """Return the height of a contact's surface over the plane as a formula of x and y, m; None for the plane, and after
+    a report for a formula that changes over time, depends on z or is not smooth enough to be read."""
     formula = values.formula(key, text, SURFACE)
     if formula is UNKNOWN or formula == ZERO:
         return None
@@ -149,7 +151,8 @@ def _surface(key: str, text: float | str, values: Values) -> Formula | None:
 def _frame(
     key: str, entry: written.ConstraintEntry, frame: written.FrameEntry | None, need: Need, reading: Reading
 ) -> Frame:
-    """Return the first or the second frame of a joint; a missing frame is reported."""
+    """Return the first or the second frame of a constraint, with the key ``key``; a missing frame is reported, and is a
+    frame on a body without a name. ``need`` says which axes the constraint uses."""
     if frame is None:
         side = key.rpartition(".")[2]
         reading.report.add(key, f"the key {side} is missing [E1343]", f"{side} = ...")
@@ -237,8 +240,8 @@ def _holds(
 
 
 def _check_smooth(place: str, formula: Formula, values: Values, derivatives: int) -> None:
-    """Report curves and functions with fewer than ``derivatives`` derivatives; note choices, whose branches have to
-    fit."""
+    """Report curves and functions in a formula that have fewer than ``derivatives`` derivatives; add a note on choices,
+    whose branches have to fit. ``place`` is the dotted key of the formula."""
     noun = "surface" if place.endswith(".surface") else "equation"
     needs = f"a constraint needs {_COUNTS[derivatives]} of its {noun}"
     for name, does in rough_curves(formula, derivatives).items():
@@ -256,7 +259,8 @@ def _check_smooth(place: str, formula: Formula, values: Values, derivatives: int
 
 
 def _rough(formula: Formula) -> Iterator[str]:
-    """Yield the functions with jumps and corners in the motion, but for the comparisons of choices."""
+    """Yield the names of functions in a formula that jump or have a corner during a motion, except comparisons in
+    conditions of choices."""
     if isinstance(formula, Application):
         yield from _rough(formula.argument)
     elif isinstance(formula, Operation):
@@ -288,7 +292,8 @@ def degree(formula: Formula) -> int:
 
 
 def _unit(key: str, formula: Formula, given: EquationUnit | None, values: Values, *, at_velocity: bool) -> EquationUnit:
-    """Return the unit of an equation; a missing or a wrong one is reported, and a sum of several units."""
+    """Return the unit of a constraint's equation: as ``given``, or by the formula, else m or m/s. Reported are terms
+    that disagree, a given unit that does not fit, and a missing unit that does not follow."""
     report = values.report
     choice: tuple[EquationUnit, EquationUnit] = ("m/s", "rad/s") if at_velocity else ("m", "rad")
     place = f"{key}.velocity_equation" if at_velocity else f"{key}.equation"

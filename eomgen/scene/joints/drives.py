@@ -33,7 +33,8 @@ _STARTS = ("position", "orientation", "rotation", "velocity")
 
 
 def read_law(key: str, value: float | str, values: Values, smooth: float | None = None) -> Formula:
-    """Return a prescribed motion, a formula of time that has accelerations; faults are reported.
+    """Return a prescribed motion, a formula of time, in which jumps and kinks of curves are smoothed or reported, so
+    that the law has accelerations; ``UNKNOWN`` for a fault.
 
     Parameters
     ----------
@@ -45,7 +46,8 @@ def read_law(key: str, value: float | str, values: Values, smooth: float | None 
 
 
 def read_length(key: str, value: float | str, values: Values, smooth: float | None = None) -> Formula:
-    """Return a length, possibly a prescribed function of time; the length has to be positive, at t = 0 if variable."""
+    """Return a length as a formula, m, constant or of time; ``UNKNOWN`` for a fault. The length has to be positive, at
+    t = 0 if variable; a law over time is treated as by ``read_law``. Faults are reported."""
     formula = values.formula(key, value, MOTION)
     if formula is UNKNOWN:
         return formula
@@ -126,7 +128,8 @@ def read_drives(key: str, joint: written.JointEntry, values: Values) -> tuple[Fo
 
 
 def driven_start(key: str, drives: Sequence[Formula], values: Values) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the initial position and velocity of a driven joint."""
+    """Return the initial position and velocity of a joint driven by the laws ``drives``, their values and rates at t =
+    0, as two tuples with one number for each coordinate, rad or m and per s."""
     starts = [start_of(at, law, values) for at, law in zip(_places(key, drives), drives, strict=True)]
     return tuple(value for value, _ in starts), tuple(rate for _, rate in starts)
 
@@ -137,7 +140,8 @@ def _places(key: str, drives: Sequence[object]) -> list[str]:
 
 
 def start_of(key: str, law: Formula, values: Values) -> tuple[float, float]:
-    """Return a prescribed motion and its rate at t = 0 and default parameters; zeros for a reported fault."""
+    """Return the value and the rate of a prescribed motion at t = 0 and default parameters; zeros for unknown
+    parameters, and after a report for a value or rate that is not finite."""
     named = {symbol.name for symbol in symbols(law) if symbol.kind == "parameter"}
     if law is UNKNOWN or not named <= values.parameters.keys():
         return 0.0, 0.0

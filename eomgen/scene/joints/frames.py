@@ -48,7 +48,9 @@ def site_of(reading: Reading) -> Site:
 
 
 def read_frame(key: str, title: str, frame: written.FrameEntry, need: Need, site: Site) -> Frame:
-    """Return a checked frame; ``title`` is the owner of the frame in messages."""
+    """Return a checked frame of a constraint or bushing, with position and axes in the body; faults are reported at
+    ``key``. ``title`` is the owner of the frame in messages, ``need`` says which axes the owner uses. After a fault the
+    frame has the identity or the base in place of the unknown data."""
     values, report = site.values, site.values.report
     orientation = _orientation(key, title, frame, need, values)
     if frame.point is None:
@@ -79,7 +81,9 @@ def read_frame(key: str, title: str, frame: written.FrameEntry, need: Need, site
 def _orientation(
     key: str, title: str, frame: written.FrameEntry, need: Need, values: Values
 ) -> tuple[tuple[float, float, float], ...]:
-    """Return the frame's axes in the body: by rotations, or by z and, if the angle matters, x."""
+    """Return the frame's axes in the body as rows of a (3, 3) rotation: by rotations, or by z and, if the angle
+    matters, x; the identity by default and after a fault, which is reported. ``need`` says which axes the owner
+    ``title`` uses."""
     report = values.report
     if frame.rotation is not None or frame.orientation is not None:
         given = "orientation" if frame.rotation is None else "rotation"
@@ -116,16 +120,13 @@ def _orientation(
 def check_two_bodies(
     pairs: Iterable[tuple[str, tuple[Frame, ...]]], joints: Sequence[Joint], beams: Collection[str], report: Report
 ) -> None:
-    """Report frames in one rigid body, which fixed joints make of several.
+    """Report entries whose two frames are in one rigid body, which fixed joints may make of several bodies.
 
     Parameters
     ----------
-    pairs : iterable
-        Key of an entry, and its two frames.
-    joints : sequence of Joint
-        Parents first.
-    beams : collection of str
-        Bodies that are not rigid, alone or with the bodies fixed to the beam.
+    pairs : dotted key of an entry, and both frames
+    joints : parents first
+    beams : bodies that are not rigid, alone or with the bodies fixed to the beam
     """
     host = {BASE: BASE, WORLD: WORLD}
     for joint in joints:

@@ -87,7 +87,7 @@ class Constraint:
 
     @property
     def text(self) -> str:
-        """The equation as text; empty without an equation."""
+        """The equation as text, with x, y and z for the second frame's origin; empty without an equation."""
         if self.equation is None:
             return ""
         vectors = ("position", "velocity")
@@ -114,7 +114,8 @@ class Constraint:
 
     @property
     def moving(self) -> tuple[Symbol, ...]:
-        """The quantities of motion in the equation, in a fixed order."""
+        """The symbols of motion in the equation: coordinates, velocities, positions of points and local coordinates,
+        sorted; none without an equation."""
         if self.equation is None:
             return ()
         named = (item for item in symbols(self.equation) if item.kind in ("q", "v", "position", "velocity", "local"))
@@ -150,11 +151,9 @@ ONSETS: Mapping[str, float] = {"rad": 1e-3, "m": 1e-4}
 
 @dataclass(frozen=True)
 class Stop:
-    """Compliant stops of one coordinate of a joint, at either end or both (None for an end without one).
-
+    """Compliant stops of the coordinate ``index`` of a joint, at either end or both (None for an end without one).
     Beyond ``lower`` or ``upper`` by d the effort is s(d / onset) max(0, stiffness d + damping d'), back into the range;
-    s rises from 0 to 1 over the onset.
-    """
+    s rises from 0 to 1 over the onset."""
 
     index: int
     lower: Formula | None
@@ -253,7 +252,8 @@ class Joint:
         return coefficients if isinstance(coefficients, tuple) else (coefficients,) * self.kind.v_size
 
     def lengths(self) -> tuple[Formula, ...]:
-        """Return rest lengths and ends of the ranges of the translations, m."""
+        """Return rest lengths and finite ends of stops' ranges for the translations, as formulas, m; none for joints
+        without plain coordinates."""
         if not self.kind.coordinates:
             return ()
         first = self.kind.angles
@@ -264,7 +264,7 @@ class Joint:
 
     @property
     def limits(self) -> tuple[CoordinateLimit, ...]:
-        """The ranges of the stops in terms of the joint's own coordinates, one by one."""
+        """The range of each stop as a CoordinateLimit, with the coordinate's name and unit."""
         meanings = list(self.kind.coordinates.items())
         names = component_names("q", self.name, len(meanings))
         result = []

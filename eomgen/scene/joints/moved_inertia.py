@@ -24,14 +24,14 @@ Triple = tuple[Numbers, Numbers, Numbers]
 
 @dataclass(frozen=True)
 class MovedPart:
-    """A body of a rigid assembly, with the indices of its values in a list of numbers.
+    """A body of a rigid assembly; the body's values stand in a list of numbers, by index.
 
     Attributes
     ----------
-    start : index of mass, centre of mass (3) and inertia (6)
+    start : index of mass, centre of mass (3) and inertia (6), which follow one another
     orientation : (3, 3), axes of the body in the frame of the assembly's first part
-    carrier : number of the part to which a fixed joint connects the body; None for the first part
-    position : place of that joint's position (3)
+    carrier : index of the part to which a fixed joint connects the body; None for the first part
+    position : index of that joint's position (3) in the list
     """
 
     start: int
@@ -50,7 +50,8 @@ class PlacedBody:
 
 
 def _place_bodies(parts: Sequence[MovedPart], numbers: Sequence[Numbers]) -> list[PlacedBody]:
-    """Return the bodies of an assembly; carriers come before the carried parts."""
+    """Return the bodies of an assembly in the frame of the first part; carriers come before the carried parts.
+    ``numbers`` are the values to which the parts' indices refer, floats or batches."""
     result: list[PlacedBody] = []
     origins: list[Triple] = []
     for part in parts:
@@ -76,7 +77,7 @@ def _rotate(rotation: Array, vector: Sequence[Numbers]) -> Triple:
 
 
 def _about(point: Sequence[Numbers], bodies: Sequence[PlacedBody]) -> list[Numbers]:
-    """Return the inertia of bodies about a point (Steiner)."""
+    """Return the inertia (xx, yy, zz, xy, xz, yz) of bodies about a point, added up (Steiner)."""
     total: list[Numbers] = [0.0] * 6
     for body in bodies:
         arm = [x - y for x, y in zip(body.center, point, strict=True)]
@@ -87,7 +88,8 @@ def _about(point: Sequence[Numbers], bodies: Sequence[PlacedBody]) -> list[Numbe
 
 @dataclass(frozen=True)
 class MovableInertia:
-    """A joint that carries one rigid assembly and no further moving joint has inertia to move.
+    """Rule that a joint which carries one rigid assembly, and no further moving joint, has inertia to move; ``broken``
+    and ``fault`` take the numbers to which all indices refer.
 
     Attributes
     ----------
@@ -95,8 +97,8 @@ class MovableInertia:
     axes : (3, 3), axis (the normal of a planar joint), an orthogonal direction (a universal joint's second axis) and
         the third axis, in the joint frame, row by row
     parts : of the assembly
-    rotors, pitch : places of the numbers of the joint
-    followers : places of the multipliers of joints that follow this joint: the rule applies to the joint alone, while
+    rotors, pitch : indices of the joint's rotor inertias and pitch
+    followers : indices of the multipliers of joints that follow this joint: the rule applies to the joint alone, while
         all multipliers are zero
     words, hint : the fault, with ``{}`` for the cause, and the remedy
     """
@@ -112,7 +114,8 @@ class MovableInertia:
     stage: int = 2
 
     def _causes(self, numbers: Sequence[Numbers]) -> list[tuple[Flags, str]]:
-        """Return possible causes of a singular M, each with flags of the values at which the cause applies."""
+        """Return all possible causes of a singular M, each with flags of the values, numbers or batches, at which the
+        cause applies, and as the end of a sentence."""
         # one kind of motion after another: all take the same totals, which parts would hand to one another
         bodies = _place_bodies(self.parts, numbers)
         rotors = [numbers[place] for place in self.rotors] or [0.0]
@@ -182,12 +185,14 @@ def _first_moment(bodies: Sequence[PlacedBody]) -> Triple:
 
 @dataclass(frozen=True)
 class MimicInertia:
-    """Requirement that a leader of mimic joints, or one of the followers, moves mass or inertia.
+    """Rule that a leader of mimic joints, or a follower, moves mass or inertia; ``broken`` and ``fault`` take the
+    numbers to which all indices refer.
 
     Attributes
     ----------
-    leader : places of masses, inertias and rotor inertias beyond the joint
-    followers : for each following joint, the place of the multiplier, and the same places beyond this joint
+    leader : indices of masses, inertias and rotor inertias beyond the joint
+    followers : for each following joint, the index of the multiplier, and the same indices beyond this joint
+    words, hint : the fault and the remedy
     """
 
     leader: tuple[int, ...]
@@ -232,7 +237,8 @@ class _Places:
 
 
 def _assemblies(joints: Sequence[Joint]) -> tuple[dict[str, list[Joint]], set[str]]:
-    """Return the fixed joints that follow each moving body, and the moving bodies that carry further moving bodies."""
+    """Return the fixed joints that connect further bodies to each body with a moving joint, by name of this body, and
+    the names of bodies with a moving joint whose assembly carries further moving joints. Joints have parents first."""
     assemblies: dict[str, list[Joint]] = {joint.child: [] for joint in joints if joint.kind.moves}
     host = {child: child for child in assemblies}
     for joint in joints:
@@ -252,18 +258,12 @@ def check_motion(
     constrained: bool = False,
     allowed: Collection[str] = (),
 ) -> tuple[list[str], list[LightJoint]]:
-    """Require that some joint of a tree moves, and that the outermost moving joints move inertia.
+    """Report a tree without a moving joint, and outermost moving joints that move no inertia, for which M is singular.
 
     In ``absolute`` coordinates every moving body is free, and each free body with the bodies fixed to it needs mass and
-    inertia. If a scene is ``constrained``, joints without inertia at the default parameters are returned instead:
-    [M B^T; B 0] may be regular.
-
-    Parameters
-    ----------
-    joints : sequence of Joint
-        Parents first.
-    allowed : collection of str
-        Bodies without inertia that are allowed: inverse dynamics and kinematics need none.
+    inertia. If a scene is ``constrained``, joints without inertia at the default parameters are returned instead: [M
+    B^T; B 0] may be regular. Faults, and rules on tunable parameters, go to ``values``. ``joints`` have parents first;
+    ``allowed`` are bodies that need no inertia, as for inverse dynamics and kinematics.
 
     Returns
     -------
@@ -321,7 +321,8 @@ def check_motion(
 
 
 def _parts(joint: Joint, fixed: Sequence[Joint], bodies: Mapping[str, Body], places: _Places) -> tuple[MovedPart, ...]:
-    """Return the assembly that a joint carries: its child, and the bodies that fixed joints connect to the child."""
+    """Return the assembly that a joint carries: the child, and the bodies that the joints ``fixed`` connect to the
+    child; the formulas of their values are appended to ``places``."""
     parts = [MovedPart(places.put(*_values_of(bodies[joint.child])), np.eye(3))]
     numbered = {joint.child: 0}
     for item in fixed:
@@ -333,8 +334,8 @@ def _parts(joint: Joint, fixed: Sequence[Joint], bodies: Mapping[str, Body], pla
 
 
 def _formulas_of(joint: Joint, bodies: Mapping[str, Body]) -> tuple[object, ...]:
-    """Return axes and formulas of a joint that carries one body, formulas by identity: nodes of a beam share these;
-    numbers by value."""
+    """Return a key that is equal for joints which carry one body with the same axes and values: numbers by value,
+    formulas by identity, because nodes of a beam share these."""
     formulas = (*_values_of(bodies[joint.child]), joint.pitch, *joint.each(joint.rotor_inertia))
     alike = [(formula.value,) if isinstance(formula, Number) else id(formula) for formula in formulas]
     return (joint.type, joint.axis, joint.second_axis, *alike)
@@ -360,7 +361,7 @@ def _has_fault(body: Body, values: Values) -> bool:
 
 
 def _followers(joints: Sequence[Joint]) -> dict[str, list[Joint]]:
-    """Return the joints that follow each leading joint, directly or through other followers."""
+    """Return the mimic joints that follow each leader, directly or through further followers, by the leader's name."""
     named = {joint.name: joint for joint in joints}
     result: dict[str, list[Joint]] = {}
     for joint in joints:
@@ -375,8 +376,8 @@ def _followers(joints: Sequence[Joint]) -> dict[str, list[Joint]]:
 
 
 def coupled_by_mimic(joints: Sequence[Joint], values: Values) -> set[str]:
-    """Return mimic joints, and their leaders unless all multipliers are zero: the inertia of one depends on the
-    other."""
+    """Return the names of mimic joints, and of leaders with a follower whose multiplier is not zero at the default
+    parameters: the inertia of a leader depends on followers."""
     leaders = {
         first
         for first, following in _followers(joints).items()
@@ -388,8 +389,8 @@ def coupled_by_mimic(joints: Sequence[Joint], values: Values) -> set[str]:
 def _check_leaders(
     joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values, allowed: Collection[str]
 ) -> list[str]:
-    """Report leaders of mimic joints if all bodies moved by the leader and by its followers have neither mass nor
-    inertia; return the ones that move allowed bodies alone."""
+    """Report leaders of mimic joints if the bodies moved by a leader and by its followers have neither mass nor
+    inertia; return the names of such leaders whose child is among the bodies ``allowed``, which are not reported."""
     light: list[str] = []
     named = {joint.name: joint for joint in joints}
     for first, following in _followers(joints).items():
@@ -418,8 +419,8 @@ def _check_leaders(
 def _beyond(
     joint: Joint, joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values, places: _Places
 ) -> tuple[int, ...] | None:
-    """Return the places of masses, inertias and rotor inertias of a joint and of all bodies and joints beyond the
-    joint; None if a place is unknown."""
+    """Append the formulas of rotor inertias, masses and inertias of a joint and of all bodies and joints beyond to
+    ``places``, and return their indices there; None, without a change, if an entry has a fault."""
     reached, formulas = {joint.child: joint}, [*joint.each(joint.rotor_inertia)]
     for next_joint in joints:
         if next_joint.parent in reached:

@@ -46,7 +46,8 @@ class _Coordinates:
         return f"{self.key}.{field}" if len(self.meanings) == 1 else f"{self.key}.{field}[{index}]"
 
     def check_count(self, field: str, given: Given) -> Given:
-        """Return the values if there is one for each coordinate; else None, which is reported."""
+        """Return the values of the key ``field`` if there are as many as coordinates, or None is given; else None,
+        after a report."""
         if given is None or len(given) == len(self.meanings):
             return given
         count = f"{len(self.meanings)} values ({', '.join(self.meanings)})" if len(self.meanings) > 1 else "one value"
@@ -55,7 +56,8 @@ class _Coordinates:
         return None
 
     def formulas(self, field: str, given: Given) -> list[Formula | None]:
-        """Return a formula for each coordinate; None for one without a value."""
+        """Return a formula for each coordinate from the values of the key ``field``; None for a coordinate without a
+        value, and for all after a wrong number, which is reported."""
         entries = self.check_count(field, given) or (None,) * len(self.meanings)
         return [
             None if entry is None else self.values.formula(self.place(field, index), entry, PARAMETERS)
@@ -67,7 +69,8 @@ class _Coordinates:
 
 
 def read_stops(key: str, joint: written.JointEntry, values: Values) -> tuple[Stop, ...]:
-    """Return the stops of a joint: one for each coordinate that has a limit."""
+    """Return the stops of a joint, one for each coordinate with a lower or an upper limit; empty without limits. Faults
+    are reported under the dotted ``key`` of the joint."""
     limits, key = joint.limits, f"{key}.limits"
     if limits is None or not _has_coordinates(key, joint, "limits", values):
         return ()
@@ -90,7 +93,8 @@ def read_stops(key: str, joint: written.JointEntry, values: Values) -> tuple[Sto
 
 
 def read_friction(key: str, joint: written.JointEntry, values: Values) -> tuple[Friction, ...]:
-    """Return the dry friction of a joint: one for each coordinate that has any."""
+    """Return the dry friction of a joint: one for each coordinate, without static friction only for coordinates whose
+    level is not zero; empty without friction. Faults are reported under the dotted ``key`` of the joint."""
     friction, key = joint.friction, f"{key}.friction"
     if friction is None or not _has_coordinates(key, joint, "friction", values):
         return ()
@@ -130,7 +134,8 @@ _PERPENDICULAR = 1e-6
 
 
 def read_joint(name: str, joint: written.JointEntry, values: Values) -> Joint:
-    """Return a checked joint; faults go to the report of ``values``."""
+    """Return the joint of an entry of [joints], placed as written, also in another frame than the parent's; faults go
+    to the report of ``values``."""
     key = key_of("joints", name)
     axis, second = _axes(key, joint, values)
     coefficients: dict[str, Any] = {field: _coefficients(key, field, joint, values) for field in _COEFFICIENTS}
@@ -167,7 +172,8 @@ def _check_axis_keys(key: str, joint: written.JointEntry, values: Values) -> Non
 
 
 def _axes(key: str, joint: written.JointEntry, values: Values) -> tuple[Direction, Direction]:
-    """Return the axis and the second axis orthogonal to it, as given or by the default of the type."""
+    """Return the unit axis and the unit orthogonal second axis, as given or by the default of the type: z and x for
+    types without an axis, and after a fault, which is reported."""
     report, kind = values.report, JOINTS[joint.type]
     _check_axis_keys(key, joint, values)
     neutral = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
@@ -191,7 +197,8 @@ def _axes(key: str, joint: written.JointEntry, values: Values) -> tuple[Directio
 
 
 def _coefficients(key: str, field: str, joint: written.JointEntry, values: Values) -> Coefficients:
-    """Return a coefficient of a joint by coordinate; a single formula for one coordinate."""
+    """Return the coefficient ``field`` of a joint, such as stiffness: a tuple with a formula for each coordinate, a
+    single formula for one coordinate; zero without the key, and after a reported fault."""
     given: tuple[float | str, ...] | None = getattr(joint, field)
     place, meaning = f"{key}.{field}", tuple(JOINTS[joint.type].coordinates)
     if given is None:
@@ -224,7 +231,8 @@ def _mimic(key: str, joint: written.JointEntry, values: Values) -> Mimic | None:
 def _numbers(
     key: str, given: Sequence[float | str] | None, count: int, quantity: str, values: Values
 ) -> list[float] | None:
-    """Return ``count`` constants; None if the constants are missing or unknown."""
+    """Return ``count`` numbers of fixed parameters; None if not given, for another count, which is reported, or if
+    unknown."""
     if given is None:
         return None
     if len(given) != count:
@@ -235,7 +243,8 @@ def _numbers(
 
 
 def _initial_position(key: str, joint: written.JointEntry, values: Values) -> tuple[float, ...]:
-    """Return the initial q of a joint."""
+    """Return the initial coordinates q of a joint, for SO3 a quaternion (w, x, y, z), for SE3 quaternion and position;
+    neutral without an entry, and after a fault, which is reported."""
     initial, place, kind = joint.initial, f"{key}.initial", JOINTS[joint.type]
     for field in ("orientation", "rotation", "position"):
         if getattr(initial, field) is not None and field not in kind.starts:
@@ -257,7 +266,8 @@ def _initial_position(key: str, joint: written.JointEntry, values: Values) -> tu
 def _quaternion(
     place: str, field: str, given: Sequence[float | str] | None, initial: written.Initial, values: Values
 ) -> tuple[float, ...]:
-    """Return the initial orientation, from a quaternion under ``field`` or from rotations."""
+    """Return the initial orientation as a unit quaternion (w, x, y, z), from the values ``given`` of the key ``field``,
+    or from rotations; the identity without both, and after a fault, which is reported under ``place``."""
     if initial.rotation is not None:
         if given is not None:
             fault = f"{field} and rotation both give the orientation [E1666]"
@@ -281,7 +291,8 @@ def _initial_velocity(key: str, joint: written.JointEntry, values: Values) -> tu
 
 
 def _written_start(name: str, joint: written.JointEntry, values: Values) -> WrittenStart | None:
-    """Return the written parts of the initial state; None for none."""
+    """Return a record of an initial state as written: whether position and velocity are given, and whether these are
+    held; None if neither is given. Holding without both is reported."""
     initial = joint.initial
     position = any(getattr(initial, field) is not None for field in ("position", "orientation", "rotation"))
     velocity = initial.velocity is not None
@@ -292,7 +303,8 @@ def _written_start(name: str, joint: written.JointEntry, values: Values) -> Writ
 
 
 def read_reaction(name: str, entry: WrittenReaction, reading: Reading) -> Reaction:
-    """Return a reaction; faults are reported."""
+    """Return the reaction of an entry of [reactions], with None for the default point; unknown names, and an entry with
+    both or neither of joint and constraint, are reported."""
     key, report, names = key_of("reactions", name), reading.report, reading.names
     if (entry.joint is None) == (entry.constraint is None):
         got = "none" if entry.joint is None else "both"

@@ -50,7 +50,8 @@ def joint_displacement(
 
 
 def _displacement(motion: ElementaryMotion, axes: Array, q: Vector, pitch: float) -> tuple[Array, Array, Array]:
-    """Return rotation, shift and motion subspace of one elementary motion; axes (n, 3)."""
+    """Return rotation (3, 3), shift (3,) and motion subspace (6, n) of an elementary motion at the coordinates q of the
+    joint; ``axes`` (n, 3) are the motion's directions, ``pitch`` is in m/rad."""
     none = np.zeros(3)
     match motion.kind:
         case "ball":
@@ -65,8 +66,8 @@ def _displacement(motion: ElementaryMotion, axes: Array, q: Vector, pitch: float
 
 
 def twist_transform(rotation: Array, position: Array) -> Array:
-    """Return the (6, 6) map from a body's twist to the twist of a frame placed on the body, each in the axes of its
-    frame."""
+    """Return the (6, 6) map from a body's twist to the twist of a frame placed on the body at the pose ``rotation``
+    (frame axes to body axes) and ``position``, each twist in the axes of the respective frame, angular part first."""
     R = rotation.T
     return np.block([[R, np.zeros((3, 3))], [-R @ skew(position), R]])
 
@@ -82,18 +83,15 @@ class JointEdge(NamedTuple):
 def order_joints(
     links: Sequence[JointEdge], bodies: Mapping[str, str], refused: Collection[str], complete: bool, report: Report
 ) -> list[JointEdge]:
-    """Return the joints with parents before children, in the user's order otherwise; report faults of the tree.
+    """Return the joints that the base carries with parents before children, in the user's order otherwise; report
+    faults of the tree.
 
     Parameters
     ----------
-    links : sequence of Link
-        In the user's order.
-    bodies : mapping
-        The section in which each body is declared, by name.
-    refused : collection of str
-        Bodies with invalid entries: these bodies exist, but the data are unknown.
-    complete : bool
-        Whether every joint and body could be read; if not, missing joints are not reported.
+    links : in the user's order
+    bodies : the section in which each body is declared, by name
+    refused : bodies with invalid entries: these bodies exist, but the data are unknown
+    complete : whether every joint and body could be read; if not, missing joints are not reported
     """
     known = dict.fromkeys([*bodies, *refused])
     carrier: dict[str, JointEdge] = {}
@@ -122,7 +120,8 @@ def order_joints(
 def _parents_first(
     links: Sequence[JointEdge], carrier: Mapping[str, JointEdge], known: Collection[str]
 ) -> list[JointEdge]:
-    """Return the joints of the tree, each after the joint that carries the parent."""
+    """Return the joints that the base carries, directly or not, each after the joint of the parent, otherwise in the
+    order of ``links``. ``carrier`` is the first joint of each child, ``known`` the names of bodies."""
     children: dict[str, list[int]] = {}
     for number, link in enumerate(links):
         if carrier.get(link.child) is link and link.child in known and link.child not in (BASE, link.parent):
@@ -141,8 +140,9 @@ def _parents_first(
 def _report_lost(
     order: Sequence[JointEdge], carrier: Mapping[str, JointEdge], bodies: Mapping[str, str], report: Report
 ) -> None:
-    """Report cycles, and bodies without a joint together with the bodies carried by them, unless as many joints have an
-    unknown child."""
+    """Report joints in a circle, and bodies without a joint together with the bodies that hang from them, unless as
+    many joints have an unknown child, which is reported. ``order`` has the joints of the tree, ``carrier`` the first
+    joint of each child, ``bodies`` the section of each body."""
     reached = {link.child for link in order}
     end_of: dict[str, str] = {}
     hanging: dict[str, list[str]] = {}

@@ -45,15 +45,10 @@ def unresisted_motions(
 
     Parameters
     ----------
-    joints : sequence of Joint
-        Parents first.
-    inertias : mapping
-        Of each body, in the body frame; a body missing here, and any of ``beams``, counts as a body that resists every
-        motion.
-    sections : mapping
-        The section of each body.
-    light : sequence of str
-        Further joints that move no inertia.
+    joints : parents first
+    inertias : of each body, in the body frame; a body missing here, and a beam, counts as one that resists every motion
+    sections : the section of each body, ``bodies`` or ``beams``
+    light : further joints that move no inertia; all such joints share one note
     """
     arbitrary = _arbitrary()
     held = coupled_by_mimic(joints, values)
@@ -109,12 +104,13 @@ def unresisted_motions(
 
 
 def _is_still(moved: Array, inertia: Array) -> bool:
-    """Return whether a twist has no kinetic energy but rounding."""
+    """Return whether a twist (6,) has no kinetic energy beyond rounding with a spatial inertia (6, 6)."""
     return bool(moved @ inertia @ moved <= _NOTHING * (np.abs(moved) @ np.abs(inertia) @ np.abs(moved)))
 
 
 def _own(inertias: Mapping[str, Inertia], sections: Mapping[str, str], size: float) -> dict[str, Array]:
-    """Return the inertia of each body; a body of unknown inertia, and a beam, resists every motion."""
+    """Return the (6, 6) spatial inertia of each body, with lengths in multiples of ``size``, m; the unit matrix for a
+    body of unknown inertia and for a beam, which resist every motion."""
     alike = {id(inertia): inertia for inertia in inertias.values()}  # nodes of a beam share one
     spatial = {number: inertia.spatial(size) for number, inertia in alike.items()}
     return {
@@ -124,12 +120,12 @@ def _own(inertias: Mapping[str, Inertia], sections: Mapping[str, str], size: flo
 
 
 def _beyond(body: str, answers: Mapping[str, Sequence[tuple[Joint, Array, Array]]]) -> list[tuple[Joint, Array]]:
-    """Return the velocities of all joints beyond a body by the body's twist.
+    """Return all joints beyond a body, each with the velocities as a linear map (nv, 6) of the body's twist.
 
     Parameters
     ----------
-    answers : by body, each joint on it, the joint's velocities as linear functions of the body's twist, and the twist
-        of the child as such a function
+    answers : by body, each joint on it, the joint's velocities as a linear map of the body's twist, and the twist
+        of the child as such a map (6, 6)
     """
     result = []
     pending = [(item, np.eye(6)) for item in reversed(answers.get(body, ()))]
@@ -141,7 +137,8 @@ def _beyond(body: str, answers: Mapping[str, Sequence[tuple[Joint, Array, Array]
 
 
 def _note(joint: Joint, moved: Array, beyond: Sequence[tuple[Joint, Array]], inertias: Mapping[str, Inertia]) -> str:
-    """Say which joints move together without moving mass, and which body would stop that."""
+    """Return the note that a joint and joints beyond move together without moving mass, with the body whose mass would
+    stop that. ``moved`` (6,) is the twist of the joint's child, ``beyond`` the result of ``_beyond``."""
     rates = {outer.name: float(np.linalg.norm(rate @ moved)) for outer, rate in beyond}
     with_it = [name for name, rate in rates.items() if rate > _SHARE * max(rates.values())]
     together = f" together with {listed(with_it[::-1])}" if with_it else ""
@@ -176,8 +173,8 @@ def _arbitrary() -> Iterator[float]:
 
 
 def _arbitrary_displacement(joint: Joint, values: Values, arbitrary: Iterator[float]) -> tuple[Array, Array, Array]:
-    """Return rotation and shift of a joint at an arbitrary position, and the motion subspace (6, n) of the joint in the
-    child's axes."""
+    """Return rotation (3, 3) and shift (3,) of a joint at a position made of the next numbers of ``arbitrary``, and the
+    motion subspace (6, nv) in the child's axes."""
     q = np.array(list(itertools.islice(arbitrary, joint.kind.q_size)))
     if joint.kind.group in GROUPS.values():
         q[:4] /= np.linalg.norm(q[:4])

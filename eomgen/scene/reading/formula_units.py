@@ -62,20 +62,22 @@ def unit_of(formula: Formula, names: SceneNames) -> str:
 
 
 def dimension_of_formula(formula: Formula, names: SceneNames) -> Dimension | None:
-    """Return the dimension of a formula; None if unknown."""
+    """Return the dimension of a formula by the units of quantities and labels in ``names``; None if unknown. Products
+    and powers of unlabelled quantities are unknown, too."""
     return _Units(names).term_dimension(formula)
 
 
 def labelled_dimension(formula: Formula, names: SceneNames) -> Dimension | None:
-    """Return the dimension of a formula by the units of its labelled names, curves and words; None if unknown, and for
-    a single name. The first term of known dimension decides for a sum, minimum, maximum or choice: others are not
-    compared."""
+    """Return the dimension of a formula if labels determine it, of parameters, inputs, states and curves, or units of
+    words; None otherwise, and for a single name. The first term of known dimension decides for a sum, minimum, maximum
+    or choice: further terms are not compared."""
     return _Units(names).labelled_dimension(formula)
 
 
 def disagreement(formula: Formula, names: SceneNames) -> UnitDisagreement | None:
-    """Return the first terms whose units are known and disagree; None if there are none. Expressions of definitions are
-    judged where they are defined."""
+    """Return the first two terms of a sum, comparison or choice whose units are known and differ, or a function's
+    argument with a unit; None without a disagreement. Terms within definitions are judged in the definitions
+    themselves."""
     if not isinstance(formula, Operation | Application):
         return None
     units = _Units(names)
@@ -84,8 +86,8 @@ def disagreement(formula: Formula, names: SceneNames) -> UnitDisagreement | None
 
 
 def hidden_unit(formula: Formula, names: SceneNames, expected: Dimension | None, *, by_time: bool = False) -> str:
-    """Return the fault of a formula in which a plain number stands for a quantity with a unit, and a remedy; empty if
-    none does, or if this is not known.
+    """Return the fault of a formula in which a plain number stands for a quantity with a unit, with a remedy; empty
+    without such a number, or if units are unknown.
 
     ``2 * torque`` has such a number as a force, if ``torque`` is labelled N m. Gains of plain numbers, angles, times
     and their rates, as ``100 * throttle`` and ``5 * (wanted - q.hinge)``, may have any unit, and so may numbers of 13
@@ -94,7 +96,7 @@ def hidden_unit(formula: Formula, names: SceneNames, expected: Dimension | None,
     Parameters
     ----------
     expected : Dimension, optional
-        Unit of the formula's place; None if unknown.
+        Unit that the key with the formula takes; None if unknown.
     by_time : bool
         Whether a number may be a time or a rate, as the time constant in the rate of a state.
     """
@@ -137,7 +139,8 @@ def _factors(formula: Formula) -> Iterator[Number]:
 
 
 def unit_of_symbol(symbol: Symbol, joints: Mapping[str, str], labels: Mapping[str, str]) -> str:
-    """Return the unit of a symbol; empty if unknown.
+    """Return the unit in SI of a quantity that a formula mentions, as text; empty if unknown, and for coordinates of
+    joints with a quaternion.
 
     Parameters
     ----------
@@ -173,7 +176,7 @@ def _is_of_gains(dimension: Dimension) -> bool:
 
 
 def _is_place(formula: Formula) -> bool:
-    """Return whether a formula is made of positions of points alone."""
+    """Return whether a formula is a sum or difference of positions of points and numbers."""
     if isinstance(formula, Symbol):
         return formula.kind == "position"
     if not isinstance(formula, Operation) or formula.name not in ("add", "sub", "neg"):
@@ -182,10 +185,12 @@ def _is_place(formula: Formula) -> bool:
 
 
 class _Units:
-    """Dimensions of the parts of one formula, and its first disagreement.
+    """Dimensions of all parts of one formula, and in ``first`` the first disagreement of units.
 
     Parameters
     ----------
+    names : SceneNames
+        Names of the scene with labels of units and types of joints.
     plain : bool
         Whether factors that are numbers, and values of sines and the like, have no unit; else their unit is unknown.
     """
@@ -199,7 +204,8 @@ class _Units:
         self.labelled: set[int] = set()  # parts with a label of the user
 
     def of(self, formula: Formula) -> Dimension | None:
-        """Return the dimension of a formula; None if unknown."""
+        """Return the dimension of a formula, computed once for each part; None if unknown. Disagreements go to
+        ``first``."""
         if isinstance(formula, Number):
             return None
         if id(formula) not in self.known:
@@ -224,7 +230,8 @@ class _Units:
         return known if id(formula) in self.labelled and not isinstance(formula, Symbol) else None
 
     def has_label(self, formula: Symbol | Operation | Application) -> bool:
-        """Return whether the unit of a formula depends on labels."""
+        """Return whether the unit of a formula depends on labels that the user gave, or on units of words; arguments
+        have to be known already."""
         if isinstance(formula, Symbol):
             return formula.kind in _LABELLED
         if isinstance(formula, EntryQuantity | Application):
@@ -255,8 +262,8 @@ class _Units:
         return argument and value.times(argument.power(formula.derivative), -1.0)
 
     def operation(self, formula: Operation, arguments: Sequence[Dimension | None]) -> Dimension | None:
-        """Return the dimension of an operation from the dimensions of its arguments, None if unknown; disagreements are
-        noted."""
+        """Return the dimension of an operation from the dimensions of the arguments; None if unknown. Disagreements of
+        terms and arguments of functions with a unit go to ``first``."""
         first, last = arguments[0], arguments[-1]
         if formula.name in _ALIKE:
             terms = formula.arguments[-2:]
@@ -278,7 +285,8 @@ class _Units:
         return self.product(formula, first, last) if formula.name in ("mul", "div") else None
 
     def product(self, formula: Operation, first: Dimension | None, last: Dimension | None) -> Dimension | None:
-        """Return the dimension of a product or quotient; None if unknown."""
+        """Return the dimension of a product or quotient from the dimensions of both arguments; None if unknown, and for
+        factors made of positions, which may be direction cosines."""
         numerator, divisor = formula.arguments
         if self.plain and isinstance(divisor, Number) and first is not None:
             return first if id(numerator) in self.labelled else first.power(1.0)
@@ -291,7 +299,8 @@ class _Units:
         return first.times(last, 1.0 if formula.name == "mul" else -1.0)
 
     def check_number(self, formula: Operation, unit: Dimension | None) -> None:
-        """Keep an argument of a function of numbers that has a unit."""
+        """Note a disagreement in ``first`` if the argument of a function of plain numbers, as sin or exp, has a unit.
+        ``unit`` is the argument's dimension. Accepted are angles, times, and single coordinates as by common use."""
         argument = formula.arguments[0]
         known = isinstance(argument, Symbol) and not (formula.name in _GROWING and argument.kind in _LABELLED)
         bare = formula.name not in _OF_ANGLES and known
@@ -301,7 +310,8 @@ class _Units:
             self.note(text, (str(unit), "1"))
 
     def compare(self, formula: Operation, terms: Sequence[Formula], units: Sequence[Dimension | None]) -> None:
-        """Keep two terms with different dimensions."""
+        """Note a disagreement in ``first`` if the two ``terms`` of an operation have known, different dimensions
+        ``units``."""
         first, second = units
         if first is not None and second is not None and first.powers != second.powers:
             words = [self.term(term, unit) for term, unit in zip(terms, (first, second), strict=True)]
@@ -312,7 +322,7 @@ class _Units:
             self.first = UnitDisagreement(text, units)
 
     def term(self, formula: Formula, unit: Dimension) -> str:
-        """Return a term with its unit as text."""
+        """Return a term and the unit as text for messages, ``m_arm * g in N``; long terms are cut."""
         text = formula.label if isinstance(formula, Operation) and formula.label else infix(formula, self.size)
         text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
         if isinstance(formula, Symbol):

@@ -120,17 +120,17 @@ def key(
     default : object
         The value if the key is absent; required by default.
     unit : str, tuple of str or mapping, optional
-        Unit of the values in SI; several for alternatives; by another key's value as a mapping.
+        SI unit of the numbers: one for all, by component, or by the type of the entry or its joint.
     names : Scope, optional
-        Names that a formula under the key may use.
+        Names that formulas of the key may use; no formulas by default.
     refers : str, optional
         Section whose entries the value names.
     sets : bool, optional
-        Whether the value sets an entry of the section, without a look at the entry.
+        Whether the value is a table whose keys are components of the state, as ``q.joint``.
     path : bool, optional
-        Whether the value is the path of a file.
+        Whether the value is the path of a file, relative to the folder of the file with the key.
     column : str or tuple of str, optional
-        Label of the key that describes a column of a table.
+        Column of a curve, ``argument`` or ``value``, to which numbers or unit belong; for pairs, both.
     kind : str, optional
         Words for the type on the reference page, in place of the type's own.
     shown_default : str, optional
@@ -246,10 +246,9 @@ class AddedKey:
 
 @dataclass(frozen=True)
 class ForeignKeys:
-    """Names in other tools of keys of a product's tables: a row of the register.
-
-    ``hint``: from a name, the keys that the table has and the given value to the key, or keys; empty without one.
-    """
+    """Names in other tools of keys of a product's tables: a row of the register. ``hint`` is a function of an unknown
+    name, the keys of the table and the value under the name; the result is the right key, or keys, as text for a
+    message, empty without one."""
 
     hint: Callable[[str, Collection[str], object], str]
 
@@ -285,8 +284,8 @@ class Inner(NamedTuple):
 
 
 def inner_table(annotation: Any) -> Inner | None:
-    """Return the table that a key of an annotation holds, alone, in a list or by name; None for a key without
-    tables."""
+    """Return the class of tables in the value of a key with an annotation, and whether the value is a table, a list of
+    tables or tables by name; None for a value without tables."""
     origin = get_origin(annotation)
     if isinstance(annotation, type) and issubclass(annotation, Table):
         return Inner("table", annotation)

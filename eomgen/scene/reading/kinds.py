@@ -66,7 +66,8 @@ def _bound(value: object) -> float | str | None:
 
 
 def list_of(*lengths: int) -> Callable[[object], object]:
-    """Return a validator that takes lists of one of the given lengths."""
+    """Return a validator for pydantic that returns lists of one of the given lengths as tuples, and refuses other
+    values."""
 
     def check(value: object) -> object:
         if not isinstance(value, list | tuple) or len(value) not in lengths:
@@ -134,7 +135,8 @@ SixBySixValues = Annotated[
 
 
 def _inertia(value: object) -> object:
-    """Bring the four ways to write an inertia to (xx, yy, zz, xy, xz, yz)."""
+    """Return an inertia as the tuple (xx, yy, zz, xy, xz, yz), from 3 moments, 6 entries, a table or a symmetric 3x3
+    matrix; raise PydanticCustomError for any other value. Entries may be numbers or formulas."""
     if isinstance(value, Mapping):
         unknown = [str(key) for key in value if key not in _INERTIA_KEYS]
         missing = [key for key in _INERTIA_KEYS[:3] if key not in value]

@@ -52,7 +52,8 @@ class Report:
         return int(line[1]) if line else 0
 
     def add(self, key: str, fault: str, hint: str = "", follows: Sequence[str] = (), code: str = "") -> None:
-        """Note a problem, which is left out if it ``follows`` from another problem under one of some keys."""
+        """Note a problem at a dotted key, with ``fault`` and a remedy as ``hint``. ``follows`` are keys: if a problem
+        is noted under one of them, this problem is left out at the end."""
         problem = Problem(self.where(key), fault, hint, code)
         if follows:
             self.following.append((follows, self.line(key), problem))
@@ -90,12 +91,7 @@ class Report:
         ]
 
     def raise_problems(self) -> None:
-        """Raise one error with every problem noted so far, in the order of lines, if there is any.
-
-        Raises
-        ------
-        DescriptionError
-        """
+        """Raise one DescriptionError with every problem noted so far, in the order of lines, if there is any."""
         problems = [problem for _, problem in sorted(self.all(), key=itemgetter(0))]
         if len(problems) > _MOST:
             more = Problem(
@@ -107,7 +103,8 @@ class Report:
 
 
 def check_reference(key: str, name: str, known: Collection[str], kind: str, report: Report) -> bool:
-    """Return whether a name is known; report an unknown name."""
+    """Return whether a name is in ``known``; report an unknown name at the dotted key, with the nearest name. ``kind``
+    is the noun of the entries for the message."""
     if name in known:
         return True
     whole, _, number = name.rpartition(".")

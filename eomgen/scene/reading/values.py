@@ -132,7 +132,9 @@ class Values:
         return there
 
     def formula(self, key: str, value: float | str, scope: Scope) -> Formula:
-        """Return a formula; ``UNKNOWN`` for a fault. A formula of parameters has to satisfy the rule of the key."""
+        """Return the formula of a key's value, a number or a text, in the scene's names; ``UNKNOWN``, after a report,
+        for a fault. Formulas of parameters are evaluated at their defaults, and have to satisfy the rule of the key,
+        which is kept as a requirement if parameters are tunable. Doubtful units and angles become notes."""
         if isinstance(value, FaultyText):
             return UNKNOWN
         if not isinstance(value, str):
@@ -199,7 +201,8 @@ class Values:
         return True
 
     def _check_arguments(self, key: str, formula: Formula) -> None:
-        """Report curves and quantities in a formula with an argument of another kind than the entry's own argument."""
+        """Report curves, and quantities of entries such as maps, in a formula whose argument has another unit than the
+        entry declares."""
         taken = []
         if self.names.curve_arguments:
             for used in applications(formula):
@@ -224,8 +227,9 @@ class Values:
                 self.report.add(key, fault, f"the argument in {unit}, or another unit in that entry")
 
     def _check_order(self, key: str, item: EntryQuantity, units: Mapping[str, str]) -> None:
-        """Report an argument without a unit of its own whose unit is the unit of another argument that is given
-        without."""
+        """Report arguments of an entry's quantity that seem exchanged: one with a unit stands for a name without a
+        unit, and the name with this unit is given a value without a unit. ``units`` has the declared unit of each
+        argument by name."""
         given = [unit_of(argument, self.names) for argument in item.arguments]
         for name, here in zip(units, given, strict=False):
             for unit, there in zip(units, given, strict=False):
@@ -270,7 +274,8 @@ class Values:
                 yield f"{key}: {fault}; try: a joint of angles, such as universal, or 2 * asin({name}[k]) [W0303]"
 
     def _here(self, key: str, formula: Formula, scope: Scope) -> Formula:
-        """Return a formula at the reader's place, with numbers for all that is known of one that varies along a beam.
+        """Return a formula at the reader's place along a beam: the place s and fixed parameters are replaced by numbers
+        if the formula varies along the beam, which is noted in ``varied`` under ``key``; any other formula stays.
 
         Raises
         ------
@@ -309,10 +314,13 @@ class Values:
             self.requirements.append(Requirement(self.report.where(key), (formula,)))
 
     def require(self, key: str, rule: Rule, formulas: Sequence[Formula], later: Report | None = None) -> bool:
-        """Report values at the default parameters that break a rule; keep the rule if tunable parameters occur.
+        """Report values at the default parameters that break a rule; keep the rule as a requirement if tunable
+        parameters occur.
 
         Parameters
         ----------
+        key : dotted key for messages; keys judged by an importer are not checked
+        formulas : arguments of the rule, formulas of parameters
         later : report of faults that other equations may remedy; rules that are broken so are not kept
 
         Returns
@@ -364,12 +372,14 @@ class Values:
         return check_reference(key, name, self.names.points, "point", self.report)
 
     def check_kind(self, key: str, entry: Table, choice: str, taken: Mapping[str, str], kind: str = "") -> None:
-        """Report keys without a meaning for the kind of an entry, and keys that the kind needs.
+        """Report keys without a meaning for the kind of an entry, and missing keys that the kind needs.
 
         Parameters
         ----------
+        key : dotted key of the entry
         choice : key whose value is the kind
-        taken : keys that only some kinds have, by kind; of needed keys with an example: ``"lead=0.01 gain"``
+        taken : keys that only some kinds have, by kind, separated by blanks; needed keys with an example: ``"lead=0.01
+            gain"``
         kind : in place of the value of ``choice``
         """
         kind = kind or getattr(entry, choice)
@@ -403,8 +413,8 @@ class Values:
         }
 
     def by_scope(self, key: str, value: Any, scope: Scope | None) -> Any:
-        """Return a formula or a number of fixed parameters, each part of a list by itself; without a scope the value
-        as it is."""
+        """Return a value of an entry as a formula in a scope, or as a number if the scope is fixed parameters; lists
+        part by part, as tuples. Without a scope the value stays."""
         if scope is None:
             return value
         if isinstance(value, tuple):
@@ -433,7 +443,8 @@ class Values:
         return [self.constant(f"{key}[{place}]", value) for place, value in enumerate(values)]
 
     def axis(self, key: str, value: Sequence[float | str]) -> Array | None:
-        """Return a unit axis; None for a reported fault."""
+        """Return the (3,) unit vector along an axis of constants; None for an unknown component, and for an axis
+        without direction, which is reported."""
         numbers = self.constants(key, value)
         if not np.all(np.isfinite(numbers)):
             return None
@@ -443,7 +454,8 @@ class Values:
         return axis
 
     def rotations(self, key: str, value: Sequence[WrittenRotation], scope: Scope) -> tuple[Rotation, ...]:
-        """Return intrinsic rotations whose angles are formulas; those without an axis are left out."""
+        """Return a key's rotations in order, each with a unit axis and an angle as a formula, rad; rotations with a
+        faulty axis, which is reported, are left out."""
         result = []
         for place, rotation in enumerate(value):
             axis = self.axis(f"{key}[{place}].axis", rotation.axis)
@@ -453,7 +465,8 @@ class Values:
         return tuple(result)
 
     def constant_rotations(self, key: str, value: Sequence[WrittenRotation]) -> list[tuple[Array, float]] | None:
-        """Return intrinsic rotations by constant angles; None if an angle is unknown."""
+        """Return intrinsic rotations as pairs of unit axis (3,) and constant angle, rad; None if an axis or an angle is
+        unknown."""
         rotations = self.rotations(key, value, FIXED_PARAMETERS)
         result = [(np.array(rotation.axis), self.value(rotation.angle)) for rotation in rotations]
         if len(result) < len(value) or any(math.isnan(angle) for _, angle in result):
@@ -462,7 +475,8 @@ class Values:
 
 
 def _hint_of(key: str, text: str) -> str:
-    """Return the hint for a formula whose key gives more information than the text; empty for other keys."""
+    """Return a remedy for an equation as the text of a key whose formula is 0 somewhere: the difference of both sides;
+    empty for other keys and texts."""
     zero = next((meaning for end, meaning in _ZERO.items() if key.endswith(end)), "")
     if zero and (equation := _EQUATION.fullmatch(text)):
         sides = equation[1].strip(), equation[2].strip()
@@ -482,8 +496,9 @@ def percent_of_critical(ratio: float) -> str:
 def read_orientation(
     key: str, rotation: Rotations | None, orientation: Sequence[Sequence[float]] | None, values: Values
 ) -> tuple[tuple[float, float, float], ...]:
-    """Return the rotation matrix from the keys ``rotation`` or ``orientation`` of an entry, own axes to the carrier's
-    axes, right angles made exact; faults go to the report of ``values``."""
+    """Return the (3, 3) rotation matrix from the keys ``rotation`` or ``orientation`` of an entry, as rows, from own
+    axes to the carrier's axes, right angles made exact. After a fault, which is reported, the result is the
+    identity."""
     if orientation is not None and rotation is not None:
         values.report.add(f"{key}.orientation", "orientation and rotation are both given [E1839]", "one of them")
     if orientation is not None:
@@ -511,25 +526,16 @@ def read_placement(
     values: Values,
     name: str = "position",
 ) -> tuple[Vector, Axes]:
-    """Return position and axes in the frame of a body, of an entry whose key ``in`` may name another frame.
+    """Return position, (3,) formulas in m, and axes, (3, 3), of an entry in the frame of a body, if the key ``in`` of
+    the entry may name another frame; unchanged without this key, and after a fault, which is reported.
 
     Parameters
     ----------
-    key : str
-        Of the entry.
-    given_in : str, optional
-        The frame in which both are given at the design position; None for the frame of the body.
-    positioned : bool
-        Whether the entry gives a position, which ``in`` needs.
-    position, axes : (3,) formulas, m, and (3, 3)
-        As given, own axes to the axes of this frame.
-    name : str
-        Key of the position.
-
-    Returns
-    -------
-    position : (3,) formulas of parameters, m, in the body's frame
-    axes : (3, 3) own axes to the body's axes
+    key : dotted key of the entry
+    given_in : the frame in which both are given at the design position; None for the frame of the body
+    positioned : whether the entry gives a position, which ``in`` needs
+    position, axes : as given, own axes to the axes of this frame
+    name : key of the position
     """
     if given_in is None:
         return position, axes

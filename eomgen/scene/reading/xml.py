@@ -154,7 +154,8 @@ def read_xml(text: str, file: str, deepest: int = DEPTH) -> Element:
 
 
 def _mend(text: str) -> tuple[str, dict[str, int]]:
-    """Return a text of equal lines without faults that other readers pass over, and the first line of each fault."""
+    """Return an XML text without three faults that other readers pass over, with lines of equal numbers, and the first
+    line of each fault by description."""
     pieces: list[str] = []
     faults: dict[str, int] = {}
     waiting: list[str] = []  # tags of open elements
@@ -197,7 +198,8 @@ def _close(tag: str, waiting: list[str], counts: dict[str, int]) -> None:
 
 
 def root_tag(text: str) -> str:
-    """Return the tag of the outermost element of an XML text, also of one that is broken later; empty without one."""
+    """Return the tag of the outermost element of an XML text, also if the text is broken further on; empty without an
+    element."""
     place = 1 if text.startswith("\ufeff") else 0
     while True:
         blank = _BLANK.match(text, place)
@@ -213,8 +215,8 @@ def root_tag(text: str) -> str:
 
 
 def _late_declaration(text: str) -> slice | None:
-    """Return the range of an XML declaration that stands after blanks and comments; None for one at the start of the
-    file, as XML demands, and for none."""
+    """Return the range of an XML declaration that follows blanks or comments in a text; None without a declaration, and
+    for a declaration at the start, as XML demands."""
     first = place = 1 if text.startswith("\ufeff") else 0
     while not _DECLARATION.match(text, place):
         blank = _BLANK.match(text, place)
@@ -229,7 +231,9 @@ def _late_declaration(text: str) -> slice | None:
 
 
 def _parse(text: str, file: str, deepest: int, *, lines_before: int = 0) -> Element:
-    """Parse XML into elements with their lines. Raises DescriptionError."""
+    """Return the root element of an XML text, with the lines of all elements, counted after ``lines_before``. Raises
+    DescriptionError for a text that is not well formed or deeper than ``deepest`` elements, and for a document type;
+    ``file`` is the name for messages."""
     parser = expat.ParserCreate()
     roots: list[Element] = []
     stack: list[Element] = []

@@ -42,7 +42,9 @@ LARGEST = 1e100
 
 
 def fault(x: Array, y: Array, interpolation: Interpolation, outside: Outside) -> tuple[int, str, str] | None:
-    """Return the index of the first faulty point, the fault, and a hint; None for a valid curve."""
+    """Return the index of the first faulty point of a curve (x, y), the fault, and a hint; None for a valid curve.
+    Arguments ``x`` have to increase, or may jump for linear interpolation, and be evenly spread enough for a spline; a
+    periodic spline needs equal values at both ends."""
     if len(x) < 2:
         return 0, f"a curve needs two points or more, not {len(x)} [E0910]", "more points"
     huge = np.flatnonzero(np.maximum(np.abs(x), np.abs(y)) > LARGEST)
@@ -83,7 +85,8 @@ def fault(x: Array, y: Array, interpolation: Interpolation, outside: Outside) ->
 def check_twice_differentiable(
     key: str, formulas: Iterable[Formula], report: Report, hint: str = 'interpolation = "quintic"'
 ) -> None:
-    """Report a curve in a prescribed motion that jumps or bends: such a motion requires an infinite force."""
+    """Report each curve in formulas of a prescribed motion that jumps or bends, since such a motion requires an
+    infinite force, at the dotted key, with the remedy ``hint``."""
     for formula in formulas:
         for name, does in rough_curves(formula, 2).items():
             report.add(key, f"a motion cannot follow {name}, which {does} [E1856]", hint)
@@ -96,7 +99,8 @@ _NOTHING = ((0.0, 0.0), (1.0, 0.0))
 
 
 def unit_factor(key: str, unit: str, report: Report) -> float:
-    """Return the factor from a unit of a column to SI, 1 without a unit; a fault is reported under the key."""
+    """Return the factor from a unit of a column to SI; 1 without a unit, and for an unknown one, which is reported at
+    the key."""
     if not unit.strip():
         return 1.0
     from eomgen.formula.units.conversion import measure  # noqa: PLC0415  # imports pint
@@ -125,7 +129,8 @@ class Curves:
         self.folder = folder
 
     def curve(self, key: str, name: str, entry: written.CurveEntry) -> AnyCurve:
-        """Return a curve."""
+        """Return the curve of an entry of [curves], with the name ``name``; after a fault, which is reported at the
+        dotted key, a curve that is zero."""
         given = [kind for kind in KINDS if getattr(entry, kind) is not None]
         if len(given) != 1:
             got = " and ".join(given) or "none"
@@ -146,7 +151,8 @@ class Curves:
     def through_points(
         self, key: str, name: str, entry: written.ShapeEntry, units: tuple[str, str] = ("", "")
     ) -> Curve:
-        """Return a curve through the points of a list or of a table, with known units of the columns."""
+        """Return a curve through the points of a list or a table; after a fault, which is reported, a curve that is
+        zero. ``units`` are known units of argument and value, as labels, for notes on titles of the table."""
         interpolation = entry.interpolation or Curve.interpolation
         if entry.points is not None:
             key = f"{key}.points"
@@ -177,7 +183,8 @@ class Curves:
     def columns(
         self, key: str, table: written.TableFile | None, units: tuple[str, str]
     ) -> tuple[tuple[Array, Array], list[str]] | None:
-        """Return the two columns of a table, scaled, and the place of each row; None for unreadable columns."""
+        """Return the two columns of a table, arrays (n,) in SI by scales and units, and ``file:line`` of each row; None
+        without a table, and for unreadable columns, which are reported. ``units`` as of ``through_points``."""
         if table is None:
             return None
         for column in ("argument_scale", "value_scale"):
@@ -211,8 +218,8 @@ class Curves:
         return (x, y), [f"{shown_file}:{line} ({key})" for line in result.lines]
 
     def note_titles(self, key: str, table: written.TableFile, titles: tuple[str, str], units: tuple[str, str]) -> None:
-        """Note columns whose titles name units without a conversion, or incompatible units, and a column without a unit
-        next to the other with one."""
+        """Add notes on columns whose titles name units that are not converted, or units of another dimension than
+        ``units``, and on a column without a unit next to a column with one."""
         for column, title, unit in zip(("argument", "value"), titles, units, strict=True):
             as_it_is = not getattr(table, f"{column}_unit").strip() and getattr(table, f"{column}_scale") == 1.0
             in_title = unit_of_title(title) if as_it_is else ""
@@ -228,7 +235,8 @@ class Curves:
                 self.values.note([f'{key}.{column}: {note}; try: {column}_unit = "{in_title}"'])
 
     def scale(self, key: str, table: written.TableFile, column: str) -> float:
-        """Return the factor on a column: the factor of its unit times the given factor."""
+        """Return the factor on the column ``argument`` or ``value`` of a table: the factor of the unit times the scale
+        of the entry. A scale that repeats the unit's factor is noted."""
         factor, unit = float(getattr(table, f"{column}_scale")), str(getattr(table, f"{column}_unit"))
         if not unit.strip():
             return factor
@@ -239,7 +247,8 @@ class Curves:
         return factor * size
 
     def wave(self, key: str, name: str, wave: written.Wave) -> Curve:
-        """Return a periodic curve that jumps or bends between two values."""
+        """Return a square, triangle or sawtooth as a periodic curve between two values; a period or duty out of range
+        is reported, and gives a curve that is zero."""
         numbers = self.values.keys(key, wave, "period", "start", "duty", "low", "high")
         period, start, duty, low, high = numbers.values()
         if period <= 0.0:
@@ -266,7 +275,8 @@ class Curves:
         return Bump(name, **numbers)
 
     def signal(self, key: str, entry: written.InputEntry) -> list[Formula]:
-        """Return the parts of an input besides formula and road, each a curve over time."""
+        """Return the table, points or wave of an input as a list of one formula, a curve at the time t; empty if the
+        input has none of these. More than one is reported."""
         given = [kind for kind in ("table", "points", "wave") if getattr(entry, kind) is not None]
         if len(given) > 1:
             message = f"an input takes one of table, points, wave, not {' and '.join(given)} [E1863]"
@@ -280,14 +290,16 @@ class Curves:
         return [Application(self.through_points(key, key, entry, ("s", entry.unit)), Symbol("time"))]
 
     def refuse_options(self, key: str, entry: written.ShapeEntry, kind: str) -> None:
-        """Report options that have no effect without points."""
+        """Report the keys ``interpolation`` and ``outside`` in an entry without points; ``kind`` is the noun for the
+        entry."""
         for option in ("interpolation", "outside"):
             if getattr(entry, option) is not None:
                 message = f"{option} is for points and tables, not for {kind} [E1864]"
                 self.report.add(f"{key}.{option}", message, "without it")
 
     def road(self, key: str, road: written.RoadEntry) -> tuple[Harmonic, ...] | Formula:
-        """Return the road under a wheel over time: harmonics for a road of a class at a fixed speed, else a formula."""
+        """Return the height of a road under a wheel over time, m: harmonics for a road of a class at a fixed speed,
+        else a formula; no harmonics after a fault, which is reported."""
         shapes = {"class": road.road_class, **{kind: getattr(road, kind) for kind in _ROADS}}
         given = [kind for kind, shape in shapes.items() if shape]
         if len(given) != 1:
@@ -318,7 +330,8 @@ class Curves:
         return RoadUnderWheel(road.road_class, travelled[0], travelled[1], road.seed)
 
     def travel(self, key: str, road: written.RoadEntry) -> tuple[float | Formula, float] | None:
-        """Return speed, a formula if tunable, and offset of a wheel; None if unknown."""
+        """Return speed, m/s, a formula if tunable, and offset, m, of a wheel; None if one is unknown or out of range,
+        which is reported."""
         formula = self.values.formula(f"{key}.speed", road.speed, PARAMETERS)
         speed, offset = self.values.value(formula), self.values.constant(f"{key}.offset", road.offset)
         if abs(offset) > FARTHEST:
@@ -330,7 +343,8 @@ class Curves:
 
 
 def digest(curves: Iterable[AnyCurve]) -> str:
-    """Return a digest of the numbers of all curves, for the cache key: files may change without the scene."""
+    """Return a hexadecimal digest of names and numbers of all curves, for the cache key: files of tables may change
+    without the scene."""
     total = hashlib.sha256()
     for curve in curves:
         total.update(repr((curve.name, type(curve).__name__)).encode())
@@ -350,8 +364,8 @@ def _is_within(path: Path, folder: Path) -> bool:
 
 
 def _misfit(in_title: str, unit: str) -> str:
-    """Return a description of the fault of a unit in a title with another dimension than expected; empty for a unit
-    that fits."""
+    """Return the end of a note if the unit in a title has another dimension than the expected ``unit``; empty for a
+    unit that fits, without an expected unit, and for labels that are not units."""
     if not unit.strip() or in_title == unit.strip():
         return ""
     from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # imports pint

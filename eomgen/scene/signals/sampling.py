@@ -53,7 +53,8 @@ class Clock:
 
 
 def read_clock(key: str, entry: WrittenClock, values: Values) -> Clock | None:
-    """Return the clock of an entry by key; None for a fault, which is reported."""
+    """Return the clock of a sampled entry with the dotted key ``key``; None if period or delay have a fault, which is
+    reported. A quantum that is not positive, and a delay that ends shortly after a sample, are reported, too."""
     period = values.constant(f"{key}.sample", entry.sample or 0.0)
     quantum = 0.0 if entry.quantum is None else values.constant(f"{key}.quantum", entry.quantum)
     delay = values.constant(f"{key}.delay", entry.delay or 0.0)
@@ -83,7 +84,15 @@ def read_clock(key: str, entry: WrittenClock, values: Values) -> Clock | None:
 
 @dataclass(frozen=True)
 class HeldValue:
-    """A sampled value: name, formula or controller, and place in the file."""
+    """A sampled value, from which states are made.
+
+    Attributes
+    ----------
+    name, initial, unit, description : of the state
+    formula : sampled value
+    key, place : dotted key of the entry, and file, line and key of the formula, for messages
+    controller : name of the sampled controller that gives the value; empty without one
+    """
 
     name: str
     formula: Formula
@@ -96,7 +105,8 @@ class HeldValue:
 
 
 def held_states(value: HeldValue, clock: Clock, values: Values) -> list[State]:
-    """Return the state that holds a value, preceded by the states that hold the value during the delay."""
+    """Return the state that holds a sampled value, preceded by the states that hold the value during the delay of the
+    clock, whose names that are taken are reported. ``values`` is the reader of values."""
     name = value.name
 
     def held_state(label: str, formula: Formula, offset: float = 0.0, *, register: bool = True) -> State:
@@ -118,7 +128,8 @@ def held_states(value: HeldValue, clock: Clock, values: Values) -> list[State]:
 
 
 def read_sampled_state(name: str, entry: WrittenState, values: Values) -> list[State]:
-    """Return a sampled state, preceded by the states that hold values during the delay."""
+    """Return a sampled state of an entry of [states], preceded by states that hold the value during the delay; empty
+    for a faulty clock. Faults, and a quantum in another unit than the formula, are reported."""
     key = key_of("states", name)
     place = values.report.where(f"{key}.formula")
     initial = values.constant(f"{key}.initial", entry.initial)

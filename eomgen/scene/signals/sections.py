@@ -64,8 +64,8 @@ def unit_of_formulas(formulas: Sequence[Formula], names: SceneNames) -> str:
 
 
 def doubtful_label(label: str, unit: str) -> str:
-    """Return a note on the label of a signal whose values are in another unit; empty for the same unit, and for a label
-    that is not a unit."""
+    """Return a note on the label of a signal whose values are in the SI unit ``unit``, if the label is another unit;
+    empty for the same unit, and for a label that is not a unit."""
     factors, known = factors_of(label), factors_of(unit)
     if not known or not factors or factors == known:
         return ""
@@ -78,7 +78,8 @@ def doubtful_label(label: str, unit: str) -> str:
 
 
 def read_motion(name: str, entry: curve_schema.InputEntry, report: Report) -> Motion:
-    """Return an input with a motion that drives or curves follow; keys for a value over time are reported."""
+    """Return the motion of an entry of [inputs] with motion = true, whose caller gives value, rate and acceleration;
+    keys for a value over time are reported."""
     key = key_of("inputs", name)
     for word in ("formula", "table", "points", "wave", "road", "interpolation", "outside"):
         if getattr(entry, word) is not None:
@@ -88,7 +89,8 @@ def read_motion(name: str, entry: curve_schema.InputEntry, report: Report) -> Mo
 
 
 def piece_of(motion: Motion) -> Formula:
-    """Return the polynomial of time of a motion from one step of the caller to the next."""
+    """Return the formula of a motion between two steps of the caller: a polynomial in the time since the step began,
+    with tunable parameters as coefficients."""
     begin, *coefficients = (Symbol("parameter", parameter) for parameter in motion.parameters)
     since = Symbol("time") - begin
     result: Formula = coefficients[-1]
@@ -100,7 +102,8 @@ def piece_of(motion: Motion) -> Formula:
 def read_input(
     name: str, entry: curve_schema.InputEntry, curves: Curves, values: Values
 ) -> tuple[Input, dict[str, AnyCurve]]:
-    """Return an input, and the curves in the input."""
+    """Return the input of an entry of [inputs], the sum of all parts that the keys give, and the curves in these parts
+    by name; faults are reported."""
     key = key_of("inputs", name)
     if entry.initial is not None:
         fault = "initial belongs to an input that is a motion, and this input is not [E1873]"
@@ -124,7 +127,8 @@ def read_input(
 
 
 def read_state(name: str, entry: schema.StateEntry, values: Values) -> list[State]:
-    """Return an internal state; for a delayed sampled state also the states that hold the values during the delay."""
+    """Return the internal state of an entry of [states]; a sampled state follows states that hold the value during a
+    delay. Empty after a fault, which is reported: neither a rate nor a sample with a formula."""
     key = key_of("states", name)
     if entry.rate is None or entry.sample is not None:
         given = [word for word in ("rate", "sample", "formula") if getattr(entry, word) is not None]
@@ -164,7 +168,8 @@ _UNITS = {
 
 
 def _formulas(key: str, kind: str, output: schema.OutputEntry, reading: Reading) -> tuple[Formula, ...]:
-    """Return the formulas of the components of an output of a kind."""
+    """Return the formulas of the components of an output, whose key ``kind`` is given: one or several for ``formula``,
+    one for ``energy``, else three. Unknown names are reported."""
     values = reading.values
     if output.formula is not None:
         if not output.formula:
@@ -187,7 +192,8 @@ def _formulas(key: str, kind: str, output: schema.OutputEntry, reading: Reading)
 
 
 def read_output(name: str, output: schema.OutputEntry, reading: Reading) -> Output:
-    """Return an output; by default in the unit of its kind."""
+    """Return the output of an entry of [outputs], by default in the unit of the kind or the formulas; faults are
+    reported, and leave the output without formulas."""
     key, values = key_of("outputs", name), reading.values
     kinds = (*_UNITS, "formula", "energy")
     given = [kind for kind in kinds if getattr(output, kind) is not None]
@@ -243,7 +249,8 @@ class _Curves(Section):
 
 
 def _unit_fault(label: str, known: Dimension) -> tuple[str, str] | None:
-    """Return the fault of a label that is a unit of another kind than ``known``, and a hint; None for other labels."""
+    """Return the fault of a label that is a unit of another kind than ``known``, and a hint; None for a label of this
+    kind, and for a label that is not a unit."""
     given = dimension_of(label)
     if given is None or given == known or (known.angle is None and given.powers == known.powers):
         return None
@@ -271,7 +278,8 @@ class _Definitions(Section):
         return {name: read[name] for name in entries}
 
     def read_entry(self, name: str, entry: schema.DefinitionEntry, reading: Reading) -> Definition | None:
-        """Read a definition with the unit; None if the formula is refused."""
+        """Return a definition read alone, with the unit; None, after a report, if the formula is refused. A wrong unit
+        is reported or noted."""
         values, where, text = reading.values, key_of("definitions", name), reading.names.definitions[name].text
         if values.mentions_refused(text):  # a fault that is reported already
             values.refused = {*values.refused, name}
@@ -305,7 +313,8 @@ class _Inputs(Section):
     """Inputs that are motions of their caller are polynomials of time, whose coefficients are tunable parameters."""
 
     def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
-        """Return the fault of the names of the parameters that a motion has."""
+        """Return the fault of the names of the tunable parameters that a motion adds, and a hint; two empty texts for
+        other inputs and names that are free."""
         entries = document.section("inputs")
         if name not in entries or not entries[name].motion:
             return "", ""
@@ -350,7 +359,8 @@ class _Inputs(Section):
 
 
 def _parameters_of(motion: Motion) -> list[Parameter]:
-    """Return the tunable parameters of a motion at rest."""
+    """Return the tunable parameters of a motion at rest: the time at which the present piece begins, and the
+    coefficients of the polynomial, of which the first is the motion's initial value."""
     begin, *coefficients = motion.parameters
     made = [Parameter(begin, 0.0, True, "s", f"when the present piece of the motion {motion.name} begins")]
     for k, name in enumerate(coefficients):

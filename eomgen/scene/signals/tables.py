@@ -71,27 +71,17 @@ def read_columns(
     quotes: bool = True,
     chosen: bool = True,
 ) -> Columns:
-    """Return two columns of a CSV file.
+    """Return two columns of a CSV file, with their titles and the lines of all rows. Raises TableError for the first
+    fault.
 
     Parameters
     ----------
-    path : Path
-        UTF-8, with or without a byte order mark; lines that are empty or begin with ``#`` do not count.
-    first, second : str or int
-        Titles in the first row, or numbers of columns from 0.
-    delimiter : str, optional
-        ``comma``, ``semicolon``, ``tab`` or ``space``; by default the delimiter in the first row.
-    decimal : str
-        ``.`` or ``,``.
-    quotes : bool
-        Whether messages may quote titles and cells.
-    chosen : bool
-        Whether a user chose one of the columns; an index that pandas wrote is refused otherwise.
-
-    Raises
-    ------
-    TableError
-        For the first fault, with file and line.
+    path : UTF-8, with or without a byte order mark; lines that are empty or begin with ``#`` do not count
+    first, second : titles in the first row, or numbers of columns from 0
+    delimiter : ``comma``, ``semicolon``, ``tab`` or ``space``; by default the delimiter in the first row
+    decimal : ``.`` or ``,``
+    quotes : whether messages may quote titles and cells
+    chosen : whether a user chose one of the columns; an index that pandas wrote is refused otherwise
     """
     name = path.name if path.name.isascii() and path.name.isprintable() else ascii(path.name)
     text = _text(path, name)
@@ -120,7 +110,8 @@ def read_columns(
 
 
 def _check_index(chosen: bool, titles: Sequence[str], x: Array, where: str, *, quotes: bool) -> None:
-    """Refuse a first column that counts the rows, if chosen by default and indicated by its title or another title."""
+    """Raise TableError for a first column ``x`` that counts the rows, was not ``chosen`` by the user, and is an index
+    by the first title or another column's. ``quotes``: whether the message may quote titles."""
     if chosen or len(titles) < 2 or not np.array_equal(x, np.arange(len(x)) + x[0]):
         return
     times = [place for place, title in enumerate(titles[1:], 1) if _TIME.fullmatch(title)]
@@ -143,7 +134,8 @@ def _check_index(chosen: bool, titles: Sequence[str], x: Array, where: str, *, q
 
 
 def _check_lengths(body: Sequence[tuple[int, list[str]]], count: int, name: str) -> None:
-    """Refuse the first row with more cells than the first row of the file; empty cells and comments do not count."""
+    """Raise TableError for the first row, pair of line and cells, with more than ``count`` cells; empty cells and
+    comments at the end do not count. ``name`` is the file's name."""
     for line, cells in body:
         surplus = cells[count:]
         if surplus and surplus[0].strip() and not surplus[0].lstrip().startswith("#"):
@@ -169,7 +161,8 @@ class _Words:
 
 
 def _text(path: Path, name: str) -> str:
-    """Return the text of a table's file. Raises TableError."""
+    """Return the text of a table's file. Raises TableError for a file that cannot be read, is too large, is a
+    spreadsheet, or is not UTF-8; ``name`` is the file's name for messages."""
     try:
         data = read_bytes(path, LARGEST_TABLE)
     except (OSError, ValueError) as error:
@@ -197,7 +190,8 @@ def _text(path: Path, name: str) -> str:
 
 
 def _rows(text: str, name: str, delimiter: str | None) -> Iterator[tuple[int, list[str]]]:
-    """Yield line number and cells of each row that counts."""
+    """Yield line number and cells of each row that is not empty or a comment. Raises TableError for a row that is not
+    CSV; the delimiter None stands for the first row's."""
     lines = [
         (number, line)
         for number, line in enumerate(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), 1)
@@ -232,7 +226,8 @@ def _is_number(text: str, decimal: str) -> bool:
 
 
 def _place(column: str | int, titles: Sequence[str], head: tuple[int, list[str]], name: str, words: _Words) -> int:
-    """Return the number of a column by number or title. Raises TableError."""
+    """Return the index of a column given by index or title. Raises TableError for an unknown or repeated title.
+    ``head`` has line and cells of the first row, ``titles`` is empty without titles, ``name`` is the file's name."""
     line, cells = head
     if isinstance(column, int):
         if column >= len(cells):
@@ -261,7 +256,8 @@ def _place(column: str | int, titles: Sequence[str], head: tuple[int, list[str]]
 
 
 def _number(row: tuple[int, list[str]], place: int, words: _Words, name: str, decimal: str) -> float:
-    """Return the number in a cell of a table. Raises TableError."""
+    """Return the number in the cell ``place`` of a row, pair of line and cells. Raises TableError for an empty cell or
+    one that is not a finite number; ``name`` is the file's name, ``decimal`` the decimal mark."""
     line, cells = row
     column = words.column(place)
     if place >= len(cells) or not cells[place].strip():
@@ -304,7 +300,8 @@ _TIMES = frozenset({"t", "time", "zeit", "temps", "tiempo"})
 
 
 def unit_of_title(title: str) -> str:
-    """Return the unit named in a title; empty if the title names no known unit. Accelerations in g are in g0."""
+    """Return the unit named in a column's title, ``mm`` of ``height [mm]``; empty if the title names no known unit.
+    Accelerations in g are in g0."""
     if marked := _IN_BRACKETS.fullmatch(title) or _OVER.fullmatch(title):
         unit = marked[1].strip()
     elif last := _LAST_WORD.fullmatch(title):
@@ -322,7 +319,8 @@ def is_time(title: str) -> bool:
 
 
 def without_unit(column: str, others: Sequence[str]) -> str:
-    """Return the fault of a column without a unit next to columns with units, and a remedy."""
+    """Return the fault of the column ``column``, which has no unit while the columns ``others`` have units, with a
+    remedy, as a clause for notes."""
     hint = f'{column}_unit = "1" for plain numbers, or the unit of its column'
     return f"its numbers are taken as they are, without a unit, unlike the numbers of {listed(others)}; try: {hint}"
 

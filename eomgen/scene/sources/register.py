@@ -35,7 +35,8 @@ def own_sources() -> tuple[Source, ...]:
 
 @cache
 def sources() -> tuple[Source, ...]:
-    """Return all sources. Raises UsageError naming the distribution of one that cannot be taken."""
+    """Return all sources, eomgen's own first. Raises UsageError with the name of a distribution whose source cannot be
+    taken, or reads an ending of another source."""
     result = list(own_sources())
     for entry in extensions(GROUP):
         source = load_row(entry, Source)
@@ -47,8 +48,8 @@ def sources() -> tuple[Source, ...]:
 
 
 def source_of(path: Path) -> Source | None:
-    """Return the source for a file, by the ending of its name, and by the outermost element if several sources share
-    the ending; None without a source."""
+    """Return the source that reads a file, by the ending of the file's name, and by the outermost element of XML if
+    several of eomgen's own sources share the ending; None without a source."""
     ending = path.suffix.lower()
     core = [source for source in own_sources() if ending in source.endings]
     if len(core) > 1:
@@ -80,7 +81,8 @@ def one_of_each() -> str:
 
 
 def readable(path: Path) -> str:
-    """Return a hint for a file that no source reads."""
+    """Return a hint for a file that no source reads: scenes in a folder of that name, the name with an ending, or the
+    kinds of files that can be read."""
     ending = path.suffix.lower()
     if ending == ".npz":
         return f"eomgen.Solution.load({shown(path.name)}), if it is a solution; eomgen plot draws it, too"
@@ -114,18 +116,9 @@ def formats_with(source: Source, option: Option) -> str:
 
 
 def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options for a source; options of other sources with default values are left out.
-
-    Parameters
-    ----------
-    source : Source, optional
-        None for nested data or a Scene.
-
-    Raises
-    ------
-    UsageError
-        For unknown options, options of other kinds of file, or invalid values.
-    """
+    """Return the values, by name, of the ``given`` options that a source has; options of other sources with default
+    values are left out. ``source`` is None for nested data or a Scene. Raises UsageError for unknown options, options
+    of other kinds of file, or invalid values."""
     known = all_options()
     if not given.keys() <= known.keys():
         known = {option.name: (origin, option) for origin in sources() for option in origin.options}
@@ -144,7 +137,8 @@ def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str
 
 
 def _other_source_error(source: Source | None, specified: Sequence[str], other: Source, option: Option) -> UsageError:
-    """Return the error for options of another source, the first of which is ``option``."""
+    """Return, without raising, the error for the options ``specified`` of another source than the file's, ``other``;
+    ``option`` is the first of them."""
     if source is None:
         fault = f"{', '.join(specified)}: for {other.name} files only [E1934]"
         return UsageError(Problem("load", fault, f"the path of {other.article}, or none of them"))
@@ -165,7 +159,7 @@ def _check_value(option: Option, value: object) -> None:
 
 
 def _root_of(path: Path) -> str:
-    """Return the outermost element of an XML file; empty if the file cannot be read or has none."""
+    """Return the tag of the outermost element in an XML file; empty if the file cannot be read or has none."""
     from eomgen.scene.reading.xml import root_tag  # noqa: PLC0415  # for endings that several formats share
 
     try:

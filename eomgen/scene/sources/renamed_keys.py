@@ -54,7 +54,8 @@ CHANGES: tuple[RenamedKey, ...] = ()
 
 
 def read_toml(text: str, *, file: str, strict: bool = False, included: bool = False) -> ConvertedScene:
-    """Return the data of a scene file; keys with former names have a note each. Raises DescriptionError."""
+    """Return the data of a scene file with lines; former names of keys are replaced by the present ones, with a note
+    each. ``strict`` and ``included`` have no effect. Raises DescriptionError."""
     del strict, included
     result = ConvertedScene(*toml_data(text, file))
     present, changes = renamed_text(text, file)
@@ -69,20 +70,8 @@ def read_toml(text: str, *, file: str, strict: bool = False, included: bool = Fa
 
 
 def renamed_text(text: str, file: str) -> tuple[str, list[Renaming]]:
-    """Return the text of a file with the present names of its keys, and the changes in the order of lines.
-
-    Parameters
-    ----------
-    text : str
-        Valid TOML.
-    file : str
-        Name for messages.
-
-    Raises
-    ------
-    DescriptionError
-        A table has both names of a key.
-    """
+    """Return the text of a file, which is valid TOML, with the present names of the keys, and the changes in the order
+    of lines; ``file`` is the name for messages. Raises DescriptionError if a table has both names of a key."""
     made: list[Renaming] = []
     for change in CHANGES:
         parts = change.parts
@@ -111,7 +100,8 @@ def _fits(key: Sequence[str], parts: Sequence[str]) -> bool:
 
 
 class _KeyPlaces(TomlScanner):
-    """Places of the names in all keys: of tables, pairs and inline tables."""
+    """Scanner that records the names of all keys, of tables, pairs and inline tables, with start and end of each name
+    in the text."""
 
     def __init__(self, text: str) -> None:
         super().__init__(text)

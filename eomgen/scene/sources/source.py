@@ -111,9 +111,9 @@ class Source:
     article : str
         How hints call such a file: ``a .urdf file``.
     read : callable
-        ``read(text, file=, strict=, included=, **options) -> Read``; ``strict`` refuses elements that would be left out
-        with a note, ``included`` is set if the file is a part of a scene, which may not be fixed to the base. Raises
-        DescriptionError.
+        ``read(text, file=, strict=, included=, **options) -> ConvertedScene``; ``strict`` refuses elements that would
+        be left out with a note, ``included`` is set if the file is a part of a scene, which may not be fixed to the
+        base. Raises DescriptionError.
     options : tuple of Option
     elsewhere : mapping
         Endings of files that another program converts to this kind, and a hint.
@@ -191,7 +191,10 @@ def read_text(path: Path, endings: Collection[str] = ()) -> str:
 
     Raises
     ------
-    FileError, DescriptionError
+    FileError
+        The file cannot be read or is larger than 10 MB.
+    DescriptionError
+        The bytes are not UTF-8.
     """
     try:
         data = read_bytes(path, LARGEST_FILE)

@@ -38,7 +38,8 @@ def line_index(text: str) -> dict[str, int]:
 
 
 class TomlScanner:
-    """Walk over all keys of a valid TOML text."""
+    """Walk over all keys of a valid TOML text. ``place`` is the index of the next character, ``line`` the line as last
+    counted, and ``lines`` collects the line of each dotted key."""
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -78,7 +79,7 @@ class TomlScanner:
             self.lines.setdefault(above, self.line)
 
     def key(self) -> Key:
-        """Return the names of a key, and pass the key."""
+        """Return the names of the dotted key at the present place, and move the place to the end."""
         parts: list[str | int] = []
         while True:
             self.skip_blank()
@@ -97,7 +98,8 @@ class TomlScanner:
         return str(tomllib.loads(f"k = {token}")["k"]) if quoted else token
 
     def pair(self, table: Key) -> None:
-        """Note the key of a pair and all keys in the value, and pass the pair."""
+        """Note the key of the pair at the present place, within the table ``table``, and all keys in the value, and
+        move the place to the end."""
         start = self.place
         key = table + self.key()
         end, self.place = self.place, start
@@ -106,7 +108,7 @@ class TomlScanner:
         self.value(key)
 
     def value(self, key: Key) -> None:
-        """Note the keys in the value of a key, and pass the value."""
+        """Note the keys in the value at the present place, which belongs to ``key``, and move the place to the end."""
         self.skip_blank()
         opening = self.text[self.place]
         if opening in "\"'":
@@ -120,7 +122,8 @@ class TomlScanner:
             self.place = scalar.end() if scalar else self.place + 1
 
     def collection(self, key: Key, closing: str) -> None:
-        """Walk through the entries of an array or an inline table."""
+        """Note the keys in the entries of an array or an inline table up to the bracket ``closing``, and move the place
+        on. Entries of arrays from the 17th on have no line."""
         count = 0
         self.skip_blank()
         while self.text[self.place] != closing:
@@ -163,11 +166,12 @@ _NEXT = re.compile(r"[A-Za-z0-9_.\"-]+\s*=|\[{1,2}[A-Za-z]|$")
 
 
 def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
-    """Return the data of a TOML text, and the line of each dotted key.
+    """Return the data of a TOML text, and the line of each dotted key; ``file`` is the name for messages.
 
     Raises
     ------
     DescriptionError
+        For a text that is not TOML, keys of more than 32 parts, and tables or lists that are nested too deep.
     """
     if long := _LONG_KEY.search(text):
         where = f"{file}:{text.count(chr(10), 0, long.start()) + 1}"
@@ -197,8 +201,8 @@ def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
 
 
 def _unclosed_array(text: str, line: int, column: int) -> tuple[int, str]:
-    """Return the line, from 1, of an array that is not closed, and a remedy, for the place after the array that does
-    not continue the array: the next key or table, or an entry."""
+    """Return the line, from 1, of an array that is not closed, and a remedy. ``line`` and ``column`` are the place of
+    the text that does not continue the array: the next key or table, or an entry without a comma before."""
     lines = f"{text}\n".split("\n")[:line]
     rest, lines[-1] = lines[-1][column - 1 :], lines[-1][: column - 1]
     for number in range(line if _NEXT.match(rest) else 0, 0, -1):
@@ -209,7 +213,7 @@ def _unclosed_array(text: str, line: int, column: int) -> tuple[int, str]:
 
 
 def _toml_hint(fault: str, line: str) -> str:
-    """Return a hint for a line that is not TOML."""
+    """Return a hint for a ``line`` that is not TOML; ``fault`` is the message of Python's parser."""
     if _DECLARED_TWICE in fault or _OVERWRITTEN in fault:
         return "one table, or one key, of each name"
     if values := _BARE_LIST.search(line):

@@ -27,7 +27,8 @@ from eomgen.system.description import FixedFrame, Point
 
 
 def check_places(items: Mapping[str, Mapping[str, Any]], elements: Iterable[ForceElement], values: Values) -> None:
-    """Report attachments to a beam at places outside of the beam; ``items`` are the results of sections."""
+    """Report joints, points, frames, constraints and force elements that are attached to a beam with shape functions
+    beyond the ends, or at a place that tunable parameters move. ``items`` are the results of sections by key."""
     joints: Iterable[Joint] = items["joints"].values()
     constraints: Iterable[Constraint] = items["constraints"].values()
     points: Mapping[str, Point] = {**items["points"], **items["frames"]}
@@ -50,7 +51,8 @@ def check_places(items: Mapping[str, Mapping[str, Any]], elements: Iterable[Forc
 
 
 def _check_place(key: str, name: str, position: Sequence[Formula], bodies: Mapping[str, Body], values: Values) -> None:
-    """Report a place beyond a beam, or with a tunable x along a beam."""
+    """Report a position on a beam with shape functions that is beyond the ends, or whose x depends on a tunable
+    parameter; other bodies, and entries with a fault, are passed over. ``name`` is the body."""
     body = bodies.get(name)
     if (
         body is None
@@ -117,7 +119,8 @@ def _hint(deformation: Deformation, beam: Beam) -> str:
 
 
 def _free_components(deformation: Deformation, beam: Beam) -> list[int]:
-    """Return the components of the twist with which the material at the frame's origin moves against the frame."""
+    """Return the indices of the twist (angular part first) with which a deformation moves the material at the frame's
+    origin against the beam's frame."""
     ends = deformation.ends if deformation.shapes in ("polynomial", "finite_elements") else deformation.shapes
     first, last = beam.start >= -AT_END * beam.length, beam.start + beam.length <= AT_END * beam.length
     held = (first and ends != "free_free") or (last and ends == "pinned_pinned")

@@ -32,6 +32,7 @@ class BeamNodes:
     Parameters
     ----------
     beams : by name
+    values : reader of values, whose report takes the faults
     """
 
     def __init__(self, beams: Mapping[str, Cosserat], values: Values) -> None:
@@ -48,7 +49,8 @@ class BeamNodes:
         }
 
     def check_names(self, joints: Mapping[str, written.JointEntry]) -> None:
-        """Report joints that call nodes by name, which are none of the scene's: places on the beam are."""
+        """Report joints whose parent or child is the name of a node: joints name the beam and a position there
+        instead."""
         places = {
             node: (beam, x) for beam in self.beams.values() for node, x in zip(beam.nodes, beam.places, strict=True)
         }
@@ -65,8 +67,8 @@ class BeamNodes:
                 self.values.report.add(key_of("joints", name, "child"), fault, hint)
 
     def at(self, key: str, body: str, position: Vector) -> tuple[str, Vector]:
-        """Return the node at a place on a beam, and the place in the node's frame; places on other bodies stay
-        unchanged."""
+        """Return the name of the node nearest to a place on a beam, and the place in the node's frame, m; places on
+        other bodies, and places with a reported fault, stay unchanged. ``key`` is the dotted key of the position."""
         beam, report = self.beams.get(body), self.values.report
         if beam is None or report.concerns(key) or report.concerns(key_of("beams", body)):
             return body, position
@@ -119,9 +121,16 @@ _ROUNDING = 1e-9
 def section_formulas(
     beams: Mapping[str, Cosserat], values: Values, key: str, kind: str, output: OutputEntry
 ) -> tuple[Formula, ...]:
-    """Return the three components of an output of a section; none if there is a fault.
+    """Return the three components of an output of a beam's section, such as ``section_force``, as formulas of the
+    beam's section loads; empty after a fault, which is reported.
 
     Loads are linear between both ends of an element, and at a node the loads of the element beyond.
+
+    Parameters
+    ----------
+    key : dotted key of the output
+    kind : key of the output that names the beam, and says the quantity
+    output : entry with the beam's name, and with x of the section as ``at``, m
     """
     name, report = str(getattr(output, kind)), values.report
     beam = beams.get(name)

@@ -47,7 +47,8 @@ if TYPE_CHECKING:
 
 
 def body_inertias(bodies: Iterable[Body], values: Values) -> dict[str, Inertia]:
-    """Return mass properties at the default parameters."""
+    """Return the mass properties of each body at the default parameters, in the body's frame, by name; inertias are
+    about the centre of mass, and NaN if unknown."""
     known: dict[str, Inertia] = {}
     alike: dict[tuple[int, int, int], Inertia] = {}  # formulas by identity: nodes of a beam share these
     for body in bodies:
@@ -61,8 +62,9 @@ def body_inertias(bodies: Iterable[Body], values: Values) -> dict[str, Inertia]:
 
 
 def check_inertias(bodies: Iterable[Body], entries: Mapping[str, bodies.BodyEntry], values: Values) -> None:
-    """Require of rigid bodies inertias that bodies can have, and note measured ones that slightly miss it; equal
-    numbers are judged once."""
+    """Report rigid bodies with an inertia that no body can have, and add notes on inertias that miss the condition
+    by a few per cent; beams, and bodies without the check, are passed over. ``entries`` are the entries of [bodies]
+    by name."""
     sound: set[tuple[float, ...]] = set()
     for body in bodies:
         key = key_of("bodies", body.name)
@@ -88,7 +90,7 @@ class TreeSections:
     ----------
     joints : parents first
     complete : whether every body and every joint could be read
-    unresisted : notes on motions without stiffness, damping or inertia
+    unresisted : notes on joints that move without moving any mass
     light : joints without inertia, whose motion constraints have to determine
     """
 
@@ -136,7 +138,8 @@ class _Beams(Section):
         return {"beams": dict.fromkeys(reading.names_in("beams"), 0), "exact_beams": tuple(exact)}
 
     def read(self, reading: Reading) -> Mapping[str, Any]:
-        """Read elastic and geometrically exact beams, with the bodies and frames that they add."""
+        """Return the geometrically exact beams by name, and add elastic beams and the nodes of exact beams to the
+        bodies of ``reading``, whose functions ``attach`` and ``section_formulas`` are set."""
         values = reading.values
         entries: Mapping[str, BeamEntry] = reading.document.section("beams")
         exact: dict[str, Cosserat] = {}
@@ -203,7 +206,8 @@ class _Joints(Section):
         return DesignPoses(placements, reading.names.exact_beams, reading.document.table("base") is not None)
 
     def _place(self, joint: Joint, entry: joints.JointEntry, reading: Reading) -> Joint:
-        """Return a joint with a placement in the frame of the parent; on an exact beam, of one of the nodes."""
+        """Return a joint with the placement in the frame of the parent in place of the frame named in the key ``in``;
+        on an exact beam the parent becomes the node at the place."""
         if entry.given_in is not None:
             positioned = "position" in entry.model_fields_set
             place = joint.parent, joint.position, joint.orientation
@@ -215,7 +219,8 @@ class _Joints(Section):
         return replace(joint, parent=parent, position=position)
 
     def check(self, reading: Reading) -> None:
-        """Order the tree, parents first, and report faults of the tree and of the moved inertias."""
+        """Order the tree, parents first, with joints of beams' nodes, and report faults in tree, mimic joints and
+        inertias; the result is kept in ``reading`` as TreeSections."""
         document, values = reading.document, reading.values
         bodies, of_nodes = reading.items["bodies"], reading.kept(BeamNodes).joints()
         read = {name: joint for name, joint in reading.items["joints"].items() if joint.child not in of_nodes}
