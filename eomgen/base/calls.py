@@ -279,7 +279,8 @@ def checked_call(
 
 
 def names_of(argument: str, kind: str, given: object, example: str) -> tuple[str, ...]:
-    """Return the names that a caller gives as a list. Raises UsageError for a text, and for anything else.
+    """Return the names that a caller gives as a list, as a tuple. Raises UsageError for a single text, and for objects
+    that are not texts.
 
     Parameters
     ----------
@@ -357,11 +358,9 @@ def checked_calls(what_to_try: str = "", **meant: str) -> Callable[[C], C]:
 
 
 def unknown_attribute(owner: object, name: str) -> AttributeError:
-    """Return the error for an attribute that an object of a public class does not have: from the ``__getattr__`` of the
-    class.
-
-    Names with an underscore are not for users, and Python's protocols ask for such names.
-    """
+    """Return, without raising, the error for an attribute that an object of a public class does not have, with a
+    remedy: from the ``__getattr__`` of the class. A plain AttributeError is for names with an underscore, which are not
+    for users, and for which Python's protocols ask; a property that fails has its own error."""
     kind = type(owner).__name__
     if name.startswith("_"):
         return AttributeError(f"{kind!r} object has no attribute {name!r}")

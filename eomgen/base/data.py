@@ -53,8 +53,8 @@ _OF_EVERY_CLASS = ("__dict__", "__weakref__", "__module__", "__abstractmethods__
 
 
 class _DeferredAttribute:
-    """Attribute of a dataclass whose methods are not compiled yet: a request compiles the methods and returns the
-    attribute itself."""
+    """Descriptor in place of an attribute of a dataclass whose methods are not compiled yet: a request compiles the
+    methods and returns the attribute."""
 
     __slots__ = ("filled", "given", "kind", "module", "name", "options", "wrap")
 

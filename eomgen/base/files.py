@@ -349,7 +349,8 @@ _DIGESTS: ContextVar[dict[str, str] | None] = ContextVar("digests", default=None
 
 
 def read_bytes(path: Path, most: int) -> bytes:
-    """Return the first bytes of a file, at most ``most`` + 1 bytes. Raises OSError or ValueError."""
+    """Return the first bytes of a file, at most ``most`` + 1 bytes, and note the digest for ``digests_of_files``.
+    Raises OSError or ValueError."""
     try:
         with open_file(path) as stream:
             data = stream.read(most + 1)
@@ -374,8 +375,8 @@ def digest_of_file(data: bytes) -> str:
 
 @contextlib.contextmanager
 def digests_of_files() -> Iterator[dict[str, str]]:
-    """Collect the digests of the files that ``read_bytes`` reads meanwhile, by absolute path; ``ABSENT`` for a missing
-    file, empty for a file that changed meanwhile."""
+    """Give a mapping that collects the digests of the files which ``read_bytes`` reads within the block, by absolute
+    path; ``ABSENT`` for a missing file, empty for a file that changed meanwhile."""
     digests: dict[str, str] = {}
     before = _DIGESTS.set(digests)
     try:
@@ -407,7 +408,8 @@ def _unpack(archive: Path) -> Traversable:
 
 
 def _data_folder(name: str, part: str) -> Path:
-    """Return a folder of data, which has this part: of an installed package inside, of a checkout next to it."""
+    """Return the folder of data ``name`` that holds the folder ``part``: ``_name`` within an installed package,
+    ``name`` next to the package in a checkout. Raises FileError without either."""
     package = Path(__file__).resolve().parents[1]
     for folder in (package / f"_{name}", package.parent / name):
         if (folder / part).is_dir():

@@ -72,7 +72,7 @@ class Journal(Generic[Row]):
             raise FileError(Problem(str(folder), f"holds the {held}, {file} [E0137]", hint))
 
     def append(self, line: Mapping[str, Any]) -> None:
-        """Write a line. Raises FileError."""
+        """Append a mapping to the file as a line of JSON; without a folder the call has no effect. Raises FileError."""
         if self._path is None:
             return
         try:

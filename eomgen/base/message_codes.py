@@ -70,7 +70,8 @@ _GENERAL = [
 
 @cache
 def sources(package: Path = PACKAGE) -> dict[str, str]:
-    """Return the source of each module with messages; modules of products come last."""
+    """Return the text of each module with messages by the module's name without ``eomgen``; modules of products come
+    last."""
     made = {}
     for path in sorted(package.rglob("*.py"), key=lambda path: ("products" in path.parts, path)):
         text = path.read_text(encoding="utf-8")

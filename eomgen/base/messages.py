@@ -93,7 +93,8 @@ def legal_name(name: str, taken: Collection[str], kept: Collection[str] = ()) ->
 
 
 def legal_names(names: Sequence[str]) -> dict[str, str]:
-    """Return the legal names of the elements of one kind, by their names in the file: legal ones stay."""
+    """Return the legal names of the elements of one kind by the names in the file: legal names stay, others are changed
+    and numbered so that all differ."""
     kept = {name for name in names if is_legal(name)}
     result: dict[str, str] = {}
     taken: set[str] = set()
@@ -104,7 +105,8 @@ def legal_names(names: Sequence[str]) -> dict[str, str]:
 
 
 def shown(text: object) -> str:
-    """Return a quoted, escaped and shortened form of a user's text that is safe in a terminal."""
+    """Return a text, or another value, of the user in quotes, escaped to ASCII and shortened to 48 characters, so that
+    it is safe in a terminal."""
     try:
         quoted = ascii(text)
     except ValueError:  # Python refuses to print whole numbers of more than 4300 digits

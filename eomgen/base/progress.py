@@ -34,7 +34,7 @@ _TELLS: ContextVar[Callable[[str], None] | None] = ContextVar("told_by", default
 
 
 class Reporter:
-    """A callback for progress, with others for sentences.
+    """Callback for progress, called with steps done, all steps and, if known, words on the present work.
 
     Attributes
     ----------

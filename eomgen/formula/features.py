@@ -90,7 +90,8 @@ class Feature:
         return 2 if self.curve else 1
 
     def sides(self, argument: Array) -> Array:
-        """Return the number of places at or below each value of the argument, an array of the same shape."""
+        """Return the number of places at or below each value of the argument, an array of the same shape; with a
+        period, counted from the first place over all periods."""
         if not self.period:
             return np.searchsorted(self.places, argument, side="right").astype(float)
         turns = np.floor((argument - self.places[0]) / self.period)

@@ -76,7 +76,8 @@ class SecondIntegral:
         )
 
     def scale(self, factor: Formula, value: float) -> SecondIntegral:
-        """Return the integral times ``factor``, a formula of parameters with ``value`` at their defaults."""
+        """Return the integral times ``factor``, a formula of parameters whose value at the default parameters is
+        ``value``."""
         size = abs(value)
         return SecondIntegral(
             product(factor, self.formula),

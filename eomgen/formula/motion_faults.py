@@ -120,8 +120,8 @@ class Jump(NamedTuple):
 
 
 def jumps(laws: Iterable[PrescribedLaw], values: Mapping[str, float], start: float, end: float) -> list[Problem]:
-    """Return a problem for each law whose value or rate jumps between the times ``start`` and ``end``, s, or that has
-    no value over an interval. ``values`` are all parameters."""
+    """Return a problem for each law whose value or rate jumps between the times ``start`` and ``end``, s: the jump, or
+    that the law has no value over an interval. Smooth laws are passed over. ``values`` are all parameters."""
     problems = []
     for law in laws:
         if law.smooth:

@@ -118,7 +118,7 @@ class DesignPoses:
         self._poses: dict[str, DesignPose] = {BASE: DesignPose(np.eye(3), ({}, {}, {}))}
 
     def pose(self, body: str) -> DesignPose:
-        """Return the pose of a body in the base.
+        """Return the pose of a body in the base: axes (3, 3) and origin, formulas in m.
 
         Raises
         ------

@@ -107,7 +107,8 @@ def combine_inertias(parts: Sequence[Inertia]) -> Inertia:
 
 
 def impossible(mass: float, about_center: Array) -> str:
-    """Return the reason why no real body has this mass and inertia; empty for a possible one."""
+    """Return the reason why no real body has a mass, kg, and an inertia (3, 3) about the centre of mass, as a clause:
+    negative mass or moment, or the triangle inequality; empty for a possible body."""
     if mass < 0.0:
         return f"the mass {mass:.6g} is negative [E1709]"
     moments = np.linalg.eigvalsh(about_center)

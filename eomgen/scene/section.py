@@ -496,9 +496,9 @@ def join(whole: dict[str, Any], part: Mapping[str, Any]) -> None:
 
 
 def in_reading_order(rows: Sequence[Section]) -> list[Section]:
-    """Return the sections in the order of reading: each one after the sections in its field ``after`` and after
-    sections with this section in the field ``before``, otherwise in the order of ``rows``; sections with ``last`` come
-    at the end. Keys of absent sections are ignored."""
+    """Return the sections in the order of reading: each one after the sections in its field ``after``, and after
+    sections that have its key in their field ``before``; otherwise in the order of ``rows``. Sections with ``last``
+    come at the end, and keys of absent sections are ignored."""
     by_key = {row.key: row for row in rows}
     order: dict[str, Section] = {}
 

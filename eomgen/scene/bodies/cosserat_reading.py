@@ -62,7 +62,7 @@ _SECTION_UNKNOWN = (Number(math.nan),) * 6
 
 
 def check_keys(name: str, entry: written.BeamEntry, values: Values) -> None:
-    """Report the keys of a beam that belong to another beam model."""
+    """Report the keys of a beam that belong to another beam model, and strains that the model does not have."""
     exact, model = entry.model in CONSTRAINED, entry.model or "euler_bernoulli"
     for field in _OF_DEFLECTIONS if exact else _OF_EXACT:
         if field in entry.model_fields_set:
@@ -366,7 +366,8 @@ def _diagonal(entries: Sequence[Formula]) -> Rows:
 
 
 def _check_fold(whole: BeamKeys, turn: float, elements: int, values: Values) -> None:
-    """Report a beam if ``turn``, the largest angle along one element at rest, rad, is pi or more."""
+    """Report a beam if ``turn``, the largest angle along one element at rest, rad, is pi or more; ``elements`` is the
+    number of elements."""
     if turn < math.pi or values.report.concerns(whole.key):
         return
     least = math.floor(turn * elements / math.pi) + 1

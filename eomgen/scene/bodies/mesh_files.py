@@ -316,8 +316,8 @@ def _not_numbers(name: str, line: int, keyword: str, text: bytes) -> NoReturn:
 
 
 def _merge_vertices(vertices: Array, faces: NDArray[np.intp], colors: NDArray[np.int16]) -> PictureMesh:
-    """Return the mesh with equal vertices of faces of one colour as one, without triangles of two equal corners and
-    unused vertices."""
+    """Return the mesh of faces (m, 3) with equal vertices merged within each colour, without triangles of two equal
+    corners and without unused vertices."""
     corners = vertices[faces.ravel()]
     rows = np.column_stack([corners, np.repeat(_color_numbers(colors), 3)]) if len(colors) else corners
     places = _groups(rows)
@@ -383,8 +383,8 @@ def _thin(mesh: PictureMesh, most: int) -> PictureMesh:
         colors[mesh.faces] = _color_numbers(mesh.colors)[:, np.newaxis]
 
     def grid(number: int) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
-        """Return the cell of each vertex, the faces that keep three cells, and a number for each of them, equal for
-        equal corners in equal order."""
+        """Return for a grid the cell of each vertex (n,), the indices of faces with corners in three cells, and a
+        number for each of these faces, equal for equal corners in equal order."""
         rows = np.floor((mesh.vertices - low) * (_FINEST * _COARSER**number / side))
         cells = _groups(np.column_stack([rows, colors]))
         a, b, c = cells[mesh.faces].T

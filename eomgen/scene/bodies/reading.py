@@ -118,7 +118,8 @@ def _doubts(
 
 
 def _describe(key: str, integral: SecondIntegral) -> str:
-    """Return a sentence on the integral of an acceleration, with the drift that it has."""
+    """Return a sentence on the integral of the acceleration with the key ``key``: drift, acceleration held on,
+    correction and error, as far as these are not zero."""
     texts = [f"{key} is integrated from t = 0"]
     if integral.velocity or integral.displacement:
         drift = f"by {integral.displacement:.3g} m, and goes at {integral.velocity:.3g} m/s"

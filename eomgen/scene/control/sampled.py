@@ -48,7 +48,7 @@ class SampledNames:
 
 
 def sampled_names(name: str, entry: Written) -> SampledNames:
-    """Return the names that an entry of type ``sampled`` makes."""
+    """Return the names that the controller ``name``, of type ``sampled``, adds to a scene."""
     outputs = tuple(f"{name}_{output}" for output in entry.outputs or ()) or (name,)
     return SampledNames(
         outputs,

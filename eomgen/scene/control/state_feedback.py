@@ -81,7 +81,8 @@ def _quantities(entry: Written) -> list[_Quantity]:
 
 
 def feedback_names(name: str, entry: Written) -> FeedbackNames:
-    """Return the names that an entry of type ``state_feedback`` makes."""
+    """Return the names of outputs and parameters that the controller ``name``, of type ``state_feedback``, adds to a
+    scene."""
     outputs, parts = tuple(f"{name}_{output}" for output in entry.outputs or ()) or (name,), _quantities(entry)
     gains = tuple(tuple(f"{output}_{part.gain}" for part in parts) for output in outputs)
     open_ones = [part.reference if entry.calibration is not None and part.given is None else "" for part in parts]

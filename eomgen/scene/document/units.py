@@ -159,8 +159,8 @@ class _Converter:
         self, model: type[Table], key: str, data: Mapping[str, Any], kind: object, columns: ColumnUnits | None = None
     ) -> dict[str, Any]:
         """Return a table of the class ``model`` at the dotted ``key`` with values in SI. ``kind`` and ``columns`` are
-        the type and the curve's columns of the table around this table, used without own ones. Units that formulas have
-        are noted in ``self.units``, and doubts in ``self.notes``."""
+        the type and the curve's columns of the table around, for tables that have none. Units of formulas are noted in
+        ``self.units``, and doubts in ``self.notes``."""
         own = _columns_of(model, data)
         columns = own or columns
         kind = data.get("type", kind or self.kind_of_joint(data))

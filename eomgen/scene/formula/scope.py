@@ -255,8 +255,8 @@ class SceneNames:
     offered: Mapping[str, ElementQuantity] = field(default_factory=dict)
 
     def fault_of_reaction(self, name: str) -> tuple[str, str] | None:
-        """Return the fault of the name of a reaction, and a hint; None if exactly one joint, constraint or entry of
-        [reactions] has the name, or [reactions] names a reaction so."""
+        """Return the fault of the name of a reaction, and a hint; None if [reactions], or exactly one of joints and
+        constraints, has the name."""
         known = [*self.reactions, *self.joints, *self.constraints]
         if name not in known:
             for kind in _FORCES:

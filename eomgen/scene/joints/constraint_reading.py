@@ -54,7 +54,8 @@ _NO_LENGTH = 1e-9
 
 
 def read_constraint(name: str, entry: written.ConstraintEntry, reading: Reading) -> Constraint:
-    """Return a checked constraint, with frames on geometrically exact beams moved to nodes. Faults are reported."""
+    """Return the constraint of an entry of [constraints], with frames on geometrically exact beams moved to nodes.
+    Faults are reported, and doubtful contacts noted."""
     key, values, points = key_of("constraints", name), reading.values, reading.items["points"]
     values.check_kind(key, entry, "type", {row.name: row.constraint_keys for row in TYPES.values()})
     shape = entry.shape or Constraint.shape
@@ -132,7 +133,8 @@ def _length(
 
 def _surface(key: str, text: float | str, values: Values) -> Formula | None:
     """Return the height of a contact's surface over the plane as a formula of x and y, m; None for the plane, and after
-    a report for a formula that changes over time, depends on z or is not smooth enough to be read."""
+    a report for a formula that cannot be read, changes over time or depends on z. Missing derivatives are reported,
+    too."""
     formula = values.formula(key, text, SURFACE)
     if formula is UNKNOWN or formula == ZERO:
         return None

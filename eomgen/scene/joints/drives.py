@@ -62,11 +62,12 @@ def read_length(key: str, value: float | str, values: Values, smooth: float | No
 
 
 def read_smoothing(key: str, smooth: float | str | None, law: str, values: Values) -> float | None:
-    """Return the duration of the transitions of a law, s; None without one, or for a refused one.
+    """Return the duration of the transitions of a law, s; None without the key ``smooth``, and for a refused value,
+    which is reported.
 
     Parameters
     ----------
-    law : the key that ``smooth`` needs; empty if the law is given
+    law : the key that ``smooth`` needs, if missing; empty if the law is given
     """
     if smooth is None:
         return None
@@ -98,7 +99,8 @@ def _without_jumps(key: str, formula: Formula, values: Values, smooth: float | N
 
 
 def read_drives(key: str, joint: written.JointEntry, values: Values) -> tuple[Formula, ...]:
-    """Return the drives of a joint, one for each coordinate; empty without a drive, or for a refused one."""
+    """Return the drives of a joint, formulas of time, one for each coordinate; empty without a drive, and for a type
+    without coordinates or a wrong number of values. Faults are reported under the dotted ``key`` of the joint."""
     if joint.drive is None:
         read_smoothing(key, joint.smooth, "drive", values)
         return ()

@@ -222,7 +222,7 @@ def _all_zero(numbers: Sequence[Numbers], places: Sequence[int]) -> Flags:
 
 
 class _Places:
-    """The formulas that a rule is about, in order."""
+    """List of the formulas that a rule takes; ``put`` appends formulas and returns the index of the first."""
 
     def __init__(self) -> None:
         self.formulas: list[Formula] = []

@@ -36,7 +36,8 @@ Given = tuple[float | str | None, ...] | None
 
 
 class _Coordinates:
-    """Reads the keys of a joint that have a value for each coordinate."""
+    """Reader of keys of a joint with a value for each coordinate; ``key`` is the joint's dotted key, ``kind`` its
+    type."""
 
     def __init__(self, key: str, kind: str, values: Values) -> None:
         self.key, self.kind, self.values = key, kind, values
@@ -162,7 +163,8 @@ def read_joint(name: str, joint: written.JointEntry, values: Values) -> Joint:
 
 
 def _check_axis_keys(key: str, joint: written.JointEntry, values: Values) -> None:
-    """Report directions that a type of joint needs or does not have."""
+    """Report a missing axis, an axis of a type without axes, and keys that the type of the joint needs or does not
+    take."""
     kind, report = JOINTS[joint.type], values.report
     if kind.coordinates and joint.axis is None:
         report.add(key, f"a {joint.type} joint needs an axis [E1652]", "axis = [0, 0, 1]")

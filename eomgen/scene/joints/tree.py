@@ -172,14 +172,9 @@ def _report_lost(
 
 
 def check_mimics(joints: Mapping[str, Joint], refused: Iterable[str], report: Report) -> None:
-    """Report mimic joints whose leader does not exist, does not have exactly one coordinate, or is a follower of the
-    same joint.
-
-    Parameters
-    ----------
-    refused : iterable of str
-        Joints with invalid entries: these joints exist, but the data are unknown.
-    """
+    """Report mimic joints whose leader does not exist or does not have exactly one coordinate, and mimic joints that
+    follow one another in a circle. ``refused`` are joints with invalid entries: these exist, but the data are
+    unknown."""
     for joint in joints.values():
         key, path = key_of("joints", joint.name, "mimic"), [joint.name]
         leader = joint

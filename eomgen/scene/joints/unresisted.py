@@ -152,7 +152,8 @@ def _note(joint: Joint, moved: Array, beyond: Sequence[tuple[Joint, Array]], ine
 
 
 def _solid(joints: Sequence[Joint], spans: Mapping[str, Array]) -> set[str]:
-    """Return the bodies on the base that carry none and whose own inertia resists every motion."""
+    """Return the outermost bodies, carried by the base alone, whose own inertia resists every motion; ``spans`` are the
+    spatial inertias (6, 6) by body."""
     carriers = {joint.parent for joint in joints}
     outermost = [joint.child for joint in joints if joint.parent not in spans and joint.child not in carriers]
     outermost = [body for body in outermost if np.isfinite(spans[body]).all()]

@@ -33,7 +33,7 @@ class Report:
         self.keys: set[str] = set()
 
     def place(self, key: str) -> str:
-        """Return ``file:line`` of a key, or of the nearest key above."""
+        """Return ``file:line`` of a dotted key, or of the nearest key above with a line; the file alone without one."""
         while key:
             if key in self.lines:
                 line = self.lines[key]

@@ -190,7 +190,8 @@ class Values:
             self.note([f"{key}: {fault}"])
 
     def note_unit(self, key: str, known: Dimension | None, expected: Dimension | None) -> bool:
-        """Note a formula in another unit than the unit of its key, if both are known; return whether it is noted."""
+        """Add a note on a formula in another unit than the unit of the key, if both dimensions are known; return
+        whether a note is added."""
         if expected is None or known is None or known.powers == expected.powers:
             return False
         from eomgen.formula.units.conversion import misplaced_kind  # noqa: PLC0415  # imports pint
@@ -305,7 +306,8 @@ class Values:
         self.notes += [note for note in notes if note not in self.notes]
 
     def _require_bound(self, key: str, formula: Formula, scope: Scope) -> None:
-        """Apply the rule of a key to a formula of parameters; without a rule, require a finite value."""
+        """Apply the rule of a key to a formula of parameters; without a rule, require a finite value if parameters are
+        tunable. Formulas in other scopes are passed over."""
         if scope not in (PARAMETERS, FIXED_PARAMETERS):
             return
         if (bound := bound_of(key, self.bounds)) is not None:

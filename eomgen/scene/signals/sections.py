@@ -192,8 +192,8 @@ def _formulas(key: str, kind: str, output: schema.OutputEntry, reading: Reading)
 
 
 def read_output(name: str, output: schema.OutputEntry, reading: Reading) -> Output:
-    """Return the output of an entry of [outputs], by default in the unit of the kind or the formulas; faults are
-    reported, and leave the output without formulas."""
+    """Return the output of an entry of [outputs], by default in the unit of the kind or the formulas. Faults are
+    reported; an entry without exactly one kind of output has no formulas."""
     key, values = key_of("outputs", name), reading.values
     kinds = (*_UNITS, "formula", "energy")
     given = [kind for kind in kinds if getattr(output, kind) is not None]

@@ -149,7 +149,7 @@ def _other_source_error(source: Source | None, specified: Sequence[str], other: 
 
 
 def _check_value(option: Option, value: object) -> None:
-    """Raise UsageError for a value that an option cannot have."""
+    """Raise UsageError for a value that is not among the choices of an option, or is not a truth value for a flag."""
     if option.choices and value not in option.choices:
         raise UsageError(f"{option.name} is {shown(value)} [E1936]", " or ".join(option.choices))
     if isinstance(option.default, bool) and not isinstance(value, bool):

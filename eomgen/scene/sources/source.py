@@ -224,7 +224,8 @@ def read_text(path: Path, endings: Collection[str] = ()) -> str:
 
 
 def _decode(data: bytes) -> str | None:
-    """Return the text of an XML file in the encoding of its byte order mark or its declaration; None without one."""
+    """Return the text of an XML file in the encoding of its byte order mark (UTF-16) or its declaration; None without
+    one, and for bytes that do not fit the encoding."""
     declaration = _ENCODING.match(data)
     encoding = "utf-16" if data[:2] in (BOM_UTF16_LE, BOM_UTF16_BE) else declaration and declaration[1].decode("ascii")
     try:

@@ -49,7 +49,7 @@ class TomlScanner:
         self.lines: dict[str, int] = {}
 
     def scan(self) -> dict[str, int]:
-        """Return the line (from 1) of each dotted key."""
+        """Return the line (from 1) of each dotted key, of tables, pairs and the first entries of arrays."""
         table: Key = ()
         self.skip_blank()
         while self.place < len(self.text):

@@ -83,13 +83,8 @@ _WORDS = tuple(f"{move} {axis}" for move in ("turn about", "move along") for axi
 
 
 def check_frames(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values) -> None:
-    """Report shapes that displace the material in a direction in which a joint holds the beam.
-
-    Parameters
-    ----------
-    joints : sequence of Joint
-        Parents first.
-    """
+    """Report shape functions of beams that displace the material at the frame's origin in a direction in which the
+    joint that carries the beam holds the frame. Joints have parents first."""
     carried = {joint.child: joint for joint in joints}
     for joint in joints:
         beam = bodies[joint.child].beam
@@ -132,11 +127,9 @@ def _free_components(deformation: Deformation, beam: Beam) -> list[int]:
 
 
 def _freedoms(joint: Joint, carried: Mapping[str, Joint], bodies: Mapping[str, Body]) -> Array:
-    """Return an orthonormal basis (6, n) of the twists that a joint, and preceding joints of massless bodies, leave to
-    the child.
-
-    Neutral positions are looked at, and a chain of joints at one place.
-    """
+    """Return an orthonormal basis (6, n) of the twists, in the child's axes, that a joint and preceding joints of
+    massless bodies leave to the child, at neutral coordinates and as if these joints were at one place. ``carried`` is
+    the joint of each body."""
     columns = [_motions(joint)]
     turned = np.array(joint.orientation).T
     parent = carried.get(joint.parent)

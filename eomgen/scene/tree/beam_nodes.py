@@ -91,12 +91,12 @@ class BeamNodes:
 
 
 def stations_of(beams: Sequence[str], reading: Reading) -> Mapping[str, Sequence[float]]:
-    """Return x of every station, m, by beam, NaN if unknown.
+    """Return x of every attachment to geometrically exact beams, m, by beam, NaN if unknown. Faults are not reported.
 
     Parameters
     ----------
     beams : names of the beams that are geometrically exact
-    reading : before attachments; everything is read again with the resulting nodes
+    reading : state of reading before attachments, which stays; sections with attachments are read in a copy
     """
     stations: dict[str, list[float]] = {name: [] for name in beams}
     if not beams:
