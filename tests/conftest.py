@@ -31,8 +31,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def _part(item: pytest.Item) -> int:
-    """Return a number that chooses the part of a test; 0 for all tests with PyTorch, which takes minutes to install."""
-    return 0 if "torch" in item.nodeid else zlib.crc32(item.nodeid.encode())
+    """Return a number that chooses the part of a test: the same for cases of a file with the same first identifier,
+    since such cases often share a model; 0 for all tests with PyTorch, which takes minutes to install."""
+    case = getattr(item, "callspec", None)
+    first = case.id.partition("-")[0] if case else ""
+    return 0 if "torch" in item.nodeid else zlib.crc32(f"{item.path.name} {first}".encode())
 
 
 @pytest.hookimpl(tryfirst=True)
