@@ -36,17 +36,21 @@ class IrregularSamples(Exception):  # no error: the caller derives all parts the
 
 
 def extrapolate(samples: Samples, number: int, known: Known = lambda _: None) -> Any:
-    """Return data of n + ``number`` d equal parts.
+    """Return data of n + ``number`` d equal parts, of the same types as the samples.
+
+    Integers, also within texts, are continued linearly; lists that grow get the repeated items inserted; equal items
+    stay.
 
     Parameters
     ----------
     samples : plain data (dataclasses, mappings, sequences, texts, numbers) of n, n + d and n + 2 d parts
     number : 3 or more
-    known : continues growing lists of numbers that are not constant, as places along a beam are
+    known : continues growing lists of numbers that are not constant, as places along a beam are: takes three lists and
+        returns the continued list, or None to decline
 
     Raises
     ------
-    Irregular
+    IrregularSamples
         An integer that does not grow evenly, a list without a repeated part, or another difference.
     """
     first, second, third = samples
@@ -83,20 +87,20 @@ def extrapolate(samples: Samples, number: int, known: Known = lambda _: None) ->
 
 
 def continued_sums(samples: tuple[Sequence[float], ...], number: int) -> list[float]:
-    """Return a list of numbers of n + ``number`` d parts: numbers that are the same in all samples, or grow evenly but
-    for rounding, as sums along a chain do.
-
-    Raises IrregularSamples.
-    """
+    """Return the list of numbers for n + ``number`` d parts, from the lists for n, n + d and n + 2 d parts. Numbers are
+    equal in all samples, or grow evenly up to relative rounding of 1e-13, as sums along a chain do; the list may grow.
+    Raises IrregularSamples."""
     rows = [np.array([[0.0, value] for value in sample]).reshape(-1, 2) for sample in samples]
     made: list[float] = _extrapolate_rows(rows, number)[:, 1].tolist()
     return made
 
 
 def continued_integers(samples: tuple[NDArray[np.int64], ...], number: int) -> NDArray[np.int64]:
-    """Return one row of integers for each item of a list, (items, columns), of n + ``number`` d parts.
+    """Return the table of integers for n + ``number`` d parts, (items, columns), one row for each item of a list.
 
-    Raises Irregular.
+    ``samples`` are the tables for n, n + d and n + 2 d parts with equal columns. If the number of rows does not grow,
+    all entries are continued linearly from the first two samples. Raises IrregularSamples for rows that do not continue
+    evenly.
     """
     growth = _even(*map(len, samples))
     if not growth:
@@ -133,8 +137,10 @@ def _is_count(text: str) -> bool:
 
 
 def _longer(samples: Samples, number: int, known: Known) -> list[Any]:
-    """Return a list that grows with the number of parts: the beginning, a block for each further d parts, and the
-    end."""
+    """Return a list that grows with the number of parts, continued to n + ``number`` d parts. The list has a beginning,
+    a block of items for each further d parts, and an end. Lists of integers are continued as numbers; lists that
+    ``known`` continues are taken from there; other items are split into their shape and their integers. Raises
+    IrregularSamples for a list that becomes shorter or does not repeat."""
     growth = _even(*map(len, samples))
     if growth < 0:
         raise IrregularSamples("a list that becomes shorter")
@@ -182,10 +188,9 @@ def _same(first: _Table, second: _Table) -> NDArray[np.bool_]:
 
 
 def _extrapolate_rows(rows: _Rows, number: int) -> _Table:
-    """Return the rows of n + ``number`` d parts.
-
-    A list may grow in several places: one over the accelerations and the constraints of a chain grows in both.
-    """
+    """Return the rows for n + ``number`` d parts from the rows of three samples, (items, 1 + columns) with the kind
+    first. A list may grow in several places, and is continued section by section: one over the accelerations and the
+    constraints of a chain grows in both. Raises IrregularSamples."""
     made = []
     while (growth := _even(*map(len, rows))) or len(rows[0]):
         try:
@@ -198,8 +203,10 @@ def _extrapolate_rows(rows: _Rows, number: int) -> _Table:
 
 
 def _first_section(rows: _Rows, growth: int, number: int) -> tuple[_Rows, _Table]:
-    """Return the rows up to the place at which items continue no more one by one, and these rows of n + ``number`` d
-    parts: of the possible growths the one after which most items continue."""
+    """Return the first section of the rows of three samples that grows in one place, and this section for n +
+    ``number`` d parts. ``growth`` is the number of rows by which the whole list grows from sample to sample. Of all
+    smaller growths, the one after which the most rows continue unchanged or evenly is chosen. Raises IrregularSamples
+    if no growth fits."""
     end = _prefix(rows)
     best = 0
     made: tuple[_Rows, _Table] | None = None
@@ -215,7 +222,9 @@ def _first_section(rows: _Rows, growth: int, number: int) -> tuple[_Rows, _Table
 
 
 def _extrapolate_block(rows: _Rows, growth: int, number: int) -> _Table:
-    """Return the rows of n + ``number`` d parts, with one growing block."""
+    """Return the rows for n + ``number`` d parts if ``growth`` rows are inserted at one place with each further d
+    parts. With ``growth`` 0 all rows must continue evenly one by one. Raises IrregularSamples if they do not, or if no
+    block repeats."""
     if not growth:
         if _prefix(rows) < len(rows[0]):
             raise IrregularSamples("a list of other items")
@@ -231,8 +240,9 @@ def _extrapolate_block(rows: _Rows, growth: int, number: int) -> _Table:
 
 
 def _split(rows: _Rows, growth: int) -> int:
-    """Return the number of items before the added blocks; one more block, before or after the added blocks, must follow
-    the same rule, as a check."""
+    """Return the index of the row at which blocks of ``growth`` rows are inserted from sample to sample. One more
+    block, before or after the inserted blocks, must follow the same rule, as a check. Indices near the middle of the
+    possible range are tried first, ``_TRIED`` at most. Raises IrregularSamples if none fits."""
     shortest = len(rows[0])
     before = _prefix(rows)
     behind = _prefix([row[::-1] for row in rows])
@@ -249,7 +259,7 @@ _TRIED = 400
 
 
 def _prefix(rows: _Rows) -> int:
-    """Return the number of first items that continue one by one."""
+    """Return the number of leading rows that grow evenly over the three samples, with the kind (column 0) unchanged."""
     size = len(rows[0])
     first, second, third = (row[:size] for row in rows)
     good = np.all(_same(2 * second - first, third), axis=1) & (first[:, 0] == second[:, 0])
@@ -257,7 +267,9 @@ def _prefix(rows: _Rows) -> int:
 
 
 def _repeats(rows: _Rows, start: int, growth: int) -> bool:
-    """Return whether at least two blocks after ``start`` grow evenly from block to block and from sample to sample."""
+    """Return whether the blocks of ``growth`` rows around row ``start`` grow evenly from block to block and sample to
+    sample. At least one block besides the inserted blocks must exist before or after, and the kind (column 0) must not
+    change."""
     before, behind = int(start >= growth), int(len(rows[0]) - start >= growth)
     if not before + behind:
         return False
@@ -276,7 +288,8 @@ def _repeats(rows: _Rows, start: int, growth: int) -> bool:
 
 
 def _rule(rows: _Rows, start: int, growth: int) -> tuple[_Table, _Table, _Table]:
-    """Return base, step and rate: block b of sample k is base + step b + rate k."""
+    """Return the arrays base, step and rate, (growth, columns): block b of sample k is base + step b + rate k. Block 0
+    begins at row ``start``, and a block has ``growth`` rows."""
     base, left, right = (
         sample[start + block * growth : start + (block + 1) * growth]
         for sample, block in ((rows[1], 0), (rows[2], 0), (rows[2], 1))
@@ -285,13 +298,16 @@ def _rule(rows: _Rows, start: int, growth: int) -> tuple[_Table, _Table, _Table]
 
 
 def _flat(value: Any) -> tuple[Hashable, list[int]]:
-    """Return the shape of data, without integers, and the integers."""
+    """Return the shape of nested data with all counts removed, hashable, and the list of the counts in the order of
+    occurrence."""
     numbers: list[int] = []
     return _shape(value, numbers), numbers
 
 
 def _shape(value: Any, numbers: list[int]) -> Hashable:
-    """Return data with counts removed, and append the counts to ``numbers``."""
+    """Return nested data with its integers removed, hashable, and append the integers to ``numbers`` in order of
+    occurrence. Integers within texts count, too, but not numbers with decimals. Other constants, such as floats, are
+    kept with their text, so that shapes are equal only if the constants are."""
     kind = type(value)
     if kind is int:
         numbers.append(value)
@@ -341,16 +357,18 @@ def _build(shape: Any, numbers: Iterator[int]) -> Any:
 
 
 def continued_program(programs: Sequence[Program], number: int, known: Known) -> Program:
-    """Return the Program of n + ``number`` d equal parts, without its initial q and v.
+    """Return the Program of n + ``number`` d equal parts, with empty initial q and v.
 
     Parameters
     ----------
-    programs : of n, n + d and n + 2 d parts
-    known : as of ``extrapolate``
+    programs : Programs of n, n + d and n + 2 d parts
+    number : 3 or more
+    known : continues lists of numbers that are not constant, as in ``extrapolate``
 
     Raises
     ------
-    Irregular
+    IrregularSamples
+        The Programs differ by more than evenly growing integers and lists.
     """
     plain = [
         replace(program, patterns={}, initial_q=(), initial_v=(), method=_assemble(program)) for program in programs
@@ -364,6 +382,7 @@ def continued_program(programs: Sequence[Program], number: int, known: Known) ->
 
 
 def _assemble(program: Program) -> Mapping[str, Any]:
-    """Return the data of a Program's method with the assembly of the matrix as loops."""
+    """Return the method data of a Program with the assembly of the iteration matrix as loops, unchanged without a
+    solver."""
     method = program.method
     return {**method, "solver": with_assembly(method["solver"])} if "solver" in method else method

@@ -178,14 +178,17 @@ LONG = 60_000
 
 
 def _is_long(system: System, wanted: Sequence[str]) -> bool:
-    """Return whether the functions have so many operations that equal stretches are worth a call."""
+    """Return whether the wanted functions have ``LONG`` operations or more, so that equal stretches are worth a
+    call."""
     if 2 * len(system.tape.op) < LONG:  # functions share operations, so a sum is rarely more than twice the tape
         return False
     return sum(len(system.tape.live(system.functions[name].refs)) for name in wanted) >= LONG
 
 
 def _patterns(system: System, wanted: Sequence[str]) -> dict[str, str]:
-    """Return the positions of the nonzeros of matrices, as text, by output of the wanted functions."""
+    """Return the packed positions of the nonzeros of matrices, as text (``packed_places``), by the name of the output.
+    Only outputs of wanted functions are included that are partial derivatives or lists of nonzeros: ``iteration``,
+    ``input_derivatives``, the functions of ``NONZEROS`` and the differentiated terms."""
     derivatives = (name for name in wanted if name in TERMS and TERMS[name].differentiated)
     functions = ("iteration", "input_derivatives", *NONZEROS.values(), *derivatives)
     names = {block.name for name in functions if name in wanted for block in system.functions[name].outputs}
@@ -193,7 +196,10 @@ def _patterns(system: System, wanted: Sequence[str]) -> dict[str, str]:
 
 
 def _sources(system: System, prefix: str, calls: Sequence[Call]) -> tuple[SceneSource, ...]:
-    """Return the C files of the scene, each once, with the functions called in the file."""
+    """Return the C files that the scene brings along, each once, with the functions that are called in the file. The
+    functions are named by controllers of the scene, with prototypes of ``CONTROLLER_ARGUMENTS``; for external functions
+    in ``calls`` only prototypes are listed. Files get the name ``<prefix>_user_<name>.c``, with a number appended if
+    two files would have the same name."""
     functions: dict[tuple[str, str], list[str]] = {}
     prototypes: dict[tuple[str, str], list[str]] = {}
     python = {(call.function.source.name, call.function.source.text): call.function.source.python for call in calls}
@@ -236,10 +242,13 @@ def _external(call: Call) -> ProgramExternal:
 def _base_of_step(
     system: System, wanted: Sequence[str], nest_limit: int
 ) -> tuple[tuple[int, ...], FunctionPart | None]:
-    """Return the components of the base struct that the equations of a step read, and the statements of these alone.
+    """Return the components of the base struct that the equations of a step read, and statements that compute these
+    alone.
 
-    The function ``base`` gives all: a quaternion that no equation asks for costs a sine and a cosine. Tables and loops
-    are functions of the model's own file, which steppers do not see: then there are no statements.
+    The function ``base`` computes all components: a quaternion that no equation needs costs a sine and a cosine. The
+    result is ((), None) if ``base`` is not in ``wanted``. The second item is None if the components need a loop or a
+    curve: these are functions of the model's own file, which steppers do not see. Functions that only observe do not
+    count.
     """
     if "base" not in wanted:
         return (), None
@@ -262,7 +271,8 @@ def _curve(curve: CurveLike) -> ProgramCurve:
 
 
 def _constants(names: Names, system: System, wanted: Sequence[str]) -> tuple[Quantity, ...]:
-    """Return the named numbers that the functions hold; of several names for one number, the first."""
+    """Return the named constants whose value occurs in the wanted functions, in either sign, with names for the target.
+    If several names have the same value, only the first is returned."""
     if not system.constants:
         return ()
     tape = system.tape
@@ -287,9 +297,12 @@ def _functions(
     shared: list[SharedText] | None,
     limits: tuple[int, int] | None,
 ) -> tuple[ProgramFunction, ...]:
-    """Return the functions; a function with the same results as an earlier function only calls that function.
+    """Return the wanted functions as functions of the Program, in the order of ``wanted``.
 
-    ``limits``: operations per part and per statement at most; None for functions without statements.
+    A function with the same inputs and results as an earlier one has no statements and names this function in
+    ``same_as``; its outputs may have another shape. ``loops``, ``curve_numbers``, ``calls`` and ``shared`` (None: no
+    shared stretches) are lists of the whole Program, which grow in place. ``limits``: operations per part and per
+    statement at most; None for functions without statements.
     """
     made: list[ProgramFunction] = []
     known: dict[tuple[object, ...], ProgramFunction] = {}
@@ -327,7 +340,8 @@ def _functions(
 
 
 def check_workspace(name: str, values: int) -> None:
-    """Raise ModelError if a function keeps more values on the stack than there is room for."""
+    """Raise ModelError if a function keeps more than ``WORKSPACE_LIMIT`` values on the stack; ``name`` is for the
+    message."""
     if values > WORKSPACE_LIMIT:
         raise ModelError(
             f"function {name} keeps {values} values on the stack, more than {WORKSPACE_LIMIT} [E0206]",
@@ -345,7 +359,15 @@ def _function(
     shared: list[SharedText] | None,
     limits: tuple[int, int] | None,
 ) -> ProgramFunction:
-    """Return a function of the Program with its scheduled statements, loops and outputs. Raises ModelError."""
+    """Return one function as a function of the Program, with its scheduled statements and its outputs that have
+    components.
+
+    ``loops``, ``curve_numbers``, ``calls`` and ``shared`` belong to the whole Program and are extended in place.
+    ``limits``: operations per part and per statement; None leaves the function without statements. The function
+    ``base`` has one output, the struct of ``BASE_SIZE`` numbers. Raises ModelError for an unknown input block, an
+    output with a wrong number of components, a value that depends on a block that is not an input, or too many values
+    on the stack.
+    """
     name = names.function(function.name, "the function")
     unknown = [block for block in function.inputs if block not in INPUT_BLOCKS]
     if unknown:

@@ -70,7 +70,9 @@ def manifest(program: Program, files: Mapping[str, str], **more: object) -> str:
 def _quantities(
     quantities: Sequence[Quantity], bounds: Mapping[str, tuple[float | None, float | None]]
 ) -> Iterator[dict[str, Any]]:
-    """Yield the entries of a block of the manifest, in the order of the array."""
+    """Yield one mapping for each quantity of a block of the manifest, in the order of the array. A mapping has the
+    fields of the quantity, ``first`` (index of its first number in the array) and ``lower``, ``upper`` from ``bounds``,
+    None for a side without an end."""
     first = 0
     for quantity in quantities:
         lower, upper = bounds.get(quantity.name, (None, None))
@@ -117,7 +119,9 @@ def write_folder(files: Mapping[str, str], folder: Path | str) -> Path:
 
 
 def _earlier_files(target: Path) -> set[str]:
-    """Return the files that an earlier run left in a folder. Raises FileError for a folder of someone else's."""
+    """Return the names of the files that an earlier run of eomgen wrote into a folder, by the folder's manifest. The
+    set is empty for a folder that does not exist or has only hidden files. Raises FileError if the path is a file, or
+    if the folder has files but no manifest of eomgen."""
     if not target.exists():
         return set()
     if not target.is_dir():

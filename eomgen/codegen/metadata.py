@@ -38,7 +38,8 @@ _OF_THE_TEXT = (
 
 
 def _without_tables(method: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a method without the tables of the linear system; sizes and counts remain."""
+    """Return method data with nested lists and tables of ``solver`` removed; texts and numbers of ``solver`` remain.
+    All other keys of the method stay as they are."""
 
     def scalars(data: Mapping[str, Any]) -> dict[str, Any]:
         return {
@@ -58,7 +59,7 @@ _OF_STATES = 2
 
 
 def stack_bytes(program: Program) -> int:
-    """Return an estimate of the largest stack that the functions of a Program need."""
+    """Return an estimate of the stack in bytes for the deepest call of a Program's functions or stepper."""
     of_functions = max((function.workspace for function in program.functions), default=0)
     if not program.method:
         return 8 * of_functions
@@ -67,8 +68,8 @@ def stack_bytes(program: Program) -> int:
 
 
 def loop_operations(program: Program) -> int:
-    """Return the number of operations in the bodies of loops over elements, which ``operations`` of functions do not
-    count."""
+    """Return the number of operations in the bodies of all loops over elements, each body once. The ``operations`` of
+    functions do not count these."""
     return sum(_operations(statement.data) for loop in program.loops for statement in loop.statements)
 
 
@@ -80,11 +81,12 @@ def _operations(data: Any) -> int:
 
 
 def interface_layout(program: Program) -> dict[str, Any]:
-    """Return sizes, names, factors, functions (numbered by position), initial state, defaults and method.
+    """Return the fields of a Program that the runtime needs, as JSON types; texts of the C and statements are left out.
 
-    Each function has ``name, description, inputs, input_sizes, outputs (name, shape, size, description), operations,
-    counts``; ``loop_operations`` is a number; each of ``parameters, inputs, states, outputs`` is a list of ``name,
-    member, value, size, unit, description``.
+    Functions are numbered by position; each has ``name, description, inputs, input_sizes, outputs (name, shape, size,
+    description), operations, counts``. Each of ``parameters, inputs, states, outputs`` is a list of ``name, member,
+    value, size, unit, description``. Added are ``loop_operations``, ``stack`` (bytes), ``layout_version`` and, for
+    scenes with functions in Python, ``python``.
     """
     layout: dict[str, Any] = {
         field.name: getattr(program, field.name)

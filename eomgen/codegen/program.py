@@ -57,9 +57,12 @@ class Statement:
 
 @dataclass(frozen=True)
 class FunctionPart:
-    """A chunk of a function that is compiled separately: inputs, outputs, and whether the chunk needs the workspace.
+    """A chunk of a function that is compiled separately.
 
-    ``names`` are names of local values in mechanics, (number, text); a target makes names legal and distinct.
+    ``inputs`` names the input blocks that the statements read, ``outputs`` numbers the outputs of the function that the
+    statements fill, ``workspace`` says whether the statements read or write the workspace, and ``operations`` counts
+    the operations. ``names`` are names of local values in mechanics, (number, text); a target makes names legal and
+    distinct.
     """
 
     statements: tuple[Statement, ...]
@@ -84,9 +87,12 @@ class OutputArray:
 
 @dataclass(frozen=True)
 class ProgramFunction:
-    """A function: inputs in the order of INPUT_BLOCKS, outputs, and parts; ``workspace`` values cross parts.
+    """A function of the generated code: inputs in the order of INPUT_BLOCKS, outputs in the order of arguments, and
+    parts.
 
-    ``same_as`` names a function with the same results, which is called to avoid a second computation.
+    ``parts`` run one after another; ``workspace`` is the number of values on the stack that pass from part to part.
+    ``operations`` are the operations in the text, ``counts`` the counts of ``System.counts`` by kind. ``same_as`` names
+    an earlier function with the same results, which is called to avoid a second computation; then the part is empty.
     """
 
     name: str
@@ -102,9 +108,9 @@ class ProgramFunction:
 
 @dataclass(frozen=True)
 class Addition:
-    """Additions of loop elements ``first <= element < end`` to an output: for each j, ``sign`` times column
-    ``columns[j]`` of the element's row is added to component ``places[j] + step (element - first)``, or to ``places[j]
-    + starts[element]`` if all starts are given."""
+    """Additions of loop elements ``first <= element < end`` to an output of the function. For each j, ``sign`` times
+    column ``columns[j]`` of the element's row is added to component ``places[j] + step (element - first)`` of output
+    number ``output``, or to ``places[j] + starts[element]`` if ``starts`` is not empty."""
 
     first: int
     end: int
@@ -124,15 +130,18 @@ class ProgramLoop:
     ----------
     gathered, results : int
         Numbers of values that the loop reads from, and leaves in, the workspace.
-    lanes : elements taken side by side; sum ``lane`` of each is of every lanes-th element, and these are added last.
-    constants : (columns, count) numbers
-    index : for each slot, the places of the gathered values: ranges (end, start, step), start + step element up to an
-        end, or empty if the places are in a column of ``places``, (count, such slots).
+    lanes : number of elements evaluated side by side; partial sum ``lane`` adds every lanes-th element, and the partial
+        sums are added after the loop.
+    constants : numbers of the elements, (columns, count).
+    index : for each gathered slot, the places of the gathered values: ranges (end, start, step), start + step element
+        up to an end, or empty if the places are in a column of ``places``, (count, number of such slots).
     shared, initial : places among the gathered values, of values that all elements share and of the first carries.
+    sums, stacked : number of sums over the elements, and number of values in the row of each element.
     statements : outputs 0, 1 and 2 are the terms of the sums, the next carries and the element's rows; ``reads`` names
         the blocks among ``element, shared, gather, carry`` that the statements read.
     additions : targets of the rows that are added to outputs of the function that runs the loop, instead of left in the
-        workspace; outputs are numbered among ``outputs``, of these.
+        workspace.
+    outputs : number of outputs to which the loop adds; ``Addition.output`` counts these outputs from 0.
     """
 
     label: str
@@ -155,14 +164,15 @@ class ProgramLoop:
 
 @dataclass(frozen=True)
 class ProgramShared:
-    """Operations that occur several times in functions, with other operands and numbers.
+    """Operations that occur several times in functions, with other operands and numbers, and become one C function.
 
     Attributes
     ----------
-    labels : of the places of the occurrences
+    labels : labels of the paragraphs in which the operations occur
     calls : number of occurrences
     reads, numbers : how many values the statements read from the workspace, and numbers from a table
     results : how many values they leave in the workspace, and in each output of the calling function
+    operations : number of operations in ``statements``
     statements : read blocks ``read`` and ``number``; output 0 is the workspace, the others are the caller's
     """
 
@@ -371,14 +381,16 @@ class Program:
         return tuple(function.name for function in self.functions)
 
     def input_size(self, block: str) -> int:
-        """Return the number of reals in an input block."""
+        """Return the number of reals in an input block of functions, by the name of the block: 1 for ``t``. Blocks of
+        rates and directions have the size of v (``a, j, s``) or of u (``u_dot, u_ddot``). Raises KeyError for an
+        unknown block."""
         if block == "t":
             return 1
         return self.sizes[{"a": "v", "j": "v", "s": "v", "u_dot": "u", "u_ddot": "u"}.get(block, block)]
 
     @property
     def has_base(self) -> bool:
-        """Whether anything takes or fills the state of a moving base."""
+        """Whether a function takes the state of a moving base as input, or the function ``base`` fills this state."""
         return any("base" in function.inputs or function.name == "base" for function in self.functions)
 
     def to_json(self) -> str:

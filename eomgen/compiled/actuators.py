@@ -165,8 +165,10 @@ def actuator_efforts(
 def _columns(
     model: ExtensibleModel, actuators: Sequence[str] | None, given: dict[str, Any]
 ) -> tuple[tuple[str, ...], Array, dict[str, float]]:
-    """Return the names of actuators, generalized forces per unit of each actuator, (..., nv, n), and the inputs set to
-    zero."""
+    """Return names of actuators, generalized forces per unit effort of each, (..., nv, n) or (nv, n), and driven inputs
+    at 0. Without ``actuators`` the columns belong to the inputs that a caller drives, by differences of Q at ``given``,
+    the state for the term ``force``. Raises UsageError for unknown joints, forces not linear in an input, and no
+    actuators."""
     terms = model.evaluator
     driven = terms.description.driven
     still = dict.fromkeys(driven, 0.0)
@@ -194,7 +196,8 @@ def _columns(
 
 
 def _missed_accelerations(terms: Any, B: Array, a: Array, bias: Array, tolerance: float) -> Array:
-    """Return the residuals of the constraints at accelerations, (..., rows), unless they are above a tolerance."""
+    """Return the residuals B a + bias of the constraints at accelerations, (..., rows). Raises UsageError if a residual
+    is above the share ``tolerance`` of its summands; names the row."""
     missed: Array = (B @ a[..., np.newaxis])[..., 0] + bias
     size = (np.abs(B) @ np.abs(a)[..., np.newaxis])[..., 0] + np.abs(bias)
     share = np.abs(missed) - tolerance * (size + size.max(axis=-1, keepdims=True))
@@ -221,7 +224,8 @@ def _check_left_over(v_names: Sequence[str], names: Sequence[str], left: Array, 
 
 
 def _null_space(A: Array) -> Array:
-    """Return an orthonormal basis of the null space of A, (..., n, k)."""
+    """Return an orthonormal basis of the null space of A (..., m, n), as columns (..., n, k). Raises NumericalError if
+    the rank differs between the states of a batch."""
     _, values, rows = np.linalg.svd(A)
     scale = values.max(axis=-1, keepdims=True) if values.shape[-1] else values
     ranks = np.sum(values > _SINGULAR * scale, axis=-1)

@@ -228,7 +228,7 @@ _POSE = 7
 
 
 def _rows(functions: Functions, term: str) -> int:
-    """Return the number of components of a term."""
+    """Return the number of components of a differentiated term: rows of its Jacobian."""
     if term == "outputs":
         return sum(int(item["size"]) for item in functions.library.layout["outputs"])
     if term == "frame_poses":
@@ -239,7 +239,8 @@ def _rows(functions: Functions, term: str) -> int:
 
 
 def _name(model: ExtensibleModel, term: str, order: int) -> str:
-    """Return the name of the term of derivatives. Raises UsageError if there is none."""
+    """Return the name of the compiled term with the derivatives of ``term``: ``<term>_derivatives``, or ``_hessian``
+    for order 2. Raises UsageError if the scene has no such derivatives, or the term has no components."""
     evaluator = model.evaluator
     if str(term) not in DIFFERENTIATED:
         fault = f"there are no derivatives of {shown(str(term))} in all arguments [E0229]"
@@ -259,7 +260,8 @@ def _name(model: ExtensibleModel, term: str, order: int) -> str:
 def _values(
     model: ExtensibleModel, name: str, of: Sequence[str] | None, given: dict[str, Any], *, sparse: bool
 ) -> Array:
-    """Return the matrix of a term of derivatives, or its nonzeros."""
+    """Return the matrix (..., rows, columns) of a term of derivatives, or with ``sparse`` its nonzeros (..., nonzeros).
+    ``of`` selects the arguments of the columns; ``given`` has the state and, for a Hessian, the weights."""
     evaluator = model.having((name,)).evaluator
     layout = _layout(evaluator.functions, name, of)
     if "weights" in given:
@@ -287,7 +289,8 @@ def _layout(functions: Functions, name: str, of: Sequence[str] | None) -> _Layou
 
 
 def _made_layout(functions: Functions, name: str, of: Sequence[str] | None) -> _Layout:
-    """Return the rows, columns and slices of derivatives by the arguments ``of``. Raises UsageError."""
+    """Return the sparsity of derivatives in the arguments ``of``, in this order (None: all), and the places of the
+    nonzeros. Raises UsageError for an argument that the term does not take, or one named twice."""
     sizes = {block: size_of(functions, block) for block in ARGUMENTS}
     firsts = dict(zip(sizes, np.cumsum([0, *sizes.values()]).tolist(), strict=False))
     rows, columns = unpacked_places(functions.library.layout["patterns"][name])

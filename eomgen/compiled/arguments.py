@@ -87,7 +87,8 @@ def check_finite(name: str, array: Array, labels: Sequence[str] = ()) -> None:
 
 
 def check_quaternions(name: str, q: Array, factors: Sequence[Factor], tolerance: float = UNIT_TOLERANCE) -> None:
-    """Raise UsageError if a quaternion of a configuration (..., nq) is not of unit length."""
+    """Raise UsageError if the length of a quaternion in configurations (..., nq) is off one by more than ``tolerance``.
+    ``name`` is the argument in the message, ``factors`` the groups of q; a normalised quaternion is the hint."""
     starts = [factor.q_start for factor in factors if factor.group != "R"]
     if not starts:
         return
@@ -163,10 +164,12 @@ def by_name(
     fixed: Sequence[str] = (),
     units: Mapping[str, str] | None = None,
 ) -> Array:
-    """Return ``start`` (..., n) with the components that are given by name put in; scalars and batches broadcast.
+    """Return an array (..., n): ``start`` with the components put in that ``values`` gives by name, scalars or batches
+    (...).
 
-    ``fixed`` are names that exist but cannot be given; with ``units``, texts such as "300 mm" are brought to the unit
-    of a name.
+    ``names`` are the names of the n components, ``kind`` the noun in messages; ``fixed`` are names that exist but
+    cannot be given; with ``units``, texts such as "300 mm" are brought to the unit of a name. Raises UsageError for
+    unknown names and shapes that do not broadcast.
     """
     given: dict[int, Array] = {}
     for name, text_or_numbers in values.items():
@@ -189,10 +192,11 @@ def by_name(
 
 
 def read_quantities(name: str, value: Any, units: Sequence[str], otherwise: str = "") -> Any:
-    """Return the values given for the components of a vector, each text ("30 deg") as the number in the unit of its
-    component.
+    """Return ``value`` with texts such as "30 deg" replaced by numbers in the unit of the component; other values
+    unchanged.
 
-    ``otherwise`` is the remedy for a text that is not a number, if arguments other than numbers are allowed.
+    ``units`` has one unit for each component of the vector, ``name`` is for messages. ``otherwise`` is the remedy for a
+    text that is not a number, if arguments other than numbers are allowed.
 
     Raises
     ------
@@ -251,10 +255,12 @@ _LISTED = 8
 
 
 class Requirements:
-    """The requirements that tunable parameters decide.
+    """Checks of tunable parameters against the requirements of a description, as positive masses.
 
     Parameters
     ----------
+    description : Description
+        With the requirements and the values of fixed parameters.
     names : sequence of str
         Tunable parameters, in the order of arrays.
     """
@@ -319,8 +325,8 @@ class Requirements:
 
 
 def _problem(item: Requirement, values: Mapping[str, float], names: Sequence[str]) -> Problem | None:
-    """Return the problem of a requirement that is broken at the values of all parameters, None for a satisfied
-    requirement."""
+    """Return the problem if a requirement is broken at ``values`` of all parameters, else None. Formulas that cannot be
+    evaluated are a problem, too; ``names`` are the tunable parameters, listed in the message."""
     try:
         numbers = [evaluate(formula, lambda symbol: values[symbol.name]) for formula in item.formulas]
     except ArithmeticError as error:
@@ -332,7 +338,7 @@ def _problem(item: Requirement, values: Mapping[str, float], names: Sequence[str
 
 
 def _list_values(item: Requirement, values: Mapping[str, float], names: Sequence[str]) -> str:
-    """Return the tunable parameters that a requirement depends on, with the values of these parameters."""
+    """Return the tunable parameters that a requirement depends on with their values as text, ``_LISTED`` at most."""
     mentioned = {symbol.name for formula in item.formulas for symbol in symbols(formula) if symbol.kind == "parameter"}
     specified = [f"{name} = {values[name]:.6g}" for name in names if name in mentioned]
     more = f" and {len(specified) - _LISTED} more" if len(specified) > _LISTED else ""

@@ -50,7 +50,8 @@ class ModelWithBeams(Protocol):
 
 
 def beams_at(model: ModelWithBeams, t: float, p: Array) -> Beams | None:
-    """Return the beams at parameters (np,); None if the model has no beams, or no term ``poses``."""
+    """Return the geometrically exact beams of a model at parameters p (np,) and time t in s, for assembly. None if the
+    model has no such beams, or no term ``poses``."""
     description = model.description
     if not description.element_stiffness:
         return None
@@ -247,7 +248,8 @@ def section_loads(
 
 
 def by_beam(beams: Sequence[Sequence[str]], values: Mapping[str, Array]) -> Mapping[str, SectionLoads]:
-    """Return the blocks of the term ``section_loads`` by beams; a beam is given by the names of its nodes."""
+    """Return strains and loads of each beam from the blocks of the term ``section_loads``, by the name of its first
+    node. ``beams`` are the names of the nodes of each beam; their elements follow one another in the blocks."""
     result, start = {}, 0
     for nodes in beams:
         here = slice(start, start + len(nodes) - 1)

@@ -304,7 +304,8 @@ def point_jacobian(
 
 
 def _having(model: ExtensibleModel, name: str, *terms: str) -> ExtensibleModel:
-    """Return a model of the same scene that has some terms of bodies, one of which is named."""
+    """Return the model if it has all of ``terms``, else a model of the same scene with the terms of bodies compiled.
+    Raises UsageError if no body or frame has the ``name``."""
     if all(term in model.evaluator.functions for term in terms):
         return model
     _check_name(model, name)
@@ -312,15 +313,15 @@ def _having(model: ExtensibleModel, name: str, *terms: str) -> ExtensibleModel:
 
 
 def _check_name(model: EvaluatedModel, name: str) -> None:
-    """Raise UsageError for a name of no body and no frame; base and world are allowed if frames are fixed to the base
-    or the world."""
+    """Raise UsageError if a name belongs to no body and no frame; base and world count if frames are fixed to them."""
     frames = model.evaluator.fixed_frames
     if name not in (BASE, WORLD) or all(frame.body != name for frame in frames.values()):
         check_name("body", name, [*model.evaluator.bodies, *frames])
 
 
 class _BodyPoint(NamedTuple):
-    """Carrying body of a point, and the point's position on the body; ``fixed`` is None for a body itself."""
+    """The body that carries a frame, the frame itself, None for a body, and its origin in axes of the body, (..., 3),
+    m."""
 
     body: str
     fixed: FixedFrame | None
@@ -328,7 +329,8 @@ class _BodyPoint(NamedTuple):
 
 
 def _body_point(model: EvaluatedModel, name: str, parameters: Parameters) -> _BodyPoint:
-    """Return the body that a name stands for, or the body that carries a frame, with the frame's position (..., 3)."""
+    """Return the body and the place on it that the name of a body or frame stands for. Raises UsageError for a frame
+    away from the origin of a body that deforms."""
     check_place(name)
     terms = model.evaluator
     frame = terms.fixed_frames.get(name)
@@ -338,7 +340,8 @@ def _body_point(model: EvaluatedModel, name: str, parameters: Parameters) -> _Bo
 
 
 def _fixed_in(model: EvaluatedModel, body: str, r: ArrayLike, parameters: Parameters) -> tuple[str, Array]:
-    """Return the body that carries a point, and the point's coordinates in the frame of the body."""
+    """Return the body that carries the body or frame ``body``, and a point r (..., 3) of it in axes of the carrying
+    body, m. Raises UsageError for a point away from the origin of a body that deforms."""
     check_place(body)
     at = components("r", r, 3)
     place = _body_point(model, body, parameters)
@@ -348,7 +351,8 @@ def _fixed_in(model: EvaluatedModel, body: str, r: ArrayLike, parameters: Parame
 
 
 def _rigid(model: EvaluatedModel, name: str, body: str, position: Array) -> Array:
-    """Return coordinates in a body's frame, after a check that the point is fixed in the frame."""
+    """Return ``position`` (..., 3) unchanged; raise UsageError if the body deforms and the position is not its origin.
+    ``name`` is the body or frame in the message."""
     if body in model.evaluator.beams and np.any(position != 0.0):
         fault = "the beam deforms, and the compiled model knows its shapes at the points of the scene only [E0250]"
         raise UsageError(
@@ -368,7 +372,8 @@ def _body_term(model: EvaluatedModel, body: str, term: str, **given: Any) -> Arr
 
 
 def _base_term(model: EvaluatedModel, name: str, term: str, **given: Any) -> Array:
-    """Return the values of a term of bodies for the base or the world, which carry frames, too."""
+    """Return the values of ``poses``, ``twists``, ``accelerations`` or ``jacobians`` for the base or the world. For the
+    moving base these are parts of its state, for the world and a base at rest the identity pose and zeros."""
     terms = model.evaluator
     batch = np.broadcast_shapes(terms.configuration(given["q"]).shape[:-1], np.shape(given.get("t", 0.0)))
     if term == "jacobians":
@@ -626,11 +631,9 @@ def operational_inertia(
 
 
 def _held_mobility(model: ExtensibleModel, frame: str, given: Mapping[str, Any]) -> Array:
-    """Return J Z (Z^T M Z)^-1 Z^T J^T, (..., 6, 6).
-
+    """Return the mobility of a frame under constraints, J Z (Z^T M Z)^-1 Z^T J^T, (..., 6, 6), at the state ``given``.
     By the projector P = Z Z^T, which needs no basis of one size at all states: P M P + s (1 - P) equals M on the
-    velocities that constraints leave, and the result does not depend on s > 0.
-    """
+    velocities that constraints leave, and the result does not depend on s > 0."""
     able = model.having(("mass", "constraint_jacobian", "frame_jacobians_aligned"))
     M = able.evaluator.call("mass", **{name: given[name] for name in ("q", "parameters")})[0]
     B = able.evaluator.call("constraint_jacobian", **given)[0]
@@ -657,7 +660,8 @@ def _meant_reference(name: str) -> str:
 
 
 def _term_of(model: ExtensibleModel, term: str, frame: str, **given: Any) -> Array:
-    """Return the values of a term for one body or frame."""
+    """Return the values of a term of frames for one body or frame, at the state ``given``; compiles the term if
+    missing. Raises UsageError for unknown names, and for frames that are not task frames of the scene."""
     check_place(frame)
     if isinstance(given.get("t"), str):
         hint = f'reference="{_meant_reference(given["t"]) or "body"}"'

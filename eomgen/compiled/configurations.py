@@ -178,7 +178,7 @@ def random(
 
 
 def _ranges(model: EvaluatedModel, parameters: Parameters) -> tuple[Array, Array]:
-    """Return the lowest and highest number of each component of q, (nq,) each."""
+    """Return the lowest and highest number of each component of q for random draws, (nq,) each, by limits of joints."""
     terms = model.evaluator
     described = terms.description
     upper = np.array([_REACH.get(unit, 1.0) for unit in terms.q_units], dtype=float)

@@ -27,16 +27,17 @@ __all__ = ["ConsistentStates", "consistent_samples"]
 def consistent_samples(
     model: CompiledModel, q: Array, v: Array, t: float, parameters: Array, starts: Sequence[WrittenStart] = ()
 ) -> ConsistentStates:
-    """Return the states nearest to guesses that meet the constraints, as ``model.consistent`` does one by one.
+    """Return for each sample the state nearest to the guess that meets the constraints, as ``model.consistent`` does
+    one by one, with a mask of the samples that are met.
 
-    Last digits may differ from the result of ``model.consistent``. Samples that are not met have to be examined by
-    ``model.consistent``, which says why; so have all samples at parameters at which rows that were left out have to be
-    checked.
+    Last digits may differ. Samples that are not met have to be examined by ``model.consistent``, which says why; so
+    have all samples at parameters at which rows that were left out have to be checked. No sample is met in models with
+    elastic bodies, or without the terms of assembly.
 
     Parameters
     ----------
-    q, v : (n, nq), (n, nv)
-    t : s
+    q, v : (n, nq), (n, nv) guesses
+    t : time, s
     parameters : (n, np)
     starts : written parts of the guesses, which are kept as far as constraints allow
     """

@@ -29,7 +29,7 @@ def blocks_of(functions: Functions) -> set[str]:
 
 
 def accelerations(functions: Functions, values: Mapping[str, Array]) -> tuple[Array, Array]:
-    """Return vdot (..., nv) and the multipliers (..., rows) at states given as input blocks.
+    """Return vdot (..., nv) and the multipliers (..., rows) of a constrained model; ``values`` are its input blocks.
 
     Raises
     ------
@@ -45,14 +45,16 @@ def accelerations(functions: Functions, values: Mapping[str, Array]) -> tuple[Ar
 def acceleration_partials(
     functions: Functions, values: Mapping[str, Array], moves: Iterable[tuple[Blocks, Blocks, float]]
 ) -> Array:
-    """Return differences of vdot over moves of the state, (..., nv, moves), by one factorization for each state.
+    """Return differences of vdot over moves of the state, divided by distances, (..., nv, moves), by one factorization
+    each.
 
     The equations hold before and after a move, so that the matrix times the change of (vdot, lam) is the change of the
     equations' defects at fixed vdot and lam, with the opposite sign.
 
     Parameters
     ----------
-    moves : states at both ends, as the input blocks q, v and z, and their distance
+    values : input blocks at the state itself
+    moves : for each, the input blocks q, v and z after and before the move, and the distance of both
     """
     nv = functions.sizes["v"]
     a, multipliers = accelerations(functions, values)
@@ -65,7 +67,8 @@ def acceleration_partials(
 
 
 def _defects(functions: Functions, values: Mapping[str, Array], a: Array, multipliers: Array) -> Array:
-    """Return the residual, and the second time derivatives of the rows, (..., nv + rows)."""
+    """Return the defects of the equations, (..., nv + rows): the residual and B a + g, the second derivatives of the
+    rows."""
     (r,) = functions("residual", {**values, "a": a, "lam": multipliers})
     (g,) = functions("constraint_bias", values)
     if np.any(a):

@@ -34,7 +34,7 @@ def check_digits(model: EvaluatedModel, q: ArrayLike, p: Array, accelerations: A
 
     Parameters
     ----------
-    q, p, accelerations : (..., nq), (..., np), (..., nv)
+    q, p, accelerations : (..., nq) configurations, (..., np) parameters, (..., nv) accelerations found there
 
     Raises
     ------
@@ -61,7 +61,8 @@ def check_digits(model: EvaluatedModel, q: ArrayLike, p: Array, accelerations: A
 
 
 def _loss(model: EvaluatedModel, q: ArrayLike, p: Array) -> float:
-    """Return the relative error of accelerations by cancellation, the largest of some states; 1 for an infinite M."""
+    """Return the relative error of accelerations by cancellation in M, the largest of the first states; 1 for an
+    infinite M. q (..., nq) and p (..., np) are configurations and parameters."""
     evaluator = model.evaluator
     q = evaluator.configuration(q)
     q = q.reshape(-1, q.shape[-1])[:_STATES]
@@ -283,7 +284,8 @@ def inverse_dynamics(
 def _warn_of_broken_loop(
     model: EvaluatedModel, q: ArrayLike, v: ArrayLike, a: ArrayLike, given: Mapping[str, Any]
 ) -> None:
-    """Warn if an acceleration breaks constraints."""
+    """Warn if accelerations a at q, v do not meet the constraints; ``given`` are t, parameters and base. No check
+    without a."""
     if a is None:
         return
     call = model.evaluator.call
@@ -528,7 +530,8 @@ def residual_partials(
     multipliers: ArrayLike | None = None,
     parameters: Parameters = None,
 ) -> tuple[Array, Array, Array]:
-    """Return K, C, M as ``partials`` does at one state, of models for runs from the nonzeros of ``iteration``."""
+    """Return K, C, M as ``partials`` does, at one state, (nv, nv) each. Models for runs have no term ``partials``; then
+    the matrices are filled from the nonzeros of the term ``iteration``."""
     given: dict[str, Any] = {"t": t, "u": u, "z": z, "multipliers": multipliers, "parameters": parameters}
     functions = model.evaluator.functions
     if functions.for_runs("partials") or "iteration" not in functions:
@@ -599,12 +602,12 @@ def _sums(places: NDArray[np.int64], values: Array, size: int) -> Array:
 def nonzeros(
     model: EvaluatedModel, whole: str, q: Array, t: ArrayLike = 0.0, *, parameters: Parameters = None
 ) -> Nonzeros | None:
-    """Return the nonzeros of M or B, or all entries of small systems; None if the model has no such term.
+    """Return the nonzeros of M or B in several states, or all entries of small systems; None without such a term.
 
     Parameters
     ----------
-    whole : the term of the whole matrix, of ``system.terms.NONZEROS``
-    q, t : (states, nq), (states,)
+    whole : ``mass`` or ``constraint_jacobian``, a key of ``system.terms.NONZEROS``
+    q, t : (states, nq), (states,) in s
     """
     functions = model.evaluator.functions
     term = next((name for name in (whole, NONZEROS[whole]) if name in functions.names), None)
@@ -788,7 +791,7 @@ def _outputs(model: EvaluatedModel, values: Array) -> dict[str, Array]:
 
 
 def motion_values(model: EvaluatedModel, name: str, values: Mapping[str, Array]) -> dict[str, Array]:
-    """Return ``outputs`` or ``energy`` at states of a run of the model, without checks of the arguments.
+    """Return ``outputs`` or ``energy`` by name at states of a run, as the functions of these names, without checks.
 
     Parameters
     ----------
@@ -889,7 +892,8 @@ def internal_partials(
 
 
 def _zeros(model: EvaluatedModel, q: ArrayLike, v: ArrayLike, t: Array, parameters: Parameters, block: str) -> Array:
-    """Check a batch of arguments, and return zeros with the size of a block for each."""
+    """Check q, v and parameters, and return zeros (..., size) with the size of a block, ``v`` or ``z``, for each
+    state."""
     terms = model.evaluator
     arrays = (terms.configuration(q), terms.velocity("v", v), terms.parameters(parameters))
     return np.zeros(

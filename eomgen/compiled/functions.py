@@ -71,8 +71,9 @@ def chosen() -> Choice:
 
 
 class Companion:
-    """State of one function's companion library: costs of the library, and whether the library is compiled, checked or
-    refused."""
+    """State of the companion library of one function, compiled for a sample in each lane of a vector. ``seconds`` that
+    batches took or will take, estimates ``of_sample`` and for ``compiling``, the ``library`` once it is there, and
+    whether it was looked for in the cache, is being compiled, was compared, or was refused."""
 
     def __init__(self, operations: int) -> None:
         self.seconds = 0.0  # that batches of this companion took or will take
@@ -83,7 +84,7 @@ class Companion:
 
 
 class LaneCompanions:
-    """The companions of a library, shared by all callers of the library.
+    """The companion libraries of a compiled library, one for each function, shared by all callers of the library.
 
     Parameters
     ----------
@@ -104,8 +105,12 @@ class LaneCompanions:
         return kept
 
     def expect(self, name: str, operations: int, count: int, choice: Choice) -> Companion | None:
-        """Announce a batch, so that a companion is looked for, or compiled if the compilation saves time; return the
-        state of the companion, or None if there will be none."""
+        """Announce a batch of ``count`` samples of function ``name``, and return the state of its companion library.
+
+        The companion is looked for in the cache, and compiled in the background once batches have taken longer than the
+        compilation, or now with ``Choice.NOW``. None for small batches, without companions, or after a refusal.
+        ``operations`` are the operations of one sample.
+        """
         make = self._library.companion
         if make is None or choice is Choice.OFF or count < LEAST:
             return None
@@ -130,9 +135,10 @@ class LaneCompanions:
     def judge(
         self, companion: Companion, name: str, inputs: Sequence[Array], sizes: Sequence[int], choice: Choice
     ) -> Library | None:
-        """Return the companion, or None if the companion is missing or was refused. A new companion evaluates some
-        samples of the batch as the model's library does, and is refused if a bit differs or if the evaluation takes
-        longer.
+        """Return the companion library for use in a batch, or None if the companion is missing or was refused.
+
+        A new companion evaluates some samples of the batch as the model's library does, and is refused for good if a
+        bit differs or if the evaluation takes longer (not with ``Choice.NOW``).
 
         Parameters
         ----------
@@ -185,7 +191,8 @@ class LaneCompanions:
         in_background("eomgen-lanes", lambda running: self._make(name, companion, running))
 
     def _make(self, name: str, companion: Companion, running: RunningCompilers) -> None:
-        """Compile a companion; without a companion, batches are evaluated as before."""
+        """Compile the companion of a function, and keep it in ``companion``; a failure is logged and refuses the
+        companion."""
         try:
             if self._library.companion is not None:
                 companion.library = self._library.companion(name, running)
@@ -201,7 +208,7 @@ def _measure_time(call: Callable[[], Any]) -> float:
 
 
 def _same_bits(one: Array, other: Array) -> bool:
-    """Return whether two arrays of numbers are the same, NaN being one number."""
+    """Return whether two arrays of doubles have equal bits everywhere; any two NaN are equal."""
     return bool(np.all((one.view(np.int64) == other.view(np.int64)) | (np.isnan(one) & np.isnan(other))))
 
 
@@ -221,7 +228,7 @@ _SHARE, _SHARE_OF_LANES = 10_000_000, 40_000_000
 
 
 class Functions:
-    """The functions of a library by name.
+    """The functions of a compiled library, called by name on blocks of arrays; ``sizes`` are the sizes of the blocks.
 
     Parameters
     ----------
@@ -316,7 +323,7 @@ class Functions:
         return tuple(result.reshape((*shape, *result.shape[1:])) for result in results)
 
     def renew(self) -> None:
-        """Take the successor of the library if the successor is made and no run is under way.
+        """Replace the library by its successor, the compiled one, if the successor is made and no run is under way.
 
         Warns
         -----
@@ -341,7 +348,8 @@ class Functions:
                 self._runs -= 1
 
     def _batch(self, name: str, inputs: list[Array], results: list[Array], count: int) -> None:
-        """Evaluate a batch in pieces; threads share a large one. C releases the interpreter, and each sample has the
+        """Evaluate ``count`` samples and fill ``results`` in place; threads share a large batch, in lanes if a
+        companion is there. ``inputs`` are (size,) or (count, size). C releases the interpreter, and each sample has the
         same bits in any batch, and in lanes."""
         operations = self._operations(name)
         work = count * operations
@@ -370,8 +378,10 @@ class Functions:
             companion.of_sample = max(1, threads) * (time.perf_counter() - began) / count
 
     def fastest(self, name: str, blocks: Mapping[str, Array], count: int) -> Library:
-        """Return the library by which samples of a function take least time, for C that calls the function: the model's
-        own, or the companion in lanes.
+        """Return the library that evaluates many samples of a function fastest: the model's own, or the companion in
+        lanes.
+
+        For C that calls the function itself.
 
         Parameters
         ----------
@@ -390,8 +400,8 @@ class Functions:
         return LaneCompanions.of(one_by_one).judge(companion, name, inputs, sizes, chosen()) or one_by_one
 
     def _few(self, name: str, arrays: list[Array]) -> int | None:
-        """Return the number of samples along the first axes if there are few, 0 if there are no such axes, else
-        None."""
+        """Return the number of samples along the first axes if a batch is small, 0 for one sample without such axes,
+        else None."""
         rows = {len(array) for array in arrays if array.ndim > 1}
         if len(rows) != 1:
             return None if rows else 0
@@ -399,8 +409,8 @@ class Functions:
         return count if 1 < count < LEAST and count * self._operations(name) < 2 * _SHARE else None
 
     def _at_once(self, name: str, arrays: list[Array], count: int) -> tuple[Array, ...]:
-        """Evaluate one sample (0), or few along the first axes, as in a caller's inner loop, so without the bookkeeping
-        of batches."""
+        """Return the outputs of one sample (``count`` 0), or of few along the first axes, without the bookkeeping of
+        batches."""
         ffi, doubles, pointers, longs = self._types
         leading = (count,) if count else ()
         results = tuple(np.empty((*leading, *shape)) for shape in self._shapes[name])
@@ -420,8 +430,8 @@ class Functions:
 
 
 def by_one_library(function: Callable[P, R]) -> Callable[P, R]:
-    """Return a function of a model during which the model keeps its library, so that a run has the bits of a single
-    library."""
+    """Return the function, wrapped so that its first argument, a model, does not change its library during a call. So
+    all results of a run have the bits of one library."""
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -435,7 +445,7 @@ def by_one_library(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def compiled_or_same(library: Library) -> Library:
-    """Return the successor of a library, or the library itself without a successor, or before the successor is made.
+    """Return the compiled successor of a library on the tape engine once it is made, else the library itself.
 
     Warns
     -----
@@ -464,7 +474,8 @@ def _empty(shape: tuple[int, ...], dtype: DTypeLike) -> Array:
 
 
 def _samples(array: Array, shape: tuple[int, ...], count: int) -> Array:
-    """Return (size,) for one value in all samples, else (count, size)."""
+    """Return a contiguous array: (size,) if all samples have one value, else (count, size), from (..., size). ``shape``
+    are the leading axes of the batch, ``count`` their product."""
     size = array.shape[-1]
     if array.ndim == 2 and len(array) == count != 1 and array.flags.c_contiguous:
         return array

@@ -27,7 +27,7 @@ _BLOCKS = ("q", "v", "z")
 
 @dataclass(frozen=True)
 class InitialState:
-    """q (nq,), v (nv,), z (nz,)."""
+    """An initial state: configuration q (nq,), velocity v (nv,), internal states z (nz,), in SI units."""
 
     q: Array
     v: Array
@@ -89,11 +89,9 @@ def initial_state(
 
 
 def _is_block(model: CompiledModel, name: str, value: Any) -> bool:
-    """Return whether an initial value is of all of q, v or z, not of a joint or an internal state.
-
-    A joint or a state may have the name of a block, or of each other: a mapping is of the joint and an array of the
-    block then. Raises UsageError for a number, which may be of either.
-    """
+    """Return whether an initial value given under ``name`` means all of q, v or z, not a joint or an internal state. A
+    joint or a state may have the name of a block, or of each other: a mapping is of the joint and an array of the block
+    then. Raises UsageError for a number, which may be of either."""
     joint, state = name in [factor.name for factor in model.factors], name in model.states
     block = name in _BLOCKS and (name != "z" or bool(model.nz) or not joint)
     if block + joint + state > 1 and (np.ndim(value) == 0 and not isinstance(value, Mapping)):
@@ -153,7 +151,8 @@ def _written_by_hand(q: object, size: int) -> list[float] | None:
 
 
 def _joints(model: CompiledModel, given: Mapping[str, Any], state: InitialState) -> None:
-    """Write initial values given by joints and internal states into a state. Raises UsageError."""
+    """Write initial values given by joints, components and internal states into ``state``, in place. ``given`` maps
+    names to a position, or to ``position``, ``velocity`` and ``hold``. Raises UsageError for unknown names."""
     factors = {factor.name: factor for factor in model.factors}
     for name, value in given.items():
         if name in model.states and name not in factors:
@@ -185,7 +184,8 @@ def _joints(model: CompiledModel, given: Mapping[str, Any], state: InitialState)
 
 
 def _check_hold(model: CompiledModel, name: str, parts: Mapping[str, Any]) -> None:
-    """Raise UsageError for a hold that is not true or false, or holds no value."""
+    """Raise UsageError for a ``hold`` that is not true or false, stands without a value, or is in absolute
+    coordinates."""
     if not isinstance(parts["hold"], bool):
         raise UsageError(Problem(f"initial {name}", "hold is true or false [E2213]", '{"velocity": 2.0, "hold": True}'))
     if parts["hold"] and not {"position", "velocity"} & set(parts):
@@ -202,10 +202,8 @@ def _check_hold(model: CompiledModel, name: str, parts: Mapping[str, Any]) -> No
 
 
 def _component(factors: Mapping[str, Factor], name: str) -> tuple[slice, slice] | None:
-    """Return the places in q and v of one coordinate of a joint or a beam, ``blade[2]``; None for any other name.
-
-    Components of quaternions do not stand alone.
-    """
+    """Return the slices in q and v for one coordinate of a joint or a beam, ``blade[2]``; None for any other name.
+    Components of quaternions do not stand alone. ``factors`` are by name."""
     joint, bracket, index = name.removesuffix("]").partition("[")
     factor = factors.get(joint)
     if not (
@@ -235,8 +233,7 @@ def _put(target: Array, part: slice, name: str, value: Any, units: Sequence[str]
 def _with_nodes(
     model: CompiledModel, before: InitialState, state: InitialState, parameters: Array | None, given: Mapping[str, Any]
 ) -> InitialState:
-    """Return a state in which the nodes of each beam follow the first node of the beam, in the shapes of the scene's
-    start.
+    """Return a state in which the nodes of each beam follow its first node rigidly, in the shapes of the scene's start.
 
     Nodes have coordinates independent of joints. Joints that a caller moves, and parameters of the places of joints,
     move the first node of a beam alone.
@@ -244,6 +241,7 @@ def _with_nodes(
     Parameters
     ----------
     before, state : the scene's start, and the start with the joints that are ``given``
+    parameters : (np,); defaults if None
     """
     p = model.parameter_array() if parameters is None else parameters
     absolute = model.initial_at is not None  # then poses of bodies agree with joints at the parameters already
@@ -259,8 +257,8 @@ def _numbers(size: int) -> str:
 
 
 def _scene_start(model: CompiledModel, parameters: Array | None, *, asked: bool) -> InitialState:
-    """Return the scene's own initial state; bodies in absolute coordinates follow the joints at the run's
-    parameters."""
+    """Return the scene's own initial state, as copies; bodies in absolute coordinates follow joints at the run's
+    parameters. ``asked`` returns q and v as written in the scene, before they were corrected onto the constraints."""
     q, v = model.initial_q.copy(), model.initial_v.copy()
     layout = model.library.layout
     if asked and layout.get("asked_q"):
@@ -287,8 +285,8 @@ def kept_components(factors: Sequence[Factor], starts: Sequence[WrittenStart]) -
 
 
 def starts_of(model: CompiledModel, initial: Mapping[str, Any] | None) -> tuple[WrittenStart, ...]:
-    """Return the written parts of a run's initial state, joint by joint: by the caller for joints that the caller
-    names, else in the scene; none if the caller gives whole arrays."""
+    """Return the joints whose positions or velocities were written, or held, for a run's initial state. Joints that the
+    caller names in ``initial`` replace the scene's; the result is empty if the caller gives whole arrays."""
     given = initial or {}
     if "q" in given or "v" in given:
         return ()
@@ -322,13 +320,15 @@ def corrected_start(
     freedoms: int,
     starts: Sequence[WrittenStart] = (),
 ) -> list[Message]:
-    """Return a sentence on the largest changes from a guess to a consistent state; none if changes are small.
+    """Return a message with the largest changes from a guess to the consistent state, in a list; empty if changes are
+    small.
 
-    Values of which no more are given than can be chosen were asked for; if there are more, these are guesses of a
-    position of a loop.
+    Values of which no more are given than can be chosen were asked for, and their change is named first with a remedy;
+    if there are more, they are guesses of a position of a loop.
 
     Parameters
     ----------
+    consistent : Assembly
     guess, names, units : of q and of v
     freedoms : velocities that the constraints leave free
     starts : joints with written values, which are fewer than the components of bodies in absolute coordinates
@@ -362,7 +362,9 @@ def corrected_start(
 
 
 def _sizes_of_units(units: Sequence[str], largest: Array, extent: float) -> list[float]:
-    """Return the scale of each coordinate or velocity: velocities in m/s and rad/s are compared over the extent."""
+    """Return the scale of each coordinate or velocity for relative changes, by its unit; ``largest`` are the
+    magnitudes. Lengths are measured by the ``extent`` of the scene in m, velocities in m/s and rad/s by the fastest
+    point at it."""
     arms = [extent if unit == "rad/s" else 1.0 for unit in units]
     fastest = float(np.max(largest * arms, initial=0.0))
     sizes = []

@@ -116,7 +116,8 @@ class CompiledModel(NamedAttributes):
     def __init__(
         self, description: Description, library: Library, stepper: Callable[..., Library], source: Source | None = None
     ) -> None:
-        """Make a model from its description and library; the functions make further libraries on request."""
+        """Take names, sizes and initial values from the layout of the library, without any evaluation or
+        compilation."""
         layout = library.layout
         self.description = description
         self._source = source = Source() if source is None else source
@@ -312,7 +313,7 @@ class CompiledModel(NamedAttributes):
 
     @property
     def _facts(self) -> frozenset[str]:
-        """Facts by which terms exist."""
+        """Facts of the scene that hold, among the words by which the register of terms says when a term exists."""
         facts = {
             "constraints": bool(self.multipliers),
             "unconstrained": not self.multipliers,
@@ -598,7 +599,8 @@ def consistent(
     held: NDArray[np.bool_] | None = None,
     kept: KeptComponents | None = None,
 ) -> Assembly:
-    """Return the consistent state of a constrained model nearest to a guess, and how far the guess was off.
+    """Return the state nearest to a guess q (nq,), v (nv,) that meets the constraints at t in s, and the violations
+    before.
 
     Parameters
     ----------

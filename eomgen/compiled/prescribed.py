@@ -125,7 +125,8 @@ def discontinuity_times(model: EvaluatedModel, start: float, end: float, *, orde
 
 
 def jumps_between(model: EvaluatedModel, t: Array, near: float, *, order: int = 0) -> Array:
-    """Return times at which derivatives of forces up to an order jump: of each wave one per interval of given times.
+    """Return times at which derivatives of forces up to an order jump: all single jumps, and of periodic ones one per
+    interval.
 
     Parameters
     ----------
@@ -160,6 +161,6 @@ def _jumps(model: EvaluatedModel, order: int) -> list[tuple[float, float]]:
 
 
 def jumps_per_second(waves: Iterable[tuple[float, float]]) -> float:
-    """Return the number of jumps in a second, 1/s; a wave is one of the wave's times and the wave's period, s."""
+    """Return the number of jumps in a second, 1/s, of periodic jumps (a time, period) in s; equal ones count once."""
     phases = {(round(time % period / period, 9) % 1.0, period) for time, period in waves}
     return sum(1.0 / period for _, period in phases)

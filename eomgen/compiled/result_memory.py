@@ -51,7 +51,8 @@ class ResultMemory:
         return None
 
     def _give_back(self, memory: mmap.mmap) -> None:
-        """Keep the memory of a dropped array, without a lock: collections drop arrays in the middle of other calls."""
+        """Keep the memory of a dropped array for later arrays, and free the oldest beyond ``_KEPT`` bytes. There is no
+        lock: collections drop arrays in the middle of other calls."""
         try:
             if len(memory) >= _LARGE:
                 memory.madvise(mmap.MADV_FREE)

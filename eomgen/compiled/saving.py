@@ -90,7 +90,7 @@ def name_of(number: int, name: str) -> str:
 
 
 def machine(profile: str) -> Iterator[tuple[str, str]]:
-    """Yield names and values of the facts that a compiled model depends on."""
+    """Yield (name, value) of the facts about machine and versions that a model compiled with a profile depends on."""
     yield "version of eomgen", __version__
     yield "code of eomgen in a checkout", checkout_stamp()[:16]
     yield "operating system", platform.system()
@@ -102,7 +102,8 @@ def machine(profile: str) -> Iterator[tuple[str, str]]:
 
 
 def check_machine(path: str | os.PathLike[str], metadata: Mapping[str, Any], profile: str) -> None:
-    """Raise ToolchainError if a model was compiled for another machine or by another version."""
+    """Raise ToolchainError if a model file was compiled on another machine or by another version of eomgen.
+    ``metadata`` belong to the file at ``path``; the message lists all facts that differ."""
     there, here = metadata["made for"], dict(machine(profile))
     apart = [
         f"{name} {there.get(name) or 'none'}, here {value or 'none'}"

@@ -110,7 +110,8 @@ class Terms:
         return p
 
     def place_of(self, frame: FixedFrame, parameters: Parameters) -> Array:
-        """Return the position of a frame's origin in the body that carries the frame, (..., 3), m."""
+        """Return the position of a frame's origin in axes of the body that carries the frame, (..., 3), m, at
+        parameters (..., np)."""
         rows = self.parameters(parameters)
         values: dict[str, float | Array] = {**self._fixed_values}
         values |= {name: rows[..., k] for k, name in enumerate(self.parameter_names)}
@@ -156,10 +157,8 @@ class Terms:
     def angle_motion(
         self, q: Array, v: Array | None, t: ArrayLike, parameters: Array, base: Array | None = None
     ) -> tuple[Array, Array]:
-        """Return the angles that are counted over turns, and the rates of the angles, (..., number of angles) each.
-
-        ``v`` None: at rest.
-        """
+        """Return the angles that are counted over turns, rad, and their rates, rad/s, (..., number of angles) each.
+        ``v`` None: at rest. ``base`` None: the scene's motion at t in s."""
         values = {
             "q": q,
             "v": np.zeros(self.functions.sizes["v"]) if v is None else v,
@@ -184,7 +183,8 @@ class Terms:
         return components("z", z, len(self.state_names))
 
     def call(self, term: str, **given: Any) -> tuple[Array, ...]:
-        """Evaluate a term.
+        """Return the outputs of a term at a state, arrays with the leading axes of the arguments, in the order of the C
+        code.
 
         Parameters
         ----------
@@ -192,6 +192,11 @@ class Terms:
             depends on them
             Values that are missing or None: accelerations by forward dynamics, multipliers 0, inputs and base by the
             scene's formulas, internal states at their initial values.
+
+        Raises
+        ------
+        UsageError
+            Missing velocities, accelerations that cannot be computed, and arguments of wrong shapes.
         """
         blocks = set(self.functions.inputs(term))
         if "v" in blocks and given.get("v") is None:
@@ -237,15 +242,18 @@ class Terms:
         return TermsAt(self, t, parameters, u, base)
 
     def accelerations(self, **given: Any) -> tuple[Array, Array]:
-        """Return vdot and multipliers of a constrained model; arguments as of ``call``."""
+        """Return vdot (..., nv) and the multipliers (..., rows) of a constrained model; ``given`` are arguments as of
+        ``call``."""
         return accelerations(self.functions, self._states(given))
 
     def acceleration_partials(self, moves: Iterable[tuple[Blocks, Blocks, float]], **given: Any) -> Array:
-        """Return differences of vdot of a constrained model over moves of the state, (..., nv, moves)."""
+        """Return difference quotients of vdot of a constrained model over moves of the state, (..., nv, moves).
+        ``moves`` are as in ``constraints.acceleration_partials``, ``given`` the state as in ``call``."""
         return acceleration_partials(self.functions, self._states(given), moves)
 
     def _states(self, given: Mapping[str, Any]) -> dict[str, Array]:
-        """Return the input blocks of the accelerations of a constrained model."""
+        """Return the input blocks for the accelerations of a constrained model, checked and completed, from arguments
+        of ``call``."""
         if not solvable(self.functions):
             self.functions.inputs("forward_dynamics")  # says that the term is missing
         values = {"q": self.configuration(given["q"]), "v": self.velocity("v", given["v"])}
@@ -257,7 +265,9 @@ class Terms:
         return values
 
     def _times(self, term: str, given: Mapping[str, Any], values: Mapping[str, Array], *, needed: bool) -> Array:
-        """Return t. Raises UsageError for efforts instead, as in the functions of (q, v, tau) of other tools."""
+        """Return the times t (...), s, from the arguments of a call; 0 if not given. Raises UsageError for nv numbers
+        with one state if the term does not depend on time (``needed`` false): these are efforts, as in the functions of
+        (q, v, tau) of other tools."""
         t = numbers("t", given.get("t", 0.0))
         one = all(values[block].ndim == 1 for block in ("q", "v") if block in values)
         if t.ndim == 1 and one and not needed and given.get("u") is None and len(t) == self.functions.sizes["v"]:
@@ -267,8 +277,8 @@ class Terms:
         return t
 
     def _add_prescribed(self, values: dict[str, Array], given: Mapping[str, Any], blocks: set[str]) -> None:
-        """Add the state of the base and the inputs, by the caller or by the scene, and weights, if blocks have such
-        arguments."""
+        """Add weights, the state of the base and the inputs to ``values``, in place, if ``blocks`` of the term need
+        these. They are the caller's in ``given``, else the scene's at the time in ``values``."""
         if "weights" in blocks:
             values["weights"] = given["weights"]
         if given.get("base") is not None:
@@ -295,7 +305,8 @@ class Terms:
         return given
 
     def base_rates(self, rates: ArrayLike) -> Array:
-        """Return the caller's further derivatives of the base's twist, (orders, 6) in order, as (..., size)."""
+        """Return the caller's derivatives of the base's twist from the second on, (..., orders, 6), as (..., 6 orders).
+        Raises UsageError for a base at rest, a wrong shape, and components that the base's law keeps at zero."""
         if not self.moving_base:
             raise UsageError(
                 Problem("base_rates", "the base of this scene is at rest [E0282]", "a [base] section in the scene")
@@ -311,8 +322,9 @@ class Terms:
         return given
 
     def _check_zeros(self, name: str, given: Array, places: Sequence[tuple[int, int]]) -> None:
-        """Raise UsageError if components are not zero that equations do not have, since the base's law keeps these at
-        zero."""
+        """Raise UsageError if one of the components of ``given`` is not zero that the base's law keeps at zero at all
+        times. ``places`` are (index in ``given``, component of the base struct); the equations are compiled without
+        these."""
         for place, component in places:
             wrong = given[..., place][given[..., place] != 0.0]
             if wrong.size:
@@ -332,7 +344,9 @@ class Terms:
         return np.zeros((*values["t"].shape, len(self.input_names)))
 
     def inputs(self, u: Inputs, values: Mapping[str, Array]) -> Array:
-        """Return inputs as (..., nu); inputs that are not given follow ``formula_inputs``."""
+        """Return inputs as (..., nu), SI units; inputs that a mapping or None leaves out follow the scene
+        (``formula_inputs``). ``values`` are the blocks t and p. Raises UsageError for unknown names and wrong
+        shapes."""
         if u is not None and not isinstance(u, Mapping):
             if not self.input_names and np.size(u):
                 fault = f"{np.size(u)} number{'s' * (np.size(u) != 1)} cannot be inputs: the scene has none [E0284]"
@@ -370,7 +384,7 @@ class TermsAt:
         return self._functions(term, {**self._values, **state})
 
     def row(self, number: int) -> TermsAt:
-        """Return the terms at one of several times, sets of parameters, inputs or bases."""
+        """Return the terms at index ``number`` of the several times, sets of parameters, inputs or bases."""
         result = TermsAt.__new__(TermsAt)
         result._functions = self._functions
         result._values = {
@@ -447,7 +461,8 @@ def derivative_values(
 def _input_derivatives(
     terms: Terms, term: str, blocks: list[str], given: Mapping[str, Any], values: Mapping[str, Array]
 ) -> dict[str, Array]:
-    """Return derivatives of inputs: given, the scene's own, or zero for inputs that the caller gives."""
+    """Return the blocks u_dot, u_ddot and u_higher as far as the term takes them (``blocks``). They are those
+    ``given``, else the scene's own, and zero for inputs that the caller gives."""
     of_scene: dict[str, Array] = {}
     if "input_rates" in terms.functions:
         of_scene = dict(
@@ -493,8 +508,8 @@ def _base_derivatives(terms: Terms, given: Mapping[str, Any], values: Mapping[st
 
 
 def _rows(terms: Terms, term: str, block: str, value: ArrayLike) -> Array:
-    """Return derivatives from the third on, (..., rows of this term, n), as (..., size), zeros beyond the rows of this
-    term."""
+    """Return derivatives from the third on, given as (..., order of the term - 2, n), flat as (..., size), zeros at the
+    end. ``block`` is ``a_higher`` or ``u_higher``. Raises UsageError for another shape."""
     size = terms.functions.sizes[block]
     width = terms.functions.sizes["v" if block == "a_higher" else "u"]
     return _flat(block, value, (int(term.rsplit("_", 1)[1]) - 2, width), size)

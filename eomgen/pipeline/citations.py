@@ -11,7 +11,7 @@ from eomgen.scene.sources.register import own_endings
 
 
 def papers_of_methods(names: Sequence[str]) -> list[Paper]:
-    """Return the papers of methods, each once.
+    """Return the papers of methods, each once, in the order of the names.
 
     Parameters
     ----------

@@ -88,8 +88,9 @@ def load(
 
 
 def read(described: Described, **options: object) -> tuple[Any, FrontEnd, FileKind | None]:
-    """Return the document of any description, from the cache of readings if no file has changed, its front end,
-    and the kind of the file, None: a mechanical scene.
+    """Return the document of any description, its front end, and the kind of its file, None for a mechanical scene.
+
+    A path is taken from the cache of readings if no file has changed; the document is a StoredScene then.
 
     Parameters
     ----------
@@ -105,7 +106,8 @@ def read(described: Described, **options: object) -> tuple[Any, FrontEnd, FileKi
 
 
 def as_document(described: Described) -> tuple[Document, FrontEnd]:
-    """Return a scene or another front end's document unchanged, or a scene read from a path or made of nested data."""
+    """Return the document and the front end of a description. Scenes and documents of other front ends are returned
+    unchanged; paths and nested data are read as a scene. Raises UsageError for anything else."""
     if isinstance(described, StoredScene):
         return described, SCENES
     if not isinstance(described, str | os.PathLike | Mapping):
@@ -120,7 +122,9 @@ def as_document(described: Described) -> tuple[Document, FrontEnd]:
 
 
 def load_scene(path: Described, **options: Any) -> Scene:
-    """Read a mechanical scene; options as of ``load``."""
+    """Return a mechanical scene from a path, nested data or a Scene; options are as in ``load``. Scenes of files are
+    taken from the cache of readings, and else kept there. Raises UsageError and DescriptionError, which also names an
+    unknown method of the scene."""
     given = {**_DEFAULTS, **options}
     if (stored := stored_scene(path, given)) is not None:
         return stored.scene
@@ -152,7 +156,8 @@ def load_scene(path: Described, **options: Any) -> Scene:
 
 
 def _given_scene(scene: object, coordinates: Literal["joint", "absolute"] | None) -> Scene:
-    """Return a scene unchanged, or made of nested data; raise UsageError for impossible sources or targets."""
+    """Return a Scene unchanged, or the scene made of a mapping with the data of a scene file. ``coordinates`` replaces
+    the entry of a mapping. Raises UsageError for anything else, or for a Scene with other coordinates."""
     from eomgen.scene.load import from_data, named_method  # noqa: PLC0415  # a stored scene needs no reader
     from eomgen.scene.scene import Scene  # noqa: PLC0415
 
@@ -180,7 +185,8 @@ def _given_scene(scene: object, coordinates: Literal["joint", "absolute"] | None
 
 
 def _check_method(scene: Scene, place: str = "") -> None:
-    """Raise DescriptionError if a scene names an unknown method; ``place`` names a scene without a file."""
+    """Raise DescriptionError if a scene names an unknown method; ``place`` stands in the message for a scene without a
+    file."""
     from eomgen.system.description import Simulation  # noqa: PLC0415
 
     if scene.simulation.method == Simulation.method:
@@ -196,6 +202,7 @@ def _add_method_problems(error: DescriptionError, method: Callable[[], tuple[obj
 
     Parameters
     ----------
+    error : DescriptionError of the description
     method : returns the description's method and the method's place in the file
     """
     from eomgen.system.description import Simulation  # noqa: PLC0415

@@ -48,7 +48,8 @@ class EqualRange:
     count: int
 
     def shorten(self, removed: int) -> tuple[Cosserat, dict[str, str | None]]:
-        """Return the beam without some elements of the run, and the new names of nodes, None for removed nodes."""
+        """Return the beam without ``removed`` elements in the middle of the run, and the new name of each later node.
+        Removed nodes are mapped to None."""
         parts, middle = self.beam.parts, self.first + 2
         shorter = replace(self.beam, parts=parts[:middle] + parts[middle + removed :])
         nodes = self.beam.nodes
@@ -69,8 +70,8 @@ class EqualElements:
 
     @property
     def alone(self) -> bool:
-        """Whether the scene has one beam, clamped and without constrained strains, no other joints, and all elements
-        are equal."""
+        """Whether the scene has one beam, of equal elements, clamped and without constrained strains, and no other
+        moving joints."""
         beams = _beams(self.scene)
         if len(beams) > 1 or beams[0].absent_strains or self.count < beams[0].elements:
             return False
@@ -78,7 +79,7 @@ class EqualElements:
         return all(joint.type == "fixed" or joint.child in nodes for joint in self.scene.joints)
 
     def fewer(self, count: int) -> Scene:
-        """Return the scene with ``count`` elements in each run."""
+        """Return the scene with runs of ``count`` elements; nodes, joints and names beyond are removed or renamed."""
         beams: dict[str, Cosserat] = {}
         names: dict[str, str | None] = {}
         for run in self.runs:
@@ -99,12 +100,14 @@ class EqualElements:
         return cast("Scene", _rename(kept, {old: new for old, new in names.items() if new is not None}))
 
     def program(self, derived: Derived) -> tuple[Program, str] | None:
-        """Return the Program of the scene, and the reason for a missing stepper; None if the Programs of the derived
-        scenes do not grow evenly.
+        """Return the Program of the scene, continued from scenes with few elements, and the reason for a missing
+        stepper.
+
+        None if the Programs of the derived scenes do not grow evenly.
 
         Parameters
         ----------
-        derived : returns the same for a scene that is derived in place of a longer one
+        derived : returns Program and reason of a scene with few elements, derived in place of a longer one (Sample)
 
         Raises
         ------
@@ -137,12 +140,16 @@ class EqualElements:
 def continue_samples(
     derived: Derived, scenes: Sequence[Scene], samples: Sequence[Sample], number: int, known: Known
 ) -> tuple[Program, str] | None:
-    """Return the Program of a scene, continued by ``number`` steps from three scenes with few equal parts, and the
-    reason for a missing stepper; None if their Programs do not grow evenly. The last of the three is derived by a copy
-    of the process, if one may be made.
+    """Return the Program of a scene, continued by ``number`` steps from three scenes, and the reason for a missing
+    stepper.
+
+    None if the three Programs do not grow evenly. The last of the three is derived by a copy of the process, if one may
+    be made.
 
     Parameters
     ----------
+    derived : returns Program and reason of a scene and its sample
+    scenes, samples : three scenes with evenly more equal parts, and for each the longer scene that is meant
     known : as of ``continued_program``
 
     Raises
@@ -191,8 +198,8 @@ def _is_plain(scene: Scene) -> bool:
 
 
 def _texts_outside_beams(scene: Scene, nodes: Collection[str]) -> set[str] | None:
-    """Return all texts of a scene outside of beams and nodes of beams; None if a formula names elements by number or
-    place."""
+    """Return all texts of a scene outside of its beams and their ``nodes``; None if a formula depends on elements by
+    number or place."""
     apart = replace(
         scene,
         bodies=tuple(body for body in scene.bodies if body.name not in nodes),
@@ -212,7 +219,7 @@ def _texts_outside_beams(scene: Scene, nodes: Collection[str]) -> set[str] | Non
 
 
 def _runs(beam: Cosserat, mentioned: set[str]) -> Iterator[EqualRange]:
-    """Yield the runs of equal elements of a beam."""
+    """Yield the runs of equal elements of a beam in order; nodes with names in ``mentioned`` are between two runs."""
     ends = {number for number, node in enumerate(beam.nodes) if node in mentioned}
     pieces = [0]
     for number in range(1, beam.elements):
@@ -237,7 +244,7 @@ def _middles(scene: Scene) -> tuple[float, ...]:
 
 
 def _leaves(value: Any) -> Iterator[Any]:
-    """Yield symbols and texts within data of a scene."""
+    """Yield all symbols and texts within nested data of a scene, keys of mappings included."""
     if isinstance(value, Symbol | str):
         yield value
     if isinstance(value, Mapping):
@@ -249,7 +256,8 @@ def _leaves(value: Any) -> Iterator[Any]:
 
 
 def _rename(value: Any, names: Mapping[str, str]) -> Any:
-    """Return data of a scene with other names of nodes."""
+    """Return nested data of a scene with names of nodes replaced by ``names``; beams, and data without such names,
+    unchanged."""
     kind = type(value)
     if kind is str:
         return names.get(value, value)

@@ -58,8 +58,9 @@ _START = frozenset({"initial_position", "initial_velocity"})
 
 
 def equal_rows(scene: Scene) -> EqualRows | None:
-    """Return the rows of a scene of many absolute bodies; None if there are none, if rows differ, or if the scene has
-    other parts than bodies, joints, points, elements and parameters."""
+    """Return the rows of a scene of many bodies in equal numbered rows; None if such rows are not found. None also if
+    rows differ, are few, or if the scene has other parts than bodies, joints, points, force elements and parameters;
+    scenes with joints other than free ones must be plain chains."""
     hinged = scene.coordinates == "joint"
     joined = any(joint.type != "free" for joint in scene.joints)
     if len(scene.bodies) < (MANY_HINGED if hinged else MANY_JOINED if joined else MANY):
@@ -79,15 +80,16 @@ def equal_rows(scene: Scene) -> EqualRows | None:
 
 
 def _is_plain_chain(scene: Scene, hinged: bool) -> bool:
-    """Return whether joints alone act on bodies: forces are recorded one by one, and their loops grow unevenly; and
-    whether no term of whole matrices is asked for."""
+    """Return whether a scene has no force elements, no drives or mimic relations, and no wanted term that is a whole
+    matrix. In absolute coordinates (not ``hinged``) joints must not have springs, stops or friction either: forces are
+    recorded one by one, so their loops grow unevenly."""
     whole = any(TERMS[name].quadratic for name in scene.terms if name in TERMS)
     simple = _moves_freely if hinged else _only_connects
     return not whole and not scene.elements and all(map(simple, scene.joints))
 
 
 def _moves_freely(joint: Joint) -> bool:
-    """Return whether the coordinates of a joint follow from the equations alone."""
+    """Return whether a joint has neither a drive nor a mimic relation."""
     return not (joint.drive or joint.mimic)
 
 
@@ -98,8 +100,8 @@ def _only_connects(joint: Joint) -> bool:
 
 
 def _find_rows(names: Sequence[str]) -> tuple[Mapping[tuple[str, ...], int], int, int] | None:
-    """Return the place of the row's number among the numbers of names, by their other parts; the first and the last
-    row; None if no number counts many rows, or if two of a name may."""
+    """Return the position of the row's number among the integers in a name, and the first and the last row. Positions
+    are by the other parts of the name. None if no integer counts many rows, or if two of a name may."""
     numbers: dict[tuple[str, ...], list[tuple[int, ...]]] = {}
     for name in dict.fromkeys(names):
         shape, own = parts_of(name)
@@ -122,7 +124,8 @@ _KNOWN: dict[str, Parts] = {}
 
 
 def parts_of(name: str) -> Parts:
-    """Return the parts of a name between its integers, and the integers; ``07`` is none."""
+    """Return the parts of a name between its integers, ``""`` for each integer, and the integers; ``07`` does not count
+    as an integer."""
     if name not in _KNOWN:
         pieces = _INTEGER.split(name)
         numbers = []
@@ -136,7 +139,8 @@ def parts_of(name: str) -> Parts:
 
 @dataclass(frozen=True)
 class _Row:
-    """An entry of a scene in one row: its place in its list, and its data without numbers and without the row."""
+    """A body, joint, point or force element of a scene: position in its list, data without numbers and row, and its
+    numbers."""
 
     place: int
     data: object
@@ -151,11 +155,12 @@ class _Row:
 
 @dataclass(frozen=True)
 class EqualRows:
-    """A scene with rows of absolute bodies.
+    """A scene with equal rows of bodies, numbered in their names, whose Program is continued from scenes with fewer
+    rows.
 
     Attributes
     ----------
-    places : place of the row's number among the integers of names, by the other parts of the names
+    places : which integer in a name is the number of the row, by the other parts of the name
     first, last : rows
     joined : whether bodies have other joints than free ones
     """
@@ -181,13 +186,14 @@ class EqualRows:
         return range(self.first + _END, self.last - _END + 1)
 
     def row_of(self, name: str) -> int | None:
-        """Return the row of an entry by its name, None if it belongs to no row."""
+        """Return the number of the row of a body, joint, point or force element by its name, None if it belongs to no
+        row."""
         shape, numbers = parts_of(name)
         place = self.places.get(shape)
         return None if place is None else numbers[place]
 
     def name_before(self, name: str, rows: int) -> str:
-        """Return the name of the entry some rows before the entry with this name."""
+        """Return a name with its row's number reduced by ``rows``; unchanged without a row."""
         shape, numbers = parts_of(name)
         place = self.places.get(shape)
         if place is None:
@@ -202,7 +208,8 @@ class EqualRows:
 
     @cached_property
     def entries(self) -> dict[str, dict[object, dict[int, _Row]]]:
-        """Entries of rows, by list, by kind (name without the row), and by row."""
+        """Bodies, joints, points and force elements that belong to rows: by list, by kind (type and name without row),
+        by row."""
         result: dict[str, dict[object, dict[int, _Row]]] = {}
         for part in _LISTS:
             kinds = result.setdefault(part, {})
@@ -215,7 +222,8 @@ class EqualRows:
         return result
 
     def _data(self, value: Any, row: int, numbers: list[float]) -> object:
-        """Return data that are equal for equal entries of two rows, and add their numbers to a list."""
+        """Return nested data that are equal for equal parts of two rows, and append their numbers to ``numbers``.
+        Numbers are replaced by their type, and rows in names are relative to ``row``."""
         kind = type(value)
         if kind is float:
             numbers.append(value)
@@ -234,7 +242,8 @@ class EqualRows:
 
     @cached_property
     def regular(self) -> bool:
-        """Whether all inner rows are equal, with the same order in the lists, and the scene has few other entries."""
+        """Whether the rows can be continued: enough rows, all inner ones equal and in even order, and few parts without
+        a row."""
         if self.count < (MANY_HINGED if self.is_hinged else MANY_JOINED if self.joined else 4 * _END + 2 * _FEW_ROWS):
             return False
         if not self.joined and not self.is_hinged and free_start(self.scene) is None:
@@ -287,8 +296,8 @@ class EqualRows:
         return np.array(sorted(values))
 
     def fewer(self, count: int) -> Scene | None:
-        """Return the scene with ``count`` rows, whose last rows are like the last ones of the scene; None if rows at
-        the ends have numbers that grow but differ from others otherwise."""
+        """Return the scene with ``count`` rows, whose last rows are like the last ones of the scene. None if rows at
+        the ends have numbers that grow but differ from other rows otherwise."""
         scene, removed = self.scene, self.count - count
         turn = self.first + count - _END
         lists: dict[str, Any] = {}
@@ -322,7 +331,7 @@ class EqualRows:
         return replace(scene, groups=groups, **lists, **nothing)
 
     def _at_end(self, value: Any, removed: int, turn: int) -> Any:
-        """Return data with the names of rows some rows earlier."""
+        """Return nested data with names in rows from ``turn`` on moved ``removed`` rows back."""
         kind = type(value)
         if kind is str:
             row = self.row_of(value)
@@ -336,12 +345,13 @@ class EqualRows:
         return value
 
     def program(self, derived: Derived) -> tuple[Program, str] | None:
-        """Return the Program of the scene, and the reason for a missing stepper; None if the Programs of the derived
-        scenes do not grow evenly.
+        """Return the Program of the scene, continued from scenes with few rows, and the reason for a missing stepper.
+
+        None if the Programs of the derived scenes do not grow evenly.
 
         Parameters
         ----------
-        derived : returns the same for a scene that is derived in place of a longer one
+        derived : returns Program and reason of a scene with few rows, derived in place of a longer one (Sample)
 
         Raises
         ------
@@ -371,8 +381,8 @@ class EqualRows:
         return replace(made[0], initial_q=q, initial_v=v, **asked), made[1]
 
     def _derive(self, derived: Derived, scene: Scene, sample: Sample) -> tuple[Program, str]:
-        """Return the Program of a shorter scene. Raises IrregularSamples if the state at the start is not the one asked
-        for, and for Taylor coefficients of trees, which are written out, order by order."""
+        """Return the Program of a shorter scene and the reason for a missing stepper. Raises IrregularSamples if
+        assembly changes the initial state, and for Taylor series of trees, which do not grow evenly."""
         program, refusal = derived(scene, sample)
         if not self.joined or self.is_hinged:
             if self.is_hinged and program.series:
@@ -393,7 +403,7 @@ class EqualRows:
         return (_FEW_JOINED,) if self.joined else (max(_FEW_ROWS, -(-_FEW // of_row)),)
 
     def _start(self, shortest: Scene, program: Program) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return q and v of the initial state."""
+        """Return q and v of the initial state of the whole scene, for a Program of the shortest scene."""
         if self.is_hinged:
             return joint_start(Derivation(shortest), self.scene, program.factors)
         if self.joined:
@@ -401,7 +411,9 @@ class EqualRows:
         return cast("tuple[tuple[float, ...], tuple[float, ...]]", free_start(self.scene))
 
     def _continue_numbers(self, number: int, samples: Samples) -> list[float] | None:
-        """Return a list of numbers of the scene that grow from row to row; None if the lists hold others."""
+        """Return a list of numbers of the whole scene from three lists that grow from row to row; None if they grow
+        otherwise. Numbers are chosen among the scene's own, to have the same bits; in joint coordinates they are
+        continued sums."""
         if not all(type(item) is float for sample in samples for item in sample):
             return None
         if self.is_hinged:

@@ -81,7 +81,7 @@ class FrontEnd:
 
 @dataclass(frozen=True)
 class Preparation:
-    """Parameters of scenes that a product finds from compiled models of them, before the equations are derived.
+    """A product that finds parameters of scenes from compiled models of the scenes, before the equations are derived.
 
     Attributes
     ----------
@@ -137,6 +137,8 @@ def is_scene(described: object) -> bool:
 
 def other_document(described: object, options: Mapping[str, Any] | None = None) -> tuple[FileKind, Any] | None:
     """Return kind and document of a description that is not a mechanical scene; None for mechanical scenes.
+
+    ``options`` are the caller's for mechanical scenes.
 
     Raises
     ------

@@ -74,9 +74,10 @@ def with_equilibrium_start(
     build: Callable[[Sequence[str]], Model],
     parameters: Mapping[str, float | str] | None = None,
 ) -> Program:
-    """Return a Program with the initial state of ``simulate`` at the program's parameters, documented in the README.
+    """Return a Program whose initial state is the static equilibrium, as of ``simulate``, with a text for the README.
 
-    Without an equilibrium the initial state is the joints' own; a RuntimeWarning and the README report that.
+    Velocities are the joints' own, of driven coordinates the drives'. Without an equilibrium the initial state is the
+    joints' own; a RuntimeWarning and the README report that.
 
     Parameters
     ----------
@@ -142,7 +143,8 @@ Range = tuple[float | None, float | None]
 
 
 def _ranges_of_coordinates(program: Program, described: Description) -> dict[str, Range]:
-    """Return the ranges of coordinates between stops, at the parameters of a Program."""
+    """Return (lower, upper) of coordinates with stops, by name, None for a side without; at the parameters of a
+    Program."""
     values = described.values({item.name: item.value for item in program.parameters})
 
     def end(formula: Formula | None) -> float | None:
@@ -153,7 +155,8 @@ def _ranges_of_coordinates(program: Program, described: Description) -> dict[str
 
 
 def _ranges_of_parameters(program: Program, described: Description) -> dict[str, Range]:
-    """Return the ranges of tunable parameters that requirements restrict, the other parameters at their defaults."""
+    """Return (lower, upper) of tunable parameters that requirements restrict, by name, None for a side without an end.
+    The other parameters are at their defaults."""
     values = described.values({item.name: item.value for item in program.parameters})
     ranges: dict[str, Range] = {}
     for parameter in program.parameters:
@@ -185,10 +188,9 @@ _LARGEST = 1e150
 
 
 def _end(met: Callable[[float], bool], start: float, sign: float) -> float | None:
-    """Return the end of the range that begins at a value which meets the requirements; None without an end.
-
-    The search halves the number of doubles in between.
-    """
+    """Return the end, in direction ``sign``, of the range of numbers that meet requirements and contains ``start``.
+    ``met`` returns whether a number meets the requirements. None without an end; the search halves the number of
+    doubles in between."""
     if met(sign * _LARGEST):
         return None
     inside, outside = _place(start), _place(sign * _LARGEST)
@@ -211,7 +213,7 @@ def _double(place: int) -> float:
 
 
 def _at(parameters: tuple[Quantity, ...], inputs: tuple[Quantity, ...]) -> str:
-    """Return at which values the equilibrium was found."""
+    """Return words on the parameters and inputs at which the equilibrium was found, ``_LISTED`` values at most."""
     listed = ", ".join(
         f"{item.name} = {item.value:.9g}{f' {item.unit}' if item.unit else ''}" for item in parameters[:_LISTED]
     )

@@ -123,11 +123,13 @@ def exported_program(
     *,
     parameters: Mapping[str, float | str] | None = None,
 ) -> tuple[Program, str]:
-    """Return the Program of files that stand alone, with the start and the names of its coordinates, and the reason if
-    the Program has no stepper.
+    """Return the Program of files that stand alone, and the reason if the Program has no stepper, else empty text.
+
+    The Program has the equilibrium as start if the scene asks for it, and names and ranges of its coordinates.
 
     Parameters
     ----------
+    target : language, which decides the terms
     terms, method, parameters : as of ``generate``
 
     Raises
@@ -168,7 +170,8 @@ def _controller_program(
 
 
 def _check_only(only: str | None, target: Target, **others: object) -> None:
-    """Raise UsageError for a part that cannot be written alone, and for options of models together with it."""
+    """Raise UsageError for an unknown part ``only``, a target other than C, or options of whole models (``others``)
+    with it."""
     if only is None:
         return
     if only != "controller":
@@ -200,7 +203,7 @@ def _check_scene(document: Any, only: str | None) -> None:
 
 
 def _check_folder(folder: str | Path) -> None:
-    """Raise UsageError for a folder that is not a path, or that has the name of a file of code."""
+    """Raise UsageError for a folder that is not a path, or that has the ending of a file of code and does not exist."""
     if not isinstance(folder, str | os.PathLike):
         fault = f"the path of a folder is needed, not {type(folder).__name__} [E2169]"
         raise UsageError(Problem("folder", fault, "generate(scene, folder), the scene first"))

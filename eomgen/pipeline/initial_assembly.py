@@ -50,7 +50,8 @@ def with_initial_assembly(
     whole: bool = True,
     light: Sequence[LightJoint] = (),
 ) -> System:
-    """Return a System without redundant rows and with a consistent initial state, with notes.
+    """Return a System without redundant constraint rows and with a consistent initial state, with notes and warnings on
+    both.
 
     Parameters
     ----------
@@ -68,7 +69,9 @@ def with_initial_assembly(
     Raises
     ------
     ModelError
-        The constraints contradict each other.
+        The constraints contradict each other, or a drive has no effect.
+    DescriptionError
+        A motion of a joint without inertia is not determined.
     """
     beams = description is not None and bool(description.exact_beams)
     terms_of_state = NEEDED if beams or whole else SPARSE
@@ -111,7 +114,8 @@ def with_initial_assembly(
 
 
 def _refuse_surplus_drives(system: System, rows: Redundancy) -> None:
-    """Raise ModelError if a drive adds no condition: its motion would be left out without effect."""
+    """Raise ModelError if the row of a drive follows from rows before it: its motion would be left out without
+    effect."""
     surplus = [system.multipliers[row] for row in rows.dependent if _is_driven(system, row)]
     if surplus:
         fault = (
@@ -122,7 +126,8 @@ def _refuse_surplus_drives(system: System, rows: Redundancy) -> None:
 
 
 def _refuse_undetermined(system: System, equations: ConstrainedSystem, q: Array, light: Sequence[LightJoint]) -> None:
-    """Raise DescriptionError with the joint that moves most if motions of joints without inertia are left free."""
+    """Raise DescriptionError if constraints leave a motion free that moves no inertia; names the joints that move most.
+    No check without ``light`` joints; q is the assembled configuration."""
     if not light:
         return
     free = RowsInMetric(equations, q, 0.0).without_resistance
@@ -145,7 +150,7 @@ def _refuse_undetermined(system: System, equations: ConstrainedSystem, q: Array,
 
 
 def _left_out(system: System, equations: ConstrainedSystem, q: Array, rows: Redundancy) -> list[str]:
-    """Return a sentence for each dependent row, with the row's violation if lengths or axes hardly fit."""
+    """Return a note for each dependent row that is left out, with the row's violation if lengths or axes hardly fit."""
     off = left_over(equations, q, rows.dependent)
     by = {row: f", though it is off by {abs(value):.3g}" for row, value in off.items()}
     return [
@@ -157,7 +162,8 @@ def _left_out(system: System, equations: ConstrainedSystem, q: Array, rows: Redu
 def _without_freedom(
     system: System, equations: ConstrainedSystem, q: Array, rows: Redundancy
 ) -> tuple[list[str], list[str]]:
-    """Return a note if the constraints leave no velocity free: the motion is prescribed, or there is none."""
+    """Return two lists of sentences, for constraints that leave no velocity free; both empty otherwise. The first has a
+    note if drives prescribe all motion, the second a warning if no part can move."""
     kept = [row for row in range(len(system.multipliers)) if row not in rows.dependent]
     if len(kept) < system.nv:
         return [], []
@@ -178,7 +184,7 @@ def _without_freedom(
 
 
 def _undetermined_rows(system: System, equations: ConstrainedSystem, q: Array, rows: Redundancy) -> list[str]:
-    """Return a sentence for each row that follows from other rows at the start, and adds hardly any condition
+    """Return a warning for each row that follows from other rows at the start, q, and adds hardly any condition
     nearby."""
     if not rows.hardly:
         return []
@@ -199,11 +205,9 @@ def _undetermined_rows(system: System, equations: ConstrainedSystem, q: Array, r
 def _sensitive(
     system: System, equations: ConstrainedSystem, q: Array, v: Array, left_out: Sequence[int]
 ) -> tuple[str, ...]:
-    """Return the rows left out that follow from other rows at the default parameters only, as far as nearby states
-    show.
-
-    Rows are analytic in parameters: a dependence at arbitrary values nearby is a dependence everywhere.
-    """
+    """Return the names of the rows left out if these follow from other rows at the default parameters only, else ().
+    Tried at nearby parameters: rows are analytic in parameters, so a dependence at arbitrary values nearby is a
+    dependence everywhere. q and v are the assembled state, ``left_out`` the numbers of the rows."""
     rows = [system.functions[name] for name in ("constraint", "constraint_velocity") if name in system.functions]
     refs = [ref for function in rows for ref in function.refs]
     entering = [symbol.index for symbol in system.tape.depends_on(refs) if symbol.block == "p"] if left_out else []
@@ -235,10 +239,9 @@ def _is_driven(system: System, row: int) -> bool:
 def constraint_equations(
     system: System, parameters: Array | None = None, description: Description | None = None
 ) -> ConstrainedSystem:
-    """Return the constraints of a System, evaluated on the tape, at parameters (np,): by default at the scene's.
-
-    Geometrically exact beams are known by the description, and by the term ``poses``.
-    """
+    """Return the constraints of a System as functions of arrays, evaluated on the tape, at parameters (np,). The
+    scene's parameters are the default. Geometrically exact beams are included if a description is given and the System
+    has the term ``poses``; M and B are sparse if the System has their nonzeros."""
     defaults = np.array([parameter.value for parameter in system.parameters]) if parameters is None else parameters
 
     @cache

@@ -41,10 +41,11 @@ _OF_RUNS = b"\0of runs"
 
 
 def compile_library(request: LibraryRequest, write: WriteProgram, steps: float | None = None) -> Library:
-    """Return a library that the cache does not have, made as the row of the profile says.
+    """Return a library that the cache does not have, made as the row of the profile says; a slower one may come first.
 
     Parameters
     ----------
+    write : returns the Program of the request and the reason for a missing stepper
     steps : of the only run, which may be stepped by the profile of short runs
     """
     job, builder = LibraryJob(request, write), request.builder
@@ -62,7 +63,7 @@ def compile_library(request: LibraryRequest, write: WriteProgram, steps: float |
 
 
 class LibraryJob:
-    """The making of a library, by any of several builders from one Program.
+    """The making of one requested library, by any of several builders from one Program, which is written once.
 
     Attributes
     ----------
@@ -70,7 +71,7 @@ class LibraryJob:
         tape engine, if all of its functions are data
     apart : whether these are texts of a library with its numbers in a separate file
     structure : finds the structure of the model, None for a model whose library is not kept for other numbers
-    known : the library, of an earlier model that differs in numbers alone
+    known : the library of an earlier model that differs in numbers alone, if one is found
     """
 
     def __init__(self, request: LibraryRequest, write: WriteProgram) -> None:
@@ -83,7 +84,8 @@ class LibraryJob:
 
     @cached_property
     def program(self) -> tuple[Program, str]:
-        """The Program, and the reason if the Program has no stepper."""
+        """The Program, written at the first use, and the reason if the Program has no stepper; the wrapper is compiled
+        meanwhile."""
         from eomgen.codegen.targets.c.interface import INTERFACE_CDEF, interface_header  # noqa: PLC0415
 
         self.builder.begin_wrapper(INTERFACE_CDEF, interface_header())
@@ -91,7 +93,9 @@ class LibraryJob:
             return self._write(self.begin)
 
     def is_faster(self, on_tape: Builder, steps: float) -> bool:
-        """Return whether a run of ``steps`` steps would end on the tape engine before the compilers end."""
+        """Return whether a run of ``steps`` steps is estimated to end on the tape engine before the compilers would
+        end. False if a library that differs in numbers alone is known. ``on_tape`` is the builder of the tape
+        engine."""
         there = on_tape.find(self.content)
         if there is None:
             from eomgen.codegen.metadata import loop_operations  # noqa: PLC0415  # a library of the cache has a layout
@@ -110,12 +114,15 @@ class LibraryJob:
     # -- while the Program is made -------------------------------------------------------------------------------------
 
     def begin(self, system: System, data: Mapping[str, Any], functions: Sequence[str], names: Names) -> Program | None:
-        """Look for a library that differs in numbers alone, and return a Program without statements if there is one.
-        Else compile the stepper of a long model, or of one on the tape engine, while functions are scheduled, if its
-        text depends on no statement; of a short model on the tape engine the whole library.
+        """Return a Program without statements if a library that differs in numbers alone is known, else None.
+
+        In the latter case, compile in the background, while functions are scheduled: the stepper of a long model, or of
+        one on the tape engine, if its text depends on no statement; the whole library of a short model on the tape
+        engine.
 
         Parameters
         ----------
+        system : System of the model
         data : of the method
         functions : of the model
         names : of the target
@@ -180,7 +187,8 @@ class LibraryJob:
                 return compile_whole(program, builder, running)
 
     def _compile(self, program: Program, builder: Builder, running: RunningCompilers | None) -> Library:
-        """Return the compiled library of the Program, or one that differs in numbers alone."""
+        """Return the compiled library of the Program, or a copy of one that differs in numbers alone, with these
+        numbers. ``running`` is as of ``Builder.build``. A new library is kept by its structure."""
         from eomgen.pipeline.structures import keep_structure, known_library  # noqa: PLC0415
 
         apart = builder.real == "double"  # others convert literals while compiling, tables at each use
@@ -197,7 +205,7 @@ class LibraryJob:
         return keep_structure(builder, structure, library)
 
     def _compile_on_tape(self, program: Program, builder: Builder, running: RunningCompilers | None) -> Library:
-        """Return the library of the Program on the tape engine."""
+        """Return the library of the Program on the tape engine; ``running`` is as of ``Builder.build``."""
         from eomgen.codegen.targets.c.interface import fingerprint  # noqa: PLC0415
         from eomgen.codegen.targets.c.tape_code import functions_of_data, on_tape  # noqa: PLC0415
         from eomgen.codegen.targets.c.target import written_on_tape  # noqa: PLC0415
@@ -250,10 +258,11 @@ class LibraryJob:
         return first
 
     def _complete(self, first: Library, files: LibraryInTwo | None, running: RunningCompilers | None) -> Library:
-        """Return the library with all functions.
+        """Return the library with all functions, from the cache, with tables of an equal structure, or compiled.
 
         Parameters
         ----------
+        first : the library with the functions that runs call
         files : of the first library, if its files were written before
         running : as of ``Builder.build``
         """

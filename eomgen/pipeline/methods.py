@@ -20,10 +20,8 @@ def method_of(scene: Scene, method: str | None) -> str:
 
 
 def method_name(described: Description, method: str | None) -> str:
-    """Return the requested method, or the described one; the default one if runs choose.
-
-    Raises UsageError or DescriptionError for an unknown name of a method.
-    """
+    """Return the requested method's name, or if None the described one's; the standard method for ``auto``. Raises
+    UsageError or DescriptionError for an unknown name of a method."""
     from eomgen.integrators.families.register import AUTO, STANDARD, canonical_name  # noqa: PLC0415
 
     if (described.simulation.method if method is None else method) == AUTO:
@@ -34,10 +32,10 @@ def method_name(described: Description, method: str | None) -> str:
 
 
 def method_with_parameters(described: Description, method: str | None, *, for_runs: bool) -> Method:
-    """Return a method with the described parameters, if the method has such parameters.
+    """Return a method (None: the described one) with the parameters in the description that the method has.
 
-    Raises DescriptionError if the described method cannot take these parameters, UsageError if another method cannot
-    run with its own defaults.
+    Raises DescriptionError if the described method cannot take these parameters; a method that is not the described one
+    gets its own defaults then, and UsageError is raised if it has none.
 
     Parameters
     ----------

@@ -147,7 +147,10 @@ def build(
 
 
 def build_model(request: ModelRequest, steps: float | None = None) -> Model:
-    """Return the compiled model of a document: its library, and all that the model asks for later.
+    """Return the compiled model of a request: its library, from the cache or made, and a supplier of all that is asked
+    later.
+
+    Warns RuntimeWarning if some motion moves no inertia.
 
     Parameters
     ----------
@@ -200,8 +203,8 @@ def build_in(
     *,
     start: str = "",
 ) -> Model:
-    """Return the compiled model of a scene as ``build`` does, with libraries kept in this folder, the user's cache by
-    default.
+    """Return the compiled model of a scene as ``build`` does, with libraries in the folder ``cache``, None: the user's
+    cache.
 
     Parameters
     ----------

@@ -58,10 +58,12 @@ def write_program(
     parameters: Mapping[str, float | str] | None = None,
     begin: BeginLibrary | None = None,
 ) -> tuple[Program, str]:
-    """Return the Program of a document, and the reason if the Program has no stepper.
+    """Return the Program of a document, and the reason if the Program has no stepper, else empty text.
 
     Parameters
     ----------
+    request : document, functions and method
+    target : language, which decides names and whether there are steppers
     build : builds the models by which the document is prepared
     for_runs : as of ``ProgramWriter``
     parameters : values of tunable parameters, as of ``generate``
@@ -82,11 +84,12 @@ def write_program(
 
 @dataclass(frozen=True)
 class ProgramWriter:
-    """Derives and writes a document, or shorter documents in place of a longer one.
+    """Derives a document and writes its Program, also of shorter documents in place of a longer one.
 
     Attributes
     ----------
     described : description of the whole document
+    selection, method, target : functions, stepper and language of the Program
     own_settings : whether the settings described are of this method
     for_runs : as of ``method_with_parameters``; then functions that no run calls are marked, if all functions are
         selected
@@ -121,7 +124,9 @@ class ProgramWriter:
     def _with_stepper(
         self, system: System, functions: Sequence[str], called: Set[str], begin: BeginLibrary | None
     ) -> Program:
-        """Return the Program with the stepper. Raises ModelError if the method has none for the System."""
+        """Return the Program with the stepper and, for runs, with the functions that may be compiled later. ``called``
+        are the names that steps call. If ``begin`` returns a Program, this is the result. Raises ModelError if the
+        method has no stepper for the System."""
         data = method_data(self.method, system, self.described.simulation.step)
         if self.own_settings:
             data = self._with_settings(data)
@@ -147,8 +152,9 @@ class ProgramWriter:
             raise DescriptionError([Problem(where, p.what, p.hint) for p in error.problems]) from None
 
     def _equations(self, document: Document, sample: Sample | None) -> Equations:
-        """Return the System, ready for the method, the selected functions, the names that steps call, and why there is
-        no stepper, if so."""
+        """Return the System prepared for the method, the selected functions, the names that steps call, and a refusal.
+        The refusal is the reason for which there is no stepper, empty if there is one. ``sample`` is the longer
+        document that is meant, if any."""
         derive = partial(derive_system, document, self.front_end)
         if self.selection.start == REST:
             return self._equations_about_rest(derive)
@@ -162,8 +168,8 @@ class ProgramWriter:
         return system, functions, called, refusal
 
     def _called_functions(self, derive: Derive) -> tuple[System, Set[str]]:
-        """Return the system with the terms of the selection, or with all that the method calls, and the names that it
-        calls."""
+        """Return the System with the selected terms and the set of names that the method calls. Without a selection,
+        terms that the method needs and that are derived on request only are added."""
         method, system = self.method, derive(self.selection.terms)
         steps = method.calls(system)
         called = steps.union(method.terms(bool(system.multipliers), bool(system.states), "mass" in system.functions))
@@ -178,7 +184,8 @@ class ProgramWriter:
         return system, called
 
     def _equations_about_rest(self, derive: Derive) -> Equations:
-        """Return the equations of the functions that linear models about rest call."""
+        """Return System and functions for linear models about rest, with no called names and the refusal of a
+        stepper."""
         described, system = self.described, derive(None)
         holding = {
             "constraints": system.multipliers,
@@ -198,8 +205,8 @@ class ProgramWriter:
 
 
 def functions_for_later(program: Program, early: Collection[str]) -> tuple[str, ...]:
-    """Return the functions of a Program that are not ``early``, nor called by an early one; none if the compilers are
-    done with these soon."""
+    """Return the names of the functions of a Program that may be compiled later: not ``early``, nor called by an early
+    one. Empty if these have fewer than ``_MUCH`` operations."""
     called = {function.same_as for function in program.functions if function.name in early}
     later = [function for function in program.functions if function.name not in early and function.name not in called]
     work = sum(function.operations for function in later)

@@ -103,8 +103,8 @@ def record_of(scene: object) -> StoredScene | None:
 
 
 def stored_scene(path: object, options: Mapping[str, Any]) -> StoredScene | None:
-    """Return the scene of a file that was read before with these options; None if there is no record, or if a file has
-    changed since."""
+    """Return the scene of a file that was read before with these options, from the cache of readings. None if there is
+    no record, if a file has changed since, or for anything but a path. Postponed records are written first."""
     if not isinstance(path, str | os.PathLike):
         return None
     write_postponed()
@@ -172,7 +172,8 @@ Record = tuple[str, str, bool, str, str]
 
 
 def to_record(scene: Scene, description: Description) -> Record:
-    """Return the data of a record. Raises NoRecordError for a scene with parts that a record cannot hold."""
+    """Return the data of a record as JSON types. Raises NoRecordError for a scene with parts that a record cannot hold.
+    These are joint types of other distributions, objects other than data, and values that JSON does not keep."""
     for joint in scene.joints:
         if joint.has_extension_type:  # the type may change
             raise NoRecordError(f"the type of the joint {joint.name}")
@@ -184,7 +185,8 @@ def to_record(scene: Scene, description: Description) -> Record:
 
 
 def record_of_document(document: Any, front_end: FrontEnd) -> Record:
-    """Return the data of the scene of a model. Raises ModelError for a document or a scene that a file cannot hold."""
+    """Return the data of a scene and its description for a file of a model, with the meshes of shapes read in. Raises
+    ModelError for a document that is not a scene, or parts that a file cannot hold."""
     described = front_end.describe(document)
     hint = "eomgen.build(scene) on the other machine"
     if isinstance(document, StoredScene):
@@ -200,7 +202,8 @@ def record_of_document(document: Any, front_end: FrontEnd) -> Record:
 
 
 def _read(shapes: Iterable[Shape]) -> tuple[Shape, ...]:
-    """Return shapes with their meshes, for machines without the files; a mesh that cannot be read keeps its file."""
+    """Return shapes with their meshes read, for machines without the files; a mesh that cannot be read keeps its
+    file."""
     result = []
     for shape in shapes:
         result.append(shape)
@@ -216,7 +219,8 @@ def from_record(record: Record) -> StoredScene:
 
 
 def _place(path: str | os.PathLike[str], options: Mapping[str, Any]) -> Path:
-    """Return the file of a record. Raises NoRecordError if there can be none."""
+    """Return the path of the record of a file read with these options, in the cache. Raises NoRecordError if the cache
+    has no folder, or one that other users can write to."""
     try:
         folder = default_folder()
     except FileError as error:
@@ -243,7 +247,8 @@ def _remove_oldest(folder: Path) -> None:
 
 
 def to_text(value: Any) -> str:
-    """Return data of dataclasses, numbers, texts and arrays as JSON. Raises NoRecordError for any other data."""
+    """Return data of dataclasses, numbers, texts, arrays and eomgen's functions as JSON text, each shared object once.
+    Raises NoRecordError for any other data."""
     kinds: dict[type, tuple[int, list[str]]] = {}
     known: dict[int, int] = {}
 
@@ -279,8 +284,8 @@ def to_text(value: Any) -> str:
 
 
 def from_text(text: str) -> Any:
-    """Return the data of ``to_text``. Raises NoRecordError, ValueError or TypeError if this version has no such
-    data."""
+    """Return the data that ``to_text`` has written, without running constructors. Raises NoRecordError, ValueError or
+    TypeError if this version has no such classes, or the text is none of ``to_text``."""
     table, data = json.loads(text)
     kinds: list[tuple[type, list[str]]] = [(_object(name), names) for name, names in table]
     if not all(isinstance(kind, type) and is_dataclass(kind) for kind, _ in kinds):
@@ -355,7 +360,8 @@ def _name(value: Any) -> str:
 
 
 def _object(name: str) -> Any:
-    """Return a class or function of eomgen. Raises NoRecordError for any other name."""
+    """Return a class or function of eomgen by ``module:name``, or a comparison of Python. Raises NoRecordError for any
+    other."""
     module, _, attribute = name.partition(":")
     if not (module.startswith("eomgen.") or name in _COMPARISONS):
         raise NoRecordError(name)

@@ -35,7 +35,8 @@ class ProgramRequest:
 
 @dataclass(frozen=True)
 class LibraryRequest(ProgramRequest):
-    """The request for a library that a builder makes; ``stored``: the library, if it came from a file."""
+    """The request for one library, made by a builder; ``stored`` is the library itself if it came from a file of a
+    model."""
 
     method: str
     builder: Builder
@@ -53,7 +54,8 @@ class LibraryRequest(ProgramRequest):
         return {"built_method": self.method, "selection": vars(self.selection), "fingerprint": mark}
 
     def find(self) -> Library | None:
-        """Return the library of a file, or from the cache: the compiled one, if the profile has a successor."""
+        """Return the library of a file of a model, or from the cache; None if the cache has none. A profile with a
+        successor takes the compiled library of the successor alone."""
         if self.stored is not None:
             return self.stored
         successor = self.builder.profile.successor
@@ -63,7 +65,7 @@ class LibraryRequest(ProgramRequest):
 
 @dataclass(frozen=True)
 class ModelRequest:
-    """A model that is asked for.
+    """All arguments of the building of one model.
 
     Attributes
     ----------
@@ -110,7 +112,8 @@ class ModelRequest:
     def library(
         self, selection: Selection, method: str | None = None, builder: Builder | None = None
     ) -> LibraryRequest:
-        """Return the request for a library of the model; by default with its method, by its builder."""
+        """Return the request for a library of the model with the functions of ``selection``. By default it has the
+        model's method and builder."""
         own = self.builder
         name = method_name(self.description, self.method) if method is None else method
         stored = self.stored.get((selection, name)) if builder is None else None
@@ -118,7 +121,8 @@ class ModelRequest:
 
 
 def checked_terms(terms: Iterable[str] | None) -> tuple[str, ...] | None:
-    """Return the terms that a caller names. Raises UsageError for unknown terms."""
+    """Return the terms that a caller names as a tuple, None for None. Raises UsageError for unknown terms, with near
+    names."""
     if terms is None:
         return None
     names = names_of("terms", "terms", terms, "mass")

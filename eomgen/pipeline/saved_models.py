@@ -77,7 +77,8 @@ def load_model(path: str | os.PathLike[str]) -> Model:
 
 
 def _libraries(arrays: Mapping[str, Array], builder: Builder, mode: str, count: int) -> Iterator[Library]:
-    """Yield the libraries of a file."""
+    """Yield the first ``count`` libraries of a file of a model, each kept in the cache of the builder and loaded.
+    ``arrays`` are the files of all libraries by name; ``mode`` is the mode of cffi."""
     for number in range(count):
         start = name_of(number, "")
         files = {name.removeprefix(start): data.tobytes() for name, data in arrays.items() if name.startswith(start)}

@@ -76,8 +76,8 @@ _ON_UNITS, _NO_DERIVATIVE = frozenset({"W0027", "W0105", "W0118", "W0119", "W012
 
 
 def _with_numbers(error: ModelError, scene: Scene) -> ModelError:
-    """Return an error of constraints with the place of the first named one, which is the farthest from being met, with
-    lengths and curves of the named ones, and with doubts on units."""
+    """Return a ModelError of constraints with the place in the file of the first named one, which is the farthest from
+    being met, with lengths and curves of the named ones, and with doubts on units."""
     from eomgen.scene.joints.constraint_numbers import numbers_of_constraints  # noqa: PLC0415  # of few scenes
 
     doubts = [note.partition("; ")[0] for note in scene.notes if getattr(note, "code", "") in _ON_UNITS]
@@ -109,7 +109,7 @@ def _has_no_connections(scene: Scene) -> bool:
 
 
 def _calibration(asking: StateFeedback) -> Preparation:
-    """Return the preparation for a controller that asks for calibrated gains. Raises UsageError if it is not
+    """Return the product's row that calibrates the gains of a controller. Raises UsageError if the product is not
     installed."""
     rows: tuple[Preparation, ...] = rows_of(PREPARATIONS, Preparation)
     if not rows and (absent := fault_of_absent("calibration")):
@@ -118,7 +118,7 @@ def _calibration(asking: StateFeedback) -> Preparation:
 
 
 def _prepare(document: Scene | StoredScene, build: Build) -> Scene:
-    """Return a scene whose calibrated parameters have values."""
+    """Return the scene; if a controller asks for calibration, with the values that models made by ``build`` give."""
     scene: Scene = open_document(document)
     asking = next((item for item in scene.feedback if item.calibration), None)
     return scene if asking is None else _calibration(asking).prepared(scene, build)
@@ -133,7 +133,7 @@ def _gains(scene: Scene | StoredScene, build: Build) -> Gains | None:
 
 @dataclass(frozen=True)
 class AbsoluteStart:
-    """Puts absolute bodies into the joints' initial state, at values of the tunable parameters."""
+    """The initial q and v of a scene in absolute coordinates as a function of tunable parameters, from its joints."""
 
     scene: Scene
 
@@ -167,8 +167,7 @@ def _every_row(scene: Scene | StoredScene) -> EveryRow:
 
 
 def _content(scene: Scene | StoredScene) -> bytes:
-    """Return the digest of a scene, with the code of the force elements and the joint types that other distributions
-    bring."""
+    """Return the bytes that decide a scene's equations: its digest, and the code of parts from other distributions."""
     if isinstance(scene, StoredScene):  # all classes of the scene are eomgen's
         return scene.content
     kinds = dict.fromkeys(type(element) for element in scene.elements)
@@ -178,7 +177,8 @@ def _content(scene: Scene | StoredScene) -> bytes:
 
 
 def _program(scene: Scene, derived: Programs) -> tuple[Program, str] | None:
-    """Return the Program of a scene with many equal elements or rows, continued from scenes with few."""
+    """Return the Program of a scene with many equal elements or rows, continued from scenes with few, and a refusal.
+    None for other scenes. ``derived`` derives a shorter scene."""
     if len(scene.bodies) < _LONG:
         return None
     from eomgen.pipeline.equal_elements import equal_elements  # noqa: PLC0415  # a stored scene has none

@@ -68,8 +68,8 @@ def operations_of_calls(scene: Scene, method: str) -> dict[str, Any]:
 
 
 def joined_coordinates(system: System) -> list[list[str]]:
-    """Return the groups of coordinates that relative springs and dampers join. Steps with one factorization eliminate
-    the equations of a group without subtraction (``row_sums``)."""
+    """Return the groups of names of coordinates that springs and dampers between them join. Steps with one
+    factorization eliminate the equations of a group without subtraction (``row_sums``)."""
     return [[_coordinate(system, component) for component in group] for group in with_row_sums(system).relative]
 
 

@@ -34,7 +34,8 @@ _RECORD = "structure.json"
 
 @dataclass(frozen=True)
 class KnownLibrary:
-    """A library with the structure of a model, its layout but for notes, and the tables of the model."""
+    """A library of the cache with the structure of a model, its layout but for notes, and tables with the model's
+    numbers."""
 
     entry: Entry
     layout: Mapping[str, Any]
@@ -43,8 +44,8 @@ class KnownLibrary:
 
 @dataclass(frozen=True)
 class Structure:
-    """The structure of a model, as a digest, the constants of its functions, in the order of the tape, and the initial
-    state."""
+    """The part of a model on which the texts of its library depend, as a digest, and its numbers. The numbers are the
+    constants of the functions in the order of the tape, and the initial state by name of the field."""
 
     digest: bytes
     constants: Sequence[float]
@@ -52,8 +53,10 @@ class Structure:
 
 
 def structure_of(system: System, functions: Sequence[str], program: Program, family: str) -> Structure | None:
-    """Return the structure of a System; None for a System whose texts have further numbers: with loops, curves, or C
-    of the scene.
+    """Return the structure of a System for the given functions.
+
+    None for a System whose texts have further numbers, as of loops, curves, series or C of the scene, or equal
+    constants.
 
     Parameters
     ----------
@@ -102,8 +105,8 @@ def _plain(value: Any) -> Any:
 
 
 def keep_structure(builder: Builder, structure: Structure | None, library: Library) -> Library:
-    """Keep that a library has a structure, unless a number of a function is none of its constants; return the
-    library."""
+    """Record in the cache that a library has a structure, and return the library. There is no record without a
+    structure, or if a number of a function is none of its constants."""
     if structure is None:
         return library
     places = {value: place for place, value in enumerate(structure.constants, 1)}
@@ -117,8 +120,8 @@ def keep_structure(builder: Builder, structure: Structure | None, library: Libra
 
 
 def known_library(builder: Builder, structure: Structure | None) -> KnownLibrary | None:
-    """Return the library of a structure and the tables of its constants, None if the cache has none, or without a
-    structure."""
+    """Return the library of the cache with a structure, with the tables of this structure's constants and initial
+    state. None if the cache has none, or without a structure."""
     if structure is None or (entry := builder.cache.get(key := builder.key(structure.digest))) is None:
         return None
     record = json.loads(entry.text(_RECORD))

@@ -25,12 +25,13 @@ if TYPE_CHECKING:
 
 
 class Supplier(Source):
-    """Makes all that one model asks for.
+    """Makes all that one model asks for after it was built; see ``Source`` for the attributes.
 
     Parameters
     ----------
+    request : ModelRequest of the model
     library : of the model
-    make_library, build_model : the road
+    make_library, build_model : return the library of a LibraryRequest, and the model of a ModelRequest
     build : builds models by which a document is prepared
     again : the call that makes the model
     """
@@ -63,8 +64,8 @@ class Supplier(Source):
         return None if every_row is None else every_row(self.request.document)
 
     def stepper(self, method: str, selection: Selection | None = None) -> Library:
-        """Return a library with a method's stepper: of these functions, else of the functions that the stepper calls;
-        of long trees without dense partials."""
+        """Return a library with the stepper of a method and the functions of ``selection``. By default these are the
+        functions that the stepper calls; of long trees without dense partials."""
         if selection is None:
             from eomgen.integrators.families.register import terms_of  # noqa: PLC0415
 
@@ -96,7 +97,8 @@ class Supplier(Source):
         return self.build_model(replace(self.request, terms=wanted, start="", stored={}, again=None))
 
     def _branches(self) -> Branches:
-        """Return the function that decides branches of the equations along runs."""
+        """Return the conditions of the branches in the equations, residual, rates and outputs, for runs; derives these
+        anew."""
         from eomgen.system.branches import OF_RUNS, Branches  # noqa: PLC0415  # most scenes have none
 
         described = self.request.description

@@ -96,7 +96,8 @@ def _digest(compiler: str, content: bytes, profile: CompilerProfile, flags: Sequ
 
 
 def _with_includes(name: str, texts: Mapping[str, str]) -> bytes:
-    """Return a digest of a file and of all files that it includes by name, each once, without comments."""
+    """Return a digest of file ``name`` in ``texts`` and of all files that it includes by name, each once, without
+    comments."""
     names, content = [name], hashlib.sha256()
     for included in names:
         text = re.sub(_COMMENT, lambda match: match[0] if match[0][0] == '"' else " ", texts[included])
@@ -163,13 +164,15 @@ class Builder:
     Parameters
     ----------
     profile : str
-        ``fast``, ``reproducible`` or ``quick``; see ``profiles.PROFILES``.
+        Name of a row of ``profiles.PROFILES``.
     real : str
         ``double``, ``float``, ``complex`` or ``lanes`` (as many samples at a time as a vector register holds).
     mode : str, optional
         ``api`` or ``abi``; by default API if Python.h is present.
     cache, compiler : optional
         The user's cache and the first compiler found by default.
+    timeout : float
+        Seconds for compiling all files of a library.
     """
 
     def __init__(
@@ -241,7 +244,9 @@ class Builder:
         return library_key(content, self.compiler, self.profile, self.flags, self.mode)
 
     def find(self, content: bytes) -> Library | None:
-        """Return the library that was built for these content bytes, or None. Imports neither SymPy nor Jinja.
+        """Return the loaded library that was built for these content bytes, or None. Imports neither SymPy nor Jinja.
+
+        A damaged library is put aside and counts as missing.
 
         Raises
         ------
@@ -272,8 +277,8 @@ class Builder:
         return None
 
     def claim(self, content: bytes) -> AbstractContextManager[None]:
-        """Return the right to make the library of these content bytes: one of many processes makes the library, and the
-        rest wait."""
+        """Return a context that holds the right to make the library of these content bytes; other processes wait
+        meanwhile."""
         return self.cache.claim(self.key(content))
 
     def build(
@@ -287,7 +292,8 @@ class Builder:
         straight: Collection[str] = (),
         tables: Callable[[], bytes] | None = None,
     ) -> Library:
-        """Compile files, keep the library under these content bytes, and load the library.
+        """Compile files, keep the library under these content bytes, and return the loaded library; one in the cache is
+        taken.
 
         Parameters
         ----------
@@ -296,6 +302,8 @@ class Builder:
         files : mapping from name to text, or pairs of both as they are written, headers before files that include them
             C sources and headers; ``interface.h`` has the declarations of ``cdef``. ``main.c`` is left out. A source is
             compiled while the next sources in the order are written.
+        cdef : str
+            Declarations of the interface for cffi.
         layout : mapping
             JSON data, handed back as ``Library.layout``.
         written : mapping
@@ -400,13 +408,14 @@ class Builder:
         return self._load(entry, self.mode)
 
     def with_tables(self, content: bytes, entry: Entry, tables: bytes, layout: Mapping[str, Any]) -> Library:
-        """Keep a library that differs from an earlier one in its tables alone under these content bytes, and load the
-        library.
+        """Copy a library of the cache with other tables and layout, keep it under these content bytes, and return it
+        loaded.
 
         Parameters
         ----------
         content, layout : as of ``build``
         entry : of the earlier library
+        tables : bytes of ``packed_tables``
         """
         origin = origin_of(content, self.profile, self.flags, self.mode).encode()
         changed = {TABLES: tables, _LAYOUT: json.dumps(layout).encode(), _ORIGIN: origin}
@@ -415,7 +424,7 @@ class Builder:
         return self._load(made, self.mode)
 
     def _copy(self, key: str, entry: Entry, changed: Mapping[str, bytes]) -> Entry:
-        """Return the entry of a key, a copy of another entry with some files changed."""
+        """Return the entry of a key; if the cache has none, a copy of ``entry`` with the files ``changed`` or added."""
 
         def fill(folder: Path) -> None:
             for name in (*entry.files, *changed):
@@ -427,11 +436,13 @@ class Builder:
         return library_key(_with_includes(name, texts), self.compiler, self.profile, flags, "object")
 
     def begin_source(self, name: str, texts: Mapping[str, str], straight: Collection[str]) -> None:
-        """Compile a source while the caller derives the others, if the cache has no object; ``build`` takes the object,
-        and reports faults.
+        """Compile a source in the background while the caller derives the others, unless the cache has the object.
+
+        ``build`` takes the object, and reports faults.
 
         Parameters
         ----------
+        name : of the source
         texts : of the source and of all files that the source includes, by name
         straight : as of ``build``
         """
@@ -455,7 +466,8 @@ class Builder:
         self._begin(key, Begun(object_file), fill)
 
     def _begin(self, key: str, begun: Begun, fill: Callable[[RunningCompilers, Path], None]) -> RunningCompilers:
-        """Fill an entry of the cache in the background; ``begun`` ends with it, even by an exception."""
+        """Fill an entry of the cache with ``fill`` in the background, and return the collection of its compilers. The
+        event ``begun.ended`` is set at the end, even after an exception; errors of eomgen are left to ``build``."""
 
         def work(running: RunningCompilers) -> None:
             try:
@@ -468,9 +480,11 @@ class Builder:
         return in_background("eomgen-begun", work, lower=False)
 
     def begin_on_tape(self, files: Mapping[str, str], cdef: str) -> None:
-        """Compile and link the library of one source on the tape engine while the caller derives the tape, if the cache
-        has the objects of the engine and of the wrapper, else the source alone; ``build`` takes the result, and reports
-        faults.
+        """Compile and link in the background the library of one source on the tape engine, while the caller derives the
+        tape.
+
+        Only the source is compiled if the cache lacks the objects of the engine or of the wrapper. ``build`` takes the
+        result, and reports faults.
 
         Parameters
         ----------
@@ -506,7 +520,8 @@ class Builder:
         return any(not begun.ended.is_set() for begun in self._begun.values())
 
     def _linked_entry(self, files: Mapping[str, str], cdef: str) -> Entry | None:
-        """Return the entry of the library that ``begin_on_tape`` has linked, which is waited for; None without."""
+        """Return the cache entry of the library that ``begin_on_tape`` has linked, after its end; None if there is
+        none."""
         key = self._linked_key(files, cdef)
         if (begun := self._begun.pop(key, None)) is not None:
             begun.ended.wait()
@@ -529,15 +544,16 @@ class Builder:
         return passes_for(text, self.flags, self.compiler.version, loops=loops)
 
     def build_lanes(self, library: Library, cdef: str, files_of: LaneFiles) -> LaneLibrary | str:
-        """Return the library that steps several trajectories side by side, made of the files of a library of one, or
-        why there is none.
+        """Return the library that steps several trajectories side by side, or a sentence on why there is none.
 
         Parameters
         ----------
         library : Library
             With the stepper of a method.
+        cdef : str
+            Declarations of the functions of the lanes.
         files_of : callable
-            Gives the files of the lanes.
+            Gives the files of the lanes, made of the files of the library.
 
         Raises
         ------
@@ -573,7 +589,8 @@ class Builder:
         return LaneLibrary(self._with_tables(entry, tables).file(_LANES), cdef, library.layout, tables)
 
     def _with_tables(self, entry: Entry, tables: bytes) -> Entry:
-        """Return an entry with these tables, a copy if the entry has others: each file has memory of its own."""
+        """Return an entry with these tables: the entry itself, or a copy if it has others, since each file has its own
+        memory."""
         key = hashlib.sha256(f"tables of {entry.folder.name}\0".encode() + tables).hexdigest()
         return entry if tables_in(entry.folder) == tables else self._copy(key, entry, {TABLES: tables})
 
@@ -599,8 +616,8 @@ class Builder:
         return _load_routine(entry.file(_ROUTINE), cdef)
 
     def build_folder(self, content: bytes, write: Callable[[Path], None]) -> Entry:
-        """Return the folder of C files of these content bytes with their shared library, ``SHARED``, from the cache if
-        possible.
+        """Return the cache entry of a folder of C files and their shared library, ``SHARED``, made if the cache has
+        none.
 
         Parameters
         ----------
@@ -635,8 +652,9 @@ class Builder:
         return ToolchainError([type(p)(place, p.what, p.hint) for p in error.problems])
 
     def begin_wrapper(self, cdef: str, header: str) -> None:
-        """Compile the extension module's object while the caller derives equations, if the cache has none; faults are
-        reported by ``build``, which compiles the object again."""
+        """Compile the object of the extension module in the background, unless the cache has one; not in the ABI mode.
+        ``build`` compiles the object again after a fault, and reports it. ``cdef`` are the declarations, ``header`` the
+        text of the interface's header."""
 
         def work(running: RunningCompilers) -> None:
             with suppress(EomgenError, OSError):
@@ -646,7 +664,8 @@ class Builder:
             in_background("eomgen-wrapper", work, lower=False)
 
     def _wrapper(self, cdef: str, header: str, running: RunningCompilers | None = None) -> list[Path]:
-        """Return the object of the extension module, which is the same for all models; none in the ABI mode."""
+        """Return the path of the extension module's object in a list, compiled if the cache has none; empty in the ABI
+        mode. The object is the same for all models."""
         headers = self.headers
         known = self._known_wrapper(cdef, header)
         if known is not None or headers is None:
@@ -664,7 +683,8 @@ class Builder:
         return [entry.file("wrapper.o")]
 
     def _known_wrapper(self, cdef: str, header: str) -> list[Path] | None:
-        """Return the object of the extension module, if one is needed, from the cache; None if the cache has none."""
+        """Return the path of the extension module's object in the cache, in a list, empty in the ABI mode; None if
+        missing."""
         if self.headers is None:
             return []
         entry = self.cache.get(wrapper_key(self.compiler, cdef, header, self.headers))
@@ -710,8 +730,11 @@ class Builder:
     def _companion(
         self, folder: Path, layout: Mapping[str, Any], function: str, running: RunningCompilers | None = None
     ) -> Library | None:
-        """Return the library of one function for as many samples as there are lanes: compiled
-        if a collection for the compiler's processes is given, else from the cache or None.
+        """Return the library of one function for as many samples as there are lanes, made of the files of a library's
+        folder.
+
+        It is compiled if ``running``, a collection for the compiler's processes, is given, else taken from the cache;
+        None if the cache has none.
 
         Raises
         ------
@@ -740,7 +763,8 @@ def library_files(library: Library) -> dict[str, bytes]:
 
 
 def _copy_library(linked: Entry, files: Mapping[str, str], folder: Path) -> list[str]:
-    """Write files of a library that is linked already, with the library, to a folder; return the commands."""
+    """Write ``files`` and the library of a linked entry to a folder; return the commands of the compilers as one text
+    in a list."""
     for name, text in files.items():
         (folder / name).write_text(text, encoding="utf-8")
     name = _LIBRARY + library_suffix()

@@ -85,7 +85,8 @@ class Entry:
 
 
 def default_folder(environ: Mapping[str, str] | None = None) -> Path:
-    """Return ``EOMGEN_CACHE``, else the user's cache folder. Raises FileError for a ``~user`` that there is not."""
+    """Return the folder of the cache: ``EOMGEN_CACHE``, else the folder of eomgen in the user's cache folder.
+    ``environ`` replaces the process's variables. Raises FileError for a ``~user`` that there is not."""
     chosen = (os.environ if environ is None else environ).get("EOMGEN_CACHE")
     if chosen:
         try:
@@ -114,7 +115,8 @@ class Cache:
     """
 
     def __init__(self, folder: Path | str | None = None, limit: int = DEFAULT_LIMIT) -> None:
-        """Open the cache in a folder, or a substitute if the folder cannot be written."""
+        """Open the cache in a folder; warn if other users can write to it. A folder that cannot be written is noted as
+        read-only."""
         self.limit = limit
         # compilers run in other folders
         self.folder = (default_folder() if folder is None else Path(folder)).absolute()
@@ -134,7 +136,8 @@ class Cache:
             )
 
     def get(self, key: str) -> Entry | None:
-        """Return the entry of a key, or None; an entry with changed files is put aside, one of another user left."""
+        """Return the entry of a key with all files as recorded, or None. An entry with changed files is moved to the
+        quarantine; one of another user is left."""
         if self.read_only is not None:
             cached = _valid_entry(self.read_only / key)
             if cached is not None or self.folder == self.read_only:
@@ -160,8 +163,8 @@ class Cache:
 
     @contextlib.contextmanager
     def claim(self, key: str) -> Iterator[None]:
-        """Hold an exclusive build lock for a key; other processes wait until the lock is released or its holder has
-        died."""
+        """Hold an exclusive lock for building the entry of a key in a context; other processes wait until its end, or
+        the holder's death."""
         self._substitute_folder()
         claims = self.folder / "claims"
         with contextlib.suppress(OSError):
@@ -189,7 +192,9 @@ class Cache:
             self._substitute(folder, reason)
 
     def _put(self, folder: Path, key: str, build: Callable[[Path], None]) -> Entry:
-        """Build an entry in a private folder and move it to its place; remove old entries beyond the limit."""
+        """Build an entry in a private folder, move it to its place and return it; remove old entries beyond the limit.
+        After a failure of ``build`` other than OSError or FileError the private folder is kept among the failed
+        builds."""
         private, held = None, None
         try:
             private = _new_folder(_TEMPORARY, folder)
@@ -213,8 +218,9 @@ class Cache:
         return entry
 
     def _place(self, private: Path, key: str, sums: Mapping[str, str]) -> Entry:
-        """Move a filled folder to its place, unless another process was faster; that process's entry is kept if
-        complete. A folder that cannot be moved there is copied to the temporary folder of this process."""
+        """Move a filled folder to the place of its key and return the entry; ``sums`` are the digests of its files. If
+        another process was faster, its entry is returned if complete. A folder that cannot be moved there is copied to
+        the temporary folder of this process."""
         target = private.parent / key
         for attempt in range(3):
             try:
@@ -274,7 +280,10 @@ class Cache:
             self._substitute(self.folder, self._refusal)
 
     def _substitute(self, folder: Path, reason: str) -> None:
-        """Use the temporary folder of this process in the place of one that cannot keep entries, with one warning.
+        """Let the cache use a temporary folder of this process in place of ``folder``, which cannot keep entries, with
+        one warning.
+
+        ``reason`` is for the warning.
 
         Raises
         ------
@@ -308,7 +317,8 @@ class Cache:
         return _oldest_first(folder for folder in self.folder.iterdir() if os.path.isfile(folder / _META))  # noqa: PTH113  # Path raises PermissionError
 
     def _evict(self, keep: str, added: int) -> None:
-        """Remove leftovers, and the least recently used entries once all are larger than the limit."""
+        """Remove leftovers of builds, and if all entries exceed the limit, the least recently used ones, but not the
+        key ``keep``. ``added`` are the bytes of the entry just made."""
         with contextlib.suppress(OSError):
             self._sweep()
         if self._record_size(added) <= self.limit:
@@ -327,11 +337,8 @@ class Cache:
 
     def _record_size(self, added: int) -> float:
         """Return the bytes of all entries by the record of sizes, with the bytes added by this build; infinite without
-        a record that can be read.
-
-        Entries that other processes remove, or add while sizes are recorded anew, leave the record wrong until the next
-        measurement.
-        """
+        a record that can be read. Entries that other processes remove, or add while sizes are recorded anew, leave the
+        record wrong until the next measurement."""
         record = self.folder / _SIZES
         try:
             sizes = [int(line) for line in record.read_text(encoding="ascii").split()]
@@ -391,10 +398,8 @@ def refusal(folder: Path) -> str:
 
 
 def writable_by_others(folder: Path) -> str:
-    """Return the other users with write access to a folder, as the end of a sentence; empty if none.
-
-    A group of the user's own does not count: on most systems such a group has no further members.
-    """
+    """Return words on other users who can write to a folder, as the end of a sentence; empty if none, or on Windows. A
+    group of the user's own does not count: on most systems such a group has no further members."""
     if not hasattr(os, "geteuid"):
         return ""
     try:
@@ -414,7 +419,8 @@ def closing(folder: Path) -> str:
 
 
 def _valid_entry(folder: Path) -> Entry | None:
-    """Return the entry in a folder if all its files have their recorded digests, and no other user has put it there."""
+    """Return the entry in a folder if all its files have their recorded digests, and no other user owns the folder;
+    else None."""
     try:
         if belongs_to_others(folder):
             return None
@@ -428,8 +434,7 @@ def _valid_entry(folder: Path) -> Entry | None:
 
 
 def _is_closed(folder: Path) -> bool:
-    """Return whether a folder exists whose files this user must not read or run: no damage, but an entry of another
-    user."""
+    """Return whether a folder belongs to another user or may not be read: its entry is neither damaged nor usable."""
     try:
         if belongs_to_others(folder):
             return True
@@ -446,7 +451,7 @@ def _reason(error: OSError | FileError) -> str:
 
 
 def _oldest_first(folders: Iterable[Path]) -> list[Path]:
-    """Return folders by the time of last use, as recorded in the folder."""
+    """Return folders by the time of last use, oldest first: of the entry's record, else of the folder."""
     stamped = []
     for folder in folders:
         with contextlib.suppress(OSError):

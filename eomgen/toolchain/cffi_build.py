@@ -86,7 +86,7 @@ def load_abi(path: Path, cdef: str) -> tuple[Any, Any]:
 
 
 def unloadable(path: Path, error: Exception) -> ToolchainError:
-    """Return the problem of a library that cannot be loaded."""
+    """Return the ToolchainError for a library that cannot be loaded, with a remedy that fits the loader's error."""
     where_nothing_runs = "failed to map segment" in str(error)  # the loader's message for a file system mounted noexec
     hint = (
         "EOMGEN_CACHE=<a folder on a file system from which programs may run>"
@@ -103,7 +103,10 @@ _DECLARED = r"(?m)^void (\w+)\("
 
 
 def companion_files(folder: Path, layout: Mapping[str, Any], function: str) -> dict[str, str]:
-    """Return the files of the companion with one function of the library in a folder: headers, and ``lanes.c``.
+    """Return texts by file name of the companion with one function of the library in a folder: headers, and
+    ``lanes.c``.
+
+    Files of the scene and the tables of numbers are added unchanged.
 
     Raises
     ------

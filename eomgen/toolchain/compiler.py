@@ -107,13 +107,15 @@ class Compiler:
 
 
 def find_compiler(environ: Mapping[str, str] | None = None) -> Compiler:
-    """Return the compiler that ``CC`` names, else the first of cc, gcc, clang on the path, else the one of the package
+    """Return the compiler that ``CC`` names, else the first of cc, gcc, clang on the path, else zig of the package
     ziglang.
+
+    ``environ`` replaces the process's variables.
 
     Raises
     ------
     ToolchainError
-        None is there.
+        None is there, or the one that ``CC`` names is not.
     """
     environ = os.environ if environ is None else environ
     path = environ.get("PATH", "")
@@ -152,8 +154,8 @@ def _is_of_zig(command: Sequence[str]) -> bool:
 
 
 def _variables(command: Sequence[str]) -> dict[str, str]:
-    """Return the environment of a compiler: messages in English, and a folder for the libraries that zig makes, which
-    zig looks for in the user's own folder alone."""
+    """Return the environment variables for a compiler: messages in English, and for zig a folder for its libraries.
+    This is zig's own folder in the user's cache, or if that cannot be written one of eomgen."""
     variables = {**os.environ, "LC_ALL": "C"}
     if os.name == "posix" and _is_of_zig(command) and not variables.get(_ZIG_FOLDER):
         home = variables.get("HOME", "")
@@ -197,7 +199,7 @@ def install_command() -> str:
 
 
 def _system_command() -> str:
-    """Return the command of this system that installs a compiler, empty if none is known."""
+    """Return the shell command by which this system installs a compiler, empty if none is known."""
     if sys.platform == "darwin":
         return "xcode-select --install"
     tools = {"apt-get": "apt-get install -y gcc libc6-dev", "dnf": "dnf install -y gcc", "apk": "apk add gcc musl-dev"}
@@ -245,8 +247,11 @@ def compile_library(
     timeout: float = DEFAULT_TIMEOUT,
     running: RunningCompilers | None = None,
 ) -> list[str]:
-    """Compile sources side by side, as many as there are processors by default, and link the objects, with ready
-    ``objects``, to a shared library; return the commands. The processes are entered in ``running``.
+    """Compile sources side by side, link the objects, with ready ``objects``, to a shared library ``output``; return
+    the commands.
+
+    ``jobs`` compilers run at once, by default as many as there are processors, for ``timeout`` seconds at most. The
+    objects stay in the folders of the sources.
 
     Raises
     ------
@@ -265,7 +270,7 @@ def _longest_first(source: Path) -> int:
 
 
 class Begun:
-    """Compilation of a source that was begun before its library.
+    """Compilation of a source that was begun in the background before its library; ``ended`` is set at its end.
 
     Parameters
     ----------
@@ -277,8 +282,8 @@ class Begun:
         self._made = made
 
     def copy_object(self, place: Path, running: RunningCompilers) -> bool:
-        """Wait for the end, unless the compilers of the library are stopped, and copy the object to a place; return
-        whether there is one."""
+        """Wait for the end of the compilation, copy the object to ``place``, and return whether there is one. False
+        also if the compilers of the library, ``running``, are stopped meanwhile."""
         while not self.ended.wait(_WAIT):
             if running.is_stopped:
                 return False
@@ -384,10 +389,9 @@ class Compilation:
             self._progress(len(self._made), self._added)
 
     def link(self, sources: Sequence[Path], output: Path, objects: Callable[[], Sequence[Path]]) -> list[str]:
-        """Link all sources, which were added before, in this order, to a shared library; return the commands.
-
-        ``objects``: returns object files for the library, compiled meanwhile if missing.
-        """
+        """Wait for all sources, link them in this order to the shared library ``output``, and return all commands.
+        ``objects`` returns further object files for the library, compiled meanwhile if missing. Raises the error of a
+        source that could not be compiled."""
         write_postponed()
         ready = objects()
         for task in self._tasks:
@@ -446,7 +450,7 @@ class _Workers:
             thread.join()
 
     def submit(self, work: Callable[[], None]) -> _Task:
-        """Do work on a thread, and return the task, whose result waits for its end."""
+        """Do work on a thread as soon as one is free, and return its task, whose ``result`` waits for the end."""
         task = _Task(work)
         with self._lock:
             self._tasks.append(task)
@@ -518,8 +522,9 @@ class RunningCompilers:
 
 
 def in_background(name: str, work: Callable[[RunningCompilers], None], *, lower: bool = True) -> RunningCompilers:
-    """Start work on a thread of its own, and return the collection of its compilers; compilers of the work are ended
-    with the process, and the thread removes their folder.
+    """Start work on a thread of its own, and return the collection of its compilers.
+
+    At the end of the process these compilers are killed, and the thread removes their folder.
 
     Parameters
     ----------
@@ -556,7 +561,8 @@ def compile_object(
     deadline: float | None = None,
     running: RunningCompilers | None = None,
 ) -> tuple[Path, str]:
-    """Compile one file to an object in the same folder; return the object and the command."""
+    """Compile one source to an object in the same folder; return the path of the object and the command. ``deadline``
+    is a time of ``time.monotonic``. Raises ToolchainError or FileError."""
     made = source.with_suffix(".o")
     command = _object_command(compiler, source, flags)
     _run(command, made, time.monotonic() + DEFAULT_TIMEOUT if deadline is None else deadline, running)
@@ -621,7 +627,7 @@ def printable(text: str) -> str:
 
 
 def faults_in(output: str, written: Mapping[str, str]) -> list[Problem]:
-    """Return the faults that a compiler reports in files written by the user, each fault with file and line.
+    """Return the problems that a compiler or linker reports in files written by the user, each with file and line.
 
     Parameters
     ----------
@@ -662,8 +668,8 @@ kill "$guard"; exit "$code\""""
 
 @contextlib.contextmanager
 def _guard(command: Sequence[str]) -> Iterator[tuple[list[str], dict[str, Any]]]:
-    """Give a command, and options of Popen, by which the command ends with this process; on Windows the command
-    alone."""
+    """Yield a command, and options of Popen, by which a compiler ends with this process; on Windows the command
+    unchanged."""
     if os.name != "posix":
         import subprocess  # noqa: PLC0415  # as in _run
 
@@ -687,7 +693,7 @@ def _end(process: subprocess.Popen[str]) -> None:
 
 
 def run_compiler(command: Sequence[str], made: Path, place: str = "") -> str:
-    """Run a compiler in the folder of the file that the command makes, and return the warnings.
+    """Run a compiler in the folder of the file ``made`` that the command makes, and return the warnings as text.
 
     Parameters
     ----------
@@ -703,7 +709,9 @@ def run_compiler(command: Sequence[str], made: Path, place: str = "") -> str:
 def _run(
     command: Sequence[str], made: Path, deadline: float, running: RunningCompilers | None = None, place: str = ""
 ) -> str:
-    """Run a compiler and return its messages. Raises ToolchainError, FileError, StoppedError."""
+    """Run a compiler in the folder of the file ``made`` that the command makes, and return its messages. ``deadline``
+    is a time of ``time.monotonic``; the process is entered in ``running``; ``place`` names faults. Raises
+    ToolchainError, FileError if a disk is full, and StoppedError if ``running`` was stopped."""
     import subprocess  # noqa: PLC0415  # a library of the cache needs no process
 
     where = place or f"C compiler, sources kept in {made.parent}"

@@ -99,7 +99,9 @@ def zig() -> Compiler:
 
 
 def cross_build(folder: Path, name: str) -> CrossBuild:
-    """Return the file for another machine, made of a folder that ``eomgen.generate`` wrote, in the same folder.
+    """Compile a folder that ``eomgen.generate`` wrote for another machine, and return the made file with its sizes.
+
+    ``name`` is a key of ``TARGETS``; the program or object is written into the folder.
 
     Raises
     ------
@@ -188,7 +190,7 @@ _EXECUTABLE, _COFF_CODE, _MACHO_SEGMENT, _MACHO_CODE, _WASM_CODE = 4, 0x20, 0x19
 
 
 def _elf_sizes(data: bytes) -> Iterator[int]:
-    """Yield the sizes of sections with instructions."""
+    """Yield the sizes, in bytes, of the sections with instructions of an ELF file of 32 or 64 bits."""
     wide = data[4] == 2
     table = struct.unpack_from("<Q" if wide else "<I", data, 40 if wide else 32)[0]
     size, count = struct.unpack_from("<HH", data, 58 if wide else 46)
@@ -210,7 +212,7 @@ def _coff_sizes(data: bytes) -> Iterator[int]:
 
 
 def _mach_o_sizes(data: bytes) -> Iterator[int]:
-    """Yield the sizes of sections with instructions, in segments of 64 bits."""
+    """Yield the sizes, in bytes, of the sections with instructions of a Mach-O file of 64 bits."""
     place = 32
     for _ in range(struct.unpack_from("<16xI", data)[0]):
         kind, length = struct.unpack_from("<II", data, place)
@@ -223,7 +225,7 @@ def _mach_o_sizes(data: bytes) -> Iterator[int]:
 
 
 def _wasm_sections(data: bytes) -> Iterator[tuple[int, int]]:
-    """Yield the kinds and sizes of sections."""
+    """Yield (kind, size in bytes) of the sections of a WebAssembly file."""
     place = 8
     while place < len(data):
         kind, place = data[place], place + 1

@@ -42,8 +42,8 @@ _PROBE = "#include <math.h>\ndouble eomgen_probe(double x) { return sqrt(x); }\n
 
 @dataclass(frozen=True)
 class ToolchainCheck:
-    """One item of the examination: whether the item is fine, description, command that mends the item, and whether
-    building needs the item."""
+    """Result of one check of the build requirements. ``name`` of the requirement, whether the check is ``ok``, the text
+    ``found``, the command that mends a fault, and whether builds need this."""
 
     name: str
     ok: bool
@@ -160,8 +160,8 @@ def _cache() -> ToolchainCheck:
 
 
 def _repair(folder: Path) -> str:
-    """Return the command that makes a cache writable: in the cache's folder if the user owns the folder, else in
-    another."""
+    """Return the shell command that makes a folder usable as a cache. A file in its place is moved away, and a folder
+    of the user's own made writable; else another folder is chosen."""
     if folder.exists() and not folder.is_dir():
         return f"mv {shlex.quote(str(folder))} {shlex.quote(str(folder))}.old"
     if folder.is_dir() and hasattr(os, "geteuid"):

@@ -25,7 +25,8 @@ _DELAY = 0.3
 
 
 def _wrap_functions(lib: Any, layout: Mapping[str, Any], file: Path, lanes: int = 1) -> Any:
-    """Return the functions of a library for calls: with enough stack, and raising errors of functions in Python."""
+    """Return the functions of a library, called with enough stack for ``lanes`` samples, and raising errors of Python
+    laws. For layouts with functions in Python, the pointers of the library at ``file`` are set."""
     if layout.get("python"):
         from eomgen.toolchain.python_functions import Raising, set_functions  # noqa: PLC0415  # few models have any
 
@@ -35,7 +36,8 @@ def _wrap_functions(lib: Any, layout: Mapping[str, Any], file: Path, lanes: int 
 
 
 class BoundCall:
-    """A function with its arrays: a call evaluates into the same outputs again, at the cost of the C call alone."""
+    """A function of a library with its arrays: each call evaluates into the same outputs again, at the cost of the C
+    call."""
 
     __slots__ = ("_arrays", "_call", "_count", "_function", "_inputs", "_outputs", "_strides")
 
@@ -134,7 +136,7 @@ class Library:
         return int(self.ffi.cast("uintptr_t", self.ffi.addressof(self._interface, name)))
 
     def bind(self, function: int | str, inputs: Sequence[Array], outputs: Sequence[Array]) -> BoundCall:
-        """Return a function with its arrays.
+        """Return a function of the library bound to arrays, which a call without arguments evaluates.
 
         Parameters
         ----------
@@ -188,7 +190,7 @@ class Library:
                 )
 
     def call(self, function: int | str, inputs: Sequence[Array], outputs: Sequence[Array]) -> None:
-        """Evaluate a function once; see ``bind`` for the arrays."""
+        """Evaluate a function, by number or name, once and fill ``outputs`` in place; see ``bind`` for the arrays."""
         self.bind(function, inputs, outputs)()
 
     def whole(self) -> Library:
@@ -270,11 +272,11 @@ class Successor:
 
 
 class LaneLibrary:
-    """A compiled stepper of several trajectories.
+    """A compiled stepper of several trajectories side by side, ``lanes`` at a time.
 
     Attributes
     ----------
-    lanes : how many there are
+    lanes : number of trajectories
     state_size, workspace_size : doubles of the memory of all trajectories together
     layout : of the library of one trajectory
     """

@@ -139,7 +139,7 @@ _GCC = r"\S*g?cc\S* \(.*?\) (\d+)\."
 
 
 def compiler_seconds(functions: Sequence[Mapping[str, Any]], compilers: int, loops: int = 0) -> float:
-    """Return an estimate of the time that compilers take for a library.
+    """Return an estimate of the seconds that compilers take for a library.
 
     Parameters
     ----------
@@ -174,7 +174,8 @@ def profile(name: str) -> CompilerProfile:
 
 
 def without_slow_passes(flags: Sequence[str], version: str, further: Sequence[str] = ()) -> tuple[str, ...]:
-    """Return flags that make the same code of generated C in less time.
+    """Return the flags with ``-O2`` replaced by faster passes of gcc that make code of the same speed; unchanged for
+    others.
 
     Parameters
     ----------

@@ -77,7 +77,8 @@ class PythonFunctions:
         return slopes.ravel()
 
     def _call(self, function: Any, x: list[Any], size: int, kind: type) -> NDArray[Any]:
-        """Return the numbers that a function gives. Raises ModelError."""
+        """Return the ``size`` numbers of type ``kind`` that a Python function gives at the numbers x, flat. Raises
+        ModelError for an exception in the function, and for results that are not as many numbers."""
         try:
             given = function(*x)
         except EomgenError:
@@ -143,7 +144,8 @@ class _Loader(importlib.abc.SourceLoader):
 
 @cache
 def _execute(label: str, file: str, text: str) -> types.ModuleType:
-    """Return the module of a Python file as it was read with the scene. Raises ModelError with the line that fails."""
+    """Return the module of a Python file ``text`` as it was read with the scene, executed once per process. Raises
+    ModelError with the line that fails; ``label`` is the law in the message."""
     loader = _Loader(file, text)
     module = types.ModuleType(Path(file).stem)
     module.__file__ = file
@@ -158,7 +160,8 @@ def _execute(label: str, file: str, text: str) -> types.ModuleType:
 
 
 def set_functions(path: Path, layout: Mapping[str, Any]) -> None:
-    """Set the pointers of a library to the functions of its layout."""
+    """Set the pointers of the library at ``path`` to callbacks of the Python functions in its layout; none without
+    any."""
     for data in layout.get("python", ()):
         setter = str(data["setter"])
         pointers = ", ".join(_POINTER.format(name) for name in ("values", "slopes"))
@@ -173,7 +176,9 @@ def set_functions(path: Path, layout: Mapping[str, Any]) -> None:
 
 
 def _callback(ffi: Any, function: Callable[[Array], Array], sizes: tuple[int, int, int]) -> Any:
-    """Return a function as a pointer for C; a call that fails leaves its results as they are, which are not numbers."""
+    """Return a function of (arguments and parameters) as a C function pointer. ``sizes`` are the numbers of arguments,
+    parameters and results. A call that fails keeps the error for ``Raising``, and leaves its results as they are, which
+    are not numbers."""
     n, p, _ = sizes
 
     def call(arguments: Any, parameters: Any, results: Any) -> None:

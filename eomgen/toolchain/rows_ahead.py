@@ -38,13 +38,16 @@ MACROS = (
 
 
 def with_fetches(texts: list[str], interface: str, function: Mapping[str, Any], prefix: str) -> list[str]:
-    """Return the texts of a model's sources with fetches in one function and its parts.
+    """Return the texts of a model's sources with fetches of memory in one function and its parts.
+
+    Unchanged if the function has few rows, or too few statements for them.
 
     Parameters
     ----------
     texts : without the interface.
     interface : the text that copies rows into blocks.
     function : from the layout of the library.
+    prefix : of the model's functions.
     """
     name = re.escape(f"{prefix}_{function['name']}")
     head = rf"(?:static )?(?:EG_NOINLINE )?void {name}(?:_part\d+)?\(([^)]*)\)\n\{{\n"
@@ -85,7 +88,8 @@ def _places(lines: list[str]) -> list[int]:
 
 
 def _rows(interface: str, function: Mapping[str, Any]) -> list[tuple[int, str, int]]:
-    """Return the number, kind and length of each row that the interface offers."""
+    """Return (number, ``input`` or ``output``, length) of each row that the interface of a function copies, in
+    order."""
     call = interface.partition(f"static int call_{function['name']}(")[2].partition("\n}\n")[0]
     lengths = {"input": function["input_sizes"], "output": [output["size"] for output in function["outputs"]]}
     return [(int(row), kind, int(lengths[kind][int(number)])) for row, kind, number in re.findall(_ROW, call)]
@@ -99,7 +103,7 @@ def _fetches(interface: str, function: Mapping[str, Any]) -> list[str]:
 
 
 def _blocks(interface: str, function: Mapping[str, Any]) -> dict[str, int]:
-    """Return the distance of each block from the first in numbers, by the name of the argument."""
+    """Return each block's distance from the first block of a function, in numbers of a sample, by argument."""
     names = [name for name in function["inputs"] if name not in ("p", "t", "base")]
     names += [output["argument"] for output in function["outputs"]]
     begins, begun = {}, 0

@@ -30,7 +30,7 @@ def packed_tables(
     code: Sequence[int] = (),
     fingerprint: bytes = b"",
 ) -> bytes:
-    """Return the tables of a library as bytes.
+    """Return the tables of a library as bytes, for its file ``TABLES``.
 
     Parameters
     ----------
@@ -70,7 +70,8 @@ def tables_in(folder: Path) -> bytes:
 
 
 def hand_over(library: Path, tables: bytes) -> None:
-    """Give its tables to a loaded library, before the first call."""
+    """Pass its tables (``packed_tables``) to a loaded library, before the first call. Memory of code of the tape engine
+    is kept for as long as the process runs."""
     _, _, heads, numbers, code, _ = _START.unpack_from(tables)
     memory = ctypes.create_string_buffer(tables, len(tables))
     if code:

@@ -42,7 +42,9 @@ class Summand:
 
 @dataclass(frozen=True)
 class AccumulatedOutputs:
-    """Outputs without the additions of Maps, and the additions of each Map, by the number of the Map."""
+    """Outputs without the summands that loops of Maps add, and the additions of these loops. ``outputs`` are the
+    remaining references of each output; ``additions`` and ``nodes`` map the number of a Map on the tape to its
+    additions, and to the nodes of the results that are added."""
 
     outputs: list[list[Ref]]
     additions: dict[int, tuple[Addition, ...]]
@@ -50,7 +52,9 @@ class AccumulatedOutputs:
 
 
 def accumulate_maps(tape: Tape, outputs: Sequence[Sequence[Ref]]) -> AccumulatedOutputs:
-    """Take a Map's results out of the outputs if all its used results are summands of outputs."""
+    """Return the outputs without results of Maps that loops can add themselves, and the additions of these loops. A Map
+    qualifies if it has ``_FEW`` elements or more, only rows as results, and if all its used results are summands of
+    outputs. The remaining sums are recorded on the tape; ``outputs`` itself stays unchanged."""
     numbers = {
         number
         for number, loop in enumerate(tape.maps)
@@ -80,7 +84,8 @@ def accumulate_maps(tape: Tape, outputs: Sequence[Sequence[Ref]]) -> Accumulated
 def _sums(
     tape: Tape, outputs: Sequence[Sequence[Ref]], uses: Mapping[int, int]
 ) -> tuple[dict[int, list[Summand]], dict[tuple[int, int], list[Ref]]]:
-    """Return the summands of outputs by the number of their Map, and the other summands of such outputs by place."""
+    """Return the results of Maps that are summands of outputs, and the other summands of the same components. The first
+    mapping has the number of the Map as key; the second has (output number, component)."""
     sums: dict[int, list[Summand]] = {}
     others: dict[tuple[int, int], list[Ref]] = {}
     for output, refs in enumerate(outputs):
@@ -99,10 +104,9 @@ def _sums(
 def _without_incomplete(
     additions: dict[int, tuple[Addition, ...]], sums: Mapping[int, Sequence[Summand]]
 ) -> set[tuple[int, int]]:
-    """Drop additions to outputs that keep a summand, and return the outputs that stay as they are.
-
-    A sum of results of several Maps needs all these Maps.
-    """
+    """Drop Maps from ``additions`` (in place) whose components need a summand of a Map that does not add by itself.
+    Returns the (output number, component) that therefore stay ordinary sums: a sum over several Maps needs all these
+    Maps."""
     places = {number: {(item.output, item.component) for item in items} for number, items in sums.items()}
     kept = {place for number, some in places.items() if number not in additions for place in some}
     while dropped := [number for number in additions if not kept.isdisjoint(places[number])]:
@@ -113,7 +117,8 @@ def _without_incomplete(
 
 
 def _uses(tape: Tape, live: Sequence[int], outputs: Sequence[Sequence[Ref]]) -> dict[int, int]:
-    """Return the number of reads and stores of each operation."""
+    """Return the number of reads and stores of each live operation; the operands of a Map count once for all its
+    results."""
     uses = dict.fromkeys(live, 0)
     gathered: set[int] = set()
     for node in live:
@@ -132,7 +137,8 @@ def _uses(tape: Tape, live: Sequence[int], outputs: Sequence[Sequence[Ref]]) -> 
 
 
 def _summands(tape: Tape, ref: Ref, uses: Mapping[int, int]) -> tuple[list[Ref], list[Ref]]:
-    """Return the results of Maps in a sum, and the remaining summands."""
+    """Return the results of Maps in the sum that a reference stands for, and the remaining summands, with signs. Only
+    sums, differences and results of Maps with one use (``uses``) are split."""
     pending, of_maps, others = [ref], list[Ref](), list[Ref]()
     while pending:
         item = pending.pop()
@@ -148,7 +154,9 @@ def _summands(tape: Tape, ref: Ref, uses: Mapping[int, int]) -> tuple[list[Ref],
 
 
 def _additions(tape: Tape, number: int, summands: Sequence[Summand]) -> tuple[Addition, ...] | None:
-    """Return the places to which elements add rows; None if elements of many kinds add to different outputs."""
+    """Return the additions of the rows of Map ``number`` to outputs: by equally spaced stretches of elements, or by
+    tables. None if a column of the rows belongs to different outputs or signs for different elements and stretches are
+    too many."""
     loop = cast("Map", tape.maps[number])
     width = len(loop.stacked)
     places = [[-1] * loop.count for _ in range(width)]
@@ -174,7 +182,9 @@ def _additions(tape: Tape, number: int, summands: Sequence[Summand]) -> tuple[Ad
 
 
 def _tabulate(places: NDArray[np.int64], kinds: NDArray[np.int64]) -> tuple[Addition, ...] | None:
-    """Return additions with tables of places (width, count); columns at a constant distance share a table."""
+    """Return additions with tables of the components to which each element adds; None if a column has different kinds.
+    ``places`` and ``kinds`` have the shape (width, count): component of the output, and 2 output + (1 for a negative),
+    both -1 for a column that is not added. Columns whose places differ by a constant share a table."""
     if np.any(kinds != kinds[:, :1]):
         return None
     groups: dict[tuple[int, bytes], tuple[list[int], list[int], tuple[int, ...]]] = {}
@@ -196,7 +206,8 @@ def _tabulate(places: NDArray[np.int64], kinds: NDArray[np.int64]) -> tuple[Addi
 
 
 def _pieces(table: NDArray[np.int64], fixed_from: int) -> list[tuple[int, int]]:
-    """Cut rows into stretches (first, end) that move by the same steps, and rows alone; later columns do not move."""
+    """Return the stretches (first, end) of rows of a table that change by equal steps from row to row, and single rows.
+    Together the stretches cover all rows in order. Columns from ``fixed_from`` on must be constant within a stretch."""
     steps = np.diff(table, axis=0)
     moves = ~np.any(steps[:, fixed_from:], axis=1)
     alike = np.zeros(len(table), dtype=bool)  # whether a row and the following two rows are equally spaced

@@ -33,8 +33,9 @@ class MatrixAssembly:
 
 
 def with_assembly(solver: Mapping[str, Any]) -> dict[str, Any]:
-    """Return ``Program.method["solver"]`` with the assembly in place of the terms of each entry, if loops assemble the
-    matrix."""
+    """Return ``Program.method["solver"]`` with the key ``assembly``, a MatrixAssembly, in place of the terms of each
+    entry. The keys ``moved``, ``entries`` and, for fronts, ``places`` are removed. Solvers of other kinds are returned
+    as a copy."""
     if solver["kind"] not in _LOOPED:
         return dict(solver)
     without = {"moved", "entries", *(["places"] if solver["kind"] == "fronts" else [])}
@@ -53,13 +54,14 @@ def in_loops(method: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def assembly(solver: Mapping[str, Any]) -> MatrixAssembly:
-    """Return the statements that fill the entries of the matrix.
+    """Return the statements that fill the entries of the iteration matrix: loops, or for small solvers one for each
+    entry.
 
     Parameters
     ----------
     solver : ``Program.method["solver"]``
         ``moved`` rows of products, ``entries`` with ``linear`` and ``products`` terms:
-        ``integrators.newton.matrix.Terms``; or an existing assembly
+        ``integrators.newton.matrix.Terms``; or an existing assembly, which is returned
     """
     if isinstance(made := solver.get("assembly"), MatrixAssembly):
         return made
@@ -117,7 +119,8 @@ def _written_out(solver: Mapping[str, Any]) -> list[Statement]:
 
 
 class _Loops:
-    """Entries grouped by the operations of their computation: operands and targets."""
+    """Entries of a matrix grouped by the operations of their computation (``shape``), each with its operands and its
+    target."""
 
     def __init__(self) -> None:
         self.groups: dict[tuple[Any, ...], list[tuple[Sequence[tuple[str, int]], tuple[Any, int]]]] = {}
@@ -126,7 +129,8 @@ class _Loops:
         self.groups.setdefault(shape, []).append((reads, target))
 
     def statements(self) -> list[Statement]:
-        """Return one loop for each kind of entry."""
+        """Return the ``repeat`` statements of all groups: one loop or a few for each shape, in the order in which
+        shapes came."""
         result = []
         for shape, members in self.groups.items():
             read: list[Expression] = [
@@ -150,7 +154,9 @@ def _sum_of_products(tape: Tape, count: int) -> Ref:
 
 
 def _entry(tape: Tape, linear: Sequence[int], products: Sequence[int], read: list[Expression]) -> Ref:
-    """Return sum of weight number - sum of weight (number nonzero of B); the weights are appended to ``read``."""
+    """Return the tape reference of a matrix entry, sum_k w_k n_k - sum_k w_k (n_k B_k). ``linear`` and ``products`` are
+    the numbers of the weights w of the summands; n and B are the inputs of block ``READ`` in the order of ``read``, to
+    which the expressions of the weights are appended."""
     inputs: dict[int, Ref] = {}
 
     def apply_weight(weight: int, value: Ref) -> Ref:

@@ -17,7 +17,9 @@ REGISTERS = 32
 
 
 def reorder(paragraphs: Sequence[Sequence[int]], reads: Mapping[int, Sequence[int]]) -> list[int]:
-    """Return the operations with fewer values that wait between paragraphs, or in the given order if none is better.
+    """Return the operations in an order of paragraphs with fewer values that wait between paragraphs.
+
+    The recorded order is kept if at most ``REGISTERS`` values wait, or if depth first is not better.
 
     Parameters
     ----------
@@ -34,17 +36,22 @@ def reorder(paragraphs: Sequence[Sequence[int]], reads: Mapping[int, Sequence[in
 
 
 class _Paragraphs:
-    """Paragraphs of a function with the values that pass between the paragraphs.
+    """Paragraphs of a function, numbered in recorded order, with the values that pass between the paragraphs.
 
     Attributes
     ----------
+    of : the paragraph of each operation.
     readers : the paragraphs that read each value of another paragraph; ``read`` : these values of each paragraph.
+    earlier, later : for each paragraph, the paragraphs of whose values it reads, and the paragraphs that read its
+        values.
     growth : by how many the waiting values grow with each paragraph; less and less as other paragraphs are done.
     missing : number of paragraphs that have to be done before each.
+    left : number of paragraphs that still read each value; ``done`` and ``order`` : the paragraphs done so far.
     """
 
     def __init__(self, paragraphs: Sequence[Sequence[int]], reads: Mapping[int, Sequence[int]]) -> None:
-        """Collect which paragraphs read the values of other paragraphs, and the order that follows."""
+        """Collect from the operations of each paragraph, and from the values that each operation reads, all
+        attributes."""
         self.of = {node: number for number, nodes in enumerate(paragraphs) for node in nodes}
         home = self.of.get
         self.readers: dict[int, set[int]] = {}
@@ -82,8 +89,9 @@ class _Paragraphs:
         return max(accumulate(change))
 
     def depth_first(self) -> list[int]:
-        """Return the order of the paragraphs: before a paragraph the paragraphs that are needed, the last recorded
-        first, and after a paragraph all by which no more values wait."""
+        """Return the paragraphs in depth-first order, from the last paragraph on; may be called once. Before a
+        paragraph come the paragraphs whose values it reads, the last recorded first; after a paragraph come all
+        paragraphs that are ready and do not raise the number of waiting values."""
         for last in range(len(self.done) - 1, -1, -1):
             open_paragraphs = [(last, self._pending_paragraphs(last))]
             while open_paragraphs:
@@ -101,7 +109,8 @@ class _Paragraphs:
         return sorted(earlier for earlier in self.earlier[number] if not self.done[earlier])
 
     def _do(self, number: int) -> None:
-        """Append a paragraph, and all that can be done by now and let no more values wait."""
+        """Append a paragraph to ``order``, and then all paragraphs that are ready and do not raise the number of
+        waiting values."""
         ready = [number]
         while ready:
             first = ready.pop()

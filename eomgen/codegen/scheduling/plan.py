@@ -25,7 +25,9 @@ OF_CALL = 4
 
 
 class Plan:
-    """The operations that some outputs need, cut into parts of nearly equal length.
+    """The order of the operations that some outputs need, cut into parts of nearly equal length.
+
+    Operations are numbers of tape nodes.
 
     Attributes
     ----------
@@ -37,7 +39,8 @@ class Plan:
     stores : places of stored operations: output number, component, sign.
     loops : from the first operation of a loop to the loop; in ``order`` this operation stands for the whole loop.
     stretches : likewise, from the first operation of a shared stretch to the stretch.
-    read_outside : operations of loops that are read outside of the loop.
+    head : from each operation of a loop or stretch to its first operation.
+    read_outside : operations of loops and stretches that are read outside of the loop or stretch.
     added : from the number of a Map to the results that the loop adds to outputs at the end.
     maps : from the number of a Map to the loop of the Map (several joined Maps may have one loop), and the position of
         the Map's first result among the loop's results.
@@ -53,7 +56,10 @@ class Plan:
         *,
         share: bool = False,
     ) -> None:
-        """Find loops, shared stretches, fused groups and parts of the live operations."""
+        """Find the live operations and their loops, shared stretches, fused groups, order and parts. ``outputs`` are
+        the references of each output, ``part_limit`` the operations per part at most. ``reroll`` returns the loops
+        among given operations; ``added`` has the results of Maps that loops add to outputs, by the number of the Map;
+        ``share`` allows shared stretches."""
         self.tape = tape
         self.added = added or {}
         last = {node for nodes in self.added.values() for node in nodes}
@@ -89,7 +95,8 @@ class Plan:
         self._count_stores(outputs)
 
     def _share(self, outputs: Sequence[Sequence[Ref]], *, share: bool) -> dict[int, Occurrence]:
-        """Return the shared stretches by their first operation: none in functions with loops."""
+        """Return the shared stretches by their first operation, and note the operations of each in ``head``. Empty if
+        ``share`` is false, or for functions with loops."""
         if self.loops or self.added or not share:
             return {}
         stretches = find_stretches(self.tape, self.live, outputs)
@@ -97,7 +104,9 @@ class Plan:
         return {stretch.nodes[0]: stretch for stretch in stretches}
 
     def _with_few_waiting(self, leader: Mapping[int, int]) -> list[int]:
-        """Return ``order`` with its paragraphs depth first; as it is in functions with loops or shared stretches."""
+        """Return ``order`` with its paragraphs arranged so that few values wait between them (see
+        ``paragraphs.reorder``). ``leader`` maps each operation that is computed together with an earlier one to this
+        one. Functions with loops, shared stretches or Maps keep their order."""
         if self.loops or self.stretches or self.maps:
             return self.order
         tape, first_of = self.tape, leader.get
@@ -121,7 +130,9 @@ class Plan:
         return reorder(paragraphs, reads)
 
     def _cut(self, part_limit: int) -> dict[int, int]:
-        """Set the number of parts, and return the part of each entry of ``order``."""
+        """Set ``parts``, the number of parts, and return the number of the part of each operation in ``order``. Parts
+        have nearly equal numbers of operations, at most ``part_limit``; a third of this in functions of more than
+        ``_LONG`` times the limit."""
         weights = [self.weight(node) for node in self.order]
         parts_of_limit = _SHORTER if sum(weights) > _LONG * part_limit else 1
         self.parts = max(1, -(-parts_of_limit * sum(weights) // part_limit))
@@ -168,7 +179,8 @@ class Plan:
         return leader
 
     def _count_reads(self) -> None:
-        """Count the reads of each operation, and find the last part that reads the operation."""
+        """Count the reads of each operation in ``uses``, and find ``last_part`` and ``read_outside``. Operands of loops
+        and shared stretches count twice, so that they get statements of their own."""
         tape, uses, last_part, head = self.tape, self.uses, self.last_part, self.head
         for node in self.order:
             part = self.part_of[node]

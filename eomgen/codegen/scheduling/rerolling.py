@@ -69,11 +69,13 @@ def operands(tape: Tape, node: int) -> tuple[int, ...]:
 
 
 def find_loops(tape: Tape, live: Sequence[int], sample: Sample = WHOLE) -> list[RerolledLoop]:
-    """Return the loops in a sequence of live tape nodes, in order and disjoint; none spans the call of a Map.
+    """Return the loops in a sequence of live tape nodes, in order and disjoint; no loop contains the result of a Map.
+
+    Sines and cosines of inputs are left out, since other loops compute these.
 
     Parameters
     ----------
-    sample : of the longer scene whose loops are judged
+    sample : the longer scene for which the saved operations are judged, if the tape belongs to a shorter sample of it
     """
     loops = []
     for is_map, nodes in groupby(live, lambda node: tape.op[node] is _MAP):
@@ -96,7 +98,9 @@ def is_circular(tape: Tape, node: int) -> bool:
 
 
 def _codes(tape: Tape, nodes: Sequence[int]) -> NDArray[np.uint64]:
-    """Return an integer per operation, equal for operations with equal code, signs and kinds of operands."""
+    """Return an integer for each operation, (len(nodes),). Integers are equal for operations with equal operation code
+    and with operands of equal signs and kinds: number, input block (for scalars and structs the component, too) or
+    other value."""
     numbers: dict[tuple[object, ...], int] = {}
 
     def kind(ref: Ref) -> object:
@@ -119,7 +123,9 @@ def _codes(tape: Tape, nodes: Sequence[int]) -> NDArray[np.uint64]:
 def _search(
     codes: NDArray[np.uint64], low: int, high: int, repeats: list[tuple[int, int, int]], sample: Sample
 ) -> None:
-    """Append (start, period, iterations) of the repeats in [low, high): the longest, then repeats on both sides."""
+    """Append to ``repeats`` the (start, period, iterations) of the repeats of codes in the range [low, high). The
+    repeat that saves most is taken first, then the search continues before and after it. ``sample`` judges the
+    saving."""
     pending = [(low, high)]
     while pending:
         low, high = pending.pop()
@@ -151,7 +157,10 @@ def _longest(codes: NDArray[np.uint64], sample: Sample) -> tuple[int, int, int] 
 
 
 def _consistent(tape: Tape, iterations: Sequence[tuple[int, ...]], sample: Sample) -> RerolledLoop | None:
-    """Return the loop over the longest run of iterations around the middle one that have the same local operands."""
+    """Return the loop of the longest run of iterations around the middle one whose local operands are at equal
+    positions. ``iterations`` holds the nodes of each candidate iteration. None if the run has fewer than
+    ``MINIMUM_ITERATIONS`` iterations or saves fewer than ``MINIMUM_SAVED`` operations in the longer scene
+    ``sample``."""
     alike = _alike(tape, np.array(iterations, dtype=np.int64))
     first = last = len(iterations) // 2
     while first > 0 and alike[first - 1]:
@@ -167,7 +176,9 @@ def _consistent(tape: Tape, iterations: Sequence[tuple[int, ...]], sample: Sampl
 
 
 def _alike(tape: Tape, nodes: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return the mask of iterations, (count, period), with the same local operands as the middle one."""
+    """Return for each iteration, shape (count,), whether its operands within the iteration are at the same positions as
+    in the middle iteration. ``nodes`` are the tape nodes, (count, period); operands from outside the iteration do not
+    count."""
     count, period = nodes.shape
     low = int(nodes.min())
     position = np.full(int(nodes.max()) - low + 1, -1, dtype=np.int64)
@@ -198,7 +209,8 @@ Column = tuple[int, int, int, list[int]]
 
 @dataclass(frozen=True)
 class Iteration:
-    """One iteration.
+    """The body of a rerolled loop, with the rules by which its inputs and results depend on the number of the
+    iteration.
 
     Attributes
     ----------
@@ -235,10 +247,9 @@ Stores = Mapping[int, Sequence[tuple[int, int, int]]]
 
 
 def copies(expressions: Sequence[Expression], output: int, components: Sequence[int]) -> tuple[Any, ...] | None:
-    """Return the data of a loop that copies constants, workspace entries or one input block's entries to an output.
-
-    None for other expressions.
-    """
+    """Return the data of a ``repeat`` statement that copies values to components of output number ``output``.
+    ``expressions`` are the values, one for each of ``components``: all constants, all workspace slots, or all
+    components of one input block, without or all with a minus. None for other or mixed expressions."""
     minus = all(isinstance(item, tuple) and item[0] == "neg" for item in expressions)
     if minus:
         expressions = [cast("tuple[str, Expression]", item)[1] for item in expressions]
@@ -262,12 +273,13 @@ def copies(expressions: Sequence[Expression], output: int, components: Sequence[
 def loop_iteration(
     tape: Tape, loop: RerolledLoop, read_outside: set[int], stores: Stores, values: LoopServices
 ) -> Iteration:
-    """Return the body of a loop and the rules of its indices.
+    """Return the body of a loop and the rules of its indices; workspace for the exports is reserved by ``values``.
 
     Parameters
     ----------
     read_outside : operations that the rest of the function reads
     stores : places of stored operations: output number, component, sign
+    values : the function that contains the loop, for slots and expressions of values from outside the loop
     """
     iterations = loop.iterations
     position_of = {node: (k, j) for k, iteration in enumerate(iterations) for j, node in enumerate(iteration)}
@@ -326,7 +338,9 @@ def loop_iteration(
 
 
 def _rows_of_outputs(iterations: Sequence[Sequence[int]], stores: Stores) -> tuple[list[Column], list[Unmatched]]:
-    """Return the outputs that all iterations store alike, and the remaining outputs."""
+    """Return the stores to outputs that all iterations make alike, and the remaining stores. ``iterations`` are the
+    nodes of each iteration. Stores are alike if the operation at one position goes to the same output with the same
+    sign in all iterations; the component may vary."""
     columns: list[Column] = []
     unmatched: list[Unmatched] = []
     for j in range(len(iterations[0])):
@@ -345,7 +359,9 @@ def _rows_of_outputs(iterations: Sequence[Sequence[int]], stores: Stores) -> tup
 
 
 def _read(tape: Tape, refs: Sequence[Ref], values: LoopServices, slot: Callable[[int], int]) -> Expression:
-    """Return an operand as an expression of the iteration number k."""
+    """Return an operand of all iterations as an expression of the iteration number k. ``refs`` is the operand in each
+    iteration; ``slot`` gives the workspace index of a node. Equal references give the expression of the shared value;
+    constants a table; inputs and workspace values a row of indices."""
     if len(set(refs)) == 1:
         return values.leaf(refs[0])
     minus = refs[0] < 0
@@ -363,7 +379,7 @@ def _read(tape: Tape, refs: Sequence[Ref], values: LoopServices, slot: Callable[
 
 
 def rule(indices: Sequence[int]) -> tuple[object, ...]:
-    """Return (start, step) for equally spaced indices, else a tuple that holds the tuple of all."""
+    """Return (start, step) for equally spaced indices, (index, 0) for one, else ((index, index, ...),), a table."""
     if len(indices) == 1:
         return (indices[0], 0)
     step = indices[1] - indices[0]
@@ -377,7 +393,8 @@ RUN_FROM = 4
 
 
 def runs(pairs: Sequence[tuple[int, int]], shortest: int = RUN_FROM) -> Iterator[tuple[int, int, int, int, int]]:
-    """Split pairs (to, from) into equally spaced runs: first to, first from, step of to, step of from, length."""
+    """Yield equally spaced runs of pairs (to, from): first to, first from, step of to, step of from, length. Runs of
+    fewer than ``shortest`` pairs are yielded pair by pair, with steps 0 and length 1."""
     start = 0
     while start < len(pairs):
         end = start + 1

@@ -56,7 +56,8 @@ class RunLoop:
 
 @dataclass
 class SharedText:
-    """The statements of a shared stretch, with the labels of the occurrences; see ``program.ProgramShared``."""
+    """The statements of a shared stretch with the number of calls and the labels of the occurrences; see
+    ``program.ProgramShared`` for the fields. ``calls`` and ``labels`` grow while functions are scheduled."""
 
     statements: tuple[Statement, ...]
     reads: int
@@ -69,7 +70,8 @@ class SharedText:
 
 @dataclass
 class OpenPart:
-    """The part that is being written."""
+    """The part of a function that is being written: its statements so far, the names of input blocks that these read,
+    and the numbers of the outputs that they fill. ``label`` is the last printed label."""
 
     statements: list[Statement] = field(default_factory=list)
     inputs: set[str] = field(default_factory=set)
@@ -94,7 +96,10 @@ class Writer:
         calls: list[Call],
         shared: list[SharedText],
     ) -> None:
-        """Begin without statements, with the plan of a function."""
+        """Begin without statements. ``plan`` and ``outputs`` describe the function; ``input_order`` is the order of
+        input blocks in arguments and ``nest_limit`` the largest number of operations in a statement. ``loops``,
+        ``curve_numbers``, ``calls`` and ``shared`` are collections of the whole Program, to which the writer
+        appends."""
         self.shared = shared
         self.plan = plan
         self.tape = plan.tape
@@ -123,7 +128,9 @@ class Writer:
     # -- expressions ----------------------------------------------------------------------------------------------
 
     def _leaf(self, ref: Ref) -> Expression:
-        """Return a leaf, or the expression that stands for a node."""
+        """Return the expression that reads the value of a reference: a constant, an input, a local value or a workspace
+        slot. A negative reference gives the negative of the value. Notes in the open part which input blocks and
+        whether the workspace are read."""
         node = abs(ref)
         code = self.tape.op[node]
         if code is _CONST:
@@ -142,8 +149,9 @@ class Writer:
         return expression if ref > 0 else ("neg", expression)
 
     def _take(self, refs: Sequence[Ref]) -> tuple[list[Expression], int]:
-        """Return operand expressions and their numbers of operations; waiting operands are nested as far as the limit
-        allows."""
+        """Return the expressions of the operands ``refs``, and 1 plus the number of operations nested in these
+        expressions. Operands that wait to be nested are nested in order of length up to ``nest_limit``; the others are
+        written as statements."""
         waiting = self.waiting
         nested = [abs(ref) for ref in refs if abs(ref) in waiting]
         if len(nested) > 1:
@@ -157,7 +165,8 @@ class Writer:
         return [self._operand(ref) for ref in refs], total
 
     def _operand(self, ref: Ref) -> Expression:
-        """Return a leaf; a value of an earlier part that has a name is a local value with this name."""
+        """Return the expression of an operand. A value of an earlier part that has a name in mechanics is first loaded
+        into a local value of this name, once per part."""
         node, loaded = abs(ref), self.open.loaded
         if node not in self.crossed or isinstance(self.expressions[node], int) or not self.roles.names[node]:
             return self._leaf(ref)
@@ -198,8 +207,8 @@ class Writer:
         return self.slots - count
 
     def _store(self, node: int) -> None:
-        """Store a value that later parts read, and an output value, by a loop if the value occurs many times in an
-        output."""
+        """Save the value of a node in the workspace if later parts read the value, and write it to its components of
+        outputs. A value that occurs at least ``REPEATED_FROM`` times in an output is written by a loop."""
         if self.plan.last_part[node] > self.plan.part_of[node]:
             self.crossed[node] = self.free.pop() if self.free else self.reserve(1)
             self.open.workspace = True
@@ -212,7 +221,8 @@ class Writer:
             self._emit("out", number, component, self._leaf(sign * node))
 
     def _store_repeated(self, node: int, stores: Sequence[tuple[int, int, int]]) -> list[tuple[int, int, int]]:
-        """Store a value by one loop for each output and sign with many occurrences; return the remaining places."""
+        """Write a value by one loop for each (output, sign) with at least ``REPEATED_FROM`` components. ``stores`` and
+        the result are (output number, component, sign); returned are the stores that no loop has written."""
         groups: dict[tuple[int, int], list[int]] = {}
         for number, component, sign in stores:
             groups.setdefault((number, sign), []).append(component)
@@ -234,10 +244,13 @@ COPIED_FROM = 8
 
 
 class LoopWriter(Writer):
-    """Writer of the loops of ``rerolling``; the ``iterations.Values`` of each loop."""
+    """Writer that also writes loops: rerolled loops, shared stretches, and sines and cosines of inputs. Implements
+    ``LoopServices`` for the loops of ``rerolling``: workspace slots and expressions of the function."""
 
     def _circular(self) -> None:
-        """Compute sines and cosines of all input angles into the workspace if loops can count through the angles."""
+        """Write loops that compute the sines and cosines of all input angles of the function into the workspace. The
+        sines lie in adjacent slots, then the cosines. Sines and cosines that are outputs are stored. Blocks that loops
+        cannot index get one statement for each angle."""
         tape = self.tape
         nodes = [node for node in self.plan.live if is_circular(tape, node)]
         angles = sorted({abs(tape.a[node]) for node in nodes}, key=self._symbol)
@@ -269,7 +282,8 @@ class LoopWriter(Writer):
         return self._leaf(ref)
 
     def slot(self, node: int) -> int:
-        """Return the workspace index of a value; the value is stored there at the first call."""
+        """Return the workspace index of the value of a node; the value is saved there at the first call. For a value
+        kept as a negative, the index of the value without the minus is returned."""
         expression = self.expressions.get(node)
         if isinstance(expression, tuple) and expression[0] == "neg":
             expression = expression[1]
@@ -291,7 +305,9 @@ class LoopWriter(Writer):
         return slot
 
     def _share(self, stretch: Occurrence) -> None:
-        """Call a shared stretch; results stay in the workspace, some as negatives."""
+        """Write the call of a shared stretch, and note the places of its results: slots of the workspace, some with
+        negated values. Results that go to outputs in only this occurrence (``stretch.left``) are stored after the
+        call."""
         number = self._text_of(stretch)
         places = tuple([self.slot(node) for node in stretch.reads])
         results = tuple([self._slot_of(node) for node in stretch.results])
@@ -304,7 +320,9 @@ class LoopWriter(Writer):
         self._store_all(stretch.left)
 
     def _text_of(self, stretch: Occurrence) -> int:
-        """Return the number of the text of a stretch in the Program; equal texts are one."""
+        """Return the number of the stretch's statements among the shared texts of the Program, which equal statements
+        share. The body is scheduled at its first occurrence; each call counts the occurrence and adds the label of its
+        paragraph."""
         body = stretch.body
         if id(body) not in self.bodies:
             outputs = dict.fromkeys(output for output, _ in body.stores)
@@ -323,7 +341,8 @@ class LoopWriter(Writer):
         return number
 
     def _repeat(self, loop: RerolledLoop) -> None:
-        """Write a loop; results needed elsewhere stay in the workspace, iteration by iteration."""
+        """Write a rerolled loop as ``repeat`` statements; results that other operations read stay in the workspace, by
+        iteration. Values that not all iterations store alike are written to outputs after the loop."""
         iteration = loop_iteration(self.tape, loop, self.plan.read_outside, self.plan.stores, self)
         for k, nodes in enumerate(loop.iterations):
             for number, position in enumerate(iteration.exports):
@@ -339,7 +358,8 @@ class LoopWriter(Writer):
         self._store_all(iteration.unmatched)
 
     def _store_all(self, stores: Iterable[Unmatched]) -> None:
-        """Store values of the workspace, by loops if there are many."""
+        """Write existing values to outputs, many values of one output and sign by a loop. ``stores`` are (output
+        number, component, sign, node)."""
         groups: dict[tuple[int, int], list[tuple[int, Ref]]] = {}
         for number, component, sign, node in stores:
             groups.setdefault((number, sign), []).append((component, sign * node))
@@ -350,7 +370,9 @@ class LoopWriter(Writer):
                     self._emit("out", number, component, self._leaf(ref))
 
     def _copy(self, number: int, items: Sequence[tuple[int, Ref]]) -> bool:
-        """Store many existing values in one loop; return False for few values, or values of different kinds."""
+        """Write existing values to an output by one loop and return True; return False without writing if no loop fits.
+        ``items`` are (component, reference) of output ``number``. No loop fits fewer than ``COPIED_FROM`` values, or
+        values of different kinds (see ``rerolling.copies``)."""
         if len(items) < COPIED_FROM:
             return False
         data = copies([self._leaf(ref) for _, ref in items], number, [component for component, _ in items])
@@ -386,13 +408,16 @@ class Schedule:
 
 
 class _Scheduler(LoopWriter):
-    """Writes a function operation by operation."""
+    """Writes the operations of a function one by one, part by part, in the order of the plan; ``run`` returns the
+    Schedule."""
 
     #: Additions of the loops of Maps to outputs, by number of the Map.
     additions: Mapping[int, tuple[Addition, ...]] = MappingProxyType({})
 
     def _node(self, node: int) -> None:
-        """Write the statements of an operation, or keep the operation to be nested in its only use."""
+        """Write the statements of an operation, or keep its expression to be nested in the only operation that reads
+        it. An operation that stands for a Map, a rerolled loop, a shared stretch or a pair of sine and cosine writes
+        all of that."""
         tape, plan = self.tape, self.plan
         code = tape.op[node]
         if code is _MAP:
@@ -436,7 +461,9 @@ class _Scheduler(LoopWriter):
         self._store(cosine)
 
     def _angles(self, nodes: Sequence[int]) -> None:
-        """Compute sine and cosine of all angles that are inputs in one statement, which compilers can vectorise."""
+        """Write one statement that computes sine and cosine of all angles of a part that are inputs, which compilers
+        vectorise. Fewer than ``TOGETHER`` angles are left out; only angles of which both sine and cosine are needed
+        count."""
         tape = self.tape
         leaders = [
             node
@@ -457,7 +484,9 @@ class _Scheduler(LoopWriter):
                 self._store(member)
 
     def _map(self, node: int) -> None:
-        """Run a loop: gather into the workspace, call, and leave the results there."""
+        """Write the run of the loop of a Map: copy the gathered values into the workspace, call, and leave the results
+        there. Results that are outputs are stored. External functions and loops that add to outputs have methods of
+        their own."""
         tape = self.tape
         loop = self.plan.maps[tape.a[node]][0]
         if isinstance(loop, Call):
@@ -477,7 +506,8 @@ class _Scheduler(LoopWriter):
         self._spread(members, len(loop.sums) + len(loop.last), max(1, len(loop.stacked)))
 
     def _call(self, node: int, call: Call) -> None:
-        """Call an external function: gather its operands into the workspace, and leave the results there."""
+        """Write the call of an external function: copy its operands into the workspace, and leave the results there.
+        Calls of the same routine share one number in ``self.calls``; results that are outputs are stored."""
         first = self.reserve(len(call.operands) + call.size)
         results = first + len(call.operands)
         self.open.workspace = True
@@ -492,7 +522,8 @@ class _Scheduler(LoopWriter):
         self._spread(members, 0, call.size)
 
     def _add(self, node: int, loop: Map, additions: Sequence[Addition]) -> None:
-        """Run a loop with elements that add to outputs; all else of the function has been done."""
+        """Write the run of a loop whose elements add rows to outputs; all other operations of the function have been
+        written."""
         first = self.reserve(len(loop.references))
         self.open.workspace = True
         self.label = self.tape.label(node)
@@ -516,7 +547,8 @@ class _Scheduler(LoopWriter):
         return self.plan.maps[self.tape.a[result]][1] + self.tape.b[result]
 
     def _gather(self, refs: Sequence[Ref], slot: int) -> None:
-        """Copy values to consecutive slots, inputs and workspace by loops."""
+        """Write the copies of the values of ``refs`` into consecutive workspace slots from ``slot`` on. Equally spaced
+        inputs and workspace values are copied by loops, other values one by one."""
         sources: dict[tuple[str, bool], list[tuple[int, int]]] = {}
         for position, ref in enumerate(refs, slot):
             node = abs(ref)
@@ -544,7 +576,9 @@ class _Scheduler(LoopWriter):
                     self._emit("gather", to, to_step, block, start, step, length)
 
     def _copy_to_workspace(self, block: str, places: Sequence[tuple[int, int]], *, is_minus: bool) -> None:
-        """Copy values of a block to other places of the workspace, (to, from), by loops if there are many."""
+        """Write copies of components of an input block, or of the workspace (``"w"``), to workspace slots. ``places``
+        are (target slot, source component); ``is_minus`` copies the negatives. ``COPIED_FROM`` copies or more become a
+        loop."""
         if len(places) < COPIED_FROM:
             for to, start in places:
                 source: Expression = ("w", start) if block == "w" else ("in", block, start)
@@ -556,7 +590,9 @@ class _Scheduler(LoopWriter):
         self._emit_loops(len(places), (copied,), (read,), (("row", "w", *rule([to for to, _ in places])),))
 
     def _spread(self, members: Sequence[int], head: int, width: int) -> None:
-        """Store results that are outputs, by runs over the elements."""
+        """Write the results of a Map or an external call that are outputs to these outputs, equally spaced ones by
+        loops. ``members`` are the nodes of the results. The first ``head`` results belong to no element; after these
+        each element has ``width`` results, and results in the same column are written together."""
         groups: dict[tuple[int, int, int], list[tuple[int, int]]] = {}
         for node in members:
             result = self._place(node)
@@ -574,7 +610,8 @@ class _Scheduler(LoopWriter):
                     self._emit("spread", number, to, to_step, start, step, length, sign)
 
     def _leaves_out(self, may_fill: bool) -> None:
-        """Store outputs that are constants or inputs, before everything else."""
+        """Write the components of outputs that are constants or inputs, before all operations. An output with
+        ``FILL_FROM`` zeros or more, if these are the majority, is filled with zeros by a loop if ``may_fill``."""
         for number, refs in enumerate(self.outputs):
             zeros = refs.count(ZERO)
             fill = may_fill and zeros >= FILL_FROM and 2 * zeros > len(refs)
@@ -595,7 +632,9 @@ class _Scheduler(LoopWriter):
                 self._emit("out", number, component, self._leaf(ref))
 
     def _without_inputs(self, number: int, items: list[tuple[int, Ref]]) -> list[tuple[int, Ref]]:
-        """Store entries of inputs that are many in an output by loops; return the remaining entries."""
+        """Write the components of output ``number`` that copy inputs by loops if they are many, and return the other
+        items. ``items`` are (component, reference). A loop is written for each input block and sign with
+        ``REPEATED_FROM`` components."""
         groups: dict[tuple[str, bool], list[tuple[int, Ref]]] = {}
         for component, ref in items:
             symbol = self.tape.symbol(ref)
@@ -610,7 +649,8 @@ class _Scheduler(LoopWriter):
         return [item for item in items if item[0] not in copied]
 
     def run(self, may_fill: bool) -> Schedule:
-        """Schedule all parts of the function, with registers for values that cross parts."""
+        """Write all parts of the function and return its Schedule. Slots of the workspace are used again after the last
+        part that reads the value. ``may_fill``: whether outputs of mostly zeros are filled by a loop first."""
         plan = self.plan
         parts: list[FunctionPart] = []
         for number in range(plan.parts):
@@ -655,19 +695,20 @@ def schedule(
     reroll: bool = True,
     sample: Sample = WHOLE,
 ) -> Schedule:
-    """Order the operations that the outputs need.
+    """Return the statements of a function, in parts, that compute the operations needed for its outputs.
 
     Parameters
     ----------
     outputs : for each output array, the references row by row.
     input_order : the order of the input blocks read by parts.
+    part_limit, nest_limit : operations per part and per statement at most.
     loops : the loops of the Program, completed here.
     curve_numbers : from the id of a curve to the curve's number in the Program; completed here.
     calls : one call of each external function of the Program; completed here.
     shared : the shared stretches of the Program, completed here; without, no stretches are shared.
     fill : whether many structural zeros may become a loop.
     reroll : whether repeats may become loops.
-    sample : of the longer scene whose loops are judged.
+    sample : the longer scene for which loops are judged, if the tape belongs to a shorter sample of the scene.
     """
 
     apart = accumulate_maps(tape, outputs)
@@ -686,7 +727,9 @@ def schedule(
 
 
 def _worthwhile(tape: Tape, live: Sequence[int], sample: Sample) -> list[RerolledLoop]:
-    """Return the loops of a long function, or none if loops would reduce the length too little."""
+    """Return the rerolled loops of a function, or none if loops would reduce the number of written operations too
+    little. Numbers of operations are judged for the longer scene of which the tape is a sample. Functions up to
+    ``REROLL_FROM`` operations have no loops; loops must reduce the operations to the part ``REROLLED_PART``."""
     written = sum(tape.op[node] is not _MAP for node in live)
     if written * sample.growth <= REROLL_FROM:
         return []

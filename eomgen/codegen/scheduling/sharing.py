@@ -108,7 +108,15 @@ def find_stretches(tape: Tape, live: Sequence[int], outputs: Sequence[Sequence[R
 
 
 class _RepeatSearch:
-    """Repeats in a sequence of operations."""
+    """Search of repeated windows in a sequence of operations, for shared stretches.
+
+    Attributes
+    ----------
+    fixed : operations that no stretch may contain
+    op, commutative : code of each operation, a difference as a sum, and whether its operands may be exchanged
+    places : position of each operand in the sequence, (operations, 3), or one of ``_BEFORE, _OF_CONSTANT, _ABSENT``
+    codes : integers that are equal for operations of a kind; ``taken`` : operations in stretches found so far
+    """
 
     def __init__(self, tape: Tape, live: Sequence[int]) -> None:
         """Collect operations and operands of the live nodes as arrays."""
@@ -131,7 +139,9 @@ class _RepeatSearch:
         self.taken = np.array([node in self.fixed for node in live], dtype=bool)
 
     def _codes(self) -> NDArray[np.int64]:
-        """Return a number per operation, equal for equal operations with operands of equal kinds, without signs."""
+        """Return an integer for each operation, equal for the same operation with operands of equal kinds, without
+        signs. Kinds of operands: the distance of a near operation of the sequence, another value, a constant, or
+        none."""
         distance = np.arange(len(self.live))[:, None] - self.places
         near = (self.places >= 0) & (distance <= _NEAR)
         kinds = np.where(near, distance, np.minimum(self.places, _BEFORE))
@@ -142,7 +152,9 @@ class _RepeatSearch:
         return np.unique(code, return_inverse=True)[1]
 
     def groups(self) -> list[tuple[int, list[int]]]:
-        """Return lengths and starts of repeats that do not overlap, each with equal operands within the stretch."""
+        """Return (length, starts of the occurrences) of repeats, in order of the first start. Repeats do not overlap,
+        and operands within a window are at the same positions in all occurrences. Repeats with many occurrences and
+        long windows are taken first."""
         ranks = self._ranks()
         repeats: list[tuple[int, list[int]]] = []
         for least in _OCCURRENCES:
@@ -152,7 +164,8 @@ class _RepeatSearch:
         return sorted(repeats, key=lambda item: item[1][0])
 
     def _ranks(self) -> dict[int, NDArray[np.int64]]:
-        """Return, by length of a window, a number for each start that is equal for equal windows."""
+        """Return, for each window length (powers of two), an integer at each start that is equal for equal windows of
+        codes. Windows are from ``SHORTEST`` to ``LONGEST`` operations long."""
         ranks: dict[int, NDArray[np.int64]] = {}
         rank, length, size = self.codes, 1, len(self.codes)
         while 2 * length <= min(LONGEST, size):
@@ -165,7 +178,9 @@ class _RepeatSearch:
         return ranks
 
     def _alike(self, rank: NDArray[np.int64], length: int, least: int) -> list[list[int]]:
-        """Return the starts of equal windows of operations that are free, by the first start."""
+        """Return lists of the starts of equal windows without taken operations, each of ``least`` windows or more.
+        ``rank`` has an integer for each start, equal for equal windows of this ``length``. Lists are ordered by their
+        first start."""
         before = np.concatenate(([0], np.cumsum(self.taken)))
         starts = np.flatnonzero(before[length:] == before[:-length])
         order = starts[np.argsort(rank[starts], kind="stable")]
@@ -174,7 +189,9 @@ class _RepeatSearch:
         return sorted((order[ends[k] : ends[k + 1]].tolist() for k in many), key=lambda group: group[0])
 
     def _free_windows(self, length: int, windows: Sequence[int], least: int) -> Iterator[tuple[int, list[int]]]:
-        """Yield the parts of a repeat with windows that do not overlap and are free, made as long as possible."""
+        """Yield (length, starts) of the usable pieces of a repeat and mark their operations as taken. Overlapping and
+        taken windows are dropped; the repeat ends here if fewer than ``least`` remain. The rest is made as long as
+        possible, and cut so that operands within a piece agree; pieces shorter than ``SHORTEST`` are dropped."""
         starts: list[int] = []
         for start in windows:
             if (not starts or start >= starts[-1] + length) and not self.taken[start : start + length].any():
@@ -196,7 +213,8 @@ class _RepeatSearch:
             begun = end
 
     def _cuts(self, length: int, starts: Sequence[int]) -> list[int]:
-        """Return the offsets at which a repeat is cut, so that operands within a piece are the same in all."""
+        """Return the offsets at which windows of ``length`` at ``starts`` must be cut into pieces. After the cuts,
+        operands within a piece are at the same positions in all occurrences; others are read from outside."""
         begins = np.array(starts)[:, None, None]
         places = self.places[begins[:, :, 0] + np.arange(length)]
         offsets = np.where(places < 0, places, np.maximum(places - begins, _BEFORE))
@@ -219,7 +237,8 @@ def _sort_operands(kinds: NDArray[np.int64], commutative: NDArray[np.bool_]) -> 
 
 
 def _outside(tape: Tape, live: Sequence[int]) -> set[int]:
-    """Return the operations outside of all stretches: also sines and cosines that are computed in pairs."""
+    """Return the operations that no shared stretch may contain: Maps, curves, and sines and cosines of one angle, which
+    are computed in pairs."""
     angles: dict[int, list[int]] = {}
     for node in live:
         if tape.op[node] in _CIRCULAR:
@@ -255,7 +274,8 @@ class _System:
         return True
 
     def solution(self) -> int:
-        """Return the unknowns as bits, with bit 0 set; unknowns without a condition are zero."""
+        """Return the solution of all conditions as bits, with bit 0 set; unknowns that no condition determines are
+        zero."""
         known = 1
         for bit, row in reversed(self.rows.items()):
             if ((row ^ bit) & known).bit_count() & 1:
@@ -278,7 +298,10 @@ class _Group:
 
 
 class _Signs:
-    """Decides with which signs the occurrences compute their values."""
+    """Decides which values each occurrence of a shared stretch computes as negatives, and makes the occurrences.
+    ``groups`` of the constructor are (length, starts) of each repeat among the live operations. Attributes: ``owner``
+    (operation to group, occurrence, offset), ``stores`` (operation to output number, component and sign), ``negative``
+    (operations whose negatives are stored)."""
 
     def __init__(
         self,
@@ -287,7 +310,7 @@ class _Signs:
         groups: Sequence[tuple[int, list[int]]],
         outputs: Sequence[Sequence[Ref]],
     ) -> None:
-        """Number the nodes in all occurrences of shared stretches, and pair the results of occurrences."""
+        """Number the operations of all occurrences, match their operands, and find stores and exported values."""
         self.tape = tape
         self.live = live
         self.position = {node: place for place, node in enumerate(live)}
@@ -311,7 +334,9 @@ class _Signs:
         self.negative: set[int] = set()  # nodes whose negatives are stored
 
     def _pair(self, group: _Group) -> None:
-        """Bring operands of commutative operations into the order of the first occurrence, and list the columns."""
+        """Fill ``taken`` and ``columns`` of a group: the operands of all occurrences in the order of the first
+        occurrence. Operands of commutative operations are exchanged if the kinds or earlier matches require this.
+        ``columns`` numbers the operands that the occurrences read from outside."""
         tape = self.tape
         offsets = [{node: offset for offset, node in enumerate(members)} for members in group.nodes]
 
@@ -348,7 +373,7 @@ class _Signs:
                     group.columns.setdefault(tuple(map(abs, column)), len(group.columns))
 
     def _find_exports(self) -> None:
-        """List the offsets of values that other operations read outside of their occurrence."""
+        """Set ``exports`` of each group: offsets of values that operations outside of the same occurrence read."""
         tape, owner, home = self.tape, self.owner, self.home
         exported: list[set[int]] = [set() for _ in self.groups]
         for node in self.live:
@@ -361,7 +386,7 @@ class _Signs:
             group.exports = sorted(offsets)
 
     def stretches(self) -> list[Occurrence]:
-        """Return all occurrences in the order of the tape."""
+        """Return all occurrences of all groups in the order of the tape; signs are solved occurrence by occurrence."""
         order = sorted(
             (self.position[nodes[0]], number, occurrence)
             for number, group in enumerate(self.groups)
@@ -380,7 +405,9 @@ class _Signs:
         return int(column[occurrence] in self.negative)
 
     def _solve(self, group: _Group, occurrence: int) -> None:
-        """Find the signs of one occurrence; the first of a group computes values, if need be from negatives."""
+        """Find which values occurrence number ``occurrence`` of a group computes as negatives of the shared operations'
+        values. Sets ``signs``, ``factors`` and ``moved`` of the group and extends ``negative``. The first occurrence is
+        the reference and has no negatives."""
         if occurrence == 0:
             return
         tape, system = self.tape, _System()
@@ -420,8 +447,8 @@ class _Signs:
                 self.negative.add(group.nodes[occurrence][offset])
 
     def _kinds(self, group: _Group) -> list[list[tuple[bool, int]]]:
-        """Return for each operand of the first occurrence whether it is within, and its offset, else its column, -1 for
-        a constant."""
+        """Return, for each operation and operand of the first occurrence, (is inside, index). The index is the offset
+        of an operand inside, the column of one from outside, or -1 for a constant."""
         offsets = {node: offset for offset, node in enumerate(group.nodes[0])}
 
         def kind(column: Sequence[Ref]) -> tuple[bool, int]:
@@ -434,7 +461,9 @@ class _Signs:
 
     @staticmethod
     def _value(code: Op, parts: Sequence[int], offset: int, system: _System, flips: dict[tuple[int, int], int]) -> int:
-        """Return the sign of an operation's value as a sum of unknowns; operands that contradict get a factor."""
+        """Return the sign of an operation's value as a sum over GF(2) of unknowns, from the signs ``parts`` of its
+        operands. Conditions on the operands are added to ``system``; an operand whose condition contradicts gets a
+        factor -1: its (offset, operand) is set in ``flips``."""
         if code in (_MUL, _DIV):
             return parts[0] ^ parts[1]
         if code in (_ADD, _SUB):
@@ -457,7 +486,7 @@ class _Signs:
         return 0
 
     def _make_stretches(self, group: _Group) -> list[Occurrence]:
-        """Return the occurrences of a group, with one body."""
+        """Return the occurrences of a group, in order, which share one recorded body."""
         recorder = _BodyRecorder(self.tape, group, self.negative)
         known = recorder.record()
         stores, left = self._stores(group)
@@ -482,8 +511,9 @@ class _Signs:
         ]
 
     def _stores(self, group: _Group) -> tuple[list[tuple[int, int, int, list[int]]], list[list[tuple[int, Unmatched]]]]:
-        """Return the stores that all occurrences have alike: offset, output, sign and component of each, and the others
-        of each occurrence with their offsets."""
+        """Return the stores to outputs that all occurrences of a group have alike, and the others of each occurrence.
+        The first list has offset, output, sign and the component in each occurrence, sorted by output; the second has,
+        for each occurrence, (offset, (output, component, sign, operation))."""
         alike: list[tuple[int, int, int, list[int]]] = []
         left: list[list[tuple[int, Unmatched]]] = [[] for _ in group.nodes]
         for offset in range(len(group.nodes[0])):
@@ -531,7 +561,8 @@ class _BodyRecorder:
         self._read: dict[tuple[int, ...], Ref] = {}
 
     def record(self) -> list[Ref]:
-        """Return the references of all operations on the tape of the body."""
+        """Record the operations of the first occurrence on ``kernel``, and return the reference of each, by offset.
+        Numbers and signs that differ between occurrences become inputs of block ``NUMBER``."""
         known: list[Ref] = []
         for offset, node in enumerate(self._group.nodes[0]):
             taken: list[Ref] = []
@@ -544,7 +575,9 @@ class _BodyRecorder:
         return known
 
     def _operand(self, column: Sequence[Ref], signs: Sequence[float], known: Sequence[Ref]) -> Ref:
-        """Return an operand of all occurrences, times the sign of each."""
+        """Return the reference on ``kernel`` of one operand, times a factor 1 or -1 for each occurrence. ``column`` is
+        the operand in each occurrence, ``signs`` the factors, ``known`` the references recorded so far by offset.
+        Constants that differ, and factors, become inputs of block ``NUMBER``."""
         tape, first = self._tape, abs(column[0])
         if tape.op[first] is _CONST:
             values = [sign * tape.constants[tape.a[abs(ref)]] for ref, sign in zip(column, signs, strict=True)]
@@ -560,7 +593,8 @@ class _BodyRecorder:
         return self.numbers[key]
 
     def _column(self, column: tuple[int, ...]) -> Ref:
-        """Return the input for a value that each occurrence reads from the workspace."""
+        """Return the reference on ``kernel`` of a value from outside, with its sign in each occurrence. ``column`` has
+        the operation that each occurrence reads. Values stored as negatives are negated again."""
         if column not in self._read:
             place = self._group.columns[column]
             value = self.kernel.input(READ, place)

@@ -42,11 +42,12 @@ class RowStretch:
 
 
 def stretches(columns: Sequence[Sequence[int]], moving: Sequence[bool]) -> list[RowStretch]:
-    """Cut a table into stretches, in order; stretches of period one have no repeats.
+    """Cut the rows of a table into stretches that together cover all rows in order; a stretch with count 1 does not
+    repeat.
 
     Parameters
     ----------
-    columns : of equal length
+    columns : columns of the table, of equal length
     moving : which columns may have a step other than 0
     """
     table = np.array(columns, dtype=np.int64).T
@@ -68,8 +69,8 @@ _LARGEST = 2**31 - 1
 
 
 def ranges(places: Sequence[int]) -> list[tuple[int, int, int]]:
-    """Cut places into ranges of equally spaced places: (end, start, step) if place k < end is start + step k, with
-    integers of C alone."""
+    """Return ranges (end, start, step) of equally spaced places: place number k is start + step k for k below the end.
+    Ranges follow one another; starts and products step k fit into an int of C."""
     result: list[tuple[int, int, int]] = []
     for k, place in enumerate(places):
         if result and result[-1][1] + result[-1][2] * k == place and abs(result[-1][2] * k) <= _LARGEST:
@@ -83,7 +84,8 @@ def ranges(places: Sequence[int]) -> list[tuple[int, int, int]]:
 
 
 def _search(table: NDArray[np.int64], fixed: Sequence[int]) -> Iterator[RowStretch]:
-    """Yield the longest repetition, then repetitions before and after the longest."""
+    """Yield the stretch of a table that saves most rows, then stretches before and after it, in no order. Columns
+    ``fixed`` must not move from period to period."""
     if len(table) < 2:
         return
     codes = np.unique(np.diff(table, axis=0), axis=0, return_inverse=True)[1].reshape(-1)
@@ -101,7 +103,9 @@ def _search(table: NDArray[np.int64], fixed: Sequence[int]) -> Iterator[RowStret
 def _longest(
     table: NDArray[np.int64], codes: NDArray[np.intp], fixed: Sequence[int], low: int, high: int
 ) -> RowStretch | None:
-    """Return the stretch of repeated rows that saves most rows between two limits; None if none saves enough."""
+    """Return the stretch of repeated rows in the range [low, high) that saves most rows; None if no stretch saves
+    enough. ``codes`` are integers of the differences of neighbouring rows, equal for equal differences; columns
+    ``fixed`` must not move."""
     inside = codes[low : high - 1]
     best: tuple[int, int, RowStretch] | None = None
     for period in _periods(inside):
@@ -119,7 +123,8 @@ def _longest(
 
 
 def _periods(codes: NDArray[np.intp]) -> list[int]:
-    """Return distances between equal windows, the most frequent distances for each length of windows."""
+    """Return candidate periods of the codes, sorted: the most frequent distances between equal windows of each
+    length."""
     result: set[int] = set()
     for window in _WINDOWS:
         distances = equal_windows(codes.astype(np.uint64), window)
@@ -128,7 +133,8 @@ def _periods(codes: NDArray[np.intp]) -> list[int]:
 
 
 def equal_windows(codes: NDArray[np.uint64], window: int) -> Counter[int]:
-    """Return the distances between windows of equal codes and the next such window, with their numbers."""
+    """Return the frequencies of the distances between a window of codes and the next window of equal codes. Windows are
+    compared by hashes of ``window`` codes."""
     size = max(0, len(codes) - window + 1)
     hashes = np.zeros(size, np.uint64)
     for k in range(window):
@@ -149,7 +155,12 @@ MOST_RANGES = 4
 def repeat_statements(
     count: int, statements: Sequence[Statement], read: Sequence[Expression], given: Sequence[Expression]
 ) -> list[tuple[Any, ...]]:
-    """Return the data of statements of kind ``repeat`` with the same effects in the same order as one with tables."""
+    """Return the data of one or several ``repeat`` statements that have the effect of one loop over ``count``
+    iterations.
+
+    ``statements`` is the body, ``read`` and ``given`` the expressions of its inputs and targets. Long loops of few
+    statements with tables are cut into loops that count; tables of longer bodies become choices between ranges.
+    """
     whole = (count, tuple(statements), tuple(read), tuple(given))
     if count < _LONG or not any(_is_table(expression) for expression in (*read, *given)):
         return [whole]
@@ -171,7 +182,8 @@ def _cut(
     read: Sequence[Expression],
     given: Sequence[Expression],
 ) -> list[tuple[Any, ...]]:
-    """Return a loop for each stretch."""
+    """Return the data of one ``repeat`` statement for each stretch of the iterations, with a fifth number for nested
+    loops."""
     return [
         (
             stretch.count if stretch.count > 1 else stretch.period,
@@ -185,8 +197,9 @@ def _cut(
 
 
 def _orders(count: int, read: Sequence[Expression], given: Sequence[Expression]) -> Iterator[Sequence[int]]:
-    """Yield orders of the iterations: the given one, and if none waits for another, orders by operands,
-    which keep the results of one loop together."""
+    """Yield orders of the iterations that give equal results: the original one first. If no iteration reads a workspace
+    slot that another one stores, also the orders sorted by each table of places that is read; these keep the results of
+    one loop together."""
     yield range(count)
     rows = [[expression for expression in side if _plain(expression)[0] == "row"] for side in (read, given)]
     taken, stored = ({place for row in side if _plain(row)[1] == "w" for place in _column(row, count)} for side in rows)
@@ -197,7 +210,8 @@ def _orders(count: int, read: Sequence[Expression], given: Sequence[Expression])
 
 
 def _reorder(expression: Expression, order: Sequence[int]) -> Expression:
-    """Return an expression of iterations in another order."""
+    """Return an expression of the iteration number with iterations in another order: ``order[k]`` becomes iteration
+    k."""
     if order == range(len(order)) or not _varies(expression):
         return expression
     plain = _plain(expression)
@@ -228,8 +242,8 @@ def _is_table(expression: Expression) -> bool:
 
 
 def _column(expression: Expression, count: int) -> list[int]:
-    """Return the places that an expression reads; for a column of constants distinct squares, equal for equal
-    constants, so that the column has no stretch."""
+    """Return the integer places of an expression in iterations 0 to count - 1. For a table of constants, squares of
+    integers, equal for equal constants and irregularly spaced, so that no stretch is found in different constants."""
     plain = _plain(expression)
     if plain[0] == "numbers":
         known: dict[str, int] = {}
@@ -243,7 +257,8 @@ def _with_sign(like: Expression, plain: Expression) -> Expression:
 
 
 def _within(expression: Expression, stretch: RowStretch) -> Expression:
-    """Return an expression of the counters of a stretch: k over periods, j within a period."""
+    """Return an expression for the iterations of one stretch, by the counters k over periods and j within a period. For
+    a stretch with count 1, k counts the rows."""
     if not _varies(expression):
         return expression
     plain = _plain(expression)
@@ -267,7 +282,7 @@ def _within(expression: Expression, stretch: RowStretch) -> Expression:
 
 
 def _choice(expression: Expression) -> Expression:
-    """Return a table as a choice between ranges of the counter, unchanged if there are many ranges."""
+    """Return a table as a choice between at most ``MOST_RANGES`` ranges of the counter; other expressions unchanged."""
     if not _is_table(expression):
         return expression
     plain = _plain(expression)

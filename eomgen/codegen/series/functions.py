@@ -53,9 +53,11 @@ def refuse_external(system: System) -> None:
 
 
 def breakpoints_in_time(source: Tape, *, nodes: bool = False) -> tuple[Discontinuity, ...]:
-    """Return the times at which an operation of the tape is not analytic, without repetition.
+    """Return the times at which an operation of the tape is not analytic, sorted, each once with its period.
 
-    ``nodes``: whether geometrically exact beams are among the recorded bodies.
+    Only operations with kinks or jumps, and breaks of curves, whose arguments are linear in time give such times;
+    operations of parameters and held inputs alone are skipped. ``nodes``: whether geometrically exact beams are among
+    the recorded bodies, for the message.
 
     Raises
     ------
@@ -129,13 +131,14 @@ LANES = 8
 def series_functions(
     system: System, curve_numbers: dict[int, int]
 ) -> tuple[tuple[ProgramFunction, ...], dict[str, Any], tuple[Discontinuity, ...]]:
-    """Return ``series_start``, ``series_next``, ``extent``, the driver's data, and the times at which a series ends.
+    """Return the functions of the Taylor recurrence, the data of the stepper's templates, and the times at which a
+    series ends.
 
-    The driver's data are sizes, ``products``, ``kept``, ``previous``, and ``room`` of a row of products; ``factors``,
-    the places of both factors of each product, and ``kinds``: which components of q and of v are angles, and which are
-    lengths.
-
-    Raises ModelError if the motion has no Taylor series.
+    Functions: ``series_start``, ``series_next`` and, if the scene has scales of rounding, ``extent``. Data: sizes,
+    ``products``, ``kept``, ``previous``, and ``room`` of a row of products; ``factors``, the places of both factors of
+    each product, and ``kinds``: which components of q and of v are angles, and which are lengths. ``curve_numbers``
+    maps the id of a curve to its number in the Program and is extended. Raises ModelError if the motion has no Taylor
+    series.
     """
     refuse_external(system)
     recurrence = Recurrence(system, by_inverse=inverse_serves(system))
@@ -179,8 +182,8 @@ def series_functions(
 
 
 def _factors(series: Series) -> list[list[tuple[str, int]]]:
-    """Return the places of both factors of each product: a side and a number. Factors that are one quantity have one
-    place, the first, so that the coefficients are read once."""
+    """Return for each product its two factors as (``LEFT`` or ``RIGHT``, index). A quantity that is a factor of several
+    products has one place, the first, so that its coefficients are read once."""
     places: dict[SeriesTerm, tuple[str, int]] = {}
     for side, terms in ((LEFT, series.left), (RIGHT, series.right)):
         for number, term in enumerate(terms):
@@ -197,7 +200,9 @@ def extent_function(system: System, curve_numbers: dict[int, int]) -> list[Progr
 
 
 def kinds(system: System) -> list[dict[str, Any]]:
-    """Return the components of q and v of each kind that there is, ``angle`` and ``length``; quaternions are angles."""
+    """Return the components of q and v that are angles, and that are lengths, as mappings with ``name, q, v``.
+    Quaternions are angles; a kind without components of v is left out. ``q_adjacent`` and ``v_adjacent`` say whether
+    the components follow one another."""
     members: dict[str, tuple[list[int], list[int]]] = {"angle": ([], []), "length": ([], [])}
     for factor in system.factors:
         if factor.group == "R":
@@ -229,7 +234,9 @@ def program_function(
     outputs: Sequence[tuple[str, Sequence[Ref], str]],
     curve_numbers: dict[int, int],
 ) -> ProgramFunction:
-    """Return a function of a Program from references on a tape; outputs: (label, references, description)."""
+    """Return a function of a Program from references on a tape. ``blocks`` are the possible input blocks in the order
+    of arguments; unused ones are left out. ``outputs`` are (label, references, description); outputs without references
+    are left out. ``curve_numbers`` is extended."""
     present = [output for output in outputs if output[1]]
     made = schedule(
         tape,

@@ -64,7 +64,9 @@ class Recurrence:
             self.rates["v"] = self._terms(self._copy("forward_dynamics"))
 
     def _time_functions(self) -> dict[InputSymbol, Ref]:
-        """Return base motion and inputs as functions of time on the source tape; an input may be held instead."""
+        """Return references on the source tape for base motion and inputs as functions of time, by input symbol. An
+        input is ``u`` + ``followed`` times its formula, so that a driver can hold a value instead of following the
+        formula."""
         functions, source = self.system.functions, self.source
         bindings: dict[InputSymbol, Ref] = {}
         if "base" in functions:
@@ -88,7 +90,8 @@ class Recurrence:
         return splice(self.series.tape, self.source, self._copy(name), {})
 
     def _kinematic_rates(self) -> list[Ref]:
-        """Return dq/dt, by the numbers of q: v, 1/2 q (0, omega), and R(q) v of poses."""
+        """Return references of dq/dt on the source tape, (nq,): v, 1/2 q (0, omega) for quaternions, and R(q) v of
+        poses."""
         tape = self.source
         rates = [ZERO] * sum(factor.q_size for factor in self.system.factors)
         half = tape.constant(0.5)
@@ -108,10 +111,8 @@ class Recurrence:
 
 
 class _AffineAccelerations:
-    """Accelerations from a residual that is affine in the accelerations.
-
-    First everything with a_k = 0, then the contribution of a_k.
-    """
+    """Taylor terms of accelerations from a residual that is affine in the accelerations. The constructor records all
+    terms with the newest coefficient a_k = 0; ``solve`` then adds the contribution of a_k."""
 
     def __init__(
         self,
@@ -121,7 +122,9 @@ class _AffineAccelerations:
         given: dict[InputSymbol, SeriesTerm],
         known: dict[int, SeriesTerm],
     ) -> None:
-        """Separate the residual into nodes that contain accelerations and series of all other nodes."""
+        """Record the residual as a series, with the newest coefficient of the accelerations set to zero. ``residual``
+        are references on ``source``; ``given`` has the series of the input symbols t, q, v, z; ``known`` the series of
+        nodes recorded before, and is extended."""
         self.series, self.source, self.residual = series, source, residual
         self.moved: set[int] = set()  # nodes that accelerations are in
         live = source.live(residual)
@@ -144,7 +147,9 @@ class _AffineAccelerations:
         return self.known[abs(ref)] if ref > 0 else self.series.negative(self.known[abs(ref)])
 
     def _without(self, node: int) -> SeriesTerm:
-        """Return a node as if accelerations had no coefficient k; those before are in the inner sums and in row 0."""
+        """Return the series term of a node of the residual as if the newest coefficient of the accelerations were zero.
+        Earlier coefficients enter through the inner sums of products and through row 0. Raises ValueError for a
+        residual that is not affine in the accelerations."""
         source, series, tape = self.source, self.series, self.series.tape
         op = source.op[node]
         if op is Op.INPUT:
@@ -165,14 +170,17 @@ class _AffineAccelerations:
         return SeriesTerm(tape.mul(carried.value, steady.value), tape.add(series.inner(number), rest))
 
     def _split(self, node: int, first: SeriesTerm, second: SeriesTerm) -> tuple[SeriesTerm, SeriesTerm]:
-        """Return the operand with accelerations, and the other operand."""
+        """Return the terms of the two operands of a product or quotient: first the one with accelerations, then the
+        other. Raises ValueError for any other operation, for accelerations in both operands, or in a divisor."""
         left, right = (abs(ref) in self.moved for ref in self.source.operands(node))
         if self.source.op[node] not in (Op.MUL, Op.DIV) or left == right or (right and self.source.op[node] is Op.DIV):
             raise ValueError("the residual is not affine in the accelerations")
         return (first, second) if left else (second, first)
 
     def solve(self, mass: Sequence[Ref], parents: Sequence[int]) -> list[SeriesTerm]:
-        """Return the accelerations, and complete the products with accelerations."""
+        """Return the series terms of the accelerations, (nv,), and complete the open products with the accelerations.
+        ``mass`` are the references of M at order 0, row by row, on the tape of the series; ``parents`` the parent of
+        each velocity component."""
         series = self.series
         solve = _TreeSolver(series, mass, parents)
         right = [series.negative(self._term(ref)) for ref in self.residual]
@@ -207,7 +215,8 @@ class _AffineAccelerations:
         return term if sign > 0 else self.series.negative(term)
 
     def _contribution(self, node: int, accelerations: Sequence[SeriesTerm], added: dict[int, SeriesTerm]) -> SeriesTerm:
-        """Return the contribution of accelerations to a node."""
+        """Return the contribution of the newest coefficient of the accelerations to a node of the residual, as a series
+        term. ``added`` has the contributions to the nodes before."""
         source, series, tape = self.source, self.series, self.series.tape
         op = source.op[node]
         if op is Op.INPUT:
@@ -248,7 +257,8 @@ class _TreeSolver:
                     A[i][j] = A[j][i] = tape.sub(A[i][j], tape.mul(factor, A[k][j]))
 
     def __call__(self, right: Sequence[Ref], *, kept: bool) -> list[Ref]:
-        """Return M^-1 right; ``kept`` is true for systems of order k, which read the kept factors."""
+        """Return references of M^-1 right, (nv,), for a right side of references. ``kept`` is true for systems of order
+        k, which read the factors as values kept since order 0."""
         tape, read = self.series.tape, self.series.keep if kept else (lambda ref: ref)
         x = list(right)
         for k in reversed(range(len(x))):

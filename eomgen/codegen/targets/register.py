@@ -28,7 +28,8 @@ BUILT_IN: tuple[Target, ...] = (C,)
 
 @cache
 def targets() -> dict[str, Target]:
-    """Return all targets by name. Raises UsageError naming the distribution of one that cannot be taken."""
+    """Return all target languages by name: C, rows of products, and entry points of other distributions. Raises
+    UsageError naming the distribution whose entry point cannot be loaded or takes a name twice."""
     by_name = {target.name: target for target in (*BUILT_IN, *rows_of(GROUP, Target))}
     for entry in extensions(GROUP):
         target = load_row(entry, Target)
@@ -39,7 +40,8 @@ def targets() -> dict[str, Target]:
 
 
 def target_named(name: str) -> Target:
-    """Return a target by name. Raises UsageError with the nearest names."""
+    """Return a target language by name. Raises UsageError with the nearest names, or with the product that would have
+    the target but is absent."""
     known = next((target for target in BUILT_IN if target.name == name), None)
     if known is not None:
         return known

@@ -38,7 +38,8 @@ _AS_IT_MOVES = 'at="initial", or solution.linearize(t) about the motion itself'
 
 
 def law_rates(model: CompiledModel, measures: SceneMeasures, q: Array) -> Array:
-    """Return the rates of the rows, (rows,), due to laws of time at q, without the law of the base."""
+    """Return the rates Phi_t of the constraint rows, (rows,), due to laws of time at q, without the law of the base.
+    Rates are zero that the law's acceleration makes up over a way of rounding."""
     if not model.multipliers:
         return np.zeros(0)
     able, given, rest = _kinematic(model), _arguments(measures), np.zeros(model.nv)
@@ -52,7 +53,8 @@ def law_rates(model: CompiledModel, measures: SceneMeasures, q: Array) -> Array:
 
 
 def driven_velocity(model: CompiledModel, measures: SceneMeasures, q: Array) -> Array:
-    """Return the velocity, (nv,), of coordinates driven by laws of time at q; zero if no law has a rate at this time.
+    """Return the velocity, (nv,), of coordinates driven by laws of time at q; zero if no law has a rate at the
+    measures' time.
 
     The velocity is the least one on the rows: components of driven joints have the rates of the laws.
 
@@ -75,7 +77,8 @@ def driven_velocity(model: CompiledModel, measures: SceneMeasures, q: Array) -> 
 
 
 def driven_components(model: CompiledModel, measures: SceneMeasures, q: Array) -> dict[str, float]:
-    """Return the components of v that separate rows drive at a rate other than zero, and these rates."""
+    """Return the rates, by component of v without ``v.``, of components that a constraint row drives alone at a rate
+    not zero."""
     rates = law_rates(model, measures, q)
     if not np.any(rates):
         return {}
@@ -90,8 +93,8 @@ def driven_components(model: CompiledModel, measures: SceneMeasures, q: Array) -
 
 
 def where_driven(model: CompiledModel, measures: SceneMeasures, q: Array) -> Array:
-    """Return q, (nq,), moved by Newton's corrections onto the rows at the measures' time, also over turns, for as long
-    as each correction reduces the violations."""
+    """Return q, (nq,), moved onto the holonomic rows at the measures' time by Newton's corrections, also over turns.
+    Corrections end as soon as one does not reduce the largest violation, or after ``_CORRECTIONS``."""
     if not model.functions.sizes["holonomic"]:
         return q
     given, extents = _arguments(measures), _extents(model, measures, q)
@@ -113,7 +116,8 @@ def where_driven(model: CompiledModel, measures: SceneMeasures, q: Array) -> Arr
 
 
 def check_rates(model: CompiledModel, measures: SceneMeasures, q: Array, v: Array) -> None:
-    """Raise NumericalError if drives that give velocities v at q change these velocities later, or cannot keep them."""
+    """Raise NumericalError if the drives that give velocities v (nv,) at q do not keep these velocities at later
+    times."""
     extents = _extents(model, measures, q)
     size = float(np.max(np.abs(v) / extents))
     for seconds in _later(size):
@@ -132,7 +136,8 @@ def check_rates(model: CompiledModel, measures: SceneMeasures, q: Array, v: Arra
 
 
 def check_lasting(model: CompiledModel, measures: SceneMeasures, u: Inputs, q: Array, v: Array, z: Array) -> None:
-    """Raise NumericalError if forces at rest relative to drives change as the drives move on from q with v."""
+    """Raise NumericalError if forces at a rest relative to drives, q, v, z, change as the drives move on with v. ``u``
+    are the inputs; the accelerations at later times are compared with the state's own."""
     extents = _extents(model, measures, q)
     pace = float(np.max(np.abs(v) / extents))
     left = 2.0 * np.abs(_imbalance(model, measures, u, q, v, z))
@@ -176,7 +181,8 @@ def _kinematic(model: CompiledModel) -> CompiledModel:
 
 
 def _imbalance(model: CompiledModel, measures: SceneMeasures, u: Inputs, q: Array, v: Array, z: Array) -> Array:
-    """Return the accelerations, (nv,), that constraint forces do not take up, including accelerations asked by rows."""
+    """Return the accelerations, (nv,), that the forces cause at q, v, z and that constraint forces do not take up.
+    Accelerations that the rows ask for along v are included."""
     rest, given = np.zeros(model.nv), _arguments(measures)
     lam = np.zeros(len(model.multipliers))
     (r,) = model.evaluate("residual", q, v, rest, z=z, multipliers=lam, u=u, **given).values()

@@ -100,7 +100,8 @@ class Equilibrium:
         return np.zeros(len(self.v))
 
     def warnings(self, *, any_kind: bool) -> list[str]:
-        """Return the notes as warnings; for equilibria of any kind, a motion that settles elsewhere is none.
+        """Return the notes that are warnings; if an unstable equilibrium was asked for, without the note on a damped
+        motion.
 
         Parameters
         ----------
@@ -227,8 +228,10 @@ def equilibrium(
 def solved_equilibrium(
     models: Sequence[CompiledModel], parameters: Array, t: float, *, any_kind: bool
 ) -> Equilibrium | None:
-    """Return the equilibrium near the scene's own initial state that was last solved with one of these models, of one
-    scene; None if its parameters, time or kind were others.
+    """Return a copy of the equilibrium that one of these models of a scene solved last, from the scene's own initial
+    state.
+
+    None if its parameters, time or kind were others, or none was solved.
 
     Parameters
     ----------
@@ -251,8 +254,9 @@ def _copy(result: Equilibrium) -> Equilibrium:
 def _by_load_steps(
     loaded: LoadedStatics, statics: Statics, start: SearchPoint, *, stable: bool
 ) -> tuple[Search | str, Array | None]:
-    """Search for rest by load steps; return the search or the reason for its failure, and the displacement away from an
-    unstable rest on the way, or None."""
+    """Return a search that found rest by load steps, or the reason for its failure as text, and a displacement or None.
+    The displacement, (nv,), leads away from an unstable rest on the way. ``start`` is the assembled state; ``stable``
+    asks for a stable rest."""
     try:
         rest, path, left_along = by_load_steps(
             loaded, LoadedState(start.q, start.lam, start.z, 1.0), _STEPS, stable=stable
@@ -270,7 +274,8 @@ def _by_load_steps(
 
 
 def _skew(model: CompiledModel, loaded: LoadedStatics, point: SearchPoint) -> bool:
-    """Return whether forces follow the motion, so that stiffness alone does not decide stability."""
+    """Return whether the stiffness at a state is not symmetric, as of forces that follow the motion. Stiffness alone
+    does not decide stability then."""
     skew = point.stiffness_blocks.skew > 1e-6 * point.largest_stiffness
     if skew or not model.description.exact_beams:
         return skew
@@ -280,7 +285,8 @@ def _skew(model: CompiledModel, loaded: LoadedStatics, point: SearchPoint) -> bo
 
 
 def _not_by_stiffness(model: CompiledModel, loaded: LoadedStatics, point: SearchPoint, v: Array, against: int) -> str:
-    """Return the reason for which stiffness alone does not determine stability; empty if stiffness does."""
+    """Return the reason for which stiffness alone does not decide stability, as text; empty if it does. v are the
+    driven velocities, ``against`` the number of directions of negative stiffness."""
     if model.nz:
         return "internal states take part"
     if _skew(model, loaded, point):
@@ -293,8 +299,8 @@ def _not_by_stiffness(model: CompiledModel, loaded: LoadedStatics, point: Search
 
 @dataclass(frozen=True)
 class _Stiffness:
-    """Squared frequencies by stiffness alone, increasing, 0 without restoring force, and the directions (nv, m) of the
-    first m, which are not positive."""
+    """Squared frequencies ``values`` by stiffness alone, (rad/s)^2, increasing, exactly 0 without restoring force, and
+    the ``directions``, (nv, m), of the first m, which are not positive."""
 
     values: Array
     directions: Array
@@ -314,7 +320,8 @@ def _stiffness(statics: Statics, loaded: LoadedStatics, point: SearchPoint) -> _
 
 
 def _branches(model: CompiledModel, statics: Statics, left_along: Array) -> str:
-    """Return a note that names the branch of a rest, and the other branch."""
+    """Return the warning that rest was found past a bifurcation; names the side of the coordinate that moved most.
+    ``left_along``, (nv,), is the displacement away from the unstable rest."""
     shares = left_along / statics.sizes
     k = int(np.flatnonzero(np.abs(shares) >= (1.0 - SAME) * np.max(np.abs(shares)))[0])
     sides = ("positive", "negative") if shares[k] > 0.0 else ("negative", "positive")
@@ -327,7 +334,8 @@ def _branches(model: CompiledModel, statics: Statics, left_along: Array) -> str:
 
 
 def _elsewhere(model: CompiledModel, statics: Statics, chosen: Search, damped: Search) -> list[str]:
-    """Return a note if a damped motion from the start ends at another equilibrium, or at none."""
+    """Return a note, in a list, if a damped motion from the start settles elsewhere than at the ``chosen`` rest, or not
+    at all. Empty if ``damped`` is the chosen search, or both ends agree."""
     if chosen is damped:
         return []
     if not damped.balanced:
@@ -344,7 +352,8 @@ def _elsewhere(model: CompiledModel, statics: Statics, chosen: Search, damped: S
 
 
 def _instability_note(model: CompiledModel, statics: Statics, damped: Search) -> str:
-    """Return a note on an equilibrium that a damped motion leaves, such as a pendulum upside down."""
+    """Return the warning that the start is an equilibrium that a damped motion leaves, and how far the found rest is
+    away."""
     off = difference(statics.factors, damped.path[0], damped.point.q)
     k = int(np.argmax(np.abs(off) / statics.sizes))
     away = f"{abs(off[k]):.4g} {model.v_units[k].removesuffix('/s')} away along {model.v_names[k].removeprefix('v.')}"
@@ -353,8 +362,9 @@ def _instability_note(model: CompiledModel, statics: Statics, damped: Search) ->
 
 
 def _statics(model: CompiledModel, measures: SceneMeasures, q: Array, u: Inputs, v: Array) -> Statics:
-    """Return the model at rest relative to coordinates moving with v, with the base held and lengths relative to the
-    lengths of the scene and of the start."""
+    """Return the functions of a model at rest relative to coordinates moving with v, for the search of an equilibrium.
+    The base is held in its pose; lengths are relative to the largest length of the scene and of the configuration q;
+    ``u`` are the inputs. Large models give sparse matrices."""
     rest, rows, p = np.zeros(model.nv), len(model.multipliers), measures.p
     forces: dict[str, Any] = {"t": measures.t, "parameters": p, "base": measures.base, "u": u}
     holonomic = model.functions.sizes["holonomic"]
@@ -463,7 +473,7 @@ def _result(
 
 
 def _components(model: CompiledModel, directions: Array) -> list[str]:
-    """Return the names of the components of v that take part in any of the directions."""
+    """Return the names of the components of v above ``_NAMED`` times the largest in a direction, (nv, m)."""
     if not directions.size:
         return []
     sizes = np.max(np.abs(directions) / np.max(np.abs(directions), axis=0), axis=1)
@@ -491,14 +501,16 @@ def _not_finite(model: CompiledModel, point: SearchPoint) -> NumericalError:
 
 
 def _no_stiffness(statics: Statics) -> float:
-    """Return the threshold of zero stiffness, (rad/s)^2: round-off of a pendulum's as long as the scene."""
+    """Return the squared frequency, (rad/s)^2, up to which stiffness is round-off: ``SOFT`` times gravity over
+    length."""
     return SOFT * statics.gravity / statics.length
 
 
 def _failure(
     model: CompiledModel, statics: Statics, search: Search, stepped: str, along: Array | None
 ) -> NumericalError:
-    """Return the error: an unrestrained coordinate, violated constraints, or a search that did not converge.
+    """Return the error for a search that failed: an unrestrained coordinate, violated constraints, internal states that
+    do not rest, or no convergence, for which ``stepped`` is the reason by load steps.
 
     Parameters
     ----------

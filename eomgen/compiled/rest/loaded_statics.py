@@ -59,7 +59,8 @@ class ElementStrains:
     """
 
     def __init__(self, model: CompiledModel, p: Array, given: dict[str, Any]) -> None:
-        """Read the beams; ``given`` are t, parameters and base, as of ``model.evaluate``."""
+        """Prepare all elements of the beams at parameters p (np,); ``given`` are t, parameters and base, as of
+        ``model.evaluate``."""
         self.model = model
         beams = model.description.element_stiffness
         self._mentioned = _stiffness_parameters(beams)
@@ -87,7 +88,7 @@ class ElementStrains:
         return len(self.stiffness)
 
     def at(self, p: Array, given: dict[str, Any]) -> ElementStrains:
-        """Return these elements at other parameters."""
+        """Return a copy of these elements at other parameters p (np,), t and base (``given``)."""
         other = copy(self)
         other._set(p, given)
         if self._carried:
@@ -112,8 +113,8 @@ class ElementStrains:
         return self._times_twists(self._along(d)[0], q)
 
     def doubt(self, d: Array) -> str:
-        """Return the element that turns by nearly half a turn, beyond which strains are ambiguous; empty if none
-        does."""
+        """Return a sentence on the element that turns most if it turns by nearly half a turn, else empty text. d are
+        the strains (elements, 6); beyond half a turn they are ambiguous."""
         turns = np.linalg.norm(d[:, :3], axis=1)
         if not np.any(turns > _HALF_TURN):
             return ""
@@ -122,10 +123,9 @@ class ElementStrains:
         return f"the element between {first} and {second} turns by half a turn; more elements turn less each"
 
     def geometric(self, q: Array, d: Array, derivative: Matrix, forces: Array) -> Matrix:
-        """Return the part of section forces (elements, 6) in the tangent, (nv, nv).
-
-        ``derivative`` is the derivative of d by q; bodies that carry nodes without own unknowns are taken as fixed.
-        """
+        """Return the geometric part of the tangent due to section forces (elements, 6) at q, (nv, nv), sparse for large
+        models. ``derivative`` is the derivative of d by q; bodies that carry nodes without own unknowns are taken as
+        fixed."""
         changes = np.einsum("keij,ei->ekj", self._along(d)[1], forces)
         turned = self._times_twists(changes, q)
         if isinstance(turned, np.ndarray):
@@ -133,8 +133,8 @@ class ElementStrains:
         return csc_array(turned.T @ derivative)
 
     def _along(self, d: Array) -> tuple[Array, Array]:
-        """Return the derivatives of d along the twists of both nodes, (elements, 6, 12), and the second derivatives by
-        the components of d, (6, elements, 6, 12)."""
+        """Return the derivatives of d along the twists of both nodes, (elements, 6, 12), and their derivatives by the
+        components of d, (6, elements, 6, 12); kept for the last d (elements, 6)."""
         if self._by_d is None or not np.array_equal(self._by_d[0], d):
             self._by_d = np.array(d), *slopes(d)
         return self._by_d[1:]
@@ -147,7 +147,8 @@ class ElementStrains:
         return np.asarray(blocks @ twists).reshape(6 * len(self), -1)
 
     def _node_matrix(self, blocks: Array) -> csr_array:
-        """Return blocks (elements, 6, 12) of the elements' two nodes as (6 elements, 6 nodes)."""
+        """Return blocks (elements, 6, 12) that act on the elements' two nodes as one sparse matrix (6 elements, 6
+        nodes)."""
         rows = 6 * np.arange(len(self))[:, np.newaxis, np.newaxis] + np.arange(6)[:, np.newaxis]
         first, second = (6 * places for places in self._ends)
         columns = np.concatenate([first[:, np.newaxis] + np.arange(6), second[:, np.newaxis] + np.arange(6)], axis=1)
@@ -156,9 +157,8 @@ class ElementStrains:
         return csr_array((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
 
     def _twists(self, q: Array) -> Matrix:
-        """Return the derivative of the nodes' body twists by v, six components of v for free nodes, else through
-        joints: up to ``WHOLE`` components for both nodes per element, (elements, 12, nv), else for all nodes, (6 nodes,
-        nv)."""
+        """Return the derivative of the nodes' body twists by v at q, kept for the last q. Up to ``WHOLE`` components of
+        v an array for both nodes of each element, (elements, 12, nv), else sparse for all nodes, (6 nodes, nv)."""
         if self._last is None or (self._carried and not np.array_equal(self._last[0], q)):
             twists = self._twists_at(q)
             if isinstance(twists, np.ndarray):
@@ -168,8 +168,9 @@ class ElementStrains:
         return self._last[1]
 
     def _twists_at(self, q: Array) -> Matrix:
-        """Return the derivative of the nodes' body twists by v at q, (6 nodes, nv), sparse for more than ``WHOLE``
-        components."""
+        """Return the derivative of all nodes' body twists by v at q, (6 nodes, nv), sparse for more than ``WHOLE``
+        components of v. It is the identity for free nodes, zero for nodes on the base, and else computed through the
+        joints."""
         rows, columns = [np.zeros(0, int)], [np.zeros(0, int)]
         entries = [np.zeros(0)]
         for place, start in self._free:
@@ -229,12 +230,12 @@ _FACTORS = 512
 
 @dataclass(frozen=True)
 class LoadParameter:
-    """The load parameter of a path: a tunable parameter, an input, or the time of formulas.
+    """The varied quantity of a load path: a tunable parameter, an input, or the time of formulas.
 
     Attributes
     ----------
     name, unit : str
-    parameters, u, t : of all that is not varied
+    parameters, u, t : values of all quantities that are not varied
     """
 
     model: CompiledModel
@@ -248,7 +249,8 @@ class LoadParameter:
     def of(
         cls, model: CompiledModel, call: str, name: str, parameters: Parameters, t: float, u: Inputs
     ) -> LoadParameter:
-        """Return the varied quantity of a name. Raises UsageError for an unknown name."""
+        """Return the varied quantity by its name: a tunable parameter, an input, or ``t``. ``call`` names the caller in
+        messages. Raises UsageError for another name, or inputs that are not given by name if an input is varied."""
         p = model.evaluator.one_set(parameters)
         units = {**model.evaluator.parameter_units, **model.input_units, "t": "s"}
         if name not in (*model.parameters, *model.inputs, "t"):
@@ -273,7 +275,8 @@ class LoadParameter:
         return p, float(np.asarray(t)), u
 
     def at_each(self, s: float | Array) -> tuple[Array, ArrayLike, Inputs]:
-        """Return parameters, time and inputs with the number set to each of numbers s (...)."""
+        """Return parameters, time and inputs with the varied quantity set to each of s (...); only the varied one has
+        these axes."""
         if self.name in self.model.parameters:
             p = np.tile(self.parameters, (*np.shape(s), 1))
             p[..., list(self.model.parameters).index(self.name)] = s
@@ -293,11 +296,12 @@ def loaded_statics(
     varied: LoadParameter | None = None,
     reach: float = 1.0,
 ) -> LoadedStatics:
-    """Return the model at rest relative to coordinates moving with v, with the base held.
+    """Return the equations of a model at rest relative to coordinates moving with v (nv,), by a load factor, base held.
 
     Parameters
     ----------
     q : configuration with lengths that count among the scene's
+    u : inputs, if none is varied
     varied : meaning of the load factor; if None, the measures and ``u`` apply for any factor
     reach : scale of the load factor
     """
@@ -413,7 +417,7 @@ def _same(one: LoadedState, other: LoadedState) -> bool:
 
 
 def check_partials(model: CompiledModel, call: str) -> None:
-    """Raise UsageError if a model was built without the terms that equilibria need."""
+    """Raise UsageError if a model was built without the terms that equilibria need; ``call`` names the caller."""
     needed = {"residual"} | ({"constraint_jacobian"} if model.multipliers else set())
     if "iteration" in model.functions:  # contains the nonzeros of the other matrices
         needed |= {"internal_rate"} if model.nz else set()

@@ -58,7 +58,9 @@ _WHOLE = ("partials", "constraint_jacobian", "velocity_partials", "internal_part
 
 @dataclass(frozen=True)
 class SparsePartials:
-    """Partials at one state, with the names of ``linear.partials``; whole arrays of forces by the recursion of a tree.
+    """Partial derivatives of the equations at one state as sparse matrices, with the names of ``linear.partials``.
+
+    For long trees, K, C, M and Rz are dense arrays, since the unknowns of the recursion were eliminated.
 
     Attributes
     ----------
@@ -90,13 +92,13 @@ def sparse_partials(
     *,
     of_velocities: bool = True,
 ) -> SparsePartials:
-    """Return all partials at one state.
+    """Return all partials at one state q, v, a, z with multipliers; matrices that the model lacks are empty.
 
     Parameters
     ----------
     model : with one of the terms ``OF_RESIDUAL``
     given : t, parameters, base and u, as of ``model.evaluate``
-    of_velocities : whether C, Z and Fv are asked for, which are empty otherwise
+    of_velocities : whether C, Z and Fv are needed; False may leave them empty
     """
     state: dict[str, Any] = {"q": q, "v": v, "a": a, "z": z, "multipliers": multipliers, **given}
     nv, nz, rows = model.nv, model.nz, len(model.multipliers)
@@ -126,11 +128,11 @@ def _empty(rows: int, columns: int) -> csc_array:
 
 
 def whole_partials(model: CompiledModel, at: Callable[[str], tuple[Array, ...]]) -> dict[str, Array]:
-    """Return the partials that rest needs, K, B, Rz, Fq and Fz of ``SparsePartials``, as whole arrays.
+    """Return the partials that rest needs, K, B, Rz, Fq and Fz of ``SparsePartials``, as whole arrays by name.
 
     Parameters
     ----------
-    at : the outputs of a term at the state
+    at : returns the outputs of a term, by its name, at the state
     """
     nv, nz, rows = model.nv, model.nz, len(model.multipliers)
     shapes = {"K": (nv, nv), "B": (rows, nv), "Rz": (nv, nz), "Fq": (nz, nv), "Fz": (nz, nz)}
@@ -174,7 +176,9 @@ def _whole(model: CompiledModel, state: Mapping[str, Any], terms: Sequence[str])
 def _iteration_matrices(
     model: CompiledModel, values: Mapping[str, Array], shapes: Mapping[str, tuple[int, int]]
 ) -> dict[str, Matrix]:
-    """Return the matrices of the term ``iteration``, the unknowns of the recursion eliminated."""
+    """Return the matrices of the term ``iteration`` by name, with the unknowns of the recursion eliminated. ``values``
+    are the nonzeros of each matrix, ``shapes`` the shapes of the results. With a recursion, K, C, M, Rz and the
+    partials Fq, Fv, Fz that it changes are dense."""
     nv, nz = model.nv, model.nz
     places = _places(model)
     inner = int(places["X"][1].max()) + 1 if "X" in places and places["X"].size else 0
@@ -203,8 +207,8 @@ def _iteration_matrices(
 
 @lru_cache(maxsize=64)
 def _structure(text: str, rows: int, columns: int) -> tuple[NDArray[np.intp], NDArray[np.int32], NDArray[np.int32]]:
-    """Return the structure of a matrix by columns from a pattern: the position in the data of each entry, row indices,
-    and ends of columns."""
+    """Return the structure by compressed columns of a (rows, columns) matrix with the packed pattern ``text``. It
+    consists of the index into the data for each entry of the pattern, row indices, and ends of columns."""
     row, column = _unpacked(text)
     kept, places = np.unique(column * rows + row, return_inverse=True)
     ends = np.searchsorted(kept, rows * np.arange(columns + 1))

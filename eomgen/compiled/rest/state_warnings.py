@@ -50,7 +50,7 @@ class SceneMeasures:
         self.values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
 
     def number(self, formula: Formula) -> float:
-        """Evaluate a formula at the parameters; 0 for a division by zero or an unknown symbol."""
+        """Return the value of a formula at the parameters; 0 for a division by zero or an unknown symbol."""
         try:
             return float(evaluate(formula, lambda symbol: self.values[symbol.name]))
         except (ArithmeticError, KeyError):
@@ -60,7 +60,8 @@ class SceneMeasures:
         return np.array([self.number(formula) for formula in formulas])
 
     def length(self, q: Array) -> float:
-        """Return the largest length of the scene at q, m: lengths of the description, travels; 1 m if there is none."""
+        """Return the largest length of the scene at q (nq,), m: of the description and coordinates in m; 1 m if there
+        is none."""
         units = self.model.q_units
         lengths = [*self._lengths, *(abs(value) for value, unit in zip(q.tolist(), units, strict=True) if unit == "m")]
         finite = [length for length in lengths if math.isfinite(length)]
@@ -132,8 +133,9 @@ GROUP = "eomgen.state_warnings"
 
 
 def equilibrium_notes(measures: SceneMeasures, path: Sequence[Array], u: Inputs) -> list[Message]:
-    """Return warnings about an equilibrium at the end of a path of configurations; none without poses. Raises
-    NumericalError if these are errors."""
+    """Return the warnings of all rows of the register about an equilibrium, the last configuration of ``path``. None
+    without the term ``poses`` or for a path of one configuration; rows that the scene silences are left out. ``u`` are
+    the inputs. Raises NumericalError with the warnings if the scene wants these as errors."""
     sentences: list[Message] = []
     if "poses" not in measures.model.functions or len(path) < 2:
         return sentences
@@ -154,10 +156,8 @@ _CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
 
 
 def off_axis_hint(model: CompiledModel, measures: SceneMeasures, q: Array, v: Array) -> str:
-    """Return a remedy if bodies that turn with v at q are out of balance; empty if none is.
-
-    Half a turn of a single coordinate moves a centre of mass by twice the distance from the axis.
-    """
+    """Return a remedy, as text, if bodies that turn with v (nv,) at q (nq,) are out of balance; empty if none is. Half
+    a turn of a single coordinate moves a centre of mass by twice the distance from the axis."""
     if "poses" not in model.functions:
         return ""
     worst, result, gravity = 0.0, "", measures.vector(model.description.gravity)
@@ -223,8 +223,8 @@ class LargestBending(NamedTuple):
 
 
 def shortenings(model: CompiledModel, q: Array) -> Array:
-    """Return the shortening of each beam's axis, as a part of the beam's length, (n, beams), at q (n, nq); infinite if
-    not a number."""
+    """Return the shortening of each beam's axis at q (n, nq), as a part of the beam's length, (n, beams); infinity for
+    NaN."""
     places = {factor.name: factor.q for factor in model.factors}
     beams = model.library.layout["slopes"]
     result = np.empty((len(q), len(beams)))
@@ -236,8 +236,8 @@ def shortenings(model: CompiledModel, q: Array) -> Array:
 
 
 def largest_bending(model: CompiledModel, t: Array, q: Array) -> LargestBending | None:
-    """Return the most bent beam in any row of a run, t (n,) in s and q (n, nq), beyond the range of the linear theory;
-    None without such a beam. None if none does."""
+    """Return the beam that is bent most in any row of a run, t (n,) in s and q (n, nq), with its time and shortening.
+    None unless its shortening is above ``LARGE_SHORTENING``, the range of the linear theory."""
     shares, beams = shortenings(model, q), model.library.layout["slopes"]
     rows = shares.argmax(axis=0)
     candidates = [
@@ -258,11 +258,11 @@ class InertiaWarning(NamedTuple):
 def inertia_warning(
     model: CompiledModel, q: Array, p: Array, start: Array | None = None, step: float = 0.0, where: str = "there"
 ) -> InertiaWarning | None:
-    """Return a warning if the inertia matrix at q is not positive definite; None if positive definite or unknown.
+    """Return a warning if the inertia matrix at q (nq,) is not positive definite; None if positive definite or unknown.
 
     Parameters
     ----------
-    p : parameters
+    p : parameters (np,)
     start : (nq,)
         State at the start of the run that led to q, with steps of ``step`` seconds.
     where : name of the state in the message
@@ -280,10 +280,8 @@ def inertia_warning(
 
 
 def beams_beyond_linear_range(model: CompiledModel, q: Array, p: Array) -> Sequence[str]:
-    """Return the beams of order 1 without whose deformation the inertia matrix at q would be positive definite.
-
-    Empty if the matrix is positive definite, or if it would not be so without deformation either.
-    """
+    """Return the names of the beams of order 1 whose deformation at q makes the inertia matrix not positive definite.
+    Empty if the matrix is positive definite, or if it would not be so without deformation either."""
     first = {item.name for item in model.description.coordinates if item.linear}
     factors = [factor for factor in model.factors if factor.name in first]
     straight = q.copy()
@@ -306,7 +304,8 @@ def _definite(model: CompiledModel, q: Array, p: Array) -> bool:
 
 
 def _smallest(model: CompiledModel, q: Array, p: Array) -> float | None:
-    """Return the smallest eigenvalue of M, with rows of constraints if it is not positive; None without a finite M."""
+    """Return the smallest eigenvalue of M at q; if it is not positive, of M with the constraints' rows added. None
+    without a finite M."""
     if "mass" not in model.functions:
         return None
     M = model.mass(q, parameters=p)

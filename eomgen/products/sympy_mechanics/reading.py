@@ -623,10 +623,8 @@ def _reached(bodies: Sequence[Any], loads: Sequence[tuple[Any, Any]], inertial: 
 def _solved(
     algebra: Algebra, rows: list[list[Scalar]], rest: list[Scalar], name: str
 ) -> tuple[list[Scalar], list[Scalar]]:
-    """Return x of A x = b on the tape, by elimination, and b of the further rows, which is zero there.
-
-    Pivots are the largest entries at a random state.
-    """
+    """Return x of A x = b on the tape, by elimination, and b of the further rows, which is zero there. Pivots are the
+    largest entries at a random state."""
     tape, count = algebra.tape, len(rows[0])
     rows, rest = [list(row) for row in rows], list(rest)
     random = np.random.default_rng(_SEED)

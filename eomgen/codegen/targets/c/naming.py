@@ -61,7 +61,8 @@ def mangle(name: str, prefix: str = "p_") -> str:
 
 
 def comment(text: str, limit: int = 200) -> str:
-    """Return text that cannot end a comment, continue a line, form a trigraph or leave ASCII."""
+    """Return text that is safe within a C comment, shortened to ``limit`` characters with dots at the end. The text
+    cannot end a comment, continue a line, form a trigraph or leave ASCII."""
     clean = _COMMENT_UNSAFE.sub("_", " ".join(text.split())).replace("//", "/_")
     return clean if len(clean) <= limit else clean[: limit - 3] + "..."
 
@@ -105,7 +106,8 @@ def check_identifier(name: str, kind: str) -> str:
 
 
 def output_name(name: str, inputs: tuple[str, ...]) -> str:
-    """Return the C name of an output argument, different from inputs, locals and C words."""
+    """Return the C name of an output argument: ``name``, followed by ``_out`` if it is an input, a local or a word of
+    C. Raises ModelError unless the name is an identifier."""
     check_identifier(name, "the output")
     clash = name in inputs or _C_WORDS.fullmatch(name) or _LOCALS.fullmatch(name)
     return f"{name}_out" if clash else name
@@ -116,8 +118,8 @@ _LONGEST_LOCAL = 40
 
 
 def local_names(names: Sequence[tuple[int, str]], taken: Collection[str]) -> dict[int, str]:
-    """Return C identifiers for local values by number, legal, distinct, and different from arguments; values without a
-    name are left out."""
+    """Return C identifiers for local values, by number, from names in mechanics, (number, text). Names that are illegal
+    in C, too long, or equal to an earlier one or to one of ``taken`` are left out."""
     texts: dict[int, str] = {}
     used = set(taken)
     for number, text in names:
@@ -155,7 +157,7 @@ def _lookup(name: str, values: tuple[int, ...]) -> Lookup:
 
 
 class CNames:
-    """C texts for one Program."""
+    """C texts for the names, declarations and argument lists of one Program, used by the templates."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
@@ -171,7 +173,7 @@ class CNames:
         return "real t" if block == "t" else f"const real *{block}"
 
     def input_size(self, block: str) -> str:
-        """Return the number of reals in an input block, as a macro or a number."""
+        """Return the number of reals in an input block as C text: a macro of the model's header, ``1`` for ``t``."""
         if block == "p":
             return f"{self.prefix.upper()}_NP"
         if block == "base":
@@ -191,7 +193,8 @@ class CNames:
         return [f"base->{member}" for member in self.base_members()]
 
     def input_texts(self) -> dict[str, str | Sequence[str]]:
-        """Return the printer's names: the text of every component of every input block."""
+        """Return the texts by which statements read input blocks: for arrays one with ``{}`` for the component,
+        ``q[{}]``. For the structs ``p`` and ``base``, a list with the text of each component."""
         texts: dict[str, str | Sequence[str]] = {block: block + "[{}]" for block in _POINTERS}
         texts |= {block: block + "[{}]" for block in _SERIES}
         texts["t"] = "t"
@@ -200,7 +203,8 @@ class CNames:
         return texts
 
     def arguments(self, function: ProgramFunction, *, restrict: bool = False) -> str:
-        """Return the parameter list of a function's declaration or, with ``restrict``, definition."""
+        """Return the parameter list of a function's declaration in C, inputs before outputs, ``void`` if empty.
+        ``restrict`` adds this qualifier to outputs, as in definitions."""
         qualifier = "restrict " if restrict else ""
         parts = [self.input_type(block) for block in function.inputs]
         if function.name == "base":
@@ -227,20 +231,22 @@ class CNames:
         return ["w", *(f"o{number}" for number in range(1, len(text.results)))]
 
     def shared_parameters(self, text: ProgramShared, real: str = "real") -> str:
-        """Return the parameter list of a shared stretch: the workspace, outputs of the caller, places, numbers."""
+        """Return the parameter list in C of a shared stretch: the workspace, outputs of the caller, places, numbers if
+        any. ``real`` is the number type."""
         texts = [f"{real} *restrict {name}" for name in self.shared_outputs(text)]
         texts.append(f"const {self.place_type} *restrict at")
         return ", ".join([*texts, *(["const double *restrict k"] if text.numbers else [])])
 
     @staticmethod
     def shared_comment(text: ProgramShared) -> str:
-        """Return the comment that says which parts of the equations share a stretch."""
+        """Return the C comment above a shared stretch: number of calls, and labels of the equations that share it."""
         labels = "; ".join(comment(label) for label in text.labels if label) or "repeated operations"
         numbers = " and numbers k[...]" if text.numbers else ""
         return f"/* {text.calls} calls with other places w[at[...]]{numbers}: {labels}. */"
 
     def part_arguments(self, function: ProgramFunction, number: int) -> str:
-        """Return the parameter list of one part of a function."""
+        """Return the parameter list in C of part ``number`` of a function: inputs that it reads, workspace, outputs
+        that it fills."""
         part = function.parts[number]
         texts = [self.input_type(block) for block in part.inputs]
         texts += ["real *restrict w"] if part.workspace else []
@@ -269,7 +275,8 @@ class CNames:
         return any(item.kind in ("data", "registers") for part in function.parts for item in part.statements)
 
     def direct_arguments(self, function: ProgramFunction) -> str:
-        """Return the arguments of a call from the interface of doubles, on the caller's own arrays."""
+        """Return the arguments with which the interface for doubles calls a function for sample ``i``, on the caller's
+        arrays. ``t``, ``p`` and ``base`` are local copies."""
         texts = [
             (
                 f"&{block}"
@@ -294,8 +301,8 @@ class CNames:
         )
 
     def buffers(self, function: ProgramFunction) -> list[tuple[str, str]]:
-        """Return name and size of each local array into which a wrapper copies arguments if the caller's number type is
-        not double; parameters and base (structs) and t are passed directly."""
+        """Return (name, C text of the size) of each local array into which a wrapper copies arguments. Such wrappers
+        exist if the caller's number type is not double; parameters and base (structs) and t are passed directly."""
         inputs = [(block, self.input_size(block)) for block in function.inputs if block not in ("p", "t", "base")]
         outputs = (
             [] if function.name == "base" else [(output.argument, str(output.size)) for output in function.outputs]
@@ -303,8 +310,8 @@ class CNames:
         return inputs + outputs
 
     def rows(self, function: ProgramFunction) -> list[str]:
-        """Return the addresses of the rows that a block touches: each copied input at the next samples, each output at
-        the present samples; empty for more than ``MOST_ROWS``."""
+        """Return C texts of the addresses that a block of samples reads and writes, for prefetching. Each input is at
+        sample ``next``, each output at sample ``here``; empty for more than ``MOST_ROWS`` addresses."""
         inputs = [
             f"inputs[{number}] + next * strides[{number}]"
             for number, block in enumerate(function.inputs)
@@ -315,7 +322,8 @@ class CNames:
         return rows if len(rows) <= MOST_ROWS else []
 
     def main_arguments(self, function: ProgramFunction, target: str) -> str:
-        """Return the arguments of a call from the stand-alone program; results go to ``target`` or own arrays."""
+        """Return the arguments with which the stand-alone program calls a function. All results go to the array
+        ``target``, or, if it is empty, to arrays named ``<function>_<output>``."""
         texts = [f"&{block}" if block in ("p", "base") else block for block in function.inputs]
         if function.name == "base":
             return ", ".join([*texts, "&base"])
@@ -338,13 +346,15 @@ class CNames:
         return ", ".join(map(base_component, self.program.base_zeros))
 
     def places(self, loop: ProgramLoop) -> RowLookup:
-        """Return the table of the places of gathered values; several loops have the same."""
+        """Return the table of places from which the elements of a loop gather values; loops with equal places share one
+        table."""
         if loop.places not in self._rows:
             self._rows[loop.places] = RowLookup(loop.places)
         return self._rows[loop.places]
 
     def loop_inputs(self, loop: ProgramLoop) -> dict[str, str | Sequence[str]]:
-        """Return the texts of the inputs of an element of a loop."""
+        """Return the C texts by which the statements of a loop read their input blocks, by block. Blocks: ``element``
+        (constants), ``shared``, ``gather`` (by range, or by table of places) and ``carry``."""
         column = iter(range(len(loop.index)))
         at = "h[at[{}]]" if loop.places and self.places(loop).row else "g[places[element][{}]]"
         return {
@@ -367,7 +377,7 @@ class CNames:
 
     @staticmethod
     def addition_tables(items: Sequence[Addition]) -> str:
-        """Return the tables of inputs and targets of additions; none if these are equally spaced."""
+        """Return C declarations of the tables of columns and places of additions; none for equally spaced ones."""
         tables: dict[str, tuple[int, ...]] = {}
         for number, item in enumerate(items):
             tables |= {f"column{number}": item.columns, f"place{number}": item.places}
@@ -377,7 +387,9 @@ class CNames:
 
     @staticmethod
     def addition(items: Sequence[Addition], number: int, count: int) -> str:
-        """Return the statements that add a part of the row of an element to an output."""
+        """Return the C statements that add a part of the row of ``element`` to an output: addition ``number`` of
+        ``items``. ``count`` is the number of elements of the loop; a condition on ``element`` is printed only if
+        needed."""
         item = items[number]
 
         def at(name: str, values: tuple[int, ...]) -> str:
@@ -401,7 +413,7 @@ class CNames:
 
     @staticmethod
     def loop_outputs(loop: ProgramLoop) -> list[str | Sequence[str]]:
-        """Return the texts for the results of a loop element: terms of sums, next carries, rows."""
+        """Return the C texts of a loop element's three results: terms of sums, next carries, components of the row."""
         if loop.additions:
             return ["term", "next", "row"]
         head = loop.sums + len(loop.initial)

@@ -62,7 +62,7 @@ def wrap_text(text: str) -> str:
 
 
 def _joined_lines(lines: Sequence[str]) -> list[str]:
-    """Return lines with paragraphs of comments, signatures and calls that are too long as single lines."""
+    """Return lines of C with each paragraph of a comment, each signature and each call that is too long in one line."""
     result: list[str] = []
     number, end = 0, len(lines)
     while number < end:
@@ -93,7 +93,8 @@ def _is_plain(line: str) -> bool:
 
 
 def _paragraphs(lines: Sequence[str]) -> list[str]:
-    """Return the lines of a comment, each paragraph in one line; indented lines and ends of sentences end one."""
+    """Return the lines of one comment with each paragraph joined into one line. An indented line begins a paragraph,
+    and a line that ends with ``.``, ``:`` or ``;`` ends one."""
     result = [lines[0]]
     for line in lines[1:]:
         text = _PARAGRAPH.match(line)
@@ -117,8 +118,8 @@ def _pieces(line: str, within: bool = False) -> list[str]:
 
 
 def _folded_comment(line: str) -> list[str]:
-    """Break between words; further lines begin with a star below the star of the first line, or with an indentation in
-    an item."""
+    """Return a long line of a comment broken between words into lines of at most ``WIDTH`` characters. Further lines
+    begin with a star below the star of the first line; lines of an indented item stay indented."""
     indent = line[: len(line) - len(line.lstrip())]
     prefix = f"{indent} * " if line.lstrip().startswith("/*") else f"{indent}* "
     item = re.match(r"\s*\*( {2,})\S", line)
@@ -136,7 +137,8 @@ def _folded_comment(line: str) -> list[str]:
 
 
 def _folded_code(line: str, indent: str) -> list[str]:
-    """Break at the fewest open brackets, as late as possible with these, in the second half of the line if at all
+    """Return a long line of C broken into lines of at most ``WIDTH`` characters, if possible; ``indent`` begins the
+    further lines. Breaks are at the fewest open brackets, as late as possible, in the second half of the line if
     possible."""
     pieces = []
     line, rest = line[:_WINDOW], line[_WINDOW:]  # a table of numbers may be as long as a book: page by page
@@ -220,7 +222,8 @@ def counts(statement: Statement) -> bool:
 
 
 def _line_key(statement: Statement) -> int | None:
-    """Return the number of the output in which a statement stores zero, which neighbours in one line share, or None."""
+    """Return the number of the output to which a statement stores a positive zero, else None. Neighbouring statements
+    with the same number are printed in one line."""
     kind, data = statement.kind, statement.data
     is_zero = kind == "out" and data[2] == ("K", 0.0) and math.copysign(1.0, data[2][1]) > 0.0
     return data[0] if is_zero else None
@@ -241,7 +244,7 @@ class NumberTable:
     _places: dict[float, int] = field(default_factory=dict)
 
     def entry(self, value: float) -> str:
-        """Return the text of the entry with a number; equal numbers share an entry."""
+        """Return the C text of the table's entry with a number; the number is appended unless the table has it."""
         if value not in self._places:
             self._places[value] = len(self.values)
             self.values.append(value)
@@ -259,14 +262,14 @@ def stays_in_text(value: float) -> bool:
 
 
 def _is_power_of_two(expression: Expression) -> bool:
-    """Return whether a divisor is a number by whose reciprocal compilers multiply."""
+    """Return whether an expression is a constant power of two, for whose reciprocal compilers multiply in divisions."""
     if isinstance(expression, int) or expression[0] != "K":
         return False
     return abs(math.frexp(expression[1])[0]) == 0.5  # the mantissa of all powers
 
 
 def _table(declared: str, values: Sequence[str]) -> list[str]:
-    """Return the lines of an array with values."""
+    """Return the lines of C that declare an array (``declared`` without its size) with values, ``_ROW`` in a line."""
     rows = [", ".join(values[k : k + _ROW]) for k in range(0, len(values), _ROW)]
     return [f"{declared}[{len(values)}] = {{", *(f"    {row}{',' if row is not rows[-1] else ' };'}" for row in rows)]
 
@@ -278,15 +281,16 @@ def _headline(label: str) -> str:
 
 
 class Printer:
-    """Prints expressions and statements.
+    """Prints expressions and statements of a function as C.
 
     Parameters
     ----------
     inputs : for each input block, a text with one ``{}`` for the component: ``q[{}]``; component texts for structs.
     outputs : for each output, by number, the name of the array or the texts of components.
     prefix : of the model's functions.
+    local : letter of local values without a name, before their number.
     constants : names of positive numbers.
-    names : of local values, by number.
+    names : names of local values, by number.
     numbers : the table from which numbers are read; without a table, numbers stand in the text.
     place_type : integer type of places in the workspace in tables of shared stretches.
     """
@@ -386,7 +390,8 @@ class Printer:
         return [_KEPT.sub(lambda made: made[0 if used[made[1]] > 1 else 2], line) for line in lines]
 
     def _lines(self, statements: Iterable[Statement], *, first: bool) -> list[str]:
-        """Return the C lines of statements."""
+        """Return statements as lines of C; ``first`` says that no line stands before, so that a label needs no blank
+        line. Raises ValueError for an unknown kind of statement."""
         lines: list[str] = []
         for statement in statements:
             kind, data = statement.kind, statement.data
@@ -435,8 +440,9 @@ class Printer:
         return lines
 
     def _add_value(self, lines: list[str], kind: str, data: Sequence[Any]) -> None:
-        """Append a local value, or the copy of a value in the workspace; the line before is joined if both are values
-        of the workspace, or the value and its copy."""
+        """Append the line of a ``let`` (local value) or ``save`` (copy into the workspace) statement to ``lines``, in
+        place. The line is joined with the last one if both load values from the workspace, or declare a value and its
+        copy."""
         value, last = self._print(data[1])[0], lines[-1] if lines else ""
         if kind == "save":
             made, line = f"const real {value} = ", f"w[{data[0]}] = {value};"
@@ -449,7 +455,8 @@ class Printer:
         lines.append(line)
 
     def _share(self, number_: int, places: Sequence[int], outputs: Sequence[int], values: Sequence[float]) -> list[str]:
-        """Return the call of a shared stretch, with tables of places and numbers."""
+        """Return the C lines that call shared stretch ``number_`` (from 0), with tables of places and numbers
+        (``values``). ``outputs`` are the numbers of the outputs passed to it."""
         lines = [f"    {line}" for line in _table(f"static const {self.place_type} at", list(map(str, places)))]
         arguments = ["w", *(str(self.outputs[output]) for output in outputs), "at"]
         if values and self.numbers is not None:
@@ -460,7 +467,9 @@ class Printer:
         return ["{", *lines, f"    {self.prefix}_shared{number_ + 1}({', '.join(arguments)});", "}"]
 
     def _on_tape(self, kind: str, data: Sequence[Any]) -> list[str]:
-        """Return a statement of a function that the tape engine evaluates; see ``tape_code``."""
+        """Return the C lines of a statement of the tape engine: kinds ``data``, ``run``, ``curve`` and ``registers``.
+        ``registers`` declares the array ``w`` of registers and switches the printer to local values in it; see
+        ``tape_code``."""
         if kind == "data":
             number_, blocks = data
             pointers = {"t": "&t", "p": "(const real *)p", "base": "(const real *)base"}
@@ -487,7 +496,8 @@ class Printer:
         return lines
 
     def _angles(self, angles: Sequence[tuple[int, int, Expression]]) -> list[str]:
-        """Sines and cosines of many angles in one loop, which compilers can vectorise."""
+        """Return the C lines that take sines and cosines of many angles in one loop, which compilers can vectorise.
+        ``angles`` are (number of the local sine, number of the local cosine, angle)."""
         size = -(-len(angles) // LANES) * LANES
         values = [self._print(angle)[0] for _, _, angle in angles] + ["K(0.0)"] * (size - len(angles))
         lines = [f"const real angle[{size}] = {{ {', '.join(values)} }};", f"real sine[{size}], cosine[{size}];"]
@@ -506,7 +516,9 @@ class Printer:
         given: Sequence[Expression],
         period: int = 1,
     ) -> list[str]:
-        """Return a rerolled loop: index tables, then per iteration the loads, the statements and the stores."""
+        """Return the C lines of a ``repeat`` statement: tables of indices, then per iteration loads, body and stores.
+        ``count`` iterations of ``statements`` read the expressions ``read`` and store to ``given``; with a ``period``,
+        a loop of this length runs within each iteration."""
         tables: list[str] = []
         names: list[str] = []
 
@@ -585,7 +597,8 @@ class Printer:
 
 
 class BranchingPrinter(Printer):
-    """Printer for numbers that are never lanes: a choice is a branch, so the other side is not computed."""
+    """Printer for numbers that are never lanes: a SELECT becomes ``?:``, so that only the chosen operand is
+    computed."""
 
     def _print(self, expression: Expression) -> tuple[str, int]:
         if not isinstance(expression, int) and expression[0] == "SELECT":

@@ -25,7 +25,7 @@ FEW_PRODUCTS = 40
 
 
 class StepperProgram(Protocol):
-    """Facts asked of a Program."""
+    """Fields and functions of a Program that the texts of a stepper need; see ``codegen.program.Program``."""
 
     @property
     def prefix(self) -> str: ...
@@ -116,12 +116,10 @@ def stepper_names(program: StepperProgram) -> dict[str, Any]:
 
 
 def _linear_system(program: StepperProgram) -> dict[str, Any]:
-    """Return the facts by which templates choose the linear systems of implicit steps.
-
-    ``solver``; ``scaled``: kinetic energy measures the unknowns; ``assembled``: gives the function that fills the
-    iteration matrix; ``partials``: position of the first number of the matrix; ``entries_are_finite``; ``unrolled``
-    rows and ``substitution`` of an elimination written out; ``kinds`` of an elimination by fronts.
-    """
+    """Return the facts by which templates choose the linear systems of implicit steps. ``solver``; ``scaled``: kinetic
+    energy measures the unknowns; ``assembled``: gives the function that fills the iteration matrix; ``partials``:
+    position of the first number of the matrix; ``entries_are_finite``; ``unrolled`` rows and ``substitution`` of an
+    elimination written out; ``kinds`` of an elimination by fronts."""
     solver = program.method["solver"]
     return {
         "solver": solver,
@@ -182,8 +180,8 @@ def _good_settings(program: StepperProgram) -> str:
 
 
 def _tolerances(program: StepperProgram) -> dict[str, str]:
-    """Return the measure of velocities and multipliers: kinetic energy, or if unknown the largest component of a
-    kind."""
+    """Return C texts of ``tolerance`` and ``rounding`` of velocities, and of ``multiplier_rounding``. Velocities are
+    measured by kinetic energy, or if M is not known by the largest component of the same kind."""
     un, scaled = program.method["unknowns"], bool(program.method["solver"]["inertia"])
     kind = "0" if scaled else Lookup("angular", program.method["angular"]).at()
     rounding = f"K(4.0) * {program.prefix}_EPSILON * work->speed[{kind}]"
@@ -203,7 +201,9 @@ def _tolerances(program: StepperProgram) -> dict[str, str]:
 
 
 def _elimination(program: StepperProgram) -> dict[str, Any]:
-    """Return the statements of an elimination with pivots chosen beforehand."""
+    """Return the data by which templates print an elimination with pivots chosen beforehand. For one that is written
+    out, ``unrolled`` (rows by function, with the test of each pivot) and ``substitution`` (text, and text of each
+    unknown by column); else ``kinds`` of fronts, empty for other eliminations."""
     solver, un = program.method["solver"], program.method["unknowns"]
     data = solver.get("elimination", {})
     smallest = f"{program.prefix}_SMALLEST_PIVOT"
@@ -263,7 +263,7 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
 
 
 def in_parts(rows: Sequence[Mapping[str, Any]]) -> list[list[Mapping[str, Any]]]:
-    """Return the rows of an elimination by function."""
+    """Return the rows of an elimination in groups, one for each C function, by the number of their statements."""
     statements = [_statements(row) for row in rows]
     limit = _PART if sum(statements) > _WHOLE else _WHOLE
     parts: list[list[Mapping[str, Any]]] = [[]]
@@ -286,7 +286,9 @@ def _statements(row: Mapping[str, Any]) -> int:
 def _forward_with_sources(
     k: int, right: str, row: Mapping[str, Any], data: Mapping[str, Any], upper: Sequence[Mapping[int, int]]
 ) -> list[str]:
-    """Return the statements of a row: sources f on links, source n of the row, and the whole row y."""
+    """Return the C statements that substitute forward in row ``k`` of an elimination of links with sources. They
+    declare sources ``f`` on links, the source ``n`` of the row, and the whole row ``y``. ``right`` is the text of the
+    right-hand side; ``data`` the elimination; ``upper`` maps columns to slots of the factors of each row."""
     lines = []
     for column, source, earlier in row["sources"]:
         entry = [f"{'-' if source < 0 else ''}r[{abs(source) - 1}]"] if source else []
@@ -311,7 +313,8 @@ def _front_place(local: Sequence[int]) -> str:
 
 
 def _right_side(row: int, un: Mapping[str, int], *, plain: bool) -> str:
-    """Return the right side of a row: unchanged, or times the factor of its kind, with none in inner rows."""
+    """Return the C text of the right-hand side of a row: ``plain`` as it is, else times the factor for this kind of
+    row. Rows beyond the unknowns ``un`` have the right-hand side 0."""
     if plain:
         return f"r[{row}]"
     if row >= un["size"]:
@@ -321,7 +324,8 @@ def _right_side(row: int, un: Mapping[str, int], *, plain: bool) -> str:
 
 
 def _kernels(method: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the group functions that a stepper calls: name, description, arguments and ``body``."""
+    """Return the group functions that a stepper calls, as mappings with C texts: name, description, arguments and
+    ``body``. Tangents of groups that the linear solver does not need are left out."""
     tangents = {tangent["group"] for tangent in method["solver"]["tangents"]} if "solver" in method else set()
     result = []
     for kernel in method["lie"]["kernels"]:
@@ -344,8 +348,8 @@ def _kernels(method: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def _assembly_text(solver: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the ``text`` that assembles an iteration matrix, whether the assembly is ``looped``, and the
-    ``workspace``."""
+    """Return the C ``text`` that assembles an iteration matrix, and whether it is ``looped``. ``numbers`` is the name
+    of the array with the partial derivatives, ``workspace`` the number of values that are needed."""
     made = assembly(solver)
     numbers = "numbers" if made.looped else "w"
     inputs: dict[str, str | Sequence[str]] = {
@@ -408,12 +412,13 @@ class FunctionCalls:
         return f"K({number(value)})"
 
     def call(self, name: str, arguments: Mapping[str, str], results: str | Mapping[str, str]) -> str:
-        """Return the call of a function of the model.
+        """Return the C statement that calls a function of the model.
 
         Parameters
         ----------
+        name : of the function, without prefix
         arguments : the text for each input block
-        results : the text for each output, or one of a function with one output
+        results : the text for each output, or one text for a function with one output
         """
         function = self.program.function(name)
         outputs = [results if isinstance(results, str) else results[output.name] for output in function.outputs]
@@ -422,7 +427,9 @@ class FunctionCalls:
         )
 
     def finite(self, owner: str, parts: str = "q v z") -> str:
-        """Return the condition that parts of a place are finite; names that begin with a have the size of v."""
+        """Return the C condition that parts of a state are finite; ``owner`` is the text before a part, as ``work->``.
+        ``parts`` are names of blocks with spaces between; names that begin with a have the size of v. Empty parts are
+        left out."""
         sizes, test = self.program.sizes, f"{self.program.prefix}_finite"
         sized = [(part, sizes["v" if part[0] == "a" else part[0]]) for part in parts.split()]
         return " && ".join(f"{test}({owner}{part}, {size})" for part, size in sized if size)
@@ -458,14 +465,16 @@ class FunctionCalls:
         return f"\n{indent}".join(f"{left}{name} = {right}{name};" for name in self.program.method["parameters"])
 
     def copy_state(self, to: str, source: str) -> str:
-        """Return the copy of a state without the arguments of the accelerations, which steps keep."""
+        """Return the C statement that copies a state ``source`` to ``to``. If a state remembers the arguments of its
+        accelerations (``conditions``), these are not copied."""
         if not any(item["group"] == "conditions" for item in self.program.method["state"]):
             return f"{to} = {source};"
         pointers = [text[1:] if text[0] == "*" else f"&{text}" for text in (to, source)]
         return f"memcpy({', '.join(pointers)}, offsetof({self.program.prefix}_state, conditions));"
 
     def series(self, function: ProgramFunction) -> str:
-        """Return the call of a function of the recurrence."""
+        """Return the C call of a function of the Taylor recurrence, with the arrays of the stepper's workspace as
+        arguments."""
         sizes, method = self.program.sizes, self.program.method
         room = row_of_factors(self.program)
         texts = {"p": "p", "t": "work->begin + work->begin_low", "t_k": "&t_k", "order": "order"}

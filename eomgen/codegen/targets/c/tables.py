@@ -63,13 +63,18 @@ _RANGES = 6
 
 
 class Lookup:
-    """A table of integers.
+    """A table of integers as C text: an array, or if long and regular, expressions of the index.
 
     Parameters
     ----------
     name : of the table in C
     values : entries of the table
     apart : whether the entries of a table stand in lines of their own
+
+    Attributes
+    ----------
+    tables : name and values of each array that must be declared
+    ranges : (end, text), the expressions of the index ``@`` up to each end; empty if the table is one array
     """
 
     def __init__(self, name: str, values: Sequence[int], apart: bool = False) -> None:
@@ -82,7 +87,8 @@ class Lookup:
             self.tables = [(name, self.values)]
 
     def _count(self) -> None:
-        """Describe the values by ranges of counted expressions or of periods, else by a table."""
+        """Set ``ranges`` and ``tables`` for regular values: few ranges of counted expressions, or periods; leave both
+        otherwise."""
         even = ranges(self.values)
         if len(even) <= _RANGES:
             self.ranges = [(end, place(start, step, "@")) for end, start, step in even]
@@ -101,7 +107,8 @@ class Lookup:
                 return
 
     def _periodic(self, stretch: RowStretch) -> str:
-        """Return the text of a stretch as an expression of @."""
+        """Return the C text of the entries in a stretch as an expression of the index ``@``; its first period may
+        become a table."""
         at = f"(@ - {stretch.start})" if stretch.start else "@"
         first = self.values[stretch.start : stretch.start + stretch.period]
         inner = f"{at} % {stretch.period}" if stretch.count > 1 else at
@@ -118,7 +125,8 @@ class Lookup:
         return shift(text, step, f"({at} / {stretch.period})")
 
     def declaration(self, depth: int = 1, note: str = "") -> str:
-        """Return the lines that declare the tables read by ``at``, each ended; a ``note`` describes one table."""
+        """Return C lines that declare the arrays read by ``at``, indented by ``depth`` levels; ``note`` is a comment
+        after a table."""
         indent, result = "    " * depth, ""
         behind = f" /* {note} */" if note else ""
         for name, values in self.tables:
@@ -130,7 +138,8 @@ class Lookup:
         return result
 
     def at(self, index: str = "i") -> str:
-        """Return the text of the entry at an index."""
+        """Return the C text of the entry at an index, which is C text, too; for a number, the entry itself if
+        counted."""
         if not self.ranges:
             return f"{self.name}[{index}]"
         if index.isdigit():
@@ -188,12 +197,12 @@ def integers(name: str, values: Sequence[int], depth: int = 0) -> str:
 def nonzeros(places: Sequence[Sequence[int]]) -> list[dict[str, Any]]:
     """Return loops over the nonzeros of a matrix, one for each stretch of a long table of places.
 
-    Of each: ``count`` periods k of ``period`` nonzeros j, ``tables`` of the first period, names to entries, and as
-    texts the ``number`` of a nonzero, and ``row`` and ``column`` of the nonzero.
+    Each has ``count`` periods k of ``period`` nonzeros j, ``tables`` (the rows and columns of the first period, by the
+    names ``row`` and ``column``), and as C texts ``number``, ``row`` and ``column`` of a nonzero.
 
     Parameters
     ----------
-    places : row and column of each
+    places : row and column of each nonzero
     """
     whole = RowStretch(0, len(places), 1)
     parts = stretches([range(len(places)), *zip(*places, strict=True)], [True] * 3) if len(places) >= _LONG else [whole]
@@ -223,14 +232,15 @@ def places_of_fronts(fronts: Sequence[Sequence[int]]) -> list[str]:
 
 
 def collapse(items: Sequence[Mapping[str, Any]], kinds: Sequence[str], places: Sequence[str]) -> list[dict[str, Any]]:
-    """Return items with ``count``, many of one kind at equally spaced places as one with places as texts of k.
+    """Return items with ``count``; many items of one kind at equally spaced places become one with places as C texts of
+    k.
 
     If kinds alternate, as positions and rotations of free bodies do, and fewer items result, items are sorted by kind.
 
     Parameters
     ----------
-    items : in any order
-    kinds, places : keys of data that have to be equal, and of integers
+    items : mappings, in any order
+    kinds, places : keys whose values must be equal, and keys of integers
     """
     by_kind: dict[tuple[Any, ...], list[Mapping[str, Any]]] = {}
     for item in items:
@@ -241,7 +251,8 @@ def collapse(items: Sequence[Mapping[str, Any]], kinds: Sequence[str], places: S
 
 
 def _collapse(items: Sequence[Mapping[str, Any]], kinds: Sequence[str], places: Sequence[str]) -> list[dict[str, Any]]:
-    """Return items with equal kinds and evenly spaced places as one item with a count."""
+    """Return items, in order, with runs of ``_MANY`` or more of equal kinds and evenly spaced places as one with a
+    count."""
     result: list[dict[str, Any]] = []
     start = 0
     while start < len(items):
@@ -318,10 +329,8 @@ class CurveTable:
 
 
 def _escape(data: npt.NDArray[np.uint8]) -> bytes:
-    """Return rows of bytes as texts of C, each in lines of at most ``_LINE`` bytes, and a comma after each row.
-
-    All characters are laid out at places of equal width, and then zeros, which no text has, are deleted.
-    """
+    """Return rows of bytes, shape (rows, size), as string literals of C, at most ``_LINE`` bytes each, a comma after
+    each row. All characters are laid out at places of equal width, and then zeros, which no text has, are deleted."""
     rows, size = data.shape
     lines, width = -(-size // _LINE), 4 * _LINE
     padded = np.full((rows, lines * _LINE), _NOTHING, dtype=np.int16)

@@ -53,7 +53,8 @@ class TapeCode:
     heads: dict[int, list[int]] = field(default_factory=dict)
 
     def placed_heads(self, functions: int) -> list[int]:
-        """Return the heads of as many functions as a Program has, with their places in front."""
+        """Return one list of integers: for each of ``functions`` functions the index of its head, 0 without; then all
+        heads."""
         places, rows, at = [0] * functions, list[int](), functions
         for function, head in self.heads.items():
             places[function] = at + len(rows)
@@ -62,11 +63,9 @@ class TapeCode:
 
 
 def on_tape(program: Program) -> tuple[Program, TapeCode]:
-    """Return a Program whose functions run on the engine, and the code of these functions.
-
-    Functions with too many registers keep their statements, and so does the state of the base, whose result is a
-    struct.
-    """
+    """Return a Program whose functions run on the tape engine, and the code of these functions. Functions with more
+    than ``_MOST_REGISTERS`` registers keep their statements, and so does the state of the base, whose result is a
+    struct. Shared stretches are copied into the functions that call them."""
     tape = TapeCode()
     numbered = enumerate(program.functions)
     functions = tuple(_encode(program, function, number, tape) or function for number, function in numbered)
@@ -79,8 +78,9 @@ def on_tape(program: Program) -> tuple[Program, TapeCode]:
 
 
 def before_scheduling(program: Program) -> Program | None:
-    """Return a Program without statements with the functions of the engine if all are instructions alone; None for a
-    long Program, whose functions may become loops, or for functions that never are."""
+    """Return the Program of the tape engine, if it is known before scheduling: all functions are instructions alone.
+    ``program`` has no statements. None for a Program of more than ``_MOST_OPERATIONS`` operations, whose functions may
+    get loops, or with the function ``base``, which stays C."""
     operations = sum(function.counts["statements"] for function in program.functions)
     if operations > _MOST_OPERATIONS or any(function.name == "base" for function in program.functions):
         return None
@@ -103,7 +103,8 @@ def _as_data(function: ProgramFunction, number: int) -> ProgramFunction:
 
 
 def _encode(program: Program, function: ProgramFunction, number: int, tape: TapeCode) -> ProgramFunction | None:
-    """Return a function as runs of the engine, or None if the function remains C."""
+    """Return a function as runs of the engine and append its code to ``tape``; None if the function stays C. ``number``
+    is the position of the function in the Program."""
     if function.name == "base" or function.same_as:
         return None
     made = _Assembler(program, _without_calls(program, function), len(tape.code))
@@ -127,7 +128,7 @@ def _encode(program: Program, function: ProgramFunction, number: int, tape: Tape
 
 
 def _without_calls(program: Program, function: ProgramFunction) -> ProgramFunction:
-    """Return a function with the statements of shared stretches in place of their calls."""
+    """Return a function with the statements of shared stretches in place of their calls, with other local numbers."""
     parts = []
     for part in function.parts:
         first = _last_local(part.statements)
@@ -166,14 +167,14 @@ def _inline(program: Program, call: Statement, first: int) -> Iterator[Statement
 
 
 class _Assembler:
-    """Code of one function.
-
-    Registers lie in this order: the workspace, inputs, local values, constants, intermediate values. Parts share
-    the registers of local values, because no part reads local values of another one.
-    """
+    """Code of one function for the tape engine: ``code`` and ``numbers`` after ``statements`` was called. Registers lie
+    in this order: the workspace, inputs, local values, constants, intermediate values. Parts share the registers of
+    local values, because no part reads local values of another one. ``copies`` are block, first register and size of
+    each input."""
 
     def __init__(self, program: Program, function: ProgramFunction, begin: int) -> None:
-        """Assign registers to inputs, local values and constants of a function."""
+        """Assign registers to inputs, local values and constants of a function; ``begin`` is the length of the code
+        before."""
         self.function = function
         self.code: list[int] = []
         self.numbers: list[float] = []
@@ -205,7 +206,7 @@ class _Assembler:
         return self._temporary + self._deepest
 
     def statements(self) -> list[Statement]:
-        """Return runs of the engine, and statements between runs that remain C."""
+        """Return the statements of the whole function: runs of the engine, and between these statements that stay C."""
         for part in self.function.parts:
             for statement in part.statements:
                 self._statement(statement)
@@ -233,7 +234,7 @@ class _Assembler:
         self.code += (_CODES[name], target, first, second)
 
     def _close(self) -> None:
-        """End a run of instructions."""
+        """End the current run of instructions, if it has any, and append its ``run`` statement."""
         here = self._begin + len(self.code)
         if here > self._run:
             self._emit("END", 0)
@@ -242,7 +243,8 @@ class _Assembler:
             self._target = -1
 
     def _statement(self, statement: Statement) -> None:
-        """Emit the instructions of a statement."""
+        """Append the instructions of a statement; a statement that the engine lacks ends the run and stays C. Labels
+        vanish."""
         kind, data = statement.kind, statement.data
         if kind == "let":
             self._value(data[1], 0, self.first_local + data[0])
@@ -291,10 +293,8 @@ class _Assembler:
         self._emit("OUT", source, component & 0xFFFF, component >> 16)
 
     def _value(self, expression: Expression, depth: int, target: int | None = None) -> int:
-        """Return the register of the value of an expression, by default a free one; ``target`` prescribes the register.
-
-        ``depth``: how many intermediate values are in use.
-        """
+        """Append the instructions of an expression and return the register of its value. ``target`` prescribes the
+        register; without it, a free one is taken. ``depth``: how many intermediate values are in use."""
         leaf = self._leaf(expression)
         if leaf is not None:
             if target is None or target == leaf:
@@ -335,7 +335,7 @@ class _Assembler:
 
 
 def _without_negative(kind: str, operands: list[Expression]) -> tuple[str, list[Expression]]:
-    """Return a sum or difference whose second operand is not a negative; the bits are the same."""
+    """Return a sum or difference (kind, operands) whose second operand is not a negative; the bits are the same."""
     second = operands[1]
     if isinstance(second, int) and second < 0:
         return "SUB" if kind == "ADD" else "ADD", [operands[0], -second]
@@ -345,7 +345,7 @@ def _without_negative(kind: str, operands: list[Expression]) -> tuple[str, list[
 
 
 def _last_local(statements: tuple[Statement, ...]) -> int:
-    """Return the largest number of a local value of a part."""
+    """Return the largest number of a local value that statements define, 0 without any."""
     last = 0
     for statement in statements:
         if statement.kind == "let":

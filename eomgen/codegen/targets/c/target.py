@@ -43,11 +43,9 @@ _PER_STATEMENT = 2
 
 @dataclass
 class SourceFile:
-    """A C file: the loops and the parts of long functions in the file, and the functions defined there.
-
-    ``name`` has no suffix; loops and shared stretches are numbers of the Program's; ``later``: no run calls the
-    functions of the file.
-    """
+    """A C file of a model: the functions, parts of long functions, loops and shared stretches that the file defines.
+    ``name`` has no suffix; ``parts`` are (function, index of the part); loops and shared stretches are numbers in the
+    Program; ``later``: no run calls the functions of the file."""
 
     name: str
     functions: list[ProgramFunction] = field(default_factory=list)
@@ -101,10 +99,8 @@ def _plan_files(
     total: int,
     limit: int,
 ) -> list[SourceFile]:
-    """Return the files of some functions, loops and shared stretches, after the files ``before``.
-
-    ``total``: operations of the whole Program.
-    """
+    """Return the files of some functions, loops and shared stretches (numbers in the Program), numbered after
+    ``before``. ``total``: operations of the whole Program; up to ``limit`` of them all stand in one file."""
 
     def new() -> SourceFile:
         number_ = len(before) + len(files) + 1
@@ -166,13 +162,15 @@ _NOT_FOLDED = (
 
 
 class _Context:
-    """Names for every template of a Program.
+    """Texts and functions for every template of a Program; ``render`` prints a template with them.
 
     Parameters
     ----------
+    program : Program
+    file_limit : operations of a C file, roughly
     apart : whether the numbers of the functions stand in tables of another file
     tape : whether the tape engine evaluates functions
-    later : as of ``plan_files``
+    later : names of functions in files at the end, see ``plan_files``
     ready : texts of files that were written before, by name
     """
 
@@ -186,7 +184,7 @@ class _Context:
         later: Collection[str] = (),
         ready: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
-        """Prepare the names, files and tables that the templates of a Program read."""
+        """Plan the C files and prepare the names and tables that the templates read."""
         self.program = program
         self.ready = ready
         self.tape = tape
@@ -210,25 +208,29 @@ class _Context:
         return [table for table in self.number_tables.values() if table.values]
 
     def value(self, name: str, number_: float) -> str:
-        """Return the text of a number that is alone in a statement of a function."""
+        """Return the C text of a number that is alone in a statement of function ``name``: the number, or an entry of
+        its table."""
         table = self.numbers(name)
         return number(number_) if table is None else f"{table.name}[{table.first_of([float(number_)])}]"
 
     def values(self, name: str, columns: Iterable[Sequence[float]]) -> str:
-        """Return the address of neighbouring entries of the table of a function, empty if numbers stand in the text."""
+        """Append columns of numbers to the table of function ``name`` and return the C address of the first one. Empty
+        if numbers stand in the text, or for no numbers."""
         table = self.numbers(name)
         entries = [float(number_) for column in columns for number_ in column]
         return "" if table is None or not entries else f"&{table.name}[{table.first_of(entries)}]"
 
     def declaration(self, name: str) -> str:
-        """Return the declaration of the numbers of a function whose text was printed before."""
+        """Return the C declaration of the table of numbers of function ``name``, after the function was printed; empty
+        without."""
         table = self.number_tables.get(name)
         if table is None or not table.values:
             return ""
         return f"extern const double {table.name}[{len(table.values)}] {_HIDDEN};\n"
 
     def body(self, function: ProgramFunction, part: int) -> str:
-        """Return the statements of one part, indented, each line ended."""
+        """Return the C statements of one part of a function, indented, each line ended; a part is printed once and
+        remembered."""
         key = (function.name, part)
         if key not in self._bodies:
             self._bodies[key] = self._body(function, part)
@@ -240,7 +242,7 @@ class _Context:
         return self.declaration(_part_name(function, part))
 
     def _body(self, function: ProgramFunction, part: int) -> str:
-        """Return the C statements of a part of a function, from memory if known."""
+        """Return the C statements of one part of a function, with declarations; ``part`` is its index."""
         outputs = (
             [self.c.base_targets()] if function.name == "base" else [output.argument for output in function.outputs]
         )
@@ -258,7 +260,8 @@ class _Context:
         return indent_lines([*declared, *printer.lines(statements)], 1)
 
     def base_of_step(self) -> str:
-        """Return the statements of the base's components that the equations of a step read, into the workspace."""
+        """Return the C statements that fill the components of ``work->base`` which the equations of a step read; empty
+        without."""
         part = self.program.base_of_step
         if part is None:
             return ""
@@ -269,12 +272,13 @@ class _Context:
         return indent_lines(printer.lines(part.statements), 1)
 
     def kernel(self, loop: ProgramLoop, number_: int) -> str:
-        """Return the results of one element of a loop, which counts from 1."""
+        """Return the C statements that compute the results of one element of a loop; ``number_`` is the loop's number
+        from 1."""
         printer = Printer(self.c.loop_inputs(loop), self.c.loop_outputs(loop), numbers=self.numbers(f"loop{number_}"))
         return indent_lines(printer.lines(loop.statements), 3 if loop.lanes > 1 else 2)
 
     def shared_statements(self, text: ProgramShared, number_: int) -> str:
-        """Return the statements of a shared stretch, which counts from 1."""
+        """Return the C statements in the function of a shared stretch; ``number_`` is the stretch's number from 1."""
         inputs: dict[str, str | Sequence[str]] = {READ: "w[at[{}]]", NUMBER: "K(k[{}])"}
         names, place, outputs = self.c.shared_outputs(text), text.reads, list[Sequence[str]]()
         for name, size in zip(names, text.results, strict=True):
@@ -289,7 +293,8 @@ class _Context:
         return name, self.ready.get(name) or self.render(template)
 
     def render(self, template: str, **extra: object) -> str:
-        """Return the text of a template for the Program."""
+        """Return the text of a template for the Program, with long lines folded; ``extra`` are further names for the
+        template."""
         from eomgen.codegen.targets.c.templates import environment  # noqa: PLC0415  # known texts need no Jinja
 
         program = self.program
@@ -366,11 +371,14 @@ def written_library(
     apart: bool = False,
     ready: Mapping[str, str] = MappingProxyType({}),
 ) -> LibraryTexts:
-    """Return the sources of ``generate_files`` but for ``main.c``, and of ``generate_interface``.
+    """Return the texts of a library: the sources of ``generate_files`` but for ``main.c``, and the generic interface.
+
+    Texts are printed one by one as the caller takes them.
 
     Parameters
     ----------
-    bytecode : the folder of the bytecode of the templates if the folder of the templates cannot be written
+    program : Program
+    bytecode : the folder for the bytecode of the templates if the folder of the templates cannot be written
     apart : whether the loader of the library hands the numbers of the functions over, so that the texts are the same
         for other numbers
     ready : the files of ``written_stepper``, if these were written
@@ -447,12 +455,12 @@ class LibraryInTwo:
 
 
 def written_in_two(program: Program, bytecode: Path, ready: Mapping[str, str] = MappingProxyType({})) -> LibraryInTwo:
-    """Return the files of a library of which the functions ``program.later`` are compiled later, with numbers that the
-    loader hands over.
+    """Return the texts of a library whose functions ``program.later`` are compiled later; the loader hands the numbers
+    over.
 
     Parameters
     ----------
-    bytecode, ready : as of ``written_library``
+    bytecode, ready : as in ``written_library``
     """
     context = _context_of_library(program, bytecode, apart=True, later=program.later, ready=ready)
     early: dict[str, str] = {}
@@ -482,7 +490,8 @@ def _context_of_library(
     later: Collection[str] = (),
     ready: Mapping[str, str] = MappingProxyType({}),
 ) -> _Context:
-    """Return the context for the texts of a library, with kept bytecode of templates."""
+    """Return the context for the texts of a library, and set the folder ``bytecode`` for compiled templates. Other
+    arguments are as in ``_Context``; on the tape engine, eliminations that are written out become loops."""
     from eomgen.codegen.targets.c.templates import environment, kept_bytecode  # noqa: PLC0415
 
     environment().bytecode_cache = kept_bytecode(bytecode)
@@ -521,7 +530,8 @@ def _files(context: _Context) -> dict[str, str]:
 
 
 def _sources(context: _Context) -> Iterator[tuple[str, str]]:
-    """Yield all headers and then all sources of the stand-alone folder, but for the files of ``_later_sources``."""
+    """Yield (name, text) of all headers and then all sources of a model, but for the files of ``_later_sources``.
+    Printed when taken; ``main.c`` and the interface of libraries are not among these."""
     program, prefix = context.program, context.program.prefix
     yield context.file("eomgen_real.h", "c/model/eomgen_real.h.jinja")
     yield context.file(f"{prefix}.h", "c/controller/header.h.jinja" if program.controller else "c/model/model.h.jinja")
@@ -572,7 +582,8 @@ def _later_sources(context: _Context) -> Iterator[tuple[str, str]]:
 
 
 def _external_context(program: Program) -> dict[str, Any]:
-    """Return the declarations of external functions, and the names in C of the functions that call these, by label."""
+    """Return ``prototypes`` of external functions in C, and ``stems``: names of the C functions that call them, by
+    label."""
     prototypes = dict.fromkeys(text for source in program.sources for text in source.prototypes)
     labels = list(dict.fromkeys(item.label for item in program.external))
     stems = {label: f"law{number}" for number, label in enumerate(labels, 1)}
@@ -580,7 +591,7 @@ def _external_context(program: Program) -> dict[str, Any]:
 
 
 def _documents(context: _Context, files: Mapping[str, str], mark: str) -> dict[str, str]:
-    """Return the README and the manifest of the stand-alone folder."""
+    """Return the texts of README.md and manifest.json; ``files`` are the other files, ``mark`` their fingerprint."""
     program = context.program
     sources = sorted(name for name in files if name.endswith(".c"))
     command = compile_command(program, sources)
@@ -598,12 +609,11 @@ def _documents(context: _Context, files: Mapping[str, str], mark: str) -> dict[s
 
 
 def render_files(program: Program, templates: Mapping[str, str], **extra: object) -> dict[str, str]:
-    """Return the files of a Program with a header and steps that are not mechanics': functions, and files by given
-    templates.
+    """Return texts by file name: the functions of a Program, and files by templates that mechanical models do not have.
 
     Parameters
     ----------
-    templates : by the name of the file
+    templates : path of the template, by the name of the file
     extra : names for the templates besides the Program
     """
     context = _Context(program, FILE_LIMIT)
@@ -621,7 +631,8 @@ def generate_interface(program: Program, files: Mapping[str, str]) -> dict[str, 
 
 
 def _interface(context: _Context, mark: str, later: Collection[str] = ()) -> dict[str, str]:
-    """Return the files of the interface; calls of the functions ``later`` are refused."""
+    """Return interface.h and interface.c by name, with fingerprint ``mark``; calls of the functions ``later`` are
+    refused."""
     program = context.program
     sizes = [len(program.functions), *(program.sizes[name] for name in SIZES[1:])]
     offered = [item for item in enumerate(program.functions) if item[1].name not in later]

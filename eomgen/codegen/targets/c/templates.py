@@ -46,7 +46,8 @@ class TemplateBytecode(jinja2.BytecodeCache):
         return hashlib.sha256(text.encode()).hexdigest()
 
     def load_bytecode(self, bucket: Bucket) -> None:
-        """Take the bytecode of a template from one of the folders."""
+        """Load the bytecode of a template (``bucket.key``) from the first folder that has a valid file, if any. Files
+        and folders of other users are not read."""
         for folder in self.folders:
             with contextlib.suppress(OSError):
                 file = folder / bucket.key
@@ -57,7 +58,8 @@ class TemplateBytecode(jinja2.BytecodeCache):
                 return
 
     def dump_bytecode(self, bucket: Bucket) -> None:
-        """Keep the bytecode of a template, renamed to its final name when complete."""
+        """Write the bytecode of a template with its digest to the first folder that can be written, if any. The file is
+        renamed to its final name when complete."""
         code = bucket.bytecode_to_string()
         for folder in self.folders:
             with contextlib.suppress(OSError):
@@ -99,7 +101,8 @@ def _family_path(name: str) -> Path | None:
 
 
 def _family_file(name: str) -> tuple[str, str, Callable[[], bool]] | None:
-    """Return text, path, and whether both still belong to the name."""
+    """Return text and path of a template ``family/<name>/<file>``, and a function that says whether both are unchanged.
+    None if there is no such file; the form is a loader's of Jinja."""
     path = _family_path(name)
     if path is None:
         return None
@@ -109,7 +112,8 @@ def _family_file(name: str) -> tuple[str, str, Callable[[], bool]] | None:
 
 @cache
 def environment() -> jinja2.Environment:
-    """Return the common Jinja environment: undefined names are errors, blocks leave no blank lines."""
+    """Return the one Jinja environment of all templates, made at the first call, with functions and filters of this
+    package. Undefined names are errors, and blocks leave no blank lines."""
     env = jinja2.Environment(
         loader=jinja2.ChoiceLoader([jinja2.FileSystemLoader(template_folder()), jinja2.FunctionLoader(_family_file)]),
         undefined=jinja2.StrictUndefined,

@@ -38,7 +38,7 @@ _ALWAYS = ("p", "t", "q", "v", "a", "z", "lam", "u")
 
 
 class Uniform:
-    """Arrays, sizes and calls of a Program with one signature."""
+    """Texts for the templates of functions with one signature: arrays of arguments (input blocks), sizes and calls."""
 
     def __init__(self, program: Program) -> None:
         self.program = program
@@ -71,7 +71,8 @@ class Uniform:
 
     @cached_property
     def drivers(self) -> dict[str, str]:
-        """Bits of the arrays that the scene reads to fill an array, from the last filled to the first."""
+        """C masks of the arrays that a scene's function reads to fill an array, by that array, from the last filled to
+        the first."""
         order = [(block, name) for name in reversed(_DRIVERS) for block in _DRIVERS[name]]
         known = [(block, name) for block, name in order if name in self.program.function_names]
         return {block: self.bits(self.program.function(name).inputs) for block, name in known if block in self._read}
@@ -117,7 +118,8 @@ class Uniform:
         return sum(output.size for output in function.outputs)
 
     def manifest(self) -> dict[str, Any]:
-        """Return the entry of the manifest: the arrays of arguments, and arrays and outputs of each function."""
+        """Return the entry ``uniform`` of the manifest: header, arguments with sizes, and inputs and outputs of each
+        function."""
         prefix = self.program.prefix
         return {
             "header": f"{prefix}_uniform.h",
