@@ -139,8 +139,8 @@ def _is_count(text: str) -> bool:
 def _longer(samples: Samples, number: int, known: Known) -> list[Any]:
     """Return a list that grows with the number of parts, continued to n + ``number`` d parts. The list has a beginning,
     a block of items for each further d parts, and an end. Lists of integers are continued as numbers; lists that
-    ``known`` continues are taken from there; other items are split into their shape and their integers. Raises
-    IrregularSamples for a list that becomes shorter or does not repeat."""
+    ``known`` continues are taken from there; other items are split into shape and integers. Raises IrregularSamples for
+    a list that becomes shorter or does not repeat."""
     growth = _even(*map(len, samples))
     if growth < 0:
         raise IrregularSamples("a list that becomes shorter")
@@ -305,7 +305,7 @@ def _flat(value: Any) -> tuple[Hashable, list[int]]:
 
 
 def _shape(value: Any, numbers: list[int]) -> Hashable:
-    """Return nested data with its integers removed, hashable, and append the integers to ``numbers`` in order of
+    """Return nested data with all integers removed, hashable, and append the integers to ``numbers`` in order of
     occurrence. Integers within texts count, too, but not numbers with decimals. Other constants, such as floats, are
     kept with their text, so that shapes are equal only if the constants are."""
     kind = type(value)

@@ -300,7 +300,7 @@ def _functions(
     """Return the wanted functions as functions of the Program, in the order of ``wanted``.
 
     A function with the same inputs and results as an earlier one has no statements and names this function in
-    ``same_as``; its outputs may have another shape. ``loops``, ``curve_numbers``, ``calls`` and ``shared`` (None: no
+    ``same_as``; the outputs may have another shape. ``loops``, ``curve_numbers``, ``calls`` and ``shared`` (None: no
     shared stretches) are lists of the whole Program, which grow in place. ``limits``: operations per part and per
     statement at most; None for functions without statements.
     """
@@ -359,8 +359,7 @@ def _function(
     shared: list[SharedText] | None,
     limits: tuple[int, int] | None,
 ) -> ProgramFunction:
-    """Return one function as a function of the Program, with its scheduled statements and its outputs that have
-    components.
+    """Return one function as a function of the Program, with scheduled statements and all outputs that have components.
 
     ``loops``, ``curve_numbers``, ``calls`` and ``shared`` belong to the whole Program and are extended in place.
     ``limits``: operations per part and per statement; None leaves the function without statements. The function

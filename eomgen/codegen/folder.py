@@ -71,7 +71,7 @@ def _quantities(
     quantities: Sequence[Quantity], bounds: Mapping[str, tuple[float | None, float | None]]
 ) -> Iterator[dict[str, Any]]:
     """Yield one mapping for each quantity of a block of the manifest, in the order of the array. A mapping has the
-    fields of the quantity, ``first`` (index of its first number in the array) and ``lower``, ``upper`` from ``bounds``,
+    fields of the quantity, ``first`` (index of the first number in the array) and ``lower``, ``upper`` from ``bounds``,
     None for a side without an end."""
     first = 0
     for quantity in quantities:

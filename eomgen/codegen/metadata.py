@@ -39,7 +39,7 @@ _OF_THE_TEXT = (
 
 def _without_tables(method: Mapping[str, Any]) -> dict[str, Any]:
     """Return method data with nested lists and tables of ``solver`` removed; texts and numbers of ``solver`` remain.
-    All other keys of the method stay as they are."""
+    All other keys of the method stay."""
 
     def scalars(data: Mapping[str, Any]) -> dict[str, Any]:
         return {

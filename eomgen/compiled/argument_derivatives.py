@@ -228,7 +228,7 @@ _POSE = 7
 
 
 def _rows(functions: Functions, term: str) -> int:
-    """Return the number of components of a differentiated term: rows of its Jacobian."""
+    """Return the number of components of a differentiated term: rows of the Jacobian."""
     if term == "outputs":
         return sum(int(item["size"]) for item in functions.library.layout["outputs"])
     if term == "frame_poses":

@@ -248,8 +248,8 @@ def section_loads(
 
 
 def by_beam(beams: Sequence[Sequence[str]], values: Mapping[str, Array]) -> Mapping[str, SectionLoads]:
-    """Return strains and loads of each beam from the blocks of the term ``section_loads``, by the name of its first
-    node. ``beams`` are the names of the nodes of each beam; their elements follow one another in the blocks."""
+    """Return strains and loads of each beam from the blocks of the term ``section_loads``, by the name of the first
+    node. ``beams`` are the names of the nodes of each beam; the elements follow one another in the blocks."""
     result, start = {}, 0
     for nodes in beams:
         here = slice(start, start + len(nodes) - 1)

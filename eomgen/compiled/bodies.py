@@ -313,7 +313,7 @@ def _having(model: ExtensibleModel, name: str, *terms: str) -> ExtensibleModel:
 
 
 def _check_name(model: EvaluatedModel, name: str) -> None:
-    """Raise UsageError if a name belongs to no body and no frame; base and world count if frames are fixed to them."""
+    """Raise UsageError if a name belongs to no body and no frame; base and world count if frames are fixed there."""
     frames = model.evaluator.fixed_frames
     if name not in (BASE, WORLD) or all(frame.body != name for frame in frames.values()):
         check_name("body", name, [*model.evaluator.bodies, *frames])
@@ -373,7 +373,7 @@ def _body_term(model: EvaluatedModel, body: str, term: str, **given: Any) -> Arr
 
 def _base_term(model: EvaluatedModel, name: str, term: str, **given: Any) -> Array:
     """Return the values of ``poses``, ``twists``, ``accelerations`` or ``jacobians`` for the base or the world. For the
-    moving base these are parts of its state, for the world and a base at rest the identity pose and zeros."""
+    moving base these are parts of the base state, for the world and a base at rest the identity pose and zeros."""
     terms = model.evaluator
     batch = np.broadcast_shapes(terms.configuration(given["q"]).shape[:-1], np.shape(given.get("t", 0.0)))
     if term == "jacobians":

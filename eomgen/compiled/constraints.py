@@ -29,7 +29,7 @@ def blocks_of(functions: Functions) -> set[str]:
 
 
 def accelerations(functions: Functions, values: Mapping[str, Array]) -> tuple[Array, Array]:
-    """Return vdot (..., nv) and the multipliers (..., rows) of a constrained model; ``values`` are its input blocks.
+    """Return vdot (..., nv) and the multipliers (..., rows) of a constrained model; ``values`` are the input blocks.
 
     Raises
     ------

@@ -72,8 +72,8 @@ def chosen() -> Choice:
 
 class Companion:
     """State of the companion library of one function, compiled for a sample in each lane of a vector. ``seconds`` that
-    batches took or will take, estimates ``of_sample`` and for ``compiling``, the ``library`` once it is there, and
-    whether it was looked for in the cache, is being compiled, was compared, or was refused."""
+    batches took or will take, estimates ``of_sample`` and for ``compiling``, the ``library`` if made, and whether this
+    was looked for in the cache, is being compiled, was compared, or was refused."""
 
     def __init__(self, operations: int) -> None:
         self.seconds = 0.0  # that batches of this companion took or will take
@@ -105,7 +105,7 @@ class LaneCompanions:
         return kept
 
     def expect(self, name: str, operations: int, count: int, choice: Choice) -> Companion | None:
-        """Announce a batch of ``count`` samples of function ``name``, and return the state of its companion library.
+        """Announce a batch of ``count`` samples of function ``name``, and return the state of the companion library.
 
         The companion is looked for in the cache, and compiled in the background once batches have taken longer than the
         compilation, or now with ``Choice.NOW``. None for small batches, without companions, or after a refusal.
@@ -323,7 +323,7 @@ class Functions:
         return tuple(result.reshape((*shape, *result.shape[1:])) for result in results)
 
     def renew(self) -> None:
-        """Replace the library by its successor, the compiled one, if the successor is made and no run is under way.
+        """Replace the library by the compiled successor, if the successor is made and no run is under way.
 
         Warns
         -----
@@ -445,7 +445,7 @@ def by_one_library(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def compiled_or_same(library: Library) -> Library:
-    """Return the compiled successor of a library on the tape engine once it is made, else the library itself.
+    """Return the compiled successor of a library on the tape engine once made, else the library itself.
 
     Warns
     -----
@@ -475,7 +475,7 @@ def _empty(shape: tuple[int, ...], dtype: DTypeLike) -> Array:
 
 def _samples(array: Array, shape: tuple[int, ...], count: int) -> Array:
     """Return a contiguous array: (size,) if all samples have one value, else (count, size), from (..., size). ``shape``
-    are the leading axes of the batch, ``count`` their product."""
+    are the leading axes of the batch, ``count`` the product."""
     size = array.shape[-1]
     if array.ndim == 2 and len(array) == count != 1 and array.flags.c_contiguous:
         return array

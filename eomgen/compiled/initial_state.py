@@ -258,7 +258,7 @@ def _numbers(size: int) -> str:
 
 def _scene_start(model: CompiledModel, parameters: Array | None, *, asked: bool) -> InitialState:
     """Return the scene's own initial state, as copies; bodies in absolute coordinates follow joints at the run's
-    parameters. ``asked`` returns q and v as written in the scene, before they were corrected onto the constraints."""
+    parameters. ``asked`` returns q and v as written in the scene, before correction onto the constraints."""
     q, v = model.initial_q.copy(), model.initial_v.copy()
     layout = model.library.layout
     if asked and layout.get("asked_q"):

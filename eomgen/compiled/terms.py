@@ -157,8 +157,8 @@ class Terms:
     def angle_motion(
         self, q: Array, v: Array | None, t: ArrayLike, parameters: Array, base: Array | None = None
     ) -> tuple[Array, Array]:
-        """Return the angles that are counted over turns, rad, and their rates, rad/s, (..., number of angles) each.
-        ``v`` None: at rest. ``base`` None: the scene's motion at t in s."""
+        """Return the angles that are counted over turns, rad, and the rates, rad/s, (..., number of angles) each. ``v``
+        None: at rest. ``base`` None: the scene's motion at t in s."""
         values = {
             "q": q,
             "v": np.zeros(self.functions.sizes["v"]) if v is None else v,

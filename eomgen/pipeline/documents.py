@@ -88,7 +88,7 @@ def load(
 
 
 def read(described: Described, **options: object) -> tuple[Any, FrontEnd, FileKind | None]:
-    """Return the document of any description, its front end, and the kind of its file, None for a mechanical scene.
+    """Return the document of any description, the front end, and the kind of file, None for a mechanical scene.
 
     A path is taken from the cache of readings if no file has changed; the document is a StoredScene then.
 

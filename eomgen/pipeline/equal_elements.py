@@ -198,8 +198,8 @@ def _is_plain(scene: Scene) -> bool:
 
 
 def _texts_outside_beams(scene: Scene, nodes: Collection[str]) -> set[str] | None:
-    """Return all texts of a scene outside of its beams and their ``nodes``; None if a formula depends on elements by
-    number or place."""
+    """Return all texts of a scene outside of beams and ``nodes``; None if a formula depends on elements by number or
+    place."""
     apart = replace(
         scene,
         bodies=tuple(body for body in scene.bodies if body.name not in nodes),

@@ -155,8 +155,7 @@ class _Row:
 
 @dataclass(frozen=True)
 class EqualRows:
-    """A scene with equal rows of bodies, numbered in their names, whose Program is continued from scenes with fewer
-    rows.
+    """A scene with equal rows of bodies, numbered in names, whose Program is continued from scenes with fewer rows.
 
     Attributes
     ----------
@@ -193,7 +192,7 @@ class EqualRows:
         return None if place is None else numbers[place]
 
     def name_before(self, name: str, rows: int) -> str:
-        """Return a name with its row's number reduced by ``rows``; unchanged without a row."""
+        """Return a name with the row's number reduced by ``rows``; unchanged without a row."""
         shape, numbers = parts_of(name)
         place = self.places.get(shape)
         if place is None:
@@ -222,8 +221,8 @@ class EqualRows:
         return result
 
     def _data(self, value: Any, row: int, numbers: list[float]) -> object:
-        """Return nested data that are equal for equal parts of two rows, and append their numbers to ``numbers``.
-        Numbers are replaced by their type, and rows in names are relative to ``row``."""
+        """Return nested data that are equal for equal parts of two rows, and append all numbers to ``numbers``. Numbers
+        are replaced by the type, and rows in names are relative to ``row``."""
         kind = type(value)
         if kind is float:
             numbers.append(value)

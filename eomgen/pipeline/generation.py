@@ -125,7 +125,7 @@ def exported_program(
 ) -> tuple[Program, str]:
     """Return the Program of files that stand alone, and the reason if the Program has no stepper, else empty text.
 
-    The Program has the equilibrium as start if the scene asks for it, and names and ranges of its coordinates.
+    The Program has the equilibrium as start if the scene asks for this, and names and ranges of coordinates.
 
     Parameters
     ----------

@@ -114,8 +114,7 @@ def with_initial_assembly(
 
 
 def _refuse_surplus_drives(system: System, rows: Redundancy) -> None:
-    """Raise ModelError if the row of a drive follows from rows before it: its motion would be left out without
-    effect."""
+    """Raise ModelError if the row of a drive follows from earlier rows: the motion would be left out without effect."""
     surplus = [system.multipliers[row] for row in rows.dependent if _is_driven(system, row)]
     if surplus:
         fault = (

@@ -188,7 +188,7 @@ class LibraryJob:
 
     def _compile(self, program: Program, builder: Builder, running: RunningCompilers | None) -> Library:
         """Return the compiled library of the Program, or a copy of one that differs in numbers alone, with these
-        numbers. ``running`` is as of ``Builder.build``. A new library is kept by its structure."""
+        numbers. ``running`` is as of ``Builder.build``. A new library is kept by structure."""
         from eomgen.pipeline.structures import keep_structure, known_library  # noqa: PLC0415
 
         apart = builder.real == "double"  # others convert literals while compiling, tables at each use

@@ -35,7 +35,7 @@ def method_with_parameters(described: Description, method: str | None, *, for_ru
     """Return a method (None: the described one) with the parameters in the description that the method has.
 
     Raises DescriptionError if the described method cannot take these parameters; a method that is not the described one
-    gets its own defaults then, and UsageError is raised if it has none.
+    gets the method's defaults then, and UsageError is raised without any.
 
     Parameters
     ----------

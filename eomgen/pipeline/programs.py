@@ -84,7 +84,7 @@ def write_program(
 
 @dataclass(frozen=True)
 class ProgramWriter:
-    """Derives a document and writes its Program, also of shorter documents in place of a longer one.
+    """Derives a document and writes the Program, also of shorter documents in place of a longer one.
 
     Attributes
     ----------

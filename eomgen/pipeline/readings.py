@@ -185,7 +185,7 @@ def to_record(scene: Scene, description: Description) -> Record:
 
 
 def record_of_document(document: Any, front_end: FrontEnd) -> Record:
-    """Return the data of a scene and its description for a file of a model, with the meshes of shapes read in. Raises
+    """Return the data of a scene and the description for a file of a model, with the meshes of shapes read in. Raises
     ModelError for a document that is not a scene, or parts that a file cannot hold."""
     described = front_end.describe(document)
     hint = "eomgen.build(scene) on the other machine"

@@ -133,7 +133,7 @@ def _gains(scene: Scene | StoredScene, build: Build) -> Gains | None:
 
 @dataclass(frozen=True)
 class AbsoluteStart:
-    """The initial q and v of a scene in absolute coordinates as a function of tunable parameters, from its joints."""
+    """The initial q and v of a scene in absolute coordinates as a function of tunable parameters, from the joints."""
 
     scene: Scene
 

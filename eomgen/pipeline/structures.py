@@ -44,7 +44,7 @@ class KnownLibrary:
 
 @dataclass(frozen=True)
 class Structure:
-    """The part of a model on which the texts of its library depend, as a digest, and its numbers. The numbers are the
+    """The part of a model on which the texts of a library depend, as a digest, and the numbers. The numbers are the
     constants of the functions in the order of the tape, and the initial state by name of the field."""
 
     digest: bytes

@@ -1,4 +1,4 @@
-"""All that a model asks for after it was built, made on the first request by the same road: libraries of other methods,
+"""All that a model asks for after the build, made on the first request by the same road: libraries of other methods,
 terms and number types, lanes, and the equations once more."""
 
 from __future__ import annotations

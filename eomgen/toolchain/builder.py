@@ -408,8 +408,8 @@ class Builder:
         return self._load(entry, self.mode)
 
     def with_tables(self, content: bytes, entry: Entry, tables: bytes, layout: Mapping[str, Any]) -> Library:
-        """Copy a library of the cache with other tables and layout, keep it under these content bytes, and return it
-        loaded.
+        """Copy a library of the cache with other tables and layout, keep the copy under these content bytes, and load
+        the copy.
 
         Parameters
         ----------
@@ -589,7 +589,7 @@ class Builder:
         return LaneLibrary(self._with_tables(entry, tables).file(_LANES), cdef, library.layout, tables)
 
     def _with_tables(self, entry: Entry, tables: bytes) -> Entry:
-        """Return an entry with these tables: the entry itself, or a copy if it has others, since each file has its own
+        """Return an entry with these tables: the entry itself, or a copy if it has others, since each file has own
         memory."""
         key = hashlib.sha256(f"tables of {entry.folder.name}\0".encode() + tables).hexdigest()
         return entry if tables_in(entry.folder) == tables else self._copy(key, entry, {TABLES: tables})
@@ -653,8 +653,8 @@ class Builder:
 
     def begin_wrapper(self, cdef: str, header: str) -> None:
         """Compile the object of the extension module in the background, unless the cache has one; not in the ABI mode.
-        ``build`` compiles the object again after a fault, and reports it. ``cdef`` are the declarations, ``header`` the
-        text of the interface's header."""
+        ``build`` compiles the object again after a fault, and reports the fault. ``cdef`` are the declarations,
+        ``header`` the text of the interface's header."""
 
         def work(running: RunningCompilers) -> None:
             with suppress(EomgenError, OSError):
@@ -733,8 +733,8 @@ class Builder:
         """Return the library of one function for as many samples as there are lanes, made of the files of a library's
         folder.
 
-        It is compiled if ``running``, a collection for the compiler's processes, is given, else taken from the cache;
-        None if the cache has none.
+        The library is compiled if ``running``, a collection for the compiler's processes, is given, else taken from the
+        cache; None if the cache has none.
 
         Raises
         ------

@@ -115,7 +115,7 @@ class Cache:
     """
 
     def __init__(self, folder: Path | str | None = None, limit: int = DEFAULT_LIMIT) -> None:
-        """Open the cache in a folder; warn if other users can write to it. A folder that cannot be written is noted as
+        """Open the cache in a folder; warn if other users can write there. A folder that cannot be written is noted as
         read-only."""
         self.limit = limit
         # compilers run in other folders
@@ -192,9 +192,9 @@ class Cache:
             self._substitute(folder, reason)
 
     def _put(self, folder: Path, key: str, build: Callable[[Path], None]) -> Entry:
-        """Build an entry in a private folder, move it to its place and return it; remove old entries beyond the limit.
-        After a failure of ``build`` other than OSError or FileError the private folder is kept among the failed
-        builds."""
+        """Build an entry in a private folder, move the folder to the entry's place and return the entry; remove old
+        entries beyond the limit. After a failure of ``build`` other than OSError or FileError the private folder is
+        kept among the failed builds."""
         private, held = None, None
         try:
             private = _new_folder(_TEMPORARY, folder)
@@ -218,7 +218,7 @@ class Cache:
         return entry
 
     def _place(self, private: Path, key: str, sums: Mapping[str, str]) -> Entry:
-        """Move a filled folder to the place of its key and return the entry; ``sums`` are the digests of its files. If
+        """Move a filled folder to the place of the key and return the entry; ``sums`` are the digests of the files. If
         another process was faster, its entry is returned if complete. A folder that cannot be moved there is copied to
         the temporary folder of this process."""
         target = private.parent / key

@@ -154,8 +154,8 @@ def _is_of_zig(command: Sequence[str]) -> bool:
 
 
 def _variables(command: Sequence[str]) -> dict[str, str]:
-    """Return the environment variables for a compiler: messages in English, and for zig a folder for its libraries.
-    This is zig's own folder in the user's cache, or if that cannot be written one of eomgen."""
+    """Return the environment variables for a compiler: messages in English, and for zig a folder for libraries. This is
+    zig's own folder in the user's cache, or if that cannot be written one of eomgen."""
     variables = {**os.environ, "LC_ALL": "C"}
     if os.name == "posix" and _is_of_zig(command) and not variables.get(_ZIG_FOLDER):
         home = variables.get("HOME", "")
@@ -270,7 +270,7 @@ def _longest_first(source: Path) -> int:
 
 
 class Begun:
-    """Compilation of a source that was begun in the background before its library; ``ended`` is set at its end.
+    """Compilation of a source that was begun in the background before the library; ``ended`` is set at the end.
 
     Parameters
     ----------

@@ -99,7 +99,7 @@ def zig() -> Compiler:
 
 
 def cross_build(folder: Path, name: str) -> CrossBuild:
-    """Compile a folder that ``eomgen.generate`` wrote for another machine, and return the made file with its sizes.
+    """Compile a folder that ``eomgen.generate`` wrote for another machine, and return the made file with sizes.
 
     ``name`` is a key of ``TARGETS``; the program or object is written into the folder.
 

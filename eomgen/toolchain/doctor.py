@@ -160,7 +160,7 @@ def _cache() -> ToolchainCheck:
 
 
 def _repair(folder: Path) -> str:
-    """Return the shell command that makes a folder usable as a cache. A file in its place is moved away, and a folder
+    """Return the shell command that makes a folder usable as a cache. A file in this place is moved away, and a folder
     of the user's own made writable; else another folder is chosen."""
     if folder.exists() and not folder.is_dir():
         return f"mv {shlex.quote(str(folder))} {shlex.quote(str(folder))}.old"

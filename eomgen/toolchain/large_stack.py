@@ -51,7 +51,7 @@ class LargeStackFunctions:
         return function if name in _FLAT else partial(self._call, function)
 
     def _call(self, function: Callable[..., Any], *arguments: Any) -> Any:
-        """Call a function on a new thread with a large stack; return its result, or raise its error. The thread's
+        """Call a function on a new thread with a large stack; return the result, or raise the error. The thread's
         processor time is added to the caller's for ``thread_time_ns``."""
         results: list[Any] = []
         failures: list[BaseException] = []

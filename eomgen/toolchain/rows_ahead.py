@@ -38,9 +38,9 @@ MACROS = (
 
 
 def with_fetches(texts: list[str], interface: str, function: Mapping[str, Any], prefix: str) -> list[str]:
-    """Return the texts of a model's sources with fetches of memory in one function and its parts.
+    """Return the texts of a model's sources with fetches of memory in one function and the parts.
 
-    Unchanged if the function has few rows, or too few statements for them.
+    Unchanged if the function has few rows, or too few statements.
 
     Parameters
     ----------

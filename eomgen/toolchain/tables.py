@@ -30,7 +30,7 @@ def packed_tables(
     code: Sequence[int] = (),
     fingerprint: bytes = b"",
 ) -> bytes:
-    """Return the tables of a library as bytes, for its file ``TABLES``.
+    """Return the tables of a library as bytes, for the file ``TABLES``.
 
     Parameters
     ----------

@@ -43,7 +43,7 @@ class Summand:
 @dataclass(frozen=True)
 class AccumulatedOutputs:
     """Outputs without the summands that loops of Maps add, and the additions of these loops. ``outputs`` are the
-    remaining references of each output; ``additions`` and ``nodes`` map the number of a Map on the tape to its
+    remaining references of each output; ``additions`` and ``nodes`` map the number of a Map on the tape to the Map's
     additions, and to the nodes of the results that are added."""
 
     outputs: list[list[Ref]]
@@ -53,8 +53,8 @@ class AccumulatedOutputs:
 
 def accumulate_maps(tape: Tape, outputs: Sequence[Sequence[Ref]]) -> AccumulatedOutputs:
     """Return the outputs without results of Maps that loops can add themselves, and the additions of these loops. A Map
-    qualifies if it has ``_FEW`` elements or more, only rows as results, and if all its used results are summands of
-    outputs. The remaining sums are recorded on the tape; ``outputs`` itself stays unchanged."""
+    qualifies with ``_FEW`` elements or more and only rows as results, if all used results are summands of outputs. The
+    remaining sums are recorded on the tape; ``outputs`` itself stays unchanged."""
     numbers = {
         number
         for number, loop in enumerate(tape.maps)
@@ -117,7 +117,7 @@ def _without_incomplete(
 
 
 def _uses(tape: Tape, live: Sequence[int], outputs: Sequence[Sequence[Ref]]) -> dict[int, int]:
-    """Return the number of reads and stores of each live operation; the operands of a Map count once for all its
+    """Return the number of reads and stores of each live operation; the operands of a Map count once for all
     results."""
     uses = dict.fromkeys(live, 0)
     gathered: set[int] = set()

@@ -119,8 +119,7 @@ def _written_out(solver: Mapping[str, Any]) -> list[Statement]:
 
 
 class _Loops:
-    """Entries of a matrix grouped by the operations of their computation (``shape``), each with its operands and its
-    target."""
+    """Entries of a matrix grouped by the operations of their computation (``shape``), each with operands and target."""
 
     def __init__(self) -> None:
         self.groups: dict[tuple[Any, ...], list[tuple[Sequence[tuple[str, int]], tuple[Any, int]]]] = {}

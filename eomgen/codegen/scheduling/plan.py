@@ -39,7 +39,7 @@ class Plan:
     stores : places of stored operations: output number, component, sign.
     loops : from the first operation of a loop to the loop; in ``order`` this operation stands for the whole loop.
     stretches : likewise, from the first operation of a shared stretch to the stretch.
-    head : from each operation of a loop or stretch to its first operation.
+    head : from each operation of a loop or stretch to the first operation.
     read_outside : operations of loops and stretches that are read outside of the loop or stretch.
     added : from the number of a Map to the results that the loop adds to outputs at the end.
     maps : from the number of a Map to the loop of the Map (several joined Maps may have one loop), and the position of
@@ -56,9 +56,9 @@ class Plan:
         *,
         share: bool = False,
     ) -> None:
-        """Find the live operations and their loops, shared stretches, fused groups, order and parts. ``outputs`` are
-        the references of each output, ``part_limit`` the operations per part at most. ``reroll`` returns the loops
-        among given operations; ``added`` has the results of Maps that loops add to outputs, by the number of the Map;
+        """Find the live operations, loops, shared stretches, fused groups, order and parts. ``outputs`` are the
+        references of each output, ``part_limit`` the operations per part at most. ``reroll`` returns the loops among
+        given operations; ``added`` has the results of Maps that loops add to outputs, by the number of the Map;
         ``share`` allows shared stretches."""
         self.tape = tape
         self.added = added or {}
@@ -104,9 +104,9 @@ class Plan:
         return {stretch.nodes[0]: stretch for stretch in stretches}
 
     def _with_few_waiting(self, leader: Mapping[int, int]) -> list[int]:
-        """Return ``order`` with its paragraphs arranged so that few values wait between them (see
-        ``paragraphs.reorder``). ``leader`` maps each operation that is computed together with an earlier one to this
-        one. Functions with loops, shared stretches or Maps keep their order."""
+        """Return ``order`` with paragraphs arranged so that few values wait between them (see ``paragraphs.reorder``).
+        ``leader`` maps each operation that is computed together with an earlier one to this one. Functions with loops,
+        shared stretches or Maps keep their order."""
         if self.loops or self.stretches or self.maps:
             return self.order
         tape, first_of = self.tape, leader.get
@@ -180,7 +180,7 @@ class Plan:
 
     def _count_reads(self) -> None:
         """Count the reads of each operation in ``uses``, and find ``last_part`` and ``read_outside``. Operands of loops
-        and shared stretches count twice, so that they get statements of their own."""
+        and shared stretches count twice, for separate statements."""
         tape, uses, last_part, head = self.tape, self.uses, self.last_part, self.head
         for node in self.order:
             part = self.part_of[node]

@@ -75,7 +75,7 @@ def find_loops(tape: Tape, live: Sequence[int], sample: Sample = WHOLE) -> list[
 
     Parameters
     ----------
-    sample : the longer scene for which the saved operations are judged, if the tape belongs to a shorter sample of it
+    sample : the longer scene for which the saved operations are judged, if the tape belongs to a shorter sample
     """
     loops = []
     for is_map, nodes in groupby(live, lambda node: tape.op[node] is _MAP):
@@ -124,8 +124,7 @@ def _search(
     codes: NDArray[np.uint64], low: int, high: int, repeats: list[tuple[int, int, int]], sample: Sample
 ) -> None:
     """Append to ``repeats`` the (start, period, iterations) of the repeats of codes in the range [low, high). The
-    repeat that saves most is taken first, then the search continues before and after it. ``sample`` judges the
-    saving."""
+    repeat that saves most is taken first, then the search continues on both sides. ``sample`` judges the saving."""
     pending = [(low, high)]
     while pending:
         low, high = pending.pop()
@@ -176,8 +175,8 @@ def _consistent(tape: Tape, iterations: Sequence[tuple[int, ...]], sample: Sampl
 
 
 def _alike(tape: Tape, nodes: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return for each iteration, shape (count,), whether its operands within the iteration are at the same positions as
-    in the middle iteration. ``nodes`` are the tape nodes, (count, period); operands from outside the iteration do not
+    """Return for each iteration, shape (count,), whether operands within the iteration are at the same positions as in
+    the middle iteration. ``nodes`` are the tape nodes, (count, period); operands from outside the iteration do not
     count."""
     count, period = nodes.shape
     low = int(nodes.min())
@@ -209,8 +208,7 @@ Column = tuple[int, int, int, list[int]]
 
 @dataclass(frozen=True)
 class Iteration:
-    """The body of a rerolled loop, with the rules by which its inputs and results depend on the number of the
-    iteration.
+    """The body of a rerolled loop, with the rules by which inputs and results depend on the number of the iteration.
 
     Attributes
     ----------

@@ -70,7 +70,7 @@ class SharedText:
 
 @dataclass
 class OpenPart:
-    """The part of a function that is being written: its statements so far, the names of input blocks that these read,
+    """The part of a function that is being written: the statements so far, the names of input blocks that these read,
     and the numbers of the outputs that they fill. ``label`` is the last printed label."""
 
     statements: list[Statement] = field(default_factory=list)
@@ -207,7 +207,7 @@ class Writer:
         return self.slots - count
 
     def _store(self, node: int) -> None:
-        """Save the value of a node in the workspace if later parts read the value, and write it to its components of
+        """Save the value of a node in the workspace if later parts read the value, and write the value to components of
         outputs. A value that occurs at least ``REPEATED_FROM`` times in an output is written by a loop."""
         if self.plan.last_part[node] > self.plan.part_of[node]:
             self.crossed[node] = self.free.pop() if self.free else self.reserve(1)
@@ -305,7 +305,7 @@ class LoopWriter(Writer):
         return slot
 
     def _share(self, stretch: Occurrence) -> None:
-        """Write the call of a shared stretch, and note the places of its results: slots of the workspace, some with
+        """Write the call of a shared stretch, and note the places of the results: slots of the workspace, some with
         negated values. Results that go to outputs in only this occurrence (``stretch.left``) are stored after the
         call."""
         number = self._text_of(stretch)
@@ -321,7 +321,7 @@ class LoopWriter(Writer):
 
     def _text_of(self, stretch: Occurrence) -> int:
         """Return the number of the stretch's statements among the shared texts of the Program, which equal statements
-        share. The body is scheduled at its first occurrence; each call counts the occurrence and adds the label of its
+        share. The body is scheduled at the first occurrence; each call counts the occurrence and adds the label of a
         paragraph."""
         body = stretch.body
         if id(body) not in self.bodies:
@@ -415,9 +415,9 @@ class _Scheduler(LoopWriter):
     additions: Mapping[int, tuple[Addition, ...]] = MappingProxyType({})
 
     def _node(self, node: int) -> None:
-        """Write the statements of an operation, or keep its expression to be nested in the only operation that reads
-        it. An operation that stands for a Map, a rerolled loop, a shared stretch or a pair of sine and cosine writes
-        all of that."""
+        """Write the statements of an operation, or keep the expression to be nested in the only operation that reads
+        the value. An operation that stands for a Map, a rerolled loop, a shared stretch or a pair of sine and cosine
+        writes all of that."""
         tape, plan = self.tape, self.plan
         code = tape.op[node]
         if code is _MAP:
@@ -649,7 +649,7 @@ class _Scheduler(LoopWriter):
         return [item for item in items if item[0] not in copied]
 
     def run(self, may_fill: bool) -> Schedule:
-        """Write all parts of the function and return its Schedule. Slots of the workspace are used again after the last
+        """Write all parts of the function and return the Schedule. Slots of the workspace are used again after the last
         part that reads the value. ``may_fill``: whether outputs of mostly zeros are filled by a loop first."""
         plan = self.plan
         parts: list[FunctionPart] = []
@@ -695,7 +695,7 @@ def schedule(
     reroll: bool = True,
     sample: Sample = WHOLE,
 ) -> Schedule:
-    """Return the statements of a function, in parts, that compute the operations needed for its outputs.
+    """Return the statements of a function, in parts, that compute the operations needed for the outputs.
 
     Parameters
     ----------

@@ -113,7 +113,7 @@ class _RepeatSearch:
     Attributes
     ----------
     fixed : operations that no stretch may contain
-    op, commutative : code of each operation, a difference as a sum, and whether its operands may be exchanged
+    op, commutative : code of each operation, a difference as a sum, and whether operands may be exchanged
     places : position of each operand in the sequence, (operations, 3), or one of ``_BEFORE, _OF_CONSTANT, _ABSENT``
     codes : integers that are equal for operations of a kind; ``taken`` : operations in stretches found so far
     """
@@ -179,7 +179,7 @@ class _RepeatSearch:
 
     def _alike(self, rank: NDArray[np.int64], length: int, least: int) -> list[list[int]]:
         """Return lists of the starts of equal windows without taken operations, each of ``least`` windows or more.
-        ``rank`` has an integer for each start, equal for equal windows of this ``length``. Lists are ordered by their
+        ``rank`` has an integer for each start, equal for equal windows of this ``length``. Lists are ordered by the
         first start."""
         before = np.concatenate(([0], np.cumsum(self.taken)))
         starts = np.flatnonzero(before[length:] == before[:-length])
@@ -189,7 +189,7 @@ class _RepeatSearch:
         return sorted((order[ends[k] : ends[k + 1]].tolist() for k in many), key=lambda group: group[0])
 
     def _free_windows(self, length: int, windows: Sequence[int], least: int) -> Iterator[tuple[int, list[int]]]:
-        """Yield (length, starts) of the usable pieces of a repeat and mark their operations as taken. Overlapping and
+        """Yield (length, starts) of the usable pieces of a repeat and mark the operations as taken. Overlapping and
         taken windows are dropped; the repeat ends here if fewer than ``least`` remain. The rest is made as long as
         possible, and cut so that operands within a piece agree; pieces shorter than ``SHORTEST`` are dropped."""
         starts: list[int] = []
@@ -310,7 +310,7 @@ class _Signs:
         groups: Sequence[tuple[int, list[int]]],
         outputs: Sequence[Sequence[Ref]],
     ) -> None:
-        """Number the operations of all occurrences, match their operands, and find stores and exported values."""
+        """Number the operations of all occurrences, match operands, and find stores and exported values."""
         self.tape = tape
         self.live = live
         self.position = {node: place for place, node in enumerate(live)}
@@ -593,7 +593,7 @@ class _BodyRecorder:
         return self.numbers[key]
 
     def _column(self, column: tuple[int, ...]) -> Ref:
-        """Return the reference on ``kernel`` of a value from outside, with its sign in each occurrence. ``column`` has
+        """Return the reference on ``kernel`` of a value from outside, with the sign in each occurrence. ``column`` has
         the operation that each occurrence reads. Values stored as negatives are negated again."""
         if column not in self._read:
             place = self._group.columns[column]

@@ -84,8 +84,8 @@ def ranges(places: Sequence[int]) -> list[tuple[int, int, int]]:
 
 
 def _search(table: NDArray[np.int64], fixed: Sequence[int]) -> Iterator[RowStretch]:
-    """Yield the stretch of a table that saves most rows, then stretches before and after it, in no order. Columns
-    ``fixed`` must not move from period to period."""
+    """Yield the stretch of a table that saves most rows, then stretches on both sides, in no order. Columns ``fixed``
+    must not move from period to period."""
     if len(table) < 2:
         return
     codes = np.unique(np.diff(table, axis=0), axis=0, return_inverse=True)[1].reshape(-1)
@@ -158,7 +158,7 @@ def repeat_statements(
     """Return the data of one or several ``repeat`` statements that have the effect of one loop over ``count``
     iterations.
 
-    ``statements`` is the body, ``read`` and ``given`` the expressions of its inputs and targets. Long loops of few
+    ``statements`` is the body, ``read`` and ``given`` the expressions of inputs and targets. Long loops of few
     statements with tables are cut into loops that count; tables of longer bodies become choices between ranges.
     """
     whole = (count, tuple(statements), tuple(read), tuple(given))

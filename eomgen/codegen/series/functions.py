@@ -53,7 +53,7 @@ def refuse_external(system: System) -> None:
 
 
 def breakpoints_in_time(source: Tape, *, nodes: bool = False) -> tuple[Discontinuity, ...]:
-    """Return the times at which an operation of the tape is not analytic, sorted, each once with its period.
+    """Return the times at which an operation of the tape is not analytic, sorted, each once with the period.
 
     Only operations with kinks or jumps, and breaks of curves, whose arguments are linear in time give such times;
     operations of parameters and held inputs alone are skipped. ``nodes``: whether geometrically exact beams are among
@@ -137,7 +137,7 @@ def series_functions(
     Functions: ``series_start``, ``series_next`` and, if the scene has scales of rounding, ``extent``. Data: sizes,
     ``products``, ``kept``, ``previous``, and ``room`` of a row of products; ``factors``, the places of both factors of
     each product, and ``kinds``: which components of q and of v are angles, and which are lengths. ``curve_numbers``
-    maps the id of a curve to its number in the Program and is extended. Raises ModelError if the motion has no Taylor
+    maps the id of a curve to the number in the Program and is extended. Raises ModelError if the motion has no Taylor
     series.
     """
     refuse_external(system)
@@ -182,8 +182,8 @@ def series_functions(
 
 
 def _factors(series: Series) -> list[list[tuple[str, int]]]:
-    """Return for each product its two factors as (``LEFT`` or ``RIGHT``, index). A quantity that is a factor of several
-    products has one place, the first, so that its coefficients are read once."""
+    """Return for each product both factors as (``LEFT`` or ``RIGHT``, index). A quantity that is a factor of several
+    products has one place, the first, so that coefficients are read once."""
     places: dict[SeriesTerm, tuple[str, int]] = {}
     for side, terms in ((LEFT, series.left), (RIGHT, series.right)):
         for number, term in enumerate(terms):

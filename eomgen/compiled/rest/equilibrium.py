@@ -363,8 +363,8 @@ def _instability_note(model: CompiledModel, statics: Statics, damped: Search) ->
 
 def _statics(model: CompiledModel, measures: SceneMeasures, q: Array, u: Inputs, v: Array) -> Statics:
     """Return the functions of a model at rest relative to coordinates moving with v, for the search of an equilibrium.
-    The base is held in its pose; lengths are relative to the largest length of the scene and of the configuration q;
-    ``u`` are the inputs. Large models give sparse matrices."""
+    The base is held in place; lengths are relative to the largest length of the scene and of the configuration q; ``u``
+    are the inputs. Large models give sparse matrices."""
     rest, rows, p = np.zeros(model.nv), len(model.multipliers), measures.p
     forces: dict[str, Any] = {"t": measures.t, "parameters": p, "base": measures.base, "u": u}
     holonomic = model.functions.sizes["holonomic"]

@@ -113,8 +113,8 @@ class ElementStrains:
         return self._times_twists(self._along(d)[0], q)
 
     def doubt(self, d: Array) -> str:
-        """Return a sentence on the element that turns most if it turns by nearly half a turn, else empty text. d are
-        the strains (elements, 6); beyond half a turn they are ambiguous."""
+        """Return a sentence on the element that turns most if this is nearly half a turn, else empty text. d are the
+        strains (elements, 6); beyond half a turn they are ambiguous."""
         turns = np.linalg.norm(d[:, :3], axis=1)
         if not np.any(turns > _HALF_TURN):
             return ""
@@ -249,7 +249,7 @@ class LoadParameter:
     def of(
         cls, model: CompiledModel, call: str, name: str, parameters: Parameters, t: float, u: Inputs
     ) -> LoadParameter:
-        """Return the varied quantity by its name: a tunable parameter, an input, or ``t``. ``call`` names the caller in
+        """Return the varied quantity by name: a tunable parameter, an input, or ``t``. ``call`` names the caller in
         messages. Raises UsageError for another name, or inputs that are not given by name if an input is varied."""
         p = model.evaluator.one_set(parameters)
         units = {**model.evaluator.parameter_units, **model.input_units, "t": "s"}

@@ -236,8 +236,8 @@ def shortenings(model: CompiledModel, q: Array) -> Array:
 
 
 def largest_bending(model: CompiledModel, t: Array, q: Array) -> LargestBending | None:
-    """Return the beam that is bent most in any row of a run, t (n,) in s and q (n, nq), with its time and shortening.
-    None unless its shortening is above ``LARGE_SHORTENING``, the range of the linear theory."""
+    """Return the beam that is bent most in any row of a run, t (n,) in s and q (n, nq), with time and shortening. None
+    unless the shortening is above ``LARGE_SHORTENING``, the range of the linear theory."""
     shares, beams = shortenings(model, q), model.library.layout["slopes"]
     rows = shares.argmax(axis=0)
     candidates = [

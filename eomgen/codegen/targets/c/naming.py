@@ -106,8 +106,8 @@ def check_identifier(name: str, kind: str) -> str:
 
 
 def output_name(name: str, inputs: tuple[str, ...]) -> str:
-    """Return the C name of an output argument: ``name``, followed by ``_out`` if it is an input, a local or a word of
-    C. Raises ModelError unless the name is an identifier."""
+    """Return the C name of an output argument: ``name``, followed by ``_out`` for an input, a local or a word of C.
+    Raises ModelError unless the name is an identifier."""
     check_identifier(name, "the output")
     clash = name in inputs or _C_WORDS.fullmatch(name) or _LOCALS.fullmatch(name)
     return f"{name}_out" if clash else name
@@ -239,14 +239,14 @@ class CNames:
 
     @staticmethod
     def shared_comment(text: ProgramShared) -> str:
-        """Return the C comment above a shared stretch: number of calls, and labels of the equations that share it."""
+        """Return the C comment above a shared stretch: number of calls, and labels of the equations with this
+        stretch."""
         labels = "; ".join(comment(label) for label in text.labels if label) or "repeated operations"
         numbers = " and numbers k[...]" if text.numbers else ""
         return f"/* {text.calls} calls with other places w[at[...]]{numbers}: {labels}. */"
 
     def part_arguments(self, function: ProgramFunction, number: int) -> str:
-        """Return the parameter list in C of part ``number`` of a function: inputs that it reads, workspace, outputs
-        that it fills."""
+        """Return the parameter list in C of part ``number`` of a function: inputs read, workspace, outputs filled."""
         part = function.parts[number]
         texts = [self.input_type(block) for block in part.inputs]
         texts += ["real *restrict w"] if part.workspace else []
@@ -323,7 +323,7 @@ class CNames:
 
     def main_arguments(self, function: ProgramFunction, target: str) -> str:
         """Return the arguments with which the stand-alone program calls a function. All results go to the array
-        ``target``, or, if it is empty, to arrays named ``<function>_<output>``."""
+        ``target``, or, if empty, to arrays named ``<function>_<output>``."""
         texts = [f"&{block}" if block in ("p", "base") else block for block in function.inputs]
         if function.name == "base":
             return ", ".join([*texts, "&base"])
@@ -353,7 +353,7 @@ class CNames:
         return self._rows[loop.places]
 
     def loop_inputs(self, loop: ProgramLoop) -> dict[str, str | Sequence[str]]:
-        """Return the C texts by which the statements of a loop read their input blocks, by block. Blocks: ``element``
+        """Return the C texts by which the statements of a loop read input blocks, by block. Blocks: ``element``
         (constants), ``shared``, ``gather`` (by range, or by table of places) and ``carry``."""
         column = iter(range(len(loop.index)))
         at = "h[at[{}]]" if loop.places and self.places(loop).row else "g[places[element][{}]]"

@@ -269,7 +269,7 @@ def _is_power_of_two(expression: Expression) -> bool:
 
 
 def _table(declared: str, values: Sequence[str]) -> list[str]:
-    """Return the lines of C that declare an array (``declared`` without its size) with values, ``_ROW`` in a line."""
+    """Return the lines of C that declare an array (``declared`` without a size) with values, ``_ROW`` in a line."""
     rows = [", ".join(values[k : k + _ROW]) for k in range(0, len(values), _ROW)]
     return [f"{declared}[{len(values)}] = {{", *(f"    {row}{',' if row is not rows[-1] else ' };'}" for row in rows)]
 
@@ -288,7 +288,7 @@ class Printer:
     inputs : for each input block, a text with one ``{}`` for the component: ``q[{}]``; component texts for structs.
     outputs : for each output, by number, the name of the array or the texts of components.
     prefix : of the model's functions.
-    local : letter of local values without a name, before their number.
+    local : letter of local values without a name, before the number.
     constants : names of positive numbers.
     names : names of local values, by number.
     numbers : the table from which numbers are read; without a table, numbers stand in the text.
@@ -456,7 +456,7 @@ class Printer:
 
     def _share(self, number_: int, places: Sequence[int], outputs: Sequence[int], values: Sequence[float]) -> list[str]:
         """Return the C lines that call shared stretch ``number_`` (from 0), with tables of places and numbers
-        (``values``). ``outputs`` are the numbers of the outputs passed to it."""
+        (``values``). ``outputs`` are the numbers of the outputs passed on."""
         lines = [f"    {line}" for line in _table(f"static const {self.place_type} at", list(map(str, places)))]
         arguments = ["w", *(str(self.outputs[output]) for output in outputs), "at"]
         if values and self.numbers is not None:

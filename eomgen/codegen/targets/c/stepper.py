@@ -263,7 +263,7 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
 
 
 def in_parts(rows: Sequence[Mapping[str, Any]]) -> list[list[Mapping[str, Any]]]:
-    """Return the rows of an elimination in groups, one for each C function, by the number of their statements."""
+    """Return the rows of an elimination in groups, one for each C function, by the number of statements."""
     statements = [_statements(row) for row in rows]
     limit = _PART if sum(statements) > _WHOLE else _WHOLE
     parts: list[list[Mapping[str, Any]]] = [[]]
@@ -286,9 +286,10 @@ def _statements(row: Mapping[str, Any]) -> int:
 def _forward_with_sources(
     k: int, right: str, row: Mapping[str, Any], data: Mapping[str, Any], upper: Sequence[Mapping[int, int]]
 ) -> list[str]:
-    """Return the C statements that substitute forward in row ``k`` of an elimination of links with sources. They
-    declare sources ``f`` on links, the source ``n`` of the row, and the whole row ``y``. ``right`` is the text of the
-    right-hand side; ``data`` the elimination; ``upper`` maps columns to slots of the factors of each row."""
+    """Return the C statements that substitute forward in row ``k`` of an elimination of links with sources. The
+    statements declare sources ``f`` on links, the source ``n`` of the row, and the whole row ``y``. ``right`` is the
+    text of the right-hand side; ``data`` the elimination; ``upper`` maps columns to slots of the factors of each
+    row."""
     lines = []
     for column, source, earlier in row["sources"]:
         entry = [f"{'-' if source < 0 else ''}r[{abs(source) - 1}]"] if source else []
@@ -348,8 +349,8 @@ def _kernels(method: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def _assembly_text(solver: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the C ``text`` that assembles an iteration matrix, and whether it is ``looped``. ``numbers`` is the name
-    of the array with the partial derivatives, ``workspace`` the number of values that are needed."""
+    """Return the C ``text`` that assembles an iteration matrix, and whether ``looped``. ``numbers`` is the name of the
+    array with the partial derivatives, ``workspace`` the number of values that are needed."""
     made = assembly(solver)
     numbers = "numbers" if made.looped else "w"
     inputs: dict[str, str | Sequence[str]] = {
@@ -465,7 +466,7 @@ class FunctionCalls:
         return f"\n{indent}".join(f"{left}{name} = {right}{name};" for name in self.program.method["parameters"])
 
     def copy_state(self, to: str, source: str) -> str:
-        """Return the C statement that copies a state ``source`` to ``to``. If a state remembers the arguments of its
+        """Return the C statement that copies a state ``source`` to ``to``. If a state remembers the arguments of the
         accelerations (``conditions``), these are not copied."""
         if not any(item["group"] == "conditions" for item in self.program.method["state"]):
             return f"{to} = {source};"

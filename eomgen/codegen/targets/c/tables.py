@@ -107,7 +107,7 @@ class Lookup:
                 return
 
     def _periodic(self, stretch: RowStretch) -> str:
-        """Return the C text of the entries in a stretch as an expression of the index ``@``; its first period may
+        """Return the C text of the entries in a stretch as an expression of the index ``@``; the first period may
         become a table."""
         at = f"(@ - {stretch.start})" if stretch.start else "@"
         first = self.values[stretch.start : stretch.start + stretch.period]

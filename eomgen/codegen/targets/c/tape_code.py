@@ -78,7 +78,7 @@ def on_tape(program: Program) -> tuple[Program, TapeCode]:
 
 
 def before_scheduling(program: Program) -> Program | None:
-    """Return the Program of the tape engine, if it is known before scheduling: all functions are instructions alone.
+    """Return the Program of the tape engine, if known before scheduling: all functions are instructions alone.
     ``program`` has no statements. None for a Program of more than ``_MOST_OPERATIONS`` operations, whose functions may
     get loops, or with the function ``base``, which stays C."""
     operations = sum(function.counts["statements"] for function in program.functions)
@@ -103,7 +103,7 @@ def _as_data(function: ProgramFunction, number: int) -> ProgramFunction:
 
 
 def _encode(program: Program, function: ProgramFunction, number: int, tape: TapeCode) -> ProgramFunction | None:
-    """Return a function as runs of the engine and append its code to ``tape``; None if the function stays C. ``number``
+    """Return a function as runs of the engine and append the code to ``tape``; None if the function stays C. ``number``
     is the position of the function in the Program."""
     if function.name == "base" or function.same_as:
         return None
@@ -234,7 +234,7 @@ class _Assembler:
         self.code += (_CODES[name], target, first, second)
 
     def _close(self) -> None:
-        """End the current run of instructions, if it has any, and append its ``run`` statement."""
+        """End the current run of instructions, if any, and append a ``run`` statement."""
         here = self._begin + len(self.code)
         if here > self._run:
             self._emit("END", 0)
@@ -293,8 +293,8 @@ class _Assembler:
         self._emit("OUT", source, component & 0xFFFF, component >> 16)
 
     def _value(self, expression: Expression, depth: int, target: int | None = None) -> int:
-        """Append the instructions of an expression and return the register of its value. ``target`` prescribes the
-        register; without it, a free one is taken. ``depth``: how many intermediate values are in use."""
+        """Append the instructions of an expression and return the register of the value. ``target`` prescribes the
+        register; a free register by default. ``depth``: how many intermediate values are in use."""
         leaf = self._leaf(expression)
         if leaf is not None:
             if target is None or target == leaf:

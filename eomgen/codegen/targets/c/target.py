@@ -162,16 +162,16 @@ _NOT_FOLDED = (
 
 
 class _Context:
-    """Texts and functions for every template of a Program; ``render`` prints a template with them.
+    """
 
-    Parameters
-    ----------
-    program : Program
-    file_limit : operations of a C file, roughly
-    apart : whether the numbers of the functions stand in tables of another file
-    tape : whether the tape engine evaluates functions
-    later : names of functions in files at the end, see ``plan_files``
-    ready : texts of files that were written before, by name
+    Texts and functions for every template of a Program; ``render`` prints a template with these. Parameters
+        ----------
+        program : Program
+        file_limit : operations of a C file, roughly
+        apart : whether the numbers of the functions stand in tables of another file
+        tape : whether the tape engine evaluates functions
+        later : names of functions in files at the end, see ``plan_files``
+        ready : texts of files that were written before, by name
     """
 
     def __init__(
@@ -208,8 +208,8 @@ class _Context:
         return [table for table in self.number_tables.values() if table.values]
 
     def value(self, name: str, number_: float) -> str:
-        """Return the C text of a number that is alone in a statement of function ``name``: the number, or an entry of
-        its table."""
+        """Return the C text of a number that is alone in a statement of function ``name``: the number, or a table's
+        entry."""
         table = self.numbers(name)
         return number(number_) if table is None else f"{table.name}[{table.first_of([float(number_)])}]"
 
@@ -242,7 +242,7 @@ class _Context:
         return self.declaration(_part_name(function, part))
 
     def _body(self, function: ProgramFunction, part: int) -> str:
-        """Return the C statements of one part of a function, with declarations; ``part`` is its index."""
+        """Return the C statements of one part of a function, with declarations; ``part`` is the index."""
         outputs = (
             [self.c.base_targets()] if function.name == "base" else [output.argument for output in function.outputs]
         )
@@ -373,7 +373,7 @@ def written_library(
 ) -> LibraryTexts:
     """Return the texts of a library: the sources of ``generate_files`` but for ``main.c``, and the generic interface.
 
-    Texts are printed one by one as the caller takes them.
+    Texts are printed one by one as the caller takes each.
 
     Parameters
     ----------
@@ -591,7 +591,7 @@ def _external_context(program: Program) -> dict[str, Any]:
 
 
 def _documents(context: _Context, files: Mapping[str, str], mark: str) -> dict[str, str]:
-    """Return the texts of README.md and manifest.json; ``files`` are the other files, ``mark`` their fingerprint."""
+    """Return the texts of README.md and manifest.json; ``files`` are the other files, ``mark`` is the fingerprint."""
     program = context.program
     sources = sorted(name for name in files if name.endswith(".c"))
     command = compile_command(program, sources)

@@ -58,8 +58,8 @@ class TemplateBytecode(jinja2.BytecodeCache):
                 return
 
     def dump_bytecode(self, bucket: Bucket) -> None:
-        """Write the bytecode of a template with its digest to the first folder that can be written, if any. The file is
-        renamed to its final name when complete."""
+        """Write the bytecode of a template with a digest to the first folder that can be written, if any. The file is
+        renamed to the final name when complete."""
         code = bucket.bytecode_to_string()
         for folder in self.folders:
             with contextlib.suppress(OSError):
