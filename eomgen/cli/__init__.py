@@ -76,7 +76,8 @@ def _every_verb() -> dict[str, Verb]:
 
 
 def _verb_named(name: str) -> Verb | None:
-    """Return a verb with a command. Raises UsageError for one whose distribution gives no row that can be used."""
+    """Return the verb of this name with a command, None if unknown. Raises the error of a distribution whose row is
+    faulty."""
     if name in VERBS:
         return VERBS[name]
     if name in others().faults:

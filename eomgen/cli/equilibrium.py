@@ -138,7 +138,7 @@ def _print_coordinates(model: Model, result: Equilibrium, *, whole: bool) -> int
 
 
 def _describe(model: Model, result: Equilibrium, given: Mapping[str, Any], parts: Sequence[RestPart]) -> dict[str, Any]:
-    """Return an equilibrium as data for JSON."""
+    """Return an equilibrium as JSON types: state, outputs, stability and notes, with the entries that ``parts`` add."""
     import numpy as np  # noqa: PLC0415
 
     p = model.parameter_array(given["parameters"])

@@ -55,7 +55,8 @@ def own_causes() -> Mapping[str, Mapping[str, str]]:
 
 
 def topic_name(room: str) -> str:
-    """Return the entry of the pages for a room: its longest beginning that has one."""
+    """Return the longest prefix of a module's dotted name that has a page of the documentation, ``errors`` if none
+    has."""
     parts = room.split(".")
     names = (".".join(parts[:count]) for count in range(len(parts), 0, -1))
     return next((name for name in names if name in pages()), "errors")
@@ -63,7 +64,7 @@ def topic_name(room: str) -> str:
 
 @cache
 def examples() -> Mapping[str, tuple[str, str]]:
-    """Return title and text of the example of each code that has one."""
+    """Return title and text of the example output of each code that has an example, read from a file once."""
     text = EXAMPLES.read_text(encoding="utf-8")
     made: dict[str, tuple[str, str]] = {}
     for entry in text.split("\n= ")[1:]:
@@ -127,7 +128,7 @@ def explanation(row: MessageRow) -> dict[str, str]:
 
 
 def _limits(row: MessageRow) -> str:
-    """Return the limits of a check of a run, in words."""
+    """Return the limits of a check of a run as text; empty for other messages."""
     if "r" not in row.kinds:
         return ""
     from eomgen.simulation.judgement.register import BY_NAME  # noqa: PLC0415  # of few messages
@@ -145,7 +146,8 @@ def _format(parts: Mapping[str, str]) -> str:
 
 
 def _alike(words: Set[str]) -> list[MessageRow]:
-    """Return the row with the most of some words, if none of its own words is missing."""
+    """Return in a list the message whose fixed words all occur in ``words``, the longest of several; empty if none
+    fits."""
     within = [(len(own), row) for row in rows() if (own := set(row.pattern.split()) - {"{}"}) and own <= words]
     return [max(within, key=itemgetter(0))[1]] if within else []
 

@@ -82,7 +82,7 @@ def _complete(context: click.Context, parameter: click.Parameter, start: str) ->
 
 
 def copy_example(name: str, target: Path) -> list[str]:
-    """Copy an example to a new or empty folder, and return the files.
+    """Copy an example to a new or empty folder, and return the names of the copied scene files and programs.
 
     Raises
     ------

@@ -29,7 +29,7 @@ GROUP = "eomgen.info"
 
 @dataclass(frozen=True)
 class InfoPart:
-    """A part of the information about a scene.
+    """A part that a product adds to the information about a scene.
 
     Attributes
     ----------
@@ -102,7 +102,8 @@ def info(
 
 
 def describe_system(system: System) -> dict[str, Any]:
-    """Return the data shown by ``info``, as JSON types."""
+    """Return sizes, groups, names, facts, operation counts and notes of a System as ``info`` shows these, JSON types by
+    key."""
     counts = {name: {**dataclasses.asdict(count), "flops": count.flops} for name, count in system.counts.items()}
     return {
         "scene": system.name,
@@ -145,8 +146,8 @@ def describe_system(system: System) -> dict[str, Any]:
 
 
 def _base_parameters(scene: Scene) -> dict[str, Any]:
-    """Return the combinations of inertial and friction parameters that decide inverse dynamics, and the remaining
-    parameters."""
+    """Return the base parameters of a scene as JSON types: ``of`` how many, ``combinations``, ``without_effect``;
+    compiles."""
     from eomgen.pipeline.pipeline import build  # noqa: PLC0415
 
     result = build(scene, ["inverse_dynamics", "regressor", "regressor_parameters"]).base_parameters()
@@ -168,7 +169,7 @@ _DIRECTIONS = {1: "rising", -1: "falling", 0: "both"}
 
 
 def _jumps(discontinuities: Sequence[Discontinuity]) -> list[str]:
-    """Return the first of the known times, in words."""
+    """Return the first known times of jumps in words, ``_LISTED`` at most, and the number of further ones."""
     does = ("forces jump", "rates of forces jump")
     lines = [
         f"t = {item.time:.9g} s{f' and every {item.period:.9g} s' if item.period else ''}: "
@@ -180,7 +181,8 @@ def _jumps(discontinuities: Sequence[Discontinuity]) -> list[str]:
 
 
 def _states(system: System) -> list[dict[str, Any]]:
-    """Return the internal states, each with the operations of the state's rate alone."""
+    """Return the internal states as JSON types, with ``flops`` of the rate of each, None if the rates are not
+    derived."""
     rates = system.functions["internal_rate"].refs if "internal_rate" in system.functions else [None] * system.nz
     return [
         {
@@ -354,7 +356,7 @@ def _print_lists(data: dict[str, Any]) -> None:
 
 
 def _lengths(position: Sequence[float]) -> str:
-    """Return coordinates in m, with 0 for rounding of the largest."""
+    """Return coordinates in m as text, with 0 for rounding of the largest."""
     return ", ".join(f"{0.0 if abs(x) < 1e-12 * max(map(abs, position)) else x:.6g}" for x in position)
 
 
@@ -418,7 +420,7 @@ def _is_whole_range(names: Sequence[str]) -> bool:
 
 
 def _runs_joined(names: Sequence[str]) -> list[str]:
-    """Return names, with long runs of names that end in consecutive numbers joined."""
+    """Return names, with runs of ``_MANY`` or more that end in consecutive numbers joined to ``first to last``."""
     runs: dict[str, list[list[int]]] = {}
     for name in names:
         stem = name.rstrip("0123456789")

@@ -155,7 +155,7 @@ def _value_example(param: click.Parameter, message: str) -> str:
 
 
 def _extra_remedy(word: str, error: click.UsageError, path: str, words: Sequence[str]) -> str:
-    """Return the remedy for a word in excess of the arguments."""
+    """Return the remedy for ``word``, which a command does not take as a further argument, by the option before it."""
     taken = [param for param in error.ctx.command.params if isinstance(param, click.Argument)] if error.ctx else []
     if not taken:
         return f"{path} alone: it takes no scene"

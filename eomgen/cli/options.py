@@ -120,7 +120,8 @@ def _seconds(_: click.Context, param: click.Parameter, text: str | None) -> floa
 
 
 def _bound(_: click.Context, param: click.Parameter, text: str | None) -> dict[str, float] | None:
-    """Return the settings of a stepper with a largest step, given as a number of s or with a unit."""
+    """Return ``{"largest_step": seconds}`` for the text of an option, a number of s or with a unit; None for no text.
+    Raises UsageError unless the step is positive."""
     option = param.opts[0]
     if text is None:
         return None
@@ -178,7 +179,8 @@ def completed_methods(context: click.Context, parameter: click.Parameter, start:
 
 
 def reading_options(without: Sequence[str] = ()) -> Callable[[Command], Command]:
-    """Return the decorator that adds the options of the sources, but some, and ``--strict``."""
+    """Return the decorator that adds ``--strict``, ``--help-files`` and the options of all sources except
+    ``without``."""
 
     def decorate(command: Command) -> Command:
         for source, option in all_options().values():
@@ -196,7 +198,8 @@ def reading_options(without: Sequence[str] = ()) -> Callable[[Command], Command]
 
 
 def _show_file_options(context: click.Context, _: click.Parameter, wanted: bool) -> None:
-    """Print the options of the sources that a command takes, and exit."""
+    """Print the hidden options for files of other tools that a command takes, and exit; return at once unless
+    ``wanted``."""
     if not wanted:
         return
     names, formatter = {f"--{name}" for name in all_options()}, context.make_formatter()
@@ -225,7 +228,8 @@ def scene_options(command: Command) -> Command:
 
 
 def _source_option(source: Source, option: Option) -> Callable[[Command], Command]:
-    """Return the decorator that adds an option of a kind of file."""
+    """Return the decorator that adds an option of a source, hidden, by the type of the default: flag, repeated, or
+    text."""
     name, text = f"--{option.name}", f"{formats_with(source, option)}: {option.description}."
     if isinstance(option.default, bool):
         return click.option(name, hidden=True, is_flag=True, help=text)
@@ -322,7 +326,8 @@ def terms_option(command: Command) -> Command:
 
 
 def assignments(option: str, texts: Sequence[str]) -> dict[str, float | str]:
-    """Return the values of ``name=value`` texts; a number with a unit stays a text. Raises UsageError."""
+    """Return the values of ``name=value`` texts by name: numbers, or texts for numbers with a unit. Raises UsageError,
+    with ``option`` in the message, for any other text."""
     values: dict[str, float | str] = {}
     for text in texts:
         name, equals, number = text.partition("=")
@@ -395,10 +400,14 @@ _PARTS = {"q": "position", "v": "velocity"}
 
 
 def check_assigned(scene: Scene, changes: Mapping[str, object], signals: Mapping[str, object], *, robot: bool) -> None:
-    """Raise UsageError for a parameter or an input that another option gives.
+    """Raise UsageError for a name that belongs to another option: states and inputs in ``--set``, parameters in
+    ``--input``.
+
+    Fixed inertias of links and joints without an input are refused, too, for scenes of a URDF.
 
     Parameters
     ----------
+    scene : Scene
     changes, signals : of ``--set`` and of ``--input``, by name
     robot : whether the scene was read from a URDF, whose options make inputs and tunable parameters
     """
@@ -422,7 +431,8 @@ def check_assigned(scene: Scene, changes: Mapping[str, object], signals: Mapping
 def _check_changes(
     changes: Mapping[str, object], inputs: Sequence[str], tunable: Sequence[str], links: Sequence[str]
 ) -> None:
-    """Raise UsageError for an input among the changed parameters, or for inertia of a robot's link that is fixed."""
+    """Raise UsageError for an input among the parameters of ``--set``, or for inertia of a robot's link that is
+    fixed."""
     for name, value in changes.items():
         if name in inputs and name not in tunable:
             raise UsageError(Problem(f"--set {name}", f"{name} is an input [E0199]", f"--input {name}={_text(value)}"))
@@ -437,8 +447,8 @@ def _text(value: object) -> str:
 
 
 def starts_of(starts: Mapping[str, Any], scene: Scene) -> dict[str, Any]:
-    """Return ``initial`` of a run: ``q.JOINT`` and ``v.JOINT`` are position and velocity of a joint, ``q.BEAM[2]`` of
-    an elastic coordinate."""
+    """Return the argument ``initial`` of a run from values of ``--initial`` by name. ``q.JOINT`` and ``v.JOINT`` become
+    position and velocity of a joint, ``q.BEAM[2]`` an elastic coordinate; other names stay."""
     joints = {joint.name for joint in scene.joints} | {body.name for body in scene.bodies if body.beam is not None}
     parts = {name: name.partition(".") for name in starts}
     of_joints = {

@@ -34,7 +34,8 @@ _LONG = 10_000
 
 
 def read_scene(path: str, options: dict[str, Any]) -> Scene:
-    """Print the notes of a scene, turn the texts of ``--set``, ``--input`` and ``--initial`` into numbers.
+    """Return the scene of a path, with notes printed, and turn the texts of ``--set``, ``--input`` and ``--initial`` in
+    ``options`` into numbers.
 
     Parameters
     ----------
@@ -66,7 +67,8 @@ def say_notes(scene: Scene) -> None:
 
 
 def stand_in(scene: Scene, method: str | None) -> str:
-    """Return words on the method by which files step, written before a run, if ``auto`` is to choose one; else none.
+    """Return words on the method that files step with if the method is ``auto``, which chooses before runs alone; else
+    empty.
 
     Parameters
     ----------
@@ -80,11 +82,9 @@ def stand_in(scene: Scene, method: str | None) -> str:
 
 
 def run(scene: Scene, options: dict[str, Any], *, once: bool = False) -> tuple[Model, Solution]:
-    """Build and simulate a scene with the options that ``read_scene`` has left, or go on with the run of a
-    checkpoint. The model has the functions that runs call.
-
-    ``once``: whether the model is for this run alone, so that the tape engine may step the model.
-    """
+    """Build and simulate a scene with the options that ``read_scene`` has left, or resume a checkpoint; return both
+    results. The model has the functions that runs call. ``once``: whether the model is for this run alone, so that the
+    tape engine may step the model."""
     from eomgen.base.drawing_process import own_process  # noqa: PLC0415  # most verbs make no copies
     from eomgen.pipeline import pipeline  # noqa: PLC0415
 

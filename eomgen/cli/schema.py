@@ -69,8 +69,8 @@ def migrate(files: tuple[str, ...], check: bool, folder: str | None, as_json: bo
 
 
 def _renew(path: Path) -> tuple[str, dict[str, Any]]:
-    """Return the text of a file with the present names of its keys, and a report. Raises UsageError, FileError and
-    DescriptionError."""
+    """Return the text of a scene file with the present names of keys, and a report: ``file, kind, format, changes,
+    written``. Raises UsageError, FileError and DescriptionError."""
     from eomgen.scene.sources.renamed_keys import renamed_text  # noqa: PLC0415  # imported with fine arguments
     from eomgen.scene.sources.source import kind_of, read_text, shown_file  # noqa: PLC0415
     from eomgen.scene.sources.toml import toml_data  # noqa: PLC0415

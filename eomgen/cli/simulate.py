@@ -102,11 +102,12 @@ def _write_run(
     parts: Sequence[RunPart],
     copy: DrawingProcess | None,
 ) -> list[Path]:
-    """Write a run in a folder, and return the files.
+    """Write solution, tables, figures and summary of a run in a folder, and return the files.
 
     Parameters
     ----------
-    order : of the figures; None for a run without figures
+    times : of the steps, None: not measured
+    order : ``folder`` and ``over`` of the figures; None for a run without figures
     parts : of products, with further figures
     copy : of this process, which draws; if there is none, and if the copy fails, the figures are drawn here
     """
@@ -133,7 +134,8 @@ _LONG = 200_000
 
 
 def _meanwhile(solution: Solution, table: Path) -> AbstractContextManager[Callable[[], bool]]:
-    """Write a long table in a copy of this process, meanwhile: the estimate of the error needs no table."""
+    """Return a context in which a copy of this process writes a long table; the given function waits, and returns
+    success. A short table is left to the caller: the function returns False."""
     if solution.q.size + 2 * solution.v.size < _LONG:
         return nullcontext(lambda: False)
     from eomgen.base.drawing_process import in_copy  # noqa: PLC0415
@@ -144,8 +146,8 @@ def _meanwhile(solution: Solution, table: Path) -> AbstractContextManager[Callab
 
 @contextmanager
 def _drawing(order: dict[str, Any] | None, parts: Sequence[RunPart], copy: DrawingProcess | None) -> Iterator[None]:
-    """Have the figures drawn by a copy of this process, if there is one; all that they need of the model is in files
-    meanwhile."""
+    """Let the copy of this process draw the figures of ``order`` during a context, with the data of ``parts`` in files.
+    Without a copy or an order the context does not draw."""
     if order is None or copy is None:
         yield
         return
@@ -164,7 +166,8 @@ def _tables(solution: Solution, folder: Path, times: StepTimes | None) -> list[P
 
 
 def _drawings_of_stored() -> Drawings:
-    """Import the readers of solutions, and return the drawings of a run that is stored in a folder."""
+    """Import the readers of solutions, and return a function from an order to calls that draw the run stored in a
+    folder."""
     from eomgen.results.solution import Solution  # noqa: PLC0415
 
     def drawings(order: Mapping[str, Any]) -> list[Callable[[], list[Path]]]:
@@ -175,7 +178,8 @@ def _drawings_of_stored() -> Drawings:
 
 
 def _drawings(solution: Solution, order: Mapping[str, Any], parts: Sequence[RunPart]) -> list[Callable[[], list[Path]]]:
-    """Return calls that draw the files of a run: in a folder, over a column, and of the parts."""
+    """Return calls that draw the files of a run: the figures in a folder, the figure over a column, and figures of the
+    parts."""
     from eomgen.results.plots import draw_over, drawings  # noqa: PLC0415  # matplotlib comes with it
 
     folder, over = Path(order["folder"]), order["over"]

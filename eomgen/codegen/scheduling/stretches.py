@@ -156,11 +156,8 @@ def repeat_statements(
     count: int, statements: Sequence[Statement], read: Sequence[Expression], given: Sequence[Expression]
 ) -> list[tuple[Any, ...]]:
     """Return the data of one or several ``repeat`` statements that have the effect of one loop over ``count``
-    iterations.
-
-    ``statements`` is the body, ``read`` and ``given`` the expressions of inputs and targets. Long loops of few
-    statements with tables are cut into loops that count; tables of longer bodies become choices between ranges.
-    """
+    iterations. ``statements`` is the body, ``read`` and ``given`` the expressions of inputs and targets. Long loops of
+    few statements with tables are cut into loops that count; tables of longer bodies become choices between ranges."""
     whole = (count, tuple(statements), tuple(read), tuple(given))
     if count < _LONG or not any(_is_table(expression) for expression in (*read, *given)):
         return [whole]

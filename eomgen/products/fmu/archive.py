@@ -30,8 +30,8 @@ def token_of(texts: Mapping[str, str]) -> str:
 
 
 def documents(interface: Interface, **names: Any) -> dict[str, str]:
-    """Return the documentation by path: a page, the licence of the model as far as the user states
-    one, and the licence of eomgen's part of the sources."""
+    """Return the documentation of an FMU by path in the archive; ``names`` are further names for the templates. It
+    consists of a page, the licence of the model as far as the user states one, and the licence of eomgen's sources."""
     template, program = environment().get_template, interface.program
     rows = listed(interface)
     rendered = {

@@ -23,12 +23,12 @@ _NUMBERED = re.compile(r"(?s:(?P<base>.+)\[(?P<number>\d+)\])")
 
 @dataclass(frozen=True)
 class Listed:
-    """A variable of the model description.
+    """A variable of the model description, a scalar or an array.
 
     Attributes
     ----------
     variable : with name and value reference of the whole
-    numbers : one for a scalar
+    numbers : the scalar variables of an array, one for a scalar
     """
 
     variable: Variable
@@ -46,7 +46,8 @@ class Listed:
 
 
 def listed(interface: Interface) -> tuple[Listed, ...]:
-    """Return the variables of the model description: arrays by option, else scalars alone."""
+    """Return the variables of the model description in order: with the option ``arrays`` vectors as arrays, else
+    scalars."""
     variables = interface.variables
     names = _names(variables) if interface.options.arrays else {}
     result, place = list[Listed](), 0
@@ -85,7 +86,8 @@ def _united(reference: int, row: Sequence[Unknown], heads: Mapping[int, int]) ->
 
 
 def _names(variables: Sequence[Variable]) -> dict[int, tuple[str, int]]:
-    """Return name and size of the arrays by the value reference of the first number."""
+    """Return (name, size) of each array by the value reference of the first number. A name with several runs of
+    numbers, as of a pose, is split into parts by unit; names that exist already make no array."""
     runs = list(_runs(variables))
     sizes: dict[tuple[str, str], list[int]] = {}
     for base, run in runs:
@@ -103,7 +105,8 @@ def _names(variables: Sequence[Variable]) -> dict[int, tuple[str, int]]:
 
 
 def _runs(variables: Sequence[Variable]) -> Iterator[tuple[str, list[Variable]]]:
-    """Yield numbers in a row with the name in common, and all attributes but the start value."""
+    """Yield (name, variables) of numbers ``name[k]`` with consecutive value references that differ in start and place
+    alone."""
     base, run = "", list[Variable]()
     for item in variables:
         named = _NUMBERED.fullmatch(item.name) if item.kind in _KINDS else None

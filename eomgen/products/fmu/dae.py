@@ -50,7 +50,8 @@ def dae_manifest(interface: Interface) -> str:
 
 
 def _unknowns(interface: Interface, items: Iterable[Variable]) -> list[Unknown]:
-    """Return unknowns with dependencies on states, algebraic variables, inputs, parameters and the time."""
+    """Return the unknowns of variables, with dependencies on states, algebraic variables, inputs, parameters and the
+    time. Dependencies that are not known are None: all."""
     places = {**interface.places, **{("z", item.index): item.reference for item in interface.of("sampled")}}
     result = []
     for item in items:

@@ -42,7 +42,8 @@ class Dependencies:
         self._sampled = {int(row["state"]) for row in rows}
 
     def of(self, kind: str, index: int) -> tuple[set[Known], set[Known]] | None:
-        """Return the variables that determine an unknown: with constant derivatives, and others; None if not known."""
+        """Return two sets of knowns that determine an unknown: with constant derivatives, and all others; None if not
+        known. ``kind`` is ``der_q``, ``der_v``, ``der_z`` or ``output``, ``index`` the place in this kind's array."""
         if kind == "der_q":
             return self._of_rate(index)
         if kind == "der_v":
@@ -68,7 +69,8 @@ class Dependencies:
 
     @cached_property
     def accelerations(self) -> list[set[Known]] | None:
-        """Knowns of each component of vdot."""
+        """Set of knowns of each component of vdot, (nv,); the same set for all with constraints; None without the
+        derivatives."""
         program, nv = self.program, self.program.sizes["v"]
         if not program.sizes["lam"]:
             rows = self._rows("forward_dynamics")
@@ -87,7 +89,7 @@ class Dependencies:
 
     @cached_property
     def outputs(self) -> list[set[Known]] | None:
-        """Knowns of each output, through accelerations and multipliers, too."""
+        """Set of knowns of each output, through accelerations and multipliers, too; None without the derivatives."""
         rows = self._rows("outputs")
         if rows is None:
             return None
@@ -104,7 +106,8 @@ class Dependencies:
         return result
 
     def direct(self, kind: str, index: int) -> tuple[set[Known], set[Known]] | None:
-        """Return the knowns of an unknown at given accelerations and multipliers, which have the kind ``algebraic``."""
+        """Return the knowns of an unknown as ``of`` does, with accelerations and multipliers as knowns of kind
+        ``algebraic``."""
         nv = self.program.sizes["v"]
         if kind == "der_v":
             return {("algebraic", index)}, set()
@@ -120,7 +123,8 @@ class Dependencies:
         return set(), self._plain(row) | algebraic
 
     def _rows(self, name: str) -> list[list[tuple[str, int]]] | None:
-        """Return the arguments of each row of a function, (block, place), with q by directions."""
+        """Return for each row of a function the arguments (block, place) with a nonzero derivative, q by directions of
+        v. None if the Program lacks the function or the pattern of derivatives."""
         program = self.program
         if name not in program.function_names or f"{name}_derivatives" not in program.patterns:
             return None
@@ -172,7 +176,8 @@ class Dependencies:
         return result
 
     def _plain(self, row: list[tuple[str, int]]) -> set[Known]:
-        """Return the knowns of arguments other than accelerations and multipliers."""
+        """Return the knowns for the arguments (block, index) of a row; accelerations and multipliers are left out.
+        Inputs that the scene gives are replaced by the parameters and the time in the formula."""
         knowns: set[Known] = set()
         for block, index in row:
             if block == "q":

@@ -82,7 +82,8 @@ def _function(program: Program, name: str) -> dict[str, Any]:
 
 
 def _of_inputs(program: Program, interface: Interface, firsts: Mapping[str, int]) -> dict[str, Any]:
-    """Return the nonzeros of the inputs that the scene gives: number, row and direction."""
+    """Return the nonzeros of the derivatives of inputs by formula: ``own`` has (number, row, direction) of each. Inputs
+    that importers set are left out; directions count from ``firsts`` of each argument."""
     rows, columns = (np.asarray(places).tolist() for places in unpacked_places(program.patterns[_OF_INPUTS]))
     given = [item.index for item in interface.variables if item.kind == "input"]
     parameters = len(program.parameters)

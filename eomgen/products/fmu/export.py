@@ -162,7 +162,7 @@ def fmu(
 
 
 def written(file: str | Path | None, make: Callable[[], FmuFiles]) -> tuple[Path, FmuFiles]:
-    """Return the path of an archive that has been written, and the files in the archive.
+    """Write an archive, and return the path and the files in the archive.
 
     Parameters
     ----------
@@ -212,7 +212,7 @@ def fmu_files(
     license_file: str | Path | None = None,
     description: str = "",
 ) -> FmuFiles:
-    """Return the files of an FMU; see ``fmu``."""
+    """Return the checked files of an FMU, not yet packed; arguments and errors are as in ``fmu``."""
     about = About(author, model_version, copyright, license, _licence_text(license_file), description)
     options = replace(_checked(version, types, inputs, dae, arrays, minimal), about=about)
     version = options.version
@@ -290,7 +290,8 @@ def _licence_text(file: str | Path | None) -> str:
 def _checked(
     version: int | str, types: Sequence[str] | str, inputs: Sequence[str], dae: bool, arrays: bool, minimal: bool
 ) -> Options:
-    """Return checked options. Raises UsageError."""
+    """Return the options of an FMU from the arguments of ``fmu``. Raises UsageError for unknown or contradictory
+    ones."""
     number = {"2": 2, "2.0": 2, "3": 3, "3.0": 3}.get(str(version))
     if number is None:
         raise UsageError(Problem("version", f"there is no version {shown(str(version))} of FMI here [E0866]", "2 or 3"))
@@ -330,7 +331,8 @@ def _check_exported(scene: Scene, described: Description, options: Options) -> N
 
 
 def _check_minimal(program: Program) -> None:
-    """Raise ModelError if there are no minimal coordinates other than q and v, or none at all."""
+    """Raise ModelError if a scene has no constraints, so q and v are minimal already, or constraints leave no
+    freedom."""
     freedoms = program.sizes["v"] - program.sizes["lam"]
     if not program.sizes["lam"]:
         fault = "coordinates of a scene without constraints are minimal already [E0875]"
@@ -347,7 +349,8 @@ def _program(
     options: Options,
     initial: Mapping[str, Any] | None,
 ) -> tuple[Program, str]:
-    """Return the Program of an FMU under a legal name, and the reason if a method is left out."""
+    """Return the Program of an FMU under a legal name, and the reason if the method's stepper is left out, else empty
+    text. ``initial`` values replace the start of the scene."""
     if initial:
         scene = replace(scene, simulation=replace(scene.simulation, start="initial"))
     identifier = free_prefix(scene.name)
@@ -367,7 +370,7 @@ def _program(
 
 
 def _started(program: Program, q: Array, v: Array, z: Array) -> Program:
-    """Return a Program that starts at a state."""
+    """Return a Program with the initial state q (nq,), v (nv,), z (nz,), also in the start values of coordinates."""
     coordinates = (replace(item, value=value) for item, value in zip(program.coordinates, q.tolist(), strict=True))
     velocities = (replace(item, value=value) for item, value in zip(program.velocities, v.tolist(), strict=True))
     return replace(
@@ -382,7 +385,8 @@ def _started(program: Program, q: Array, v: Array, z: Array) -> Program:
 
 
 def _flags(program: Program, options: Options, step: float) -> dict[str, str]:
-    """Return the attributes of co-simulation."""
+    """Return the attributes of co-simulation in the model description: variable communication steps, inputs, fixed
+    steps."""
     flags = {"canHandleVariableCommunicationStepSize": "true"}
     if options.version == 2:
         if program.method["inputs"] == "sampled":
@@ -399,8 +403,8 @@ def _reference(
     parameters: Mapping[str, float | str] | None,
     initial: Mapping[str, Any] | None,
 ) -> tuple[dict[str, str], tuple[str, ...]]:
-    """Return the table of the motion by ``simulate``, states and outputs, as a file of reference results, and the
-    findings on the run that runs at other steps share."""
+    """Return the motion by ``simulate``, states and outputs, as a file of reference results by path, and findings as
+    texts. The findings are about the run and shared by runs with other steps."""
     model = build_for_run(scene, method, None, "reproducible")
     steps = scene.simulation.duration / scene.simulation.step
     every = max(1, round(steps / _REFERENCE))

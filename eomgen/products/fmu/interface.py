@@ -66,10 +66,11 @@ class Variable:
 
 @dataclass(frozen=True)
 class Unknown:
-    """An entry of the model structure.
+    """An unknown in the model structure of an FMU.
 
     Attributes
     ----------
+    reference : value reference
     dependencies : value references in order; None for all
     kinds : of the dependencies
     """
@@ -124,13 +125,15 @@ class Options:
 
 @dataclass(frozen=True)
 class Interface:
-    """The interface of an FMU.
+    """The interface of an FMU: variables, units and options, from which all files follow.
 
     Attributes
     ----------
     name, description : of the model
     variables : in the order of the value references
     units : of the variables
+    provides_derivatives : whether the FMU has directional and adjoint derivatives
+    token : instantiation token, which follows from all other texts
     doubts : findings on the run of the scene that steps of other sizes share, for the log of co-simulation
     """
 
@@ -205,7 +208,8 @@ class Interface:
 
     @property
     def initial_unknowns(self) -> tuple[Unknown, ...]:
-        """Unknowns of the initialisation with dependencies."""
+        """Unknowns of the initialisation with dependencies: outputs, derivatives, and states that the start
+        corrects."""
         corrected = ("minimal",) if self.options.minimal else ("q", "v")
         return tuple(
             self._unknown(item, initial=True)
@@ -292,7 +296,7 @@ _LOCAL = ("local", "continuous", "calculated")
 
 
 class _Variables:
-    """Variables in the order of the value references."""
+    """Makes the variables of an FMU in the order of the value references, and collects the units."""
 
     def __init__(self, program: Program, described: Description, options: Options) -> None:
         """List the variables of an FMU: time, parameters, inputs, states, derivatives and results."""
@@ -333,7 +337,8 @@ class _Variables:
         self._add(item.name, kind, index, unit=item.unit, description=item.description, **more)
 
     def _states(self) -> None:
-        """Add positions, velocities and internal states; marks states that events or constraints may change."""
+        """Add positions, velocities and internal states as variables, with ``reinit`` if events or constraints may
+        change a state."""
         program, rows = self.program, event_rows(self.program)
         sampled = {int(row["state"]) for row in program.method.get("samples", {}).get("rows", ())}
         sampled |= _held_states(program)
@@ -353,7 +358,8 @@ class _Variables:
             self._independent()
 
     def _independent(self) -> None:
-        """Add the states of minimal coordinates, which stand for other ones of q and v at other configurations."""
+        """Add the independent coordinates and velocities as states, ``minimal.q[k]`` and ``minimal.v[k]``. At other
+        configurations the FMU chooses other components of q and v for these."""
         sizes = self.program.sizes
         positions, velocities = sizes["v"] - sizes["holonomic"], sizes["v"] - sizes["lam"]
         for index in range(positions + velocities):
@@ -363,7 +369,8 @@ class _Variables:
             self._add(f"minimal.{block}[{number}]", "minimal", index, description=description, reinit=True)
 
     def _state(self, kind: str, index: int, item: Quantity, start: float, reinit: bool) -> None:
-        """Add a state; positions and velocities of constrained scenes are guesses that the start corrects."""
+        """Add a state of ``kind`` with the name of a quantity; q and v of constrained scenes start as guesses
+        (``approx``)."""
         guessed = bool(self.program.sizes["lam"]) and kind in ("q", "v")
         reinit = reinit and not (self.minimal and kind != "z") and kind in ("q", "v", "z")
         more = {"initial": "approx"} if guessed else {}
@@ -397,7 +404,8 @@ class _Variables:
             self._differential_algebraic()
 
     def _differential_algebraic(self) -> None:
-        """Add the variables of the differential-algebraic system."""
+        """Add the variables of the system by FMI-LS-DAE: switch, algebraic variables, residuals and constraints
+        (``drift``)."""
         program, velocities = self.program, self.program.velocities
         text = "true: the importer solves for accelerations and multipliers (FMI-LS-DAE)"
         self._add("dae", "switch", 0, start=0.0, description=text)
@@ -451,7 +459,7 @@ def _held_states(program: Program) -> set[int]:
 
 
 def _alternatives(kind: str, name: str) -> Iterator[str]:
-    """Yield names for a variable with a name that another variable has."""
+    """Yield other names for a variable whose name is taken: ``kind.name``, ``kind2.name``, and so on without end."""
     yield f"{kind}.{name}"
     number = 2
     while True:

@@ -62,7 +62,8 @@ def model_description(
 
 
 def _interfaces(interface: Interface, flags: Mapping[str, str]) -> list[tuple[str, dict[str, str]]]:
-    """Return name and attributes of model exchange and of co-simulation, as far as the FMU has both."""
+    """Return (element, attributes) of model exchange and of co-simulation, as far as the FMU has these. ``flags`` are
+    further attributes of co-simulation."""
     identity = {"modelIdentifier": interface.identifier}
     if interface.version == 2:
         common = {"canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true"}
@@ -120,7 +121,7 @@ def _root(interface: Interface) -> ET.Element:
 
 
 def described(interface: Interface) -> str:
-    """Return the description of the model, with the form of the equations in model exchange."""
+    """Return the description of the model in one line, with the form of constraints in model exchange."""
     text = " ".join(interface.description.split())
     if interface.exchange and interface.program.sizes["lam"]:
         form = (
@@ -172,7 +173,8 @@ def _categories(root: ET.Element) -> None:
 
 
 def _value_attributes(item: Variable, interface: Interface) -> dict[str, str]:
-    """Return the attributes of numbers; FMI 2.0 counts states from 1."""
+    """Return the XML attributes of a variable's number: type, unit, range, start, ``derivative`` and ``reinit``. FMI
+    2.0 counts states from 1."""
     result = {"declaredType": interface.types[item.unit]} if item.unit in interface.types else {}
     if item.unit:
         result["unit"] = item.unit
@@ -197,7 +199,7 @@ def _head(item: Variable) -> dict[str, str]:
 
 
 def _write_variables_3(interface: Interface, variables: ET.Element, structure: ET.Element) -> None:
-    """Write the variables and the model structure of FMI 3."""
+    """Add the variables and the model structure of FMI 3 to these two XML elements."""
     for whole in listed(interface):
         item = whole.variable
         attributes = {**_head(item), **_value_attributes(item, interface)}

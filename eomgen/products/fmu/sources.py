@@ -62,7 +62,7 @@ def compiled_sources(interface: Interface, files: Mapping[str, str]) -> list[str
 
 
 def _context(interface: Interface, program: Program, derivatives: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Return the names of the templates."""
+    """Return the names that the templates of the wrapper use; ``derivatives`` as in ``source_files``."""
     explicit = not program.sizes["lam"] and "forward_dynamics" in program.function_names
     sizes = program.sizes
     rotations = [factor for factor in program.factors if factor["group"] != "R"]
@@ -155,7 +155,8 @@ def _sizes(interface: Interface) -> list[int]:
 
 
 def _places(interface: Interface) -> list[str]:
-    """Return the place of each variable's number in the memory of an instance, by value references."""
+    """Return the C text of each variable's number in the memory of an instance, in the order of the value
+    references."""
     program, rate, result = interface.program, 0, list[str]()
     arrays = {
         "input": "input",

@@ -22,7 +22,7 @@ _DISPLAYED: Mapping[str, tuple[tuple[str, float], ...]] = {
 
 @dataclass(frozen=True)
 class FmuUnit:
-    """A unit.
+    """A unit of an FMU, by the label of the scene.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class FmuUnit:
 
 @cache
 def unit_of(label: str) -> FmuUnit | None:
-    """Return the unit of a label, None for a number without a unit and for labels without such a unit."""
+    """Return the unit of a label; None for no unit, and for labels that are not products of FMI's base units."""
     if label.strip() in ("", "1"):
         return None
     try:

@@ -98,7 +98,8 @@ def report(sources: tuple[str, ...], path: str, checks: bool, animation: bool) -
 
 
 def _stored_runs(path: Path) -> list[Path]:
-    """Return the stored runs of a file or a folder; none for a scene. Raises UsageError for a folder without runs."""
+    """Return the files ``solution.npz`` of a file, a folder or the folders in a folder; empty for a scene file. Raises
+    UsageError for a folder without runs."""
     if path.suffix == ".npz":
         return [path]
     if not path.is_dir():

@@ -186,7 +186,8 @@ def equations(system: System, described: Description, *, width: int = 96) -> Sym
 def _named_entries(
     intermediates: Iterable[tuple[sympy.Symbol, sympy.Expr]], column: Iterable[sympy.Expr], width: int
 ) -> tuple[list[tuple[sympy.Symbol, sympy.Expr]], list[Any]]:
-    """Return named expressions, and entries in these names; all fit lines."""
+    """Return (symbol, expression) of named subexpressions, and the entries of ``column`` in these names, all within
+    ``width``. ``intermediates`` are the shared subexpressions of the tape; very short ones are put in."""
     inlined: dict[sympy.Symbol, sympy.Expr] = {}
     naming = _Naming(width)
     for symbol, value in intermediates:
@@ -214,14 +215,15 @@ class _Naming:
         self.made: dict[sympy.Expr, sympy.Symbol] = {}
 
     def symbol(self, expression: sympy.Expr) -> sympy.Symbol:
-        """Return the name of an expression."""
+        """Return the symbol that stands for an expression, the same for equal expressions; long factors get symbols,
+        too."""
         value = self.fit(expression)
         if value not in self.made:
             self.made[value] = sympy.Dummy(real=True)
         return self.made[value]
 
     def fit(self, expression: sympy.Expr) -> sympy.Expr:
-        """Return an expression whose summands fit a line, with names for long factors."""
+        """Return an expression whose summands fit a line each, with symbols for long factors."""
         if _length(expression) <= self.width:
             return expression
         if expression.is_Add:
@@ -260,7 +262,8 @@ def _names(system: System) -> dict[InputSymbol, str]:
 def _definitions(
     system: System, described: Description, names: Mapping[InputSymbol, str], used: set[str]
 ) -> dict[str, tuple[DefinedSymbol, ...]]:
-    """Return the symbols of a document by title of the table; components of the base and time if a term has any."""
+    """Return the symbols of a document by title of the table, empty tables left out. Components of the base and time
+    are listed only if in ``used``; ``names`` are the names of the symbols."""
 
     def name_of(block: str, index: int) -> str:
         symbol = InputSymbol(block, index)
@@ -303,7 +306,7 @@ def _definitions(
 
 
 def _meanings(group: str, q_size: int, v_size: int) -> tuple[list[str], list[str]]:
-    """Return the meanings of a factor's coordinates and velocities."""
+    """Return in words the meaning of each coordinate and each velocity of a factor of this group."""
     if group == "R":
         parts = [""] if q_size == 1 else [f" {index}" for index in range(q_size)]
         return [f"coordinate{part}" for part in parts], [f"rate of the coordinate{part}" for part in parts]
@@ -462,7 +465,8 @@ def _unit(label: str) -> str:
 
 
 def _term(symbol: str, matrix: sympy.Matrix, latex: Callable[[Any], str], width: int, *, vector: bool) -> Iterator[str]:
-    """Yield the lines of a term: a matrix that fits the line as a whole, else the entries that are not zero."""
+    """Yield the LaTeX lines of a term: a matrix that fits the line as a whole, else equations for entries that are not
+    zero. ``latex`` prints an expression; only the upper triangle of M is listed; ``vector`` gives one index."""
     rows, columns = matrix.shape
     lengths = [max(_length(entry) for entry in matrix[:, column]) for column in range(columns)]
     if sum(lengths) + 3 * columns <= width:
@@ -485,7 +489,8 @@ def _alignment(rows: Iterable[str]) -> list[str]:
 
 
 def _rows(left: str, expression: Any, latex: Callable[[Any], str], width: int) -> Iterator[str]:
-    """Yield the lines of an equation, broken between summands."""
+    """Yield the LaTeX lines of an equation ``left`` = expression, broken between summands at about ``width``
+    characters."""
     summands = expression.as_ordered_terms() if expression.is_Add else [expression]
     line, length = f"{left} &= ", 0
     for index, summand in enumerate(summands):

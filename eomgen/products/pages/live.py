@@ -96,7 +96,7 @@ def live(
 
 
 def live_page(model: CompiledModel, solution: Solution) -> str:
-    """Return the text of a live page; see ``live``."""
+    """Return the HTML text of a live page for a model and a run, whose values the page starts with; see ``live``."""
     held = _held(model, solution)
     library = _library(model, str(solution.metadata["method"]))
     check_supported(library.layout, model.name)
@@ -110,7 +110,8 @@ def live_page(model: CompiledModel, solution: Solution) -> str:
 
 
 def _library(model: CompiledModel, method: str) -> Library:
-    """Return the library with the stepper of a method and the functions that a page evaluates, in C."""
+    """Return the library with the stepper of a method and the functions that a page evaluates, compiled from C. Waits
+    for the compiler if necessary. Raises ModelError if the method cannot run on the scene."""
     layout = model.library.layout
     wanted = [name for name in FUNCTIONS[2:] if _there_is(model, name)]
     facts = layout["facts"]
@@ -156,7 +157,8 @@ def _live_data(
     held: Mapping[str, float],
     scenery: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """Return the data of the page besides the picture."""
+    """Return the data of a page besides the picture as JSON types: module, state, sliders, plots and texts. ``held``
+    are the constant inputs of the run by name, ``scenery`` the visible parts."""
     metadata, layout = solution.metadata, library.layout
     names = [name for name, _ in module.blocks]
     p = np.array([metadata["parameters"][name] for name in model.parameters])
@@ -238,7 +240,8 @@ def _note(model: CompiledModel, solution: Solution) -> str:
 
 
 def _plots(model: CompiledModel, solution: Solution, blocks: Sequence[str]) -> list[dict[str, Any]]:
-    """Return the plots: outputs by unit, and energies."""
+    """Return the plots of a page as JSON types: outputs by unit, ``_CURVES`` in each, and energies. ``blocks`` are the
+    names of the blocks that the module fills."""
     plots: list[dict[str, Any]] = []
     place = 0
     by_unit: dict[str, list[dict[str, Any]]] = {}

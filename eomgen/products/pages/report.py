@@ -163,7 +163,8 @@ class _Charts:
         self.data: list[dict[str, Any]] = []
 
     def add(self, title: str, unit: str, across: str, curves: Iterable[tuple[str, Array, Array]]) -> str:
-        """Return the canvas of a chart of curves: name, abscissa (n,) and values (n,)."""
+        """Add a chart of curves, each name, abscissa (n,) and values (n,), and return the HTML of the canvas.
+        ``across`` is the label of the abscissa; at most ``_ROWS`` rows are kept."""
         number = f"chart{len(self.data) + 1}"
         packed = [
             {"name": name, "x": _packed(x[rows]), "y": _packed(y[rows])} for name, x, y in curves for rows in [_rows(x)]
@@ -311,7 +312,8 @@ def _kind(name: str, solution: Solution) -> str:
 
 
 def _plots(run: ReportedRun, charts: _Charts, *, single: bool) -> str:
-    """Return the charts of a run: curves of one kind and one unit, a few in each."""
+    """Return the HTML section with the charts of a run: curves of one kind and one unit, ``_CURVES`` in each. The
+    charts are added to ``charts``; ``single``: the report has one run."""
     solution = run.solution
     groups: dict[tuple[str, str], list[tuple[str, Array, Array]]] = {}
     for name, (values, unit) in _columns_of(solution).items():
@@ -334,7 +336,8 @@ def _plots(run: ReportedRun, charts: _Charts, *, single: bool) -> str:
 
 
 def _comparison(runs: Sequence[ReportedRun], charts: _Charts) -> str:
-    """Return settings that differ, differences of the columns that all runs have, and these columns side by side."""
+    """Return the HTML section with settings that differ, and differences and charts of the columns that all runs
+    have."""
     settings = [_settings(run.solution) for run in runs]
     names = list(dict.fromkeys(name for one in settings for name in one))
     differing = [
@@ -366,7 +369,7 @@ def _comparison(runs: Sequence[ReportedRun], charts: _Charts) -> str:
 
 
 def _differences(runs: Sequence[ReportedRun], columns: Sequence[Columns], shared: Sequence[str]) -> str:
-    """Return the table of differences from the first run, a row for each of the columns that all runs have."""
+    """Return the HTML table of differences from the first run, with a row for each column in ``shared``."""
     headings = ["column", "unit"]
     for run in runs[1:]:
         headings += [f"largest difference, {run.name}", "at t, s", f"at the end, {run.name}"]
@@ -391,7 +394,8 @@ def _settings(solution: Solution) -> dict[str, str]:
 
 
 def _difference(t: Array, values: Array, other_t: Array, other: Array) -> tuple[str, str, str]:
-    """Return the largest difference over the times that both runs have, when, and the one at the last such time."""
+    """Return as texts the largest difference over the common times of two runs, the time of this, and the last
+    difference."""
     last = min(t[-1], other_t[-1])
     rows = np.flatnonzero((t <= last) & (t >= max(t[0], other_t[0])))
     if not len(rows):
@@ -402,7 +406,8 @@ def _difference(t: Array, values: Array, other_t: Array, other: Array) -> tuple[
 
 
 def _modes(model: Any) -> str:
-    """Return the modes of the linear model about the scene's own operating point, or why there are none."""
+    """Return the HTML section with modes about the scene's own operating point, or with the reason why there are
+    none."""
     try:
         linear: Any = model.linearize()
         modes = linear.modes()
@@ -434,7 +439,8 @@ def _checks(checks: ChecksOfForms) -> str:
 
 
 def _animation(runs: Sequence[ReportedRun]) -> str:
-    """Return the animations of the runs, or why there are none."""
+    """Return the HTML section with the animations of the runs, a sentence for each that cannot be made or is too
+    large."""
     parts = []
     size = 0
     for run in runs:

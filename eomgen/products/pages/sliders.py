@@ -86,7 +86,8 @@ def _parameters(model: CompiledModel, p: Array) -> Iterator[Slider]:
 
 
 def range_of(value: float, unit: str, allowed: Callable[[float], bool]) -> tuple[float, float]:
-    """Return the ends of the range of a parameter, both allowed; equal if no other value is."""
+    """Return the ends of the range of a parameter's slider around ``value``, the widest steps that ``allowed`` accepts.
+    An end is ``value`` itself if none is allowed on this side."""
     if value == 0.0 or unit == "rad":
         low = next((value - by for by in _DISTANCES if allowed(value - by)), value)
         high = next((value + by for by in _DISTANCES if allowed(value + by)), value)
@@ -98,7 +99,8 @@ def range_of(value: float, unit: str, allowed: Callable[[float], bool]) -> tuple
 
 
 def _inputs(model: CompiledModel, solution: Solution, held: Mapping[str, float], extent: float) -> Iterator[Slider]:
-    """Yield sliders for inputs, with twice the largest value of the run as range."""
+    """Yield sliders for inputs, from minus to plus twice the largest value of the run; of formulas with the value None.
+    Inputs that are zero in the run get a range by unit, from weight and ``extent`` of the machine."""
     layout = {item["name"]: item for item in model.library.layout["inputs"]}
     by_formula = {item.name for item in model.description.inputs if item.given}
     weight = _mass(model) * _GRAVITY
@@ -118,7 +120,7 @@ def _inputs(model: CompiledModel, solution: Solution, held: Mapping[str, float],
 
 
 def _mass(model: CompiledModel) -> float:
-    """Return the mass of all bodies at the scene's parameters, kg; without bodies whose mass has no value."""
+    """Return the mass of all bodies at the scene's parameters, kg; bodies whose mass has no value are left out."""
     values, total = model.description.values(dict(model.parameters)), 0.0
     for solid in model.description.drawing.solids:
         with contextlib.suppress(ArithmeticError, KeyError):
@@ -166,7 +168,8 @@ def _starts(model: CompiledModel, solution: Solution, extent: float) -> Iterator
 
 
 def _limits(model: CompiledModel, coordinate: str, value: float, reach: float) -> tuple[float, float]:
-    """Return the range of a coordinate: about the start, between the stops."""
+    """Return the range of a coordinate: ``reach`` on both sides of ``value``, between stops, and with ``value``
+    inside."""
     low, high = value - reach, value + reach
     values = model.description.values(dict(model.parameters))
     for limit in model.description.limits:
@@ -181,7 +184,7 @@ def _limits(model: CompiledModel, coordinate: str, value: float, reach: float) -
 
 
 def _states(model: CompiledModel, solution: Solution) -> Iterator[Slider]:
-    """Yield sliders of internal states that flow; sampled states have none."""
+    """Yield sliders for continuous internal states; a scene with sampled states has none."""
     sampled = model.library.layout["method"].get("samples", {})
     if sampled:
         return

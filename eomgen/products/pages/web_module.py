@@ -93,7 +93,8 @@ def web_module(library: Library, *, left_to_stepper: bool) -> WebModule:
 
 
 def texts_with_numbers(library: Library) -> dict[str, str]:
-    """Return the C sources and headers of a library with its numbers in the text: a page has no loader."""
+    """Return the C sources and headers of a library by name, with the tables of numbers as a C file: a page has no
+    loader."""
     texts, prefix = library_texts(library.folder), library.layout["prefix"]
     if tables := tables_in(library.folder):
         mark, _, numbers = fingerprints_and_numbers(tables)
@@ -115,7 +116,7 @@ def _zig() -> Compiler:
 
 
 def page_source(layout: Mapping[str, Any], *, left_to_stepper: bool) -> tuple[str, tuple[tuple[str, int], ...]]:
-    """Return the C of the page's motion, and names and sizes of the blocks.
+    """Return the C of the page's motion, and names and sizes of the blocks of doubles; arguments as in ``web_module``.
 
     Raises
     ------
@@ -198,8 +199,8 @@ def check_supported(layout: Mapping[str, Any], name: str) -> None:
 def _called(
     layout: Mapping[str, Any], row: Mapping[str, slice]
 ) -> tuple[list[dict[str, Any]], list[tuple[str, int, str]]]:
-    """Return the functions called by the page with the places of all arguments, and the blocks of results: name, size
-    and meaning."""
+    """Return the model functions that a page calls, with the C texts of all arguments, and (name, size, meaning) of
+    results. ``row`` has the places of the quantities in the row of the motion."""
     arguments = {"p": "present", "t": "row_of_motion", "u": "u", "base": "base"}
     arguments |= {name: f"row_of_motion + {row[name].start}" for name in ("q", "v", "lam", "z") if name in row}
     arguments["a"] = f"row_of_motion + {row['vdot'].start}"

@@ -35,7 +35,7 @@ _NON_SMOOTH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE, Op.SELEC
 
 @dataclass(frozen=True)
 class Observations:
-    """Quantities besides equations.
+    """Quantities of a SymPy system besides equations, recorded on the tape of the equations.
 
     Attributes
     ----------
@@ -141,7 +141,8 @@ class SymbolicEquations:
 
 
 def describe(document: SymbolicEquations) -> Description:
-    """Return names and values besides the equations."""
+    """Return the Description of equations from SymPy: names and values of parameters, states, inputs, outputs,
+    drawing."""
     return Description(
         document.name,
         parameters=tuple(
@@ -160,7 +161,8 @@ def describe(document: SymbolicEquations) -> Description:
 
 
 def derive(document: SymbolicEquations, terms: Sequence[str] | None) -> System:
-    """Return the System with the wanted terms, all that a run may need by default."""
+    """Return the System of equations from SymPy with the wanted terms; None: all terms that a run may need. Terms that
+    the system cannot have are left out."""
     recorder = _TermRecorder(document)
     blocks = {name: tuple(_TERMS[name](recorder)) for name in _wanted(document, recorder, terms)}
     tape = recorder.tape
@@ -185,7 +187,8 @@ def derive(document: SymbolicEquations, terms: Sequence[str] | None) -> System:
 
 
 def _wanted(document: SymbolicEquations, recorder: _TermRecorder, terms: Sequence[str] | None) -> list[str]:
-    """Return the terms to be recorded, in order."""
+    """Return the terms to be recorded, in order: the existing ones among ``terms``, None: all that are not on
+    request."""
     rows, observed = document.rows, document.observed
     holds = {
         "constraints": rows.names,
@@ -209,7 +212,7 @@ def _wanted(document: SymbolicEquations, recorder: _TermRecorder, terms: Sequenc
 
 
 def _system(document: SymbolicEquations, recorder: _TermRecorder, made: Mapping[str, Function]) -> System:
-    """Return the System of equations read from SymPy."""
+    """Return the System of a document from the functions ``made``, by name, with facts, names and the initial state."""
     tape, count, rows, observed = recorder.tape, recorder.count, document.rows, document.observed
     of_mass = {symbol.block for symbol in tape.depends_on(document.mass)}
     of_force = {symbol.block for symbol in tape.depends_on(document.force)}
@@ -249,7 +252,7 @@ def _system(document: SymbolicEquations, recorder: _TermRecorder, made: Mapping[
 
 
 def solved(matrix: Sequence[Scalar], sides: Sequence[Sequence[Scalar]]) -> list[list[Scalar]]:
-    """Return the solutions of a symmetric matrix, row by row, for several right-hand sides, by L D L^T."""
+    """Return the solutions for several right-hand sides (n,) of a symmetric matrix, row by row, recorded by L D L^T."""
     n = len(sides[0])
     lower: dict[tuple[int, int], Scalar] = {}
     pivots: list[Scalar] = []
@@ -280,7 +283,8 @@ def solved(matrix: Sequence[Scalar], sides: Sequence[Sequence[Scalar]]) -> list[
 
 
 class _TermRecorder:
-    """Terms of a document, on a copy of the tape."""
+    """Records the terms of a document on a copy of its tape; methods return the blocks of a term. ``patterns`` collects
+    the positions of the nonzeros by block."""
 
     def __init__(self, document: SymbolicEquations) -> None:
         self.document, self.count = document, len(document.coordinates)
@@ -319,7 +323,7 @@ class _TermRecorder:
 
     @cached_property
     def slopes(self) -> list[dict[int, Ref]]:
-        """Rows of B: nonzeros by column."""
+        """Rows of B, each as references of nonzeros by column: derivatives of positions in q, of velocities in v."""
         rows = self.document.rows
         result: list[dict[int, Ref]] = []
         for refs, block in ((rows.positions, self.q), (rows.velocities, self.v)):
@@ -340,12 +344,12 @@ class _TermRecorder:
 
     @cached_property
     def row_biases(self) -> list[Ref]:
-        """Accelerations of the rows at vdot = 0."""
+        """References of the accelerations of the rows at vdot = 0, g, (rows,)."""
         return jacobian_vector(self.tape, self.row_rates, self._along)
 
     @cached_property
     def row_accelerations(self) -> list[Ref]:
-        """B a + g."""
+        """References of the accelerations of the rows, B a + g, (rows,)."""
         result = []
         for tangent, bias in zip(self.slopes, self.row_biases, strict=True):
             total = Scalar(self.tape, bias)
@@ -361,7 +365,7 @@ class _TermRecorder:
         return Block(name, (len(refs),), tuple(refs), text)
 
     def forward_dynamics(self) -> list[Block]:
-        """M^-1 (Q - h)."""
+        """Return the block of accelerations, M^-1 (Q - h). Raises ModelError for a coordinate with a zero row of M."""
         balance = [force - bias for force, bias in zip(self.force, self.coupling, strict=True)]
         for place, name in enumerate(self.document.coordinates):
             row = self.mass[place * self.count : (place + 1) * self.count]
@@ -373,7 +377,7 @@ class _TermRecorder:
         return self.block("vdot", (self.count,), solution)
 
     def in_block(self, name: str, values: Sequence[Ref], block: Sequence[Scalar], text: str) -> Block:
-        """Return partials in the numbers of a block, row by row."""
+        """Return the block ``name`` of partials of values in the numbers of ``block``, (values, numbers) row by row."""
         rows = forward_partials(self.tape, values, {item.ref: {place: ONE} for place, item in enumerate(block)})
         refs = tuple(row.get(place, ZERO) for row in rows for place in range(len(block)))
         return Block(name, (len(values), len(block)), refs, text)
@@ -458,7 +462,8 @@ class _TermRecorder:
         return blocks + (self.internal_rate() if self.document.states.names else [])
 
     def nonzeros(self, block: Block) -> Block:
-        """Return the entries that are not zero by structure, and note the positions."""
+        """Return a block with the entries of a matrix that are not zero by structure, and note the positions in
+        ``patterns``."""
         columns = block.shape[1]
         self.patterns[block.name] = tuple(divmod(k, columns) for k, ref in enumerate(block.refs) if ref != ZERO)
         return self.vector(block.name, [ref for ref in block.refs if ref != ZERO], f"nonzeros of {block.name}")

@@ -55,7 +55,8 @@ def basic(value: Any) -> Any:
 
 
 def name_of(symbol: Any) -> str:
-    """Return a legal name of a symbol of SymPy: letters, digits and underscores of the printed name."""
+    """Return a legal name for a symbol or function of SymPy: ASCII letters, digits, underscores, Greek letters in
+    words. At most ``_LONGEST`` characters; names begin with a letter."""
     text = str(symbol.func) if isinstance(symbol, AppliedUndef) else str(symbol.name)
     if not text.isascii():
         text = "".join(map(_latin, unicodedata.normalize("NFKD", text)))
@@ -73,7 +74,7 @@ def _latin(letter: str) -> str:
 
 
 class Expressions:
-    """Records expressions of SymPy.
+    """Records expressions of SymPy on a tape: a call returns the Scalar of an expression, each subexpression once.
 
     Parameters
     ----------
@@ -98,7 +99,8 @@ class Expressions:
         self.time = dynamicsymbols._t
 
     def declare(self, expressions: Iterable[Any]) -> None:
-        """Declare free symbols of expressions as parameters, and functions of time as inputs, in alphabetical order."""
+        """Declare free symbols of expressions as parameters, and functions of time as inputs, in alphabetical order.
+        Raises DescriptionError for two symbols of one name, and functions of other arguments."""
         symbols: set[Any] = set()
         functions: set[Any] = set()
         for expression in map(basic, expressions):
@@ -125,7 +127,8 @@ class Expressions:
         self.known[self.time] = self.algebra.block("t", 1)[0]
 
     def __call__(self, expression: Any) -> Scalar:
-        """Return an expression on the tape. Raises DescriptionError for functions that no tape holds."""
+        """Return the Scalar of an expression on the tape, without recursion. Raises DescriptionError for functions,
+        rates or numbers that the tape cannot hold."""
         root = basic(expression)
         pending = [root]
         while pending:
@@ -166,7 +169,7 @@ class Expressions:
         return operands
 
     def _recorded(self, node: Any, operands: Sequence[Scalar]) -> Scalar:
-        """Return the value on the tape of a node with recorded operands."""
+        """Return the Scalar of a node of an expression by the Scalars of the operands; comparisons are 1 or 0."""
         algebra, kind = self.algebra, type(node)
         if isinstance(node, (CharacteristicCurveFunction, sympy.UnevaluatedExpr, *_REWRITTEN)):
             return operands[0]

@@ -53,7 +53,7 @@ class KaneKinematics:
         self._axes: dict[Any, Matrix] = {inertial: self.algebra.identity}
 
     def axes(self, frame: Any) -> Matrix:
-        """Return the rotation of a frame, own axes to inertial ones."""
+        """Return the rotation matrix from axes of a frame to inertial axes, recorded once per frame."""
         if frame not in self._axes:
             path = self._path(frame, 0)
             turned = self.algebra.matrix(
@@ -97,8 +97,9 @@ class KaneKinematics:
         return result
 
     def velocity(self, point: Any) -> Vector:
-        """Return the velocity of a point: given, or by the nearest point with a given velocity and the rate of the way
-        from there."""
+        """Return the velocity of a point in the inertial frame, in inertial axes. This is the given velocity, or the
+        one of the nearest point with a given velocity plus the rate of the way from there. Raises DescriptionError
+        without such a point."""
         ways: dict[Any, Vector] = {point: self.algebra.zero_vector}
         waiting = deque([point])
         while waiting:
@@ -122,7 +123,8 @@ class KaneKinematics:
         return self.algebra.vector(self.rates(vector))
 
     def rates(self, values: Sequence[Scalar]) -> list[Scalar]:
-        """Return time derivatives along the motion, at constant v."""
+        """Return time derivatives of values along the motion, at constant v. Raises DescriptionError if an input takes
+        part."""
         refs = [item.ref for item in values]
         if any(symbol.block == "u" for symbol in self.tape.depends_on(refs)):
             fault = "a place or a mass depends on an input, whose rate is unknown [E1150]"
@@ -135,7 +137,7 @@ class KaneKinematics:
         return [[Scalar(self.tape, row.get(place, ZERO)) for place in range(self.count)] for row in rows]
 
     def partials(self, vector: Vector) -> list[Vector]:
-        """Return the partial velocities: partials of a velocity in each component of v."""
+        """Return the partial velocities: the derivative of a velocity (3,) in each component of v, n vectors."""
         rows = forward_partials(self.tape, [item.ref for item in vector], self._seeds)
         zero = self.algebra.zero
         return [
@@ -155,8 +157,8 @@ def center_of(body: Any) -> Any:
 
 
 def frame_of(body: Any, kinematics: KaneKinematics) -> Any:
-    """Return the frame of a body: of a particle the inertial one, of a wheel without an orientation the frame in which
-    the inertia is given."""
+    """Return the frame of a SymPy body in which the inertia is taken. For a particle this is the inertial frame; for a
+    body without an orientation, as a wheel, the frame of the inertia."""
     if not is_rigid(body):
         return kinematics.inertial
     candidates = [body.frame, *(vector.args[0][1] for _, vector, _ in body.central_inertia.args)]
@@ -170,7 +172,8 @@ def inertia_of(body: Any, kinematics: KaneKinematics) -> Matrix:
 
 
 def kane(kinematics: KaneKinematics, bodies: Sequence[Any], loads: Sequence[tuple[Any, Any]]) -> KaneTerms:
-    """Return the terms of Kane's equations, projected onto the rates of the coordinates."""
+    """Return the terms M, h and Q of Kane's equations, projected onto the rates of the coordinates. ``loads`` are pairs
+    of a point and a force, or of a frame and a torque."""
     algebra, count = kinematics.algebra, kinematics.count
     terms = KaneTerms([algebra.zero] * count**2, [algebra.zero] * count, [algebra.zero] * count)
     for body in bodies:
@@ -200,7 +203,7 @@ def augmented(kinematics: KaneKinematics, terms: KaneTerms, rows: Sequence[Scala
 
 
 def _add_body(kinematics: KaneKinematics, body: Any, terms: KaneTerms) -> None:
-    """Add the inertia of a body."""
+    """Add the inertia of a body to M and h of ``terms``, in place; masses and inertias may change with time."""
     record, count = kinematics.expressions, len(terms.coupling)
     mass, velocity = record(body.mass), kinematics.velocity(center_of(body))
     (growth,) = kinematics.rates([mass])

@@ -87,7 +87,8 @@ class Observed:
     # -- places -------------------------------------------------------------------------------------------------------
 
     def _best_origin(self, bodies: Sequence[Any]) -> Any:
-        """Return the point at rest from which the places of most bodies follow; None without one."""
+        """Return the point at rest from which the places of most bodies agree with the velocities; None without any
+        such point."""
         inertial = self.kinematics.inertial
         seen: dict[Any, None] = {}
         for body in bodies:
@@ -106,8 +107,8 @@ class Observed:
         return best
 
     def place(self, point: Any) -> Vector:
-        """Return the place of a point from the origin in inertial axes; from a point with a given velocity, if none
-        leads to the origin."""
+        """Return the position of a point from the origin in inertial axes, m. If no way leads to the origin, the
+        position is relative to the first point on the ways with a given velocity."""
         ways: dict[Any, Vector] = {point: self.algebra.zero_vector}
         waiting, moved = deque([point]), None
         while waiting:
@@ -123,7 +124,8 @@ class Observed:
         return ways[point if moved is None else moved]
 
     def twisted(self) -> list[str]:
-        """Return the frames of bodies with an angular velocity that is not the rate of the orientation."""
+        """Return the names of body frames whose given angular velocity is not the rate of the orientation at the
+        samples."""
         faults = []
         for body in self.bodies:
             frame = frame_of(body, self.kinematics)
@@ -139,7 +141,7 @@ class Observed:
         return faults
 
     def contradictions(self) -> list[str]:
-        """Return notes on given accelerations that are not the rates of velocities."""
+        """Return a note for each body whose given acceleration of the mass centre is not the rate of the velocity."""
         notes = []
         for body, name in zip(self.bodies, self.names, strict=True):
             center = center_of(body)
@@ -165,11 +167,12 @@ class Observed:
         return self._cancels([[one, -other] for one, other in pairs])
 
     def _is_rate_of(self, place: Sequence[Scalar], velocity: Sequence[Scalar]) -> bool:
-        """Return whether a place has a velocity at all samples."""
+        """Return whether the rate of a position, (3,), equals a velocity, (3,), at all samples."""
         return self._cancels([[one, -other] for one, other in zip(self.kinematics.rates(place), velocity, strict=True)])
 
     def _cancels(self, sums: Sequence[Sequence[Scalar]], size: float = 0.0) -> bool:
-        """Return whether the summands of each sum cancel at all samples, next to a size."""
+        """Return whether the summands of each sum add up to rounding at all samples, relative to the largest summand or
+        ``size``. Samples with values that are not finite do not count."""
         refs = [item.ref for summands in sums for item in summands]
         for sample in self.samples:
             known = values_at(self.tape, refs, sample)
@@ -199,7 +202,7 @@ class Observed:
         ]
 
     def twists(self) -> list[Scalar]:
-        """Return angular velocity, and velocity of the mass centre, of each body, in body axes."""
+        """Return for each body 6 numbers in body axes: angular velocity, then velocity of the mass centre."""
         result: list[Scalar] = []
         for body in self.bodies:
             frame = frame_of(body, self.kinematics)
@@ -210,7 +213,8 @@ class Observed:
         return result
 
     def _quaternion(self, frame: Any) -> list[Scalar]:
-        """Return the quaternion (w, x, y, z) of a frame, of the rotations on the way from the inertial frame."""
+        """Return the quaternion (w, x, y, z) from axes of a frame to inertial axes, a product along the way; once per
+        frame."""
         if frame is self.kinematics.inertial:
             return [self.algebra.one, *self.algebra.zero_vector]
         if frame not in self._quaternions:
@@ -221,8 +225,8 @@ class Observed:
         return self._quaternions[frame]
 
     def _turn(self, matrix: Any) -> list[Scalar]:
-        """Return the quaternion of a SymPy rotation matrix, by half the angle if the matrix turns about an axis of the
-        frame."""
+        """Return the quaternion of a SymPy rotation matrix: by half the angle for a turn about a coordinate axis, else
+        in general."""
         for axis in range(3):
             i, j = (axis + 1) % 3, (axis + 2) % 3
             cosine, sine = matrix[i, i], matrix[j, i]
@@ -239,7 +243,7 @@ class Observed:
     # -- energies -----------------------------------------------------------------------------------------------------
 
     def energies(self, loads: Sequence[tuple[Any, Any]], actuators: Sequence[Any]) -> Energies:
-        """Return the energies of bodies, constant forces and springs, and the power of other loads.
+        """Return kinetic energy, potential energy of constant forces and springs, and the power of all other loads.
 
         Parameters
         ----------
@@ -324,7 +328,8 @@ class Observed:
         return BASE if body in self.resting or body not in self.bodies else self.names[self.bodies.index(body)]
 
     def _point(self, point: Any, owner: Any = None) -> Point | None:
-        """Return a point with the body that holds the point, and the place there; None if no body does."""
+        """Return a point in the axes of the body that holds the point fixed, at the first sample; None if no body does.
+        ``owner`` restricts the search to one body; bodies at rest are the base."""
         for body in [owner] if owner is not None else [*self.bodies, *self.resting]:
             way = _fixed_way(point, center_of(body), frame_of(body, self.kinematics))
             if way is None:
@@ -357,7 +362,8 @@ def stored_energy(actuator: Any) -> Any:
 
 
 def lagrangian_energies(algebra: Algebra, lagrangian: Ref, v: Sequence[Scalar], forces: Sequence[Scalar]) -> Energies:
-    """Return the part of a Lagrangian that rates move, minus the rest, and the power of generalized forces."""
+    """Return energies by a Lagrangian: the kinetic part vanishes with v, the potential is minus the rest; and the power
+    of generalized forces."""
     (rest,) = substitute(algebra.tape, [lagrangian], {item.ref: ZERO for item in v})
     at_rest = Scalar(algebra.tape, rest)
     return Energies(Scalar(algebra.tape, lagrangian) - at_rest, -at_rest, dot(list(forces), list(v)))
@@ -366,7 +372,8 @@ def lagrangian_energies(algebra: Algebra, lagrangian: Ref, v: Sequence[Scalar], 
 def power_of_drivers(
     algebra: Algebra, energies: Energies, q: Sequence[Scalar], v: Sequence[Scalar], a: Sequence[Scalar]
 ) -> Scalar:
-    """Return the rate of the energy beyond the power of non-conservative loads, along accelerations."""
+    """Return the rate of kinetic and potential energy along accelerations a, less the power of non-conservative loads,
+    W."""
     along: dict[Ref | InputSymbol, Ref] = {one.ref: rate.ref for one, rate in zip((*q, *v), (*v, *a), strict=True)}
     along[InputSymbol("t", 0)] = ONE
     (rate,) = jacobian_vector(algebra.tape, [(energies.kinetic + energies.potential).ref], along)
@@ -396,7 +403,7 @@ def quaternion_of(algebra: Algebra, matrix: Matrix) -> list[Scalar]:
 
 
 def _joined(point: Any) -> list[Any]:
-    """Return all points that are placed against a point, nearest first."""
+    """Return all points connected with a point by given positions, the point first, then by number of steps."""
     seen = {point: None}
     waiting = deque([point])
     while waiting:

@@ -135,7 +135,9 @@ def from_sympy(
 
 
 class _Reading:
-    """A description of SymPy with the parts under common names."""
+    """A description of SymPy, read into lists under common names, with the tape on which the equations are recorded.
+    ``q`` are coordinates, ``u`` speeds, ``kdes`` kinematic equations, ``positions`` and ``constraints`` the constraints
+    of positions and velocities, ``loads`` (place, vector)."""
 
     def __init__(
         self,
@@ -145,7 +147,9 @@ class _Reading:
         states: Mapping[Any, Any],
         absent: frozenset[str] = frozenset(),
     ) -> None:
-        """Read the equations of KanesMethod, LagrangesMethod or System."""
+        """Read a KanesMethod, LagrangesMethod, System or pair of matrices, and prepare the tape. ``q`` are coordinates
+        of matrices, ``states`` rates of internal states, ``absent`` names without an effect. Raises UsageError and
+        DescriptionError for parts that cannot be taken."""
         self.name, self.system = name, system
         #: Holonomic constraints, and constraints of velocities, which have the rates of the holonomic ones among them.
         self.positions: list[Any] = []
@@ -195,7 +199,8 @@ class _Reading:
         self.speeds = [item for item in self.u if not isinstance(item, sympy.Derivative)]
 
     def _read(self, q: Sequence[Any]) -> None:
-        """Take the parts of the system; ``q``: coordinates of matrices."""
+        """Fill the lists of parts from the description; ``q`` are the coordinates of a pair of matrices. Raises
+        UsageError or DescriptionError for other objects, and matrices without coordinates."""
         system, loads = self.system, list[Any]()
         if isinstance(system, System) and isinstance(system.eom_method, LagrangesMethod):
             # the Lagrangian may have potential energies of bodies, and the loads are the ones of all actuators
@@ -237,7 +242,7 @@ class _Reading:
         self.loads = [(load[0], load[1]) for load in loads]
 
     def _matrix(self, item: object, letter: str) -> Any:
-        """Return a matrix of expressions; no text is read."""
+        """Return M or f as a SymPy matrix; no text is read. Raises UsageError, with ``letter``, for other entries."""
         entries = item if isinstance(item, sympy.MatrixBase) else np.array(item, dtype=object)
         known = all(isinstance(entry, sympy.Basic | int | float | np.number) for entry in np.array(entries).ravel())
         if not known or len(entries.shape) not in (1, 2):
@@ -246,7 +251,8 @@ class _Reading:
         return sympy.Matrix(entries.tolist())
 
     def _check_parts(self) -> None:
-        """Raise DescriptionError for parts of other classes, and for coordinates that are none."""
+        """Raise DescriptionError for bodies, loads or coordinates of other classes, no coordinates, or two of one
+        name."""
         faults = [
             (item, "body", "RigidBody or Particle")
             for item in self.bodies
@@ -278,7 +284,7 @@ class _Reading:
             self.q += integrals
 
     def terms(self) -> KaneTerms:
-        """Record the equations."""
+        """Record the equations on the tape and return M, h and Q; sets ``kinematics``, ``rows`` and ``angular``."""
         every = self._everything()
         self.expressions.declare(every)
         self.angular = angles(self.q, every)
@@ -303,7 +309,7 @@ class _Reading:
         return terms
 
     def _everything(self) -> list[Any]:
-        """Return all expressions, for the lists of parameters and inputs."""
+        """Return all expressions of the description, by which parameters and inputs are declared."""
         self.expressions.known |= dict.fromkeys(set(self.u) - self.expressions.known.keys(), self.algebra.zero)
         result: list[Any] = [*self.kdes, *self.positions, *self.constraints, *self.states.values()]
         if isinstance(self.system, LagrangesMethod):
@@ -326,7 +332,8 @@ class _Reading:
         return result
 
     def _solve_speeds(self) -> None:
-        """Make the user's speeds scalars of q and v, by the kinematic differential equations."""
+        """Record the user's speeds as functions of q and v by the kinematic equations; further equations become
+        ``relations``. Raises DescriptionError if numbers of speeds, equations and coordinates do not fit."""
         if not self.speeds:
             return
         if len(self.kdes) != len(self.q) or len(self.q) < len(self.u):
@@ -348,7 +355,7 @@ class _Reading:
             record.known[speed] = value
 
     def _lagrange(self) -> KaneTerms:
-        """d/dt dL/dv - dL/dq = Q, differentiated on the tape."""
+        """Return M, h and Q of d/dt dL/dv - dL/dq = Q for a Lagrangian L, differentiated on the tape."""
         tape, q, v = self.algebra.tape, [x.ref for x in self.q_scalars], [x.ref for x in self.v_scalars]
         lagrangian = self.expressions(self.system._L[0]).ref
         momenta = gradient(tape, lagrangian, v)
@@ -393,7 +400,8 @@ class _Reading:
     def document(
         self, terms: KaneTerms, parameters: Mapping[Any, float], initial: Mapping[Any, float]
     ) -> SymbolicEquations:
-        """Return the document with values of parameters and the initial state."""
+        """Return the document with values of parameters and an initial state on the constraints. Raises UsageError for
+        missing or unknown names."""
         record = self.expressions
         names = [name_of(item) for item in self.q]
         of_states = [name_of(item) for item in self.states]
@@ -431,7 +439,8 @@ class _Reading:
         )
 
     def _with_inertia(self, terms: KaneTerms, rows: KaneRows, samples: Sequence[Mapping[str, Array]]) -> KaneTerms:
-        """Return the terms with an inertia of all coordinates that constraints move, if M has none."""
+        """Return the terms; if M is singular at all samples and there are constraints, augmented by the constraints'
+        rows."""
         if not rows.names:
             return terms
         refs, count = [item.ref for item in terms.mass], len(self.q)
@@ -441,7 +450,8 @@ class _Reading:
         return augmented(self.kinematics, terms, [*rates, *(Scalar(self.algebra.tape, ref) for ref in rows.velocities)])
 
     def _inertia_notes(self, terms: KaneTerms, rows: KaneRows, start: Mapping[str, Array]) -> list[str]:
-        """Return a note on a mass matrix that no masses have; raise DescriptionError if M is not symmetric."""
+        """Return a note in a list if M has a negative eigenvalue or is singular at the start; empty otherwise. Raises
+        DescriptionError if M is not symmetric."""
         count = len(self.q)
         M = values_at(self.algebra.tape, [item.ref for item in terms.mass], start).reshape(count, count)
         if not np.all(np.isfinite(M)):
@@ -466,7 +476,8 @@ class _Reading:
     def _observations(
         self, terms: KaneTerms, rows: KaneRows, samples: Sequence[Mapping[str, Array]], notes: Sequence[str]
     ) -> Observations:
-        """Return poses, twists, energies and the drawing."""
+        """Return angles, poses, twists, energies, drawing and notes of the system, checked at the samples. Raises
+        DescriptionError for an angular velocity that contradicts the orientation."""
         random = np.random.default_rng(_SEED)
         # rates that satisfy the constraints, which angular velocities may rely on, and any rates without constraints
         moving = list(samples[1:]) or list(samples)
@@ -516,7 +527,8 @@ class _Reading:
         return [f"{fault}; try: a load, or system.form_eoms(LagrangesMethod) before from_sympy [W0263]"]
 
     def _balance(self, energies: Energies, rows: KaneRows, samples: Sequence[Mapping[str, Array]]) -> tuple[Ref, ...]:
-        """Return energies and powers; drivers have power if something moves at rest."""
+        """Return references of kinetic and potential energy, power of loads, and power of drivers. Drivers have power
+        if a quantity moves while v = 0 at a sample, else 0."""
         tape, algebra = self.algebra.tape, self.algebra
         at_rest = [*self.kinematics.rates([Scalar(tape, ref) for ref in rows.positions]), *self._moved_by_time(rows)]
         refs = [item.ref for item in at_rest]
@@ -544,7 +556,7 @@ class _Reading:
         return result
 
     def _values(self, parameters: Mapping[Any, float]) -> dict[str, float]:
-        """Return values of all parameters by name."""
+        """Return values of all parameters by name. Raises UsageError for missing values and unknown symbols."""
         names = self.expressions.parameters
         given = {_key(key): _number("parameters", key, value) for key, value in parameters.items()}
         if missing := [item for item in names if item not in given]:
@@ -556,7 +568,8 @@ class _Reading:
         return given
 
     def _start(self, names: Sequence[str], initial: Mapping[Any, float]) -> dict[str, float]:
-        """Return initial values by the names of coordinates, ``v.NAME`` of rates."""
+        """Return initial values by the names of coordinates and states, ``v.NAME`` of rates. Raises UsageError for
+        other names."""
         start = {_key(key): _number("initial", key, value) for key, value in initial.items()}
         if unknown := sorted(start.keys() - {*names, *(f"v.{item}" for item in names)}):
             hint = f"one of {', '.join(names)}, or a rate by q.diff()"
@@ -592,7 +605,8 @@ def _components(vector: Any) -> list[Any]:
 
 
 def _reached(bodies: Sequence[Any], loads: Sequence[tuple[Any, Any]], inertial: Any) -> tuple[set[Any], set[Any]]:
-    """Return the frames and points that bodies and loads are connected with."""
+    """Return all frames and points that are connected with bodies, loads and the inertial frame, directly or through
+    others."""
     frames, points = set() if inertial is None else {inertial}, set()
     for body in bodies:
         points.add(center_of(body))
@@ -623,8 +637,9 @@ def _reached(bodies: Sequence[Any], loads: Sequence[tuple[Any, Any]], inertial: 
 def _solved(
     algebra: Algebra, rows: list[list[Scalar]], rest: list[Scalar], name: str
 ) -> tuple[list[Scalar], list[Scalar]]:
-    """Return x of A x = b on the tape, by elimination, and b of the further rows, which is zero there. Pivots are the
-    largest entries at a random state."""
+    """Return x of A x = b on the tape, by elimination, and the residuals of the rows beyond the number of unknowns.
+    ``rows`` are the rows of A, ``rest`` is b. Pivots are the largest entries at a random state. Raises DescriptionError
+    if the rows do not determine x; ``name`` is for the message."""
     tape, count = algebra.tape, len(rows[0])
     rows, rest = [list(row) for row in rows], list(rest)
     random = np.random.default_rng(_SEED)

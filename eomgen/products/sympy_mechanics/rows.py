@@ -33,7 +33,7 @@ _STATES, _NEAR, _SEED = 3, 0.05, 1
 
 @dataclass(frozen=True)
 class KaneRows:
-    """Independent constraints.
+    """Independent constraints of a SymPy system, as references on the tape.
 
     Attributes
     ----------
@@ -89,7 +89,8 @@ class Constraints:
         angular: Sequence[bool],
         relations: Sequence[Ref] = (),
     ) -> None:
-        """Record the constraints with their rates, and choose independent rows."""
+        """Record the constraints with rates and gradients. Raises DescriptionError for a velocity row not linear in
+        v."""
         self.expressions, self.angular, self.count = expressions, angular, len(q)
         self.tape, self.algebra = expressions.algebra.tape, expressions.algebra
         self.texts = [basic(item) for item in (*positions, *velocities)]
@@ -111,6 +112,8 @@ class Constraints:
 
     def met(self, start: KaneState, p: Array, inputs: int) -> KaneState:
         """Return the nearest state that satisfies the constraints, at time 0 and zero inputs.
+
+        ``p`` are the values of the parameters, ``inputs`` is the number of inputs.
 
         Raises
         ------
@@ -141,7 +144,8 @@ class Constraints:
         return KaneState(q, v)
 
     def near(self, start: KaneState, p: Array, inputs: int) -> list[KaneState]:
-        """Return a state that satisfies the constraints, and further states nearby."""
+        """Return ``start`` and up to ``_STATES - 1`` states nearby that satisfy the constraints, at fixed random
+        distances."""
         random = np.random.default_rng(_SEED)
         states = [start]
         for _ in range(_STATES - 1):
@@ -153,7 +157,8 @@ class Constraints:
         return states
 
     def rows(self, states: Sequence[KaneState], p: Array, inputs: int) -> KaneRows:
-        """Return the independent rows, in order: positions first."""
+        """Return the independent rows, positions first, by the gradients at several states; names of dropped positions
+        are kept."""
         refs = [row.get(place, ZERO) for row in self.slopes for place in range(self.count)]
         gradients = []
         for state in states:
@@ -175,7 +180,7 @@ class Constraints:
         )
 
     def _scales(self, row: int) -> tuple[Scalar, Scalar]:
-        """Return the sum of the magnitudes of the summands of a row, and the change per radian."""
+        """Return for a row the sum of the magnitudes of the summands, and the change per radian, as Scalars."""
         algebra, of_velocity = self.algebra, row >= len(self.positions)
         turned = moved = algebra.zero
         for place, ref in self.slopes[row].items():
@@ -191,7 +196,8 @@ class Constraints:
 
 
 def _independent(gradients: Array) -> list[int]:
-    """Return the rows with a gradient that is new next to earlier gradients, in one of the states (states, rows, n)."""
+    """Return the numbers of the rows whose gradient does not depend on earlier gradients in at least one state.
+    ``gradients`` has the shape (states, rows, n)."""
     kept: list[int] = []
     bases: list[list[Array]] = [[] for _ in gradients]
     for row in range(gradients.shape[1]):
@@ -219,7 +225,8 @@ def angles(coordinates: Sequence[Any], expressions: Sequence[Any]) -> list[bool]
 
 
 def is_singular(matrices: Sequence[Array]) -> bool:
-    """Return whether symmetric matrices have a direction without inertia, each."""
+    """Return whether each of several symmetric inertia matrices (n, n) has a direction without inertia. Matrices that
+    are not finite do not count."""
     least = []
     for matrix in (item for item in matrices if np.all(np.isfinite(item))):
         scale = np.sqrt(np.maximum(np.diag(matrix), 0.0))
