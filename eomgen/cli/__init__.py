@@ -76,8 +76,7 @@ def _every_verb() -> dict[str, Verb]:
 
 
 def _verb_named(name: str) -> Verb | None:
-    """Return the verb of this name with a command, None if unknown. Raises the error of a distribution whose row is
-    faulty."""
+    """Return the verb of this name with a command, None if unknown. Raises the error of a faulty distribution."""
     if name in VERBS:
         return VERBS[name]
     if name in others().faults:

@@ -55,8 +55,7 @@ def own_causes() -> Mapping[str, Mapping[str, str]]:
 
 
 def topic_name(room: str) -> str:
-    """Return the longest prefix of a module's dotted name that has a page of the documentation, ``errors`` if none
-    has."""
+    """Return the longest prefix of a module's dotted name with a page of the documentation, else ``errors``."""
     parts = room.split(".")
     names = (".".join(parts[:count]) for count in range(len(parts), 0, -1))
     return next((name for name in names if name in pages()), "errors")
@@ -146,8 +145,7 @@ def _format(parts: Mapping[str, str]) -> str:
 
 
 def _alike(words: Set[str]) -> list[MessageRow]:
-    """Return in a list the message whose fixed words all occur in ``words``, the longest of several; empty if none
-    fits."""
+    """Return in a list the longest message whose fixed words all occur in ``words``; empty if none fits."""
     within = [(len(own), row) for row in rows() if (own := set(row.pattern.split()) - {"{}"}) and own <= words]
     return [max(within, key=itemgetter(0))[1]] if within else []
 

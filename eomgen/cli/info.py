@@ -102,8 +102,7 @@ def info(
 
 
 def describe_system(system: System) -> dict[str, Any]:
-    """Return sizes, groups, names, facts, operation counts and notes of a System as ``info`` shows these, JSON types by
-    key."""
+    """Return sizes, groups, names, facts, operation counts and notes of a System for ``info``, JSON types by key."""
     counts = {name: {**dataclasses.asdict(count), "flops": count.flops} for name, count in system.counts.items()}
     return {
         "scene": system.name,
@@ -146,8 +145,7 @@ def describe_system(system: System) -> dict[str, Any]:
 
 
 def _base_parameters(scene: Scene) -> dict[str, Any]:
-    """Return the base parameters of a scene as JSON types: ``of`` how many, ``combinations``, ``without_effect``;
-    compiles."""
+    """Return the base parameters of a scene as JSON types: number ``of``, ``combinations``, ``without_effect``."""
     from eomgen.pipeline.pipeline import build  # noqa: PLC0415
 
     result = build(scene, ["inverse_dynamics", "regressor", "regressor_parameters"]).base_parameters()
@@ -181,8 +179,7 @@ def _jumps(discontinuities: Sequence[Discontinuity]) -> list[str]:
 
 
 def _states(system: System) -> list[dict[str, Any]]:
-    """Return the internal states as JSON types, with ``flops`` of the rate of each, None if the rates are not
-    derived."""
+    """Return the internal states as JSON types, with ``flops`` of the rate of each, None without rates."""
     rates = system.functions["internal_rate"].refs if "internal_rate" in system.functions else [None] * system.nz
     return [
         {

@@ -179,8 +179,7 @@ def completed_methods(context: click.Context, parameter: click.Parameter, start:
 
 
 def reading_options(without: Sequence[str] = ()) -> Callable[[Command], Command]:
-    """Return the decorator that adds ``--strict``, ``--help-files`` and the options of all sources except
-    ``without``."""
+    """Return the decorator that adds ``--strict``, ``--help-files`` and options of sources except ``without``."""
 
     def decorate(command: Command) -> Command:
         for source, option in all_options().values():
@@ -198,8 +197,7 @@ def reading_options(without: Sequence[str] = ()) -> Callable[[Command], Command]
 
 
 def _show_file_options(context: click.Context, _: click.Parameter, wanted: bool) -> None:
-    """Print the hidden options for files of other tools that a command takes, and exit; return at once unless
-    ``wanted``."""
+    """Print the hidden options for files of other tools of a command and exit; return at once unless ``wanted``."""
     if not wanted:
         return
     names, formatter = {f"--{name}" for name in all_options()}, context.make_formatter()
@@ -228,8 +226,7 @@ def scene_options(command: Command) -> Command:
 
 
 def _source_option(source: Source, option: Option) -> Callable[[Command], Command]:
-    """Return the decorator that adds an option of a source, hidden, by the type of the default: flag, repeated, or
-    text."""
+    """Return the decorator that adds a hidden option of a source, by type of the default: flag, repeated, text."""
     name, text = f"--{option.name}", f"{formats_with(source, option)}: {option.description}."
     if isinstance(option.default, bool):
         return click.option(name, hidden=True, is_flag=True, help=text)
@@ -431,8 +428,7 @@ def check_assigned(scene: Scene, changes: Mapping[str, object], signals: Mapping
 def _check_changes(
     changes: Mapping[str, object], inputs: Sequence[str], tunable: Sequence[str], links: Sequence[str]
 ) -> None:
-    """Raise UsageError for an input among the parameters of ``--set``, or for inertia of a robot's link that is
-    fixed."""
+    """Raise UsageError for an input among the parameters of ``--set``, or for a fixed inertia of a robot's link."""
     for name, value in changes.items():
         if name in inputs and name not in tunable:
             raise UsageError(Problem(f"--set {name}", f"{name} is an input [E0199]", f"--input {name}={_text(value)}"))

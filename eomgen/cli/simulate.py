@@ -166,8 +166,7 @@ def _tables(solution: Solution, folder: Path, times: StepTimes | None) -> list[P
 
 
 def _drawings_of_stored() -> Drawings:
-    """Import the readers of solutions, and return a function from an order to calls that draw the run stored in a
-    folder."""
+    """Import the readers of solutions, and return a function from an order to calls that draw a stored run."""
     from eomgen.results.solution import Solution  # noqa: PLC0415
 
     def drawings(order: Mapping[str, Any]) -> list[Callable[[], list[Path]]]:
@@ -178,8 +177,7 @@ def _drawings_of_stored() -> Drawings:
 
 
 def _drawings(solution: Solution, order: Mapping[str, Any], parts: Sequence[RunPart]) -> list[Callable[[], list[Path]]]:
-    """Return calls that draw the files of a run: the figures in a folder, the figure over a column, and figures of the
-    parts."""
+    """Return calls that draw the files of a run: in a folder, over a column, and figures of the parts."""
     from eomgen.results.plots import draw_over, drawings  # noqa: PLC0415  # matplotlib comes with it
 
     folder, over = Path(order["folder"]), order["over"]

@@ -38,8 +38,7 @@ class IrregularSamples(Exception):  # no error: the caller derives all parts the
 def extrapolate(samples: Samples, number: int, known: Known = lambda _: None) -> Any:
     """Return data of n + ``number`` d equal parts, of the same types as the samples.
 
-    Integers, also within texts, are continued linearly; lists that grow get the repeated items inserted; equal items
-    stay.
+    Integers, also within texts, are continued linearly; lists that grow get repeated items inserted.
 
     Parameters
     ----------
@@ -99,8 +98,7 @@ def continued_integers(samples: tuple[NDArray[np.int64], ...], number: int) -> N
     """Return the table of integers for n + ``number`` d parts, (items, columns), one row for each item of a list.
 
     ``samples`` are the tables for n, n + d and n + 2 d parts with equal columns. If the number of rows does not grow,
-    all entries are continued linearly from the first two samples. Raises IrregularSamples for rows that do not continue
-    evenly.
+    all entries are continued linearly from the first two samples. Raises IrregularSamples.
     """
     growth = _even(*map(len, samples))
     if not growth:
@@ -205,8 +203,8 @@ def _extrapolate_rows(rows: _Rows, number: int) -> _Table:
 def _first_section(rows: _Rows, growth: int, number: int) -> tuple[_Rows, _Table]:
     """Return the first section of the rows of three samples that grows in one place, and this section for n +
     ``number`` d parts. ``growth`` is the number of rows by which the whole list grows from sample to sample. Of all
-    smaller growths, the one after which the most rows continue unchanged or evenly is chosen. Raises IrregularSamples
-    if no growth fits."""
+    smaller growths, the one after which the most rows continue unchanged or evenly is chosen. Raises
+    IrregularSamples."""
     end = _prefix(rows)
     best = 0
     made: tuple[_Rows, _Table] | None = None
@@ -223,8 +221,7 @@ def _first_section(rows: _Rows, growth: int, number: int) -> tuple[_Rows, _Table
 
 def _extrapolate_block(rows: _Rows, growth: int, number: int) -> _Table:
     """Return the rows for n + ``number`` d parts if ``growth`` rows are inserted at one place with each further d
-    parts. With ``growth`` 0 all rows must continue evenly one by one. Raises IrregularSamples if they do not, or if no
-    block repeats."""
+    parts. With ``growth`` 0 all rows must continue evenly one by one. Raises IrregularSamples otherwise."""
     if not growth:
         if _prefix(rows) < len(rows[0]):
             raise IrregularSamples("a list of other items")
@@ -298,8 +295,7 @@ def _rule(rows: _Rows, start: int, growth: int) -> tuple[_Table, _Table, _Table]
 
 
 def _flat(value: Any) -> tuple[Hashable, list[int]]:
-    """Return the shape of nested data with all counts removed, hashable, and the list of the counts in the order of
-    occurrence."""
+    """Return the shape of nested data with all counts removed, hashable, and the list of the counts in order."""
     numbers: list[int] = []
     return _shape(value, numbers), numbers
 
@@ -382,7 +378,6 @@ def continued_program(programs: Sequence[Program], number: int, known: Known) ->
 
 
 def _assemble(program: Program) -> Mapping[str, Any]:
-    """Return the method data of a Program with the assembly of the iteration matrix as loops, unchanged without a
-    solver."""
+    """Return the method data of a Program with the matrix assembly as loops, unchanged without a solver."""
     method = program.method
     return {**method, "solver": with_assembly(method["solver"])} if "solver" in method else method

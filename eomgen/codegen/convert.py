@@ -178,8 +178,7 @@ LONG = 60_000
 
 
 def _is_long(system: System, wanted: Sequence[str]) -> bool:
-    """Return whether the wanted functions have ``LONG`` operations or more, so that equal stretches are worth a
-    call."""
+    """Return whether the wanted functions have ``LONG`` operations or more, for which equal stretches are shared."""
     if 2 * len(system.tape.op) < LONG:  # functions share operations, so a sum is rarely more than twice the tape
         return False
     return sum(len(system.tape.live(system.functions[name].refs)) for name in wanted) >= LONG
@@ -247,8 +246,7 @@ def _base_of_step(
 
     The function ``base`` computes all components: a quaternion that no equation needs costs a sine and a cosine. The
     result is ((), None) if ``base`` is not in ``wanted``. The second item is None if the components need a loop or a
-    curve: these are functions of the model's own file, which steppers do not see. Functions that only observe do not
-    count.
+    curve: these are functions of the model's own file, which steppers do not see. Observing functions do not count.
     """
     if "base" not in wanted:
         return (), None
@@ -340,8 +338,7 @@ def _functions(
 
 
 def check_workspace(name: str, values: int) -> None:
-    """Raise ModelError if a function keeps more than ``WORKSPACE_LIMIT`` values on the stack; ``name`` is for the
-    message."""
+    """Raise ModelError if a function keeps more than ``WORKSPACE_LIMIT`` values on the stack; names the function."""
     if values > WORKSPACE_LIMIT:
         raise ModelError(
             f"function {name} keeps {values} values on the stack, more than {WORKSPACE_LIMIT} [E0206]",
@@ -364,8 +361,7 @@ def _function(
     ``loops``, ``curve_numbers``, ``calls`` and ``shared`` belong to the whole Program and are extended in place.
     ``limits``: operations per part and per statement; None leaves the function without statements. The function
     ``base`` has one output, the struct of ``BASE_SIZE`` numbers. Raises ModelError for an unknown input block, an
-    output with a wrong number of components, a value that depends on a block that is not an input, or too many values
-    on the stack.
+    output with a wrong number of components, a value that depends on a block that is not an input, or a full stack.
     """
     name = names.function(function.name, "the function")
     unknown = [block for block in function.inputs if block not in INPUT_BLOCKS]

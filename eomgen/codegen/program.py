@@ -61,8 +61,7 @@ class FunctionPart:
 
     ``inputs`` names the input blocks that the statements read, ``outputs`` numbers the outputs of the function that the
     statements fill, ``workspace`` says whether the statements read or write the workspace, and ``operations`` counts
-    the operations. ``names`` are names of local values in mechanics, (number, text); a target makes names legal and
-    distinct.
+    the operations. ``names`` are names of local values in mechanics, (number, text); a target makes names legal.
     """
 
     statements: tuple[Statement, ...]
@@ -87,8 +86,7 @@ class OutputArray:
 
 @dataclass(frozen=True)
 class ProgramFunction:
-    """A function of the generated code: inputs in the order of INPUT_BLOCKS, outputs in the order of arguments, and
-    parts.
+    """A function of the generated code: inputs in the order of INPUT_BLOCKS, then outputs, and parts.
 
     ``parts`` run one after another; ``workspace`` is the number of values on the stack that pass from part to part.
     ``operations`` are the operations in the text, ``counts`` the counts of ``System.counts`` by kind. ``same_as`` names
@@ -382,8 +380,7 @@ class Program:
 
     def input_size(self, block: str) -> int:
         """Return the number of reals in an input block of functions, by the name of the block: 1 for ``t``. Blocks of
-        rates and directions have the size of v (``a, j, s``) or of u (``u_dot, u_ddot``). Raises KeyError for an
-        unknown block."""
+        rates and directions have the size of v (``a, j, s``) or of u (``u_dot, u_ddot``). Raises KeyError."""
         if block == "t":
             return 1
         return self.sizes[{"a": "v", "j": "v", "s": "v", "u_dot": "u", "u_ddot": "u"}.get(block, block)]

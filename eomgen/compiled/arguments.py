@@ -192,8 +192,7 @@ def by_name(
 
 
 def read_quantities(name: str, value: Any, units: Sequence[str], otherwise: str = "") -> Any:
-    """Return ``value`` with texts such as "30 deg" replaced by numbers in the unit of the component; other values
-    unchanged.
+    """Return ``value`` with texts such as "30 deg" replaced by numbers in the component's unit.
 
     ``units`` has one unit for each component of the vector, ``name`` is for messages. ``otherwise`` is the remedy for a
     text that is not a number, if arguments other than numbers are allowed.

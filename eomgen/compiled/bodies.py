@@ -320,8 +320,7 @@ def _check_name(model: EvaluatedModel, name: str) -> None:
 
 
 class _BodyPoint(NamedTuple):
-    """The body that carries a frame, the frame itself, None for a body, and its origin in axes of the body, (..., 3),
-    m."""
+    """A carrying body, the frame or None for the body itself, and the frame's origin in body axes, (..., 3), m."""
 
     body: str
     fixed: FixedFrame | None

@@ -67,8 +67,7 @@ def acceleration_partials(
 
 
 def _defects(functions: Functions, values: Mapping[str, Array], a: Array, multipliers: Array) -> Array:
-    """Return the defects of the equations, (..., nv + rows): the residual and B a + g, the second derivatives of the
-    rows."""
+    """Return the defects of the equations, (..., nv + rows): residual, and B a + g of the rows."""
     (r,) = functions("residual", {**values, "a": a, "lam": multipliers})
     (g,) = functions("constraint_bias", values)
     if np.any(a):

@@ -284,8 +284,8 @@ def inverse_dynamics(
 def _warn_of_broken_loop(
     model: EvaluatedModel, q: ArrayLike, v: ArrayLike, a: ArrayLike, given: Mapping[str, Any]
 ) -> None:
-    """Warn if accelerations a at q, v do not meet the constraints; ``given`` are t, parameters and base. No check
-    without a."""
+    """Warn if accelerations a at q, v do not meet the constraints at ``given`` t, parameters, base; no check if a is
+    None."""
     if a is None:
         return
     call = model.evaluator.call
@@ -892,8 +892,7 @@ def internal_partials(
 
 
 def _zeros(model: EvaluatedModel, q: ArrayLike, v: ArrayLike, t: Array, parameters: Parameters, block: str) -> Array:
-    """Check q, v and parameters, and return zeros (..., size) with the size of a block, ``v`` or ``z``, for each
-    state."""
+    """Check q, v and parameters, and return zeros (..., size) with the size of block ``v`` or ``z`` for each."""
     terms = model.evaluator
     arrays = (terms.configuration(q), terms.velocity("v", v), terms.parameters(parameters))
     return np.zeros(

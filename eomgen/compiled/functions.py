@@ -191,8 +191,7 @@ class LaneCompanions:
         in_background("eomgen-lanes", lambda running: self._make(name, companion, running))
 
     def _make(self, name: str, companion: Companion, running: RunningCompilers) -> None:
-        """Compile the companion of a function, and keep it in ``companion``; a failure is logged and refuses the
-        companion."""
+        """Compile the companion of a function, and keep it in ``companion``; a failure refuses the companion."""
         try:
             if self._library.companion is not None:
                 companion.library = self._library.companion(name, running)
@@ -378,8 +377,7 @@ class Functions:
             companion.of_sample = max(1, threads) * (time.perf_counter() - began) / count
 
     def fastest(self, name: str, blocks: Mapping[str, Array], count: int) -> Library:
-        """Return the library that evaluates many samples of a function fastest: the model's own, or the companion in
-        lanes.
+        """Return the library that evaluates many samples of a function fastest: the model's or the companion.
 
         For C that calls the function itself.
 
@@ -400,8 +398,7 @@ class Functions:
         return LaneCompanions.of(one_by_one).judge(companion, name, inputs, sizes, chosen()) or one_by_one
 
     def _few(self, name: str, arrays: list[Array]) -> int | None:
-        """Return the number of samples along the first axes if a batch is small, 0 for one sample without such axes,
-        else None."""
+        """Return the number of samples on the first axes of a small batch, 0 for one sample without axes, else None."""
         rows = {len(array) for array in arrays if array.ndim > 1}
         if len(rows) != 1:
             return None if rows else 0
@@ -409,8 +406,7 @@ class Functions:
         return count if 1 < count < LEAST and count * self._operations(name) < 2 * _SHARE else None
 
     def _at_once(self, name: str, arrays: list[Array], count: int) -> tuple[Array, ...]:
-        """Return the outputs of one sample (``count`` 0), or of few along the first axes, without the bookkeeping of
-        batches."""
+        """Return the outputs of one sample (``count`` 0), or of few along the first axes."""
         ffi, doubles, pointers, longs = self._types
         leading = (count,) if count else ()
         results = tuple(np.empty((*leading, *shape)) for shape in self._shapes[name])

@@ -184,8 +184,7 @@ def _joints(model: CompiledModel, given: Mapping[str, Any], state: InitialState)
 
 
 def _check_hold(model: CompiledModel, name: str, parts: Mapping[str, Any]) -> None:
-    """Raise UsageError for a ``hold`` that is not true or false, stands without a value, or is in absolute
-    coordinates."""
+    """Raise UsageError for a ``hold`` not true or false, without a value, or in absolute coordinates."""
     if not isinstance(parts["hold"], bool):
         raise UsageError(Problem(f"initial {name}", "hold is true or false [E2213]", '{"velocity": 2.0, "hold": True}'))
     if parts["hold"] and not {"position", "velocity"} & set(parts):
@@ -320,8 +319,7 @@ def corrected_start(
     freedoms: int,
     starts: Sequence[WrittenStart] = (),
 ) -> list[Message]:
-    """Return a message with the largest changes from a guess to the consistent state, in a list; empty if changes are
-    small.
+    """Return a message with the largest changes from a guess to the consistent state, in a list; empty if small.
 
     Values of which no more are given than can be chosen were asked for, and their change is named first with a remedy;
     if there are more, they are guesses of a position of a loop.

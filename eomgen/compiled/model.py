@@ -116,8 +116,7 @@ class CompiledModel(NamedAttributes):
     def __init__(
         self, description: Description, library: Library, stepper: Callable[..., Library], source: Source | None = None
     ) -> None:
-        """Take names, sizes and initial values from the layout of the library, without any evaluation or
-        compilation."""
+        """Take names, sizes and initial values from the library's layout; this evaluates no function."""
         layout = library.layout
         self.description = description
         self._source = source = Source() if source is None else source

@@ -171,8 +171,7 @@ def output_parameter_partials(
 
 
 def _columns(terms: Terms, of: Sequence[str] | None) -> list[int]:
-    """Return the indices of tunable parameters by name, of all if ``of`` is None. Raises UsageError for unknown or
-    fixed names."""
+    """Return the indices of tunable parameters by name, None: of all. Raises UsageError for unknown or fixed names."""
     if not terms.parameter_names:
         fault = "the scene has no tunable parameters, so there is nothing to differentiate in [E0270]"
         hint = "mass = { value = ..., tunable = true } in the scene's [parameters]"
@@ -282,8 +281,8 @@ def regressor_parameters(model: ExtensibleModel, *, parameters: Parameters = Non
 
 
 def _with(model: ExtensibleModel, term: str) -> Terms:
-    """Return the evaluator of a model that has the term. Raises UsageError if bodies deform or coordinates are
-    absolute."""
+    """Return the evaluator of a model with the term. Raises UsageError for bodies that deform or absolute
+    coordinates."""
     evaluator = model.evaluator
     if not evaluator.description.linear_parameters:
         if evaluator.beams:

@@ -125,7 +125,7 @@ def discontinuity_times(model: EvaluatedModel, start: float, end: float, *, orde
 
 
 def jumps_between(model: EvaluatedModel, t: Array, near: float, *, order: int = 0) -> Array:
-    """Return times at which derivatives of forces up to an order jump: all single jumps, and of periodic ones one per
+    """Return times at which derivatives of forces up to an order jump: single ones, and of periodic ones one per
     interval.
 
     Parameters

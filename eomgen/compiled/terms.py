@@ -175,7 +175,7 @@ class Terms:
         return components(name, v, self.functions.sizes["v"])
 
     def internal(self, z: States) -> Array:
-        """Return internal states as (..., nz). Raises UsageError for unknown names and wrong shapes."""
+        """Return internal states as (..., nz). Raises UsageError."""
         if z is None:
             return self._initial_z
         if isinstance(z, Mapping):
@@ -242,8 +242,7 @@ class Terms:
         return TermsAt(self, t, parameters, u, base)
 
     def accelerations(self, **given: Any) -> tuple[Array, Array]:
-        """Return vdot (..., nv) and the multipliers (..., rows) of a constrained model; ``given`` are arguments as of
-        ``call``."""
+        """Return vdot (..., nv) and the multipliers (..., rows) of a constrained model, arguments as in ``call``."""
         return accelerations(self.functions, self._states(given))
 
     def acceleration_partials(self, moves: Iterable[tuple[Blocks, Blocks, float]], **given: Any) -> Array:
@@ -252,8 +251,7 @@ class Terms:
         return acceleration_partials(self.functions, self._states(given), moves)
 
     def _states(self, given: Mapping[str, Any]) -> dict[str, Array]:
-        """Return the input blocks for the accelerations of a constrained model, checked and completed, from arguments
-        of ``call``."""
+        """Return the input blocks for the accelerations of a constrained model, checked, from arguments of ``call``."""
         if not solvable(self.functions):
             self.functions.inputs("forward_dynamics")  # says that the term is missing
         values = {"q": self.configuration(given["q"]), "v": self.velocity("v", given["v"])}

@@ -23,8 +23,7 @@ def fingerprint(document: Document, front_end: FrontEnd) -> str:
 
 def library_content(document: Document, front_end: FrontEnd, selection: Selection, method: str) -> bytes:
     """Return the bytes that decide the key of a library in the cache: document, front end, terms, method, version and
-    code. Flags and compiler are not among these, and no equations are derived. Raises UsageError for a document without
-    a digest."""
+    code. Flags and compiler are not among these, and no equations are derived. Raises UsageError without a digest."""
     from eomgen.integrators.families.register import stamp_of  # noqa: PLC0415
 
     content = front_end.content(document)

@@ -185,8 +185,7 @@ def _given_scene(scene: object, coordinates: Literal["joint", "absolute"] | None
 
 
 def _check_method(scene: Scene, place: str = "") -> None:
-    """Raise DescriptionError if a scene names an unknown method; ``place`` stands in the message for a scene without a
-    file."""
+    """Raise DescriptionError if a scene names an unknown method; ``place`` names a scene without a file."""
     from eomgen.system.description import Simulation  # noqa: PLC0415
 
     if scene.simulation.method == Simulation.method:

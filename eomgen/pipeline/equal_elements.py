@@ -70,8 +70,8 @@ class EqualElements:
 
     @property
     def alone(self) -> bool:
-        """Whether the scene has one beam, of equal elements, clamped and without constrained strains, and no other
-        moving joints."""
+        """Whether the scene has one beam, clamped, of equal elements, without constrained strains, and all other joints
+        are fixed."""
         beams = _beams(self.scene)
         if len(beams) > 1 or beams[0].absent_strains or self.count < beams[0].elements:
             return False
@@ -198,8 +198,7 @@ def _is_plain(scene: Scene) -> bool:
 
 
 def _texts_outside_beams(scene: Scene, nodes: Collection[str]) -> set[str] | None:
-    """Return all texts of a scene outside of beams and ``nodes``; None if a formula depends on elements by number or
-    place."""
+    """Return all texts of a scene outside of beams and ``nodes``; None for formulas by element or place."""
     apart = replace(
         scene,
         bodies=tuple(body for body in scene.bodies if body.name not in nodes),
@@ -256,8 +255,7 @@ def _leaves(value: Any) -> Iterator[Any]:
 
 
 def _rename(value: Any, names: Mapping[str, str]) -> Any:
-    """Return nested data of a scene with names of nodes replaced by ``names``; beams, and data without such names,
-    unchanged."""
+    """Return nested data of a scene with names of nodes replaced by ``names``; beams stay unchanged."""
     kind = type(value)
     if kind is str:
         return names.get(value, value)

@@ -124,8 +124,8 @@ _KNOWN: dict[str, Parts] = {}
 
 
 def parts_of(name: str) -> Parts:
-    """Return the parts of a name between its integers, ``""`` for each integer, and the integers; ``07`` does not count
-    as an integer."""
+    """Return the parts of a name between its integers, ``""`` for each integer, and the integers; ``07`` does not
+    count."""
     if name not in _KNOWN:
         pieces = _INTEGER.split(name)
         numbers = []
@@ -139,8 +139,7 @@ def parts_of(name: str) -> Parts:
 
 @dataclass(frozen=True)
 class _Row:
-    """A body, joint, point or force element of a scene: position in its list, data without numbers and row, and its
-    numbers."""
+    """A body, joint, point or force element of a scene: place in the list, data without numbers, and numbers."""
 
     place: int
     data: object
@@ -185,8 +184,7 @@ class EqualRows:
         return range(self.first + _END, self.last - _END + 1)
 
     def row_of(self, name: str) -> int | None:
-        """Return the number of the row of a body, joint, point or force element by its name, None if it belongs to no
-        row."""
+        """Return the row's number of a body, joint, point or force element by name, None outside of rows."""
         shape, numbers = parts_of(name)
         place = self.places.get(shape)
         return None if place is None else numbers[place]
@@ -207,8 +205,7 @@ class EqualRows:
 
     @cached_property
     def entries(self) -> dict[str, dict[object, dict[int, _Row]]]:
-        """Bodies, joints, points and force elements that belong to rows: by list, by kind (type and name without row),
-        by row."""
+        """Bodies, joints, points and force elements in rows: by list, by kind (type, name without row) and by row."""
         result: dict[str, dict[object, dict[int, _Row]]] = {}
         for part in _LISTS:
             kinds = result.setdefault(part, {})
@@ -241,8 +238,7 @@ class EqualRows:
 
     @cached_property
     def regular(self) -> bool:
-        """Whether the rows can be continued: enough rows, all inner ones equal and in even order, and few parts without
-        a row."""
+        """Whether the rows can be continued: enough rows, equal inside and in even order, few other parts."""
         if self.count < (MANY_HINGED if self.is_hinged else MANY_JOINED if self.joined else 4 * _END + 2 * _FEW_ROWS):
             return False
         if not self.joined and not self.is_hinged and free_start(self.scene) is None:

@@ -143,8 +143,7 @@ Range = tuple[float | None, float | None]
 
 
 def _ranges_of_coordinates(program: Program, described: Description) -> dict[str, Range]:
-    """Return (lower, upper) of coordinates with stops, by name, None for a side without; at the parameters of a
-    Program."""
+    """Return (lower, upper) of coordinates with stops, by name, None for a side without, at a Program's parameters."""
     values = described.values({item.name: item.value for item in program.parameters})
 
     def end(formula: Formula | None) -> float | None:

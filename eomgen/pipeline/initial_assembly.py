@@ -183,8 +183,7 @@ def _without_freedom(
 
 
 def _undetermined_rows(system: System, equations: ConstrainedSystem, q: Array, rows: Redundancy) -> list[str]:
-    """Return a warning for each row that follows from other rows at the start, q, and adds hardly any condition
-    nearby."""
+    """Return a warning for each row that follows from other rows at the start q and hardly adds a condition nearby."""
     if not rows.hardly:
         return []
     here = RowsInMetric(equations.without(rows.dependent), q, 0.0)

@@ -84,7 +84,7 @@ class LibraryJob:
 
     @cached_property
     def program(self) -> tuple[Program, str]:
-        """The Program, written at the first use, and the reason if the Program has no stepper; the wrapper is compiled
+        """The Program, written at the first use, and the reason for a missing stepper; the wrapper is compiled
         meanwhile."""
         from eomgen.codegen.targets.c.interface import INTERFACE_CDEF, interface_header  # noqa: PLC0415
 

@@ -147,8 +147,7 @@ def build(
 
 
 def build_model(request: ModelRequest, steps: float | None = None) -> Model:
-    """Return the compiled model of a request: its library, from the cache or made, and a supplier of all that is asked
-    later.
+    """Return the compiled model of a request: its library, from the cache or made, and a supplier of the rest.
 
     Warns RuntimeWarning if some motion moves no inertia.
 

@@ -184,8 +184,7 @@ class ProgramWriter:
         return system, called
 
     def _equations_about_rest(self, derive: Derive) -> Equations:
-        """Return System and functions for linear models about rest, with no called names and the refusal of a
-        stepper."""
+        """Return System and functions for linear models about rest, no called names, and a refusal of steppers."""
         described, system = self.described, derive(None)
         holding = {
             "constraints": system.multipliers,

@@ -202,8 +202,7 @@ def record_of_document(document: Any, front_end: FrontEnd) -> Record:
 
 
 def _read(shapes: Iterable[Shape]) -> tuple[Shape, ...]:
-    """Return shapes with their meshes read, for machines without the files; a mesh that cannot be read keeps its
-    file."""
+    """Return shapes with their meshes read, for machines without the files; an unreadable mesh keeps the file."""
     result = []
     for shape in shapes:
         result.append(shape)
@@ -360,8 +359,7 @@ def _name(value: Any) -> str:
 
 
 def _object(name: str) -> Any:
-    """Return a class or function of eomgen by ``module:name``, or a comparison of Python. Raises NoRecordError for any
-    other."""
+    """Return a class or function of eomgen by ``module:name``, or a comparison of Python. Raises NoRecordError."""
     module, _, attribute = name.partition(":")
     if not (module.startswith("eomgen.") or name in _COMPARISONS):
         raise NoRecordError(name)

@@ -35,8 +35,7 @@ class ProgramRequest:
 
 @dataclass(frozen=True)
 class LibraryRequest(ProgramRequest):
-    """The request for one library, made by a builder; ``stored`` is the library itself if it came from a file of a
-    model."""
+    """The request for one library, made by a builder; ``stored`` is the library from a file of a model."""
 
     method: str
     builder: Builder
@@ -121,8 +120,7 @@ class ModelRequest:
 
 
 def checked_terms(terms: Iterable[str] | None) -> tuple[str, ...] | None:
-    """Return the terms that a caller names as a tuple, None for None. Raises UsageError for unknown terms, with near
-    names."""
+    """Return the terms that a caller names as a tuple, None for None. Raises UsageError for unknown terms."""
     if terms is None:
         return None
     names = names_of("terms", "terms", terms, "mass")

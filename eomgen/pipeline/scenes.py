@@ -109,8 +109,7 @@ def _has_no_connections(scene: Scene) -> bool:
 
 
 def _calibration(asking: StateFeedback) -> Preparation:
-    """Return the product's row that calibrates the gains of a controller. Raises UsageError if the product is not
-    installed."""
+    """Return the product's row that calibrates the gains of a controller. Raises UsageError if not installed."""
     rows: tuple[Preparation, ...] = rows_of(PREPARATIONS, Preparation)
     if not rows and (absent := fault_of_absent("calibration")):
         raise UsageError(Problem(f"controllers.{asking.name}.calibration", *absent))

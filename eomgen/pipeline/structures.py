@@ -34,8 +34,7 @@ _RECORD = "structure.json"
 
 @dataclass(frozen=True)
 class KnownLibrary:
-    """A library of the cache with the structure of a model, its layout but for notes, and tables with the model's
-    numbers."""
+    """A library of the cache with the structure of a model, the layout but for notes, and tables of the model."""
 
     entry: Entry
     layout: Mapping[str, Any]

@@ -97,8 +97,7 @@ class Supplier(Source):
         return self.build_model(replace(self.request, terms=wanted, start="", stored={}, again=None))
 
     def _branches(self) -> Branches:
-        """Return the conditions of the branches in the equations, residual, rates and outputs, for runs; derives these
-        anew."""
+        """Return the conditions of the branches in the equations, for runs; derives residual, rates, outputs anew."""
         from eomgen.system.branches import OF_RUNS, Branches  # noqa: PLC0415  # most scenes have none
 
         described = self.request.description

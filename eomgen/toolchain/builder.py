@@ -96,8 +96,7 @@ def _digest(compiler: str, content: bytes, profile: CompilerProfile, flags: Sequ
 
 
 def _with_includes(name: str, texts: Mapping[str, str]) -> bytes:
-    """Return a digest of file ``name`` in ``texts`` and of all files that it includes by name, each once, without
-    comments."""
+    """Return a digest of file ``name`` in ``texts`` and of all files included by name, each once, without comments."""
     names, content = [name], hashlib.sha256()
     for included in names:
         text = re.sub(_COMMENT, lambda match: match[0] if match[0][0] == '"' else " ", texts[included])
@@ -277,8 +276,7 @@ class Builder:
         return None
 
     def claim(self, content: bytes) -> AbstractContextManager[None]:
-        """Return a context that holds the right to make the library of these content bytes; other processes wait
-        meanwhile."""
+        """Return a context with the right to make the library of these content bytes; other processes wait."""
         return self.cache.claim(self.key(content))
 
     def build(
@@ -292,8 +290,7 @@ class Builder:
         straight: Collection[str] = (),
         tables: Callable[[], bytes] | None = None,
     ) -> Library:
-        """Compile files, keep the library under these content bytes, and return the loaded library; one in the cache is
-        taken.
+        """Compile files, keep the library under these content bytes, and return the loaded library, if cached at once.
 
         Parameters
         ----------
@@ -520,8 +517,7 @@ class Builder:
         return any(not begun.ended.is_set() for begun in self._begun.values())
 
     def _linked_entry(self, files: Mapping[str, str], cdef: str) -> Entry | None:
-        """Return the cache entry of the library that ``begin_on_tape`` has linked, after its end; None if there is
-        none."""
+        """Return the cache entry of the library linked by ``begin_on_tape``, after waiting; None without."""
         key = self._linked_key(files, cdef)
         if (begun := self._begun.pop(key, None)) is not None:
             begun.ended.wait()
@@ -589,8 +585,7 @@ class Builder:
         return LaneLibrary(self._with_tables(entry, tables).file(_LANES), cdef, library.layout, tables)
 
     def _with_tables(self, entry: Entry, tables: bytes) -> Entry:
-        """Return an entry with these tables: the entry itself, or a copy if it has others, since each file has own
-        memory."""
+        """Return an entry with these tables: the entry itself, or a copy if it has others."""
         key = hashlib.sha256(f"tables of {entry.folder.name}\0".encode() + tables).hexdigest()
         return entry if tables_in(entry.folder) == tables else self._copy(key, entry, {TABLES: tables})
 
@@ -683,8 +678,7 @@ class Builder:
         return [entry.file("wrapper.o")]
 
     def _known_wrapper(self, cdef: str, header: str) -> list[Path] | None:
-        """Return the path of the extension module's object in the cache, in a list, empty in the ABI mode; None if
-        missing."""
+        """Return the extension module's object in the cache, in a list, empty in ABI mode; None if missing."""
         if self.headers is None:
             return []
         entry = self.cache.get(wrapper_key(self.compiler, cdef, header, self.headers))
@@ -763,8 +757,7 @@ def library_files(library: Library) -> dict[str, bytes]:
 
 
 def _copy_library(linked: Entry, files: Mapping[str, str], folder: Path) -> list[str]:
-    """Write ``files`` and the library of a linked entry to a folder; return the commands of the compilers as one text
-    in a list."""
+    """Write ``files`` and the library of a linked entry to a folder; return the commands as one text in a list."""
     for name, text in files.items():
         (folder / name).write_text(text, encoding="utf-8")
     name = _LIBRARY + library_suffix()

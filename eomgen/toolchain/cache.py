@@ -419,8 +419,7 @@ def closing(folder: Path) -> str:
 
 
 def _valid_entry(folder: Path) -> Entry | None:
-    """Return the entry in a folder if all its files have their recorded digests, and no other user owns the folder;
-    else None."""
+    """Return the entry in a folder of this user's if all files have their recorded digests, else None."""
     try:
         if belongs_to_others(folder):
             return None

@@ -107,8 +107,7 @@ class Compiler:
 
 
 def find_compiler(environ: Mapping[str, str] | None = None) -> Compiler:
-    """Return the compiler that ``CC`` names, else the first of cc, gcc, clang on the path, else zig of the package
-    ziglang.
+    """Return the compiler that ``CC`` names, else the first of cc, gcc, clang on the path, else of package ziglang.
 
     ``environ`` replaces the process's variables.
 
@@ -668,8 +667,7 @@ kill "$guard"; exit "$code\""""
 
 @contextlib.contextmanager
 def _guard(command: Sequence[str]) -> Iterator[tuple[list[str], dict[str, Any]]]:
-    """Yield a command, and options of Popen, by which a compiler ends with this process; on Windows the command
-    unchanged."""
+    """Yield a command, and options of Popen, by which a compiler ends with this process; unchanged on Windows."""
     if os.name != "posix":
         import subprocess  # noqa: PLC0415  # as in _run
 

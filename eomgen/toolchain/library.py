@@ -36,8 +36,7 @@ def _wrap_functions(lib: Any, layout: Mapping[str, Any], file: Path, lanes: int 
 
 
 class BoundCall:
-    """A function of a library with its arrays: each call evaluates into the same outputs again, at the cost of the C
-    call."""
+    """A function of a library with its arrays: each call evaluates into the same outputs again."""
 
     __slots__ = ("_arrays", "_call", "_count", "_function", "_inputs", "_outputs", "_strides")
 

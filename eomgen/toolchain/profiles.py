@@ -174,8 +174,7 @@ def profile(name: str) -> CompilerProfile:
 
 
 def without_slow_passes(flags: Sequence[str], version: str, further: Sequence[str] = ()) -> tuple[str, ...]:
-    """Return the flags with ``-O2`` replaced by faster passes of gcc that make code of the same speed; unchanged for
-    others.
+    """Return the flags with ``-O2`` replaced by faster passes of gcc that make code as fast; unchanged for others.
 
     Parameters
     ----------

@@ -160,8 +160,7 @@ def _execute(label: str, file: str, text: str) -> types.ModuleType:
 
 
 def set_functions(path: Path, layout: Mapping[str, Any]) -> None:
-    """Set the pointers of the library at ``path`` to callbacks of the Python functions in its layout; none without
-    any."""
+    """Set the pointers of the library at ``path`` to callbacks of the Python functions in the layout, if any."""
     for data in layout.get("python", ()):
         setter = str(data["setter"])
         pointers = ", ".join(_POINTER.format(name) for name in ("values", "slopes"))
@@ -177,8 +176,8 @@ def set_functions(path: Path, layout: Mapping[str, Any]) -> None:
 
 def _callback(ffi: Any, function: Callable[[Array], Array], sizes: tuple[int, int, int]) -> Any:
     """Return a function of (arguments and parameters) as a C function pointer. ``sizes`` are the numbers of arguments,
-    parameters and results. A call that fails keeps the error for ``Raising``, and leaves its results as they are, which
-    are not numbers."""
+    parameters and results. A call that fails keeps the error for ``Raising``, and leaves results that are not
+    numbers."""
     n, p, _ = sizes
 
     def call(arguments: Any, parameters: Any, results: Any) -> None:

@@ -88,8 +88,7 @@ def _places(lines: list[str]) -> list[int]:
 
 
 def _rows(interface: str, function: Mapping[str, Any]) -> list[tuple[int, str, int]]:
-    """Return (number, ``input`` or ``output``, length) of each row that the interface of a function copies, in
-    order."""
+    """Return (number, ``input`` or ``output``, length) of each row that a function's interface copies, in order."""
     call = interface.partition(f"static int call_{function['name']}(")[2].partition("\n}\n")[0]
     lengths = {"input": function["input_sizes"], "output": [output["size"] for output in function["outputs"]]}
     return [(int(row), kind, int(lengths[kind][int(number)])) for row, kind, number in re.findall(_ROW, call)]

@@ -105,8 +105,7 @@ def _without_incomplete(
     additions: dict[int, tuple[Addition, ...]], sums: Mapping[int, Sequence[Summand]]
 ) -> set[tuple[int, int]]:
     """Drop Maps from ``additions`` (in place) whose components need a summand of a Map that does not add by itself.
-    Returns the (output number, component) that therefore stay ordinary sums: a sum over several Maps needs all these
-    Maps."""
+    Returns the (output number, component) that therefore stay ordinary sums: a sum over Maps needs them all."""
     places = {number: {(item.output, item.component) for item in items} for number, items in sums.items()}
     kept = {place for number, some in places.items() if number not in additions for place in some}
     while dropped := [number for number in additions if not kept.isdisjoint(places[number])]:
@@ -117,8 +116,7 @@ def _without_incomplete(
 
 
 def _uses(tape: Tape, live: Sequence[int], outputs: Sequence[Sequence[Ref]]) -> dict[int, int]:
-    """Return the number of reads and stores of each live operation; the operands of a Map count once for all
-    results."""
+    """Return the number of reads and stores of each live operation; operands of a Map count once."""
     uses = dict.fromkeys(live, 0)
     gathered: set[int] = set()
     for node in live:
@@ -155,8 +153,7 @@ def _summands(tape: Tape, ref: Ref, uses: Mapping[int, int]) -> tuple[list[Ref],
 
 def _additions(tape: Tape, number: int, summands: Sequence[Summand]) -> tuple[Addition, ...] | None:
     """Return the additions of the rows of Map ``number`` to outputs: by equally spaced stretches of elements, or by
-    tables. None if a column of the rows belongs to different outputs or signs for different elements and stretches are
-    too many."""
+    tables. None if a column of the rows belongs to different outputs or signs and stretches are many."""
     loop = cast("Map", tape.maps[number])
     width = len(loop.stacked)
     places = [[-1] * loop.count for _ in range(width)]

@@ -34,8 +34,7 @@ class MatrixAssembly:
 
 def with_assembly(solver: Mapping[str, Any]) -> dict[str, Any]:
     """Return ``Program.method["solver"]`` with the key ``assembly``, a MatrixAssembly, in place of the terms of each
-    entry. The keys ``moved``, ``entries`` and, for fronts, ``places`` are removed. Solvers of other kinds are returned
-    as a copy."""
+    entry. The keys ``moved``, ``entries`` and, for fronts, ``places`` are removed. Other solvers are copied."""
     if solver["kind"] not in _LOOPED:
         return dict(solver)
     without = {"moved", "entries", *(["places"] if solver["kind"] == "fronts" else [])}
@@ -54,8 +53,7 @@ def in_loops(method: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def assembly(solver: Mapping[str, Any]) -> MatrixAssembly:
-    """Return the statements that fill the entries of the iteration matrix: loops, or for small solvers one for each
-    entry.
+    """Return the statements that fill the entries of the iteration matrix: loops, for small solvers one by one.
 
     Parameters
     ----------
@@ -128,8 +126,7 @@ class _Loops:
         self.groups.setdefault(shape, []).append((reads, target))
 
     def statements(self) -> list[Statement]:
-        """Return the ``repeat`` statements of all groups: one loop or a few for each shape, in the order in which
-        shapes came."""
+        """Return the ``repeat`` statements of all groups: one loop or a few for each shape, in order."""
         result = []
         for shape, members in self.groups.items():
             read: list[Expression] = [

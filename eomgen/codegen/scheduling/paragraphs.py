@@ -50,8 +50,7 @@ class _Paragraphs:
     """
 
     def __init__(self, paragraphs: Sequence[Sequence[int]], reads: Mapping[int, Sequence[int]]) -> None:
-        """Collect from the operations of each paragraph, and from the values that each operation reads, all
-        attributes."""
+        """Collect all attributes from the operations of each paragraph and the values that each operation reads."""
         self.of = {node: number for number, nodes in enumerate(paragraphs) for node in nodes}
         home = self.of.get
         self.readers: dict[int, set[int]] = {}

@@ -22,8 +22,7 @@ def _lanes(loop: Map) -> int:
 
 
 def program_loop(run: RunLoop) -> ProgramLoop:
-    """Return the Program's loop for a Map and the additions: kernel as statements, gathered places as ranges or
-    tables."""
+    """Return the Program's loop for a Map and additions: kernel as statements, places as ranges or tables."""
     loop = run.loop
     position_of = {ref: position for position, ref in enumerate(loop.references)}
     slots = [ranges([position_of[ref] for ref in slot]) for slot in loop.gather]

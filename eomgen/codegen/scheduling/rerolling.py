@@ -176,8 +176,7 @@ def _consistent(tape: Tape, iterations: Sequence[tuple[int, ...]], sample: Sampl
 
 def _alike(tape: Tape, nodes: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Return for each iteration, shape (count,), whether operands within the iteration are at the same positions as in
-    the middle iteration. ``nodes`` are the tape nodes, (count, period); operands from outside the iteration do not
-    count."""
+    the middle iteration. ``nodes`` are the tape nodes, (count, period); operands from outside do not count."""
     count, period = nodes.shape
     low = int(nodes.min())
     position = np.full(int(nodes.max()) - low + 1, -1, dtype=np.int64)

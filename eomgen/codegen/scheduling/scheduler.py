@@ -98,8 +98,7 @@ class Writer:
     ) -> None:
         """Begin without statements. ``plan`` and ``outputs`` describe the function; ``input_order`` is the order of
         input blocks in arguments and ``nest_limit`` the largest number of operations in a statement. ``loops``,
-        ``curve_numbers``, ``calls`` and ``shared`` are collections of the whole Program, to which the writer
-        appends."""
+        ``curve_numbers``, ``calls`` and ``shared`` are lists of the Program, to be extended."""
         self.shared = shared
         self.plan = plan
         self.tape = plan.tape
@@ -321,8 +320,7 @@ class LoopWriter(Writer):
 
     def _text_of(self, stretch: Occurrence) -> int:
         """Return the number of the stretch's statements among the shared texts of the Program, which equal statements
-        share. The body is scheduled at the first occurrence; each call counts the occurrence and adds the label of a
-        paragraph."""
+        share. The body is scheduled at the first occurrence; each call counts and adds a label."""
         body = stretch.body
         if id(body) not in self.bodies:
             outputs = dict.fromkeys(output for output, _ in body.stores)
@@ -408,8 +406,7 @@ class Schedule:
 
 
 class _Scheduler(LoopWriter):
-    """Writes the operations of a function one by one, part by part, in the order of the plan; ``run`` returns the
-    Schedule."""
+    """Writes the operations of a function one by one, in the order of the plan; ``run`` returns the Schedule."""
 
     #: Additions of the loops of Maps to outputs, by number of the Map.
     additions: Mapping[int, tuple[Addition, ...]] = MappingProxyType({})
@@ -462,8 +459,7 @@ class _Scheduler(LoopWriter):
 
     def _angles(self, nodes: Sequence[int]) -> None:
         """Write one statement that computes sine and cosine of all angles of a part that are inputs, which compilers
-        vectorise. Fewer than ``TOGETHER`` angles are left out; only angles of which both sine and cosine are needed
-        count."""
+        vectorise. Fewer than ``TOGETHER`` angles are left out; both sine and cosine must be needed."""
         tape = self.tape
         leaders = [
             node
@@ -522,8 +518,7 @@ class _Scheduler(LoopWriter):
         self._spread(members, 0, call.size)
 
     def _add(self, node: int, loop: Map, additions: Sequence[Addition]) -> None:
-        """Write the run of a loop whose elements add rows to outputs; all other operations of the function have been
-        written."""
+        """Write the run of a loop whose elements add rows to outputs, after all other operations of the function."""
         first = self.reserve(len(loop.references))
         self.open.workspace = True
         self.label = self.tape.label(node)
@@ -577,8 +572,7 @@ class _Scheduler(LoopWriter):
 
     def _copy_to_workspace(self, block: str, places: Sequence[tuple[int, int]], *, is_minus: bool) -> None:
         """Write copies of components of an input block, or of the workspace (``"w"``), to workspace slots. ``places``
-        are (target slot, source component); ``is_minus`` copies the negatives. ``COPIED_FROM`` copies or more become a
-        loop."""
+        are (target slot, source component); ``is_minus`` copies the negatives. Many copies become a loop."""
         if len(places) < COPIED_FROM:
             for to, start in places:
                 source: Expression = ("w", start) if block == "w" else ("in", block, start)

@@ -179,8 +179,7 @@ class _RepeatSearch:
 
     def _alike(self, rank: NDArray[np.int64], length: int, least: int) -> list[list[int]]:
         """Return lists of the starts of equal windows without taken operations, each of ``least`` windows or more.
-        ``rank`` has an integer for each start, equal for equal windows of this ``length``. Lists are ordered by the
-        first start."""
+        ``rank`` has an integer for each start, equal for equal windows of this ``length``. Lists are in order."""
         before = np.concatenate(([0], np.cumsum(self.taken)))
         starts = np.flatnonzero(before[length:] == before[:-length])
         order = starts[np.argsort(rank[starts], kind="stable")]
@@ -274,8 +273,7 @@ class _System:
         return True
 
     def solution(self) -> int:
-        """Return the solution of all conditions as bits, with bit 0 set; unknowns that no condition determines are
-        zero."""
+        """Return the solution of all conditions as bits, with bit 0 set; undetermined unknowns are zero."""
         known = 1
         for bit, row in reversed(self.rows.items()):
             if ((row ^ bit) & known).bit_count() & 1:

@@ -123,8 +123,7 @@ def _longest(
 
 
 def _periods(codes: NDArray[np.intp]) -> list[int]:
-    """Return candidate periods of the codes, sorted: the most frequent distances between equal windows of each
-    length."""
+    """Return candidate periods of the codes, sorted: the most frequent distances of equal windows by length."""
     result: set[int] = set()
     for window in _WINDOWS:
         distances = equal_windows(codes.astype(np.uint64), window)
@@ -179,7 +178,7 @@ def _cut(
     read: Sequence[Expression],
     given: Sequence[Expression],
 ) -> list[tuple[Any, ...]]:
-    """Return the data of one ``repeat`` statement for each stretch of the iterations, with a fifth number for nested
+    """Return the data of a ``repeat`` statement for each stretch of iterations, with a fifth number for nested
     loops."""
     return [
         (
@@ -207,8 +206,7 @@ def _orders(count: int, read: Sequence[Expression], given: Sequence[Expression])
 
 
 def _reorder(expression: Expression, order: Sequence[int]) -> Expression:
-    """Return an expression of the iteration number with iterations in another order: ``order[k]`` becomes iteration
-    k."""
+    """Return an expression of the iteration number with iterations reordered: ``order[k]`` becomes iteration k."""
     if order == range(len(order)) or not _varies(expression):
         return expression
     plain = _plain(expression)

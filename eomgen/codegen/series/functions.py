@@ -137,8 +137,7 @@ def series_functions(
     Functions: ``series_start``, ``series_next`` and, if the scene has scales of rounding, ``extent``. Data: sizes,
     ``products``, ``kept``, ``previous``, and ``room`` of a row of products; ``factors``, the places of both factors of
     each product, and ``kinds``: which components of q and of v are angles, and which are lengths. ``curve_numbers``
-    maps the id of a curve to the number in the Program and is extended. Raises ModelError if the motion has no Taylor
-    series.
+    maps the id of a curve to the number in the Program and is extended. Raises ModelError without a series.
     """
     refuse_external(system)
     recurrence = Recurrence(system, by_inverse=inverse_serves(system))

@@ -65,8 +65,7 @@ class Recurrence:
 
     def _time_functions(self) -> dict[InputSymbol, Ref]:
         """Return references on the source tape for base motion and inputs as functions of time, by input symbol. An
-        input is ``u`` + ``followed`` times its formula, so that a driver can hold a value instead of following the
-        formula."""
+        input is ``u`` + ``followed`` times its formula, so that a driver can hold a value instead."""
         functions, source = self.system.functions, self.source
         bindings: dict[InputSymbol, Ref] = {}
         if "base" in functions:
@@ -90,7 +89,7 @@ class Recurrence:
         return splice(self.series.tape, self.source, self._copy(name), {})
 
     def _kinematic_rates(self) -> list[Ref]:
-        """Return references of dq/dt on the source tape, (nq,): v, 1/2 q (0, omega) for quaternions, and R(q) v of
+        """Return references of dq/dt on the source tape, (nq,): v, 1/2 q (0, omega) for quaternions, R(q) v for
         poses."""
         tape = self.source
         rates = [ZERO] * sum(factor.q_size for factor in self.system.factors)

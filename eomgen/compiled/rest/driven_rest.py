@@ -53,8 +53,7 @@ def law_rates(model: CompiledModel, measures: SceneMeasures, q: Array) -> Array:
 
 
 def driven_velocity(model: CompiledModel, measures: SceneMeasures, q: Array) -> Array:
-    """Return the velocity, (nv,), of coordinates driven by laws of time at q; zero if no law has a rate at the
-    measures' time.
+    """Return the velocity, (nv,), of coordinates driven by laws of time at q; zero without a rate at this time.
 
     The velocity is the least one on the rows: components of driven joints have the rates of the laws.
 
@@ -77,8 +76,7 @@ def driven_velocity(model: CompiledModel, measures: SceneMeasures, q: Array) -> 
 
 
 def driven_components(model: CompiledModel, measures: SceneMeasures, q: Array) -> dict[str, float]:
-    """Return the rates, by component of v without ``v.``, of components that a constraint row drives alone at a rate
-    not zero."""
+    """Return the rates, by component of v without ``v.``, of components that a row drives alone at a rate not zero."""
     rates = law_rates(model, measures, q)
     if not np.any(rates):
         return {}
@@ -116,8 +114,7 @@ def where_driven(model: CompiledModel, measures: SceneMeasures, q: Array) -> Arr
 
 
 def check_rates(model: CompiledModel, measures: SceneMeasures, q: Array, v: Array) -> None:
-    """Raise NumericalError if the drives that give velocities v (nv,) at q do not keep these velocities at later
-    times."""
+    """Raise NumericalError if the drives that give velocities v (nv,) at q do not keep these later."""
     extents = _extents(model, measures, q)
     size = float(np.max(np.abs(v) / extents))
     for seconds in _later(size):

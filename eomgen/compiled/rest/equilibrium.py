@@ -228,8 +228,7 @@ def equilibrium(
 def solved_equilibrium(
     models: Sequence[CompiledModel], parameters: Array, t: float, *, any_kind: bool
 ) -> Equilibrium | None:
-    """Return a copy of the equilibrium that one of these models of a scene solved last, from the scene's own initial
-    state.
+    """Return a copy of the equilibrium that one of a scene's models solved last, from the scene's initial state.
 
     None if its parameters, time or kind were others, or none was solved.
 
@@ -352,8 +351,7 @@ def _elsewhere(model: CompiledModel, statics: Statics, chosen: Search, damped: S
 
 
 def _instability_note(model: CompiledModel, statics: Statics, damped: Search) -> str:
-    """Return the warning that the start is an equilibrium that a damped motion leaves, and how far the found rest is
-    away."""
+    """Return the warning that the start is an equilibrium left by a damped motion, with the distance of the rest."""
     off = difference(statics.factors, damped.path[0], damped.point.q)
     k = int(np.argmax(np.abs(off) / statics.sizes))
     away = f"{abs(off[k]):.4g} {model.v_units[k].removesuffix('/s')} away along {model.v_names[k].removeprefix('v.')}"
@@ -501,8 +499,7 @@ def _not_finite(model: CompiledModel, point: SearchPoint) -> NumericalError:
 
 
 def _no_stiffness(statics: Statics) -> float:
-    """Return the squared frequency, (rad/s)^2, up to which stiffness is round-off: ``SOFT`` times gravity over
-    length."""
+    """Return the squared frequency, (rad/s)^2, of stiffness by round-off: ``SOFT`` times gravity over length."""
     return SOFT * statics.gravity / statics.length
 
 

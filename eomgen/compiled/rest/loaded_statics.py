@@ -124,8 +124,7 @@ class ElementStrains:
 
     def geometric(self, q: Array, d: Array, derivative: Matrix, forces: Array) -> Matrix:
         """Return the geometric part of the tangent due to section forces (elements, 6) at q, (nv, nv), sparse for large
-        models. ``derivative`` is the derivative of d by q; bodies that carry nodes without own unknowns are taken as
-        fixed."""
+        models. ``derivative`` is the derivative of d by q; bodies that carry nodes are taken as fixed."""
         changes = np.einsum("keij,ei->ekj", self._along(d)[1], forces)
         turned = self._times_twists(changes, q)
         if isinstance(turned, np.ndarray):
@@ -147,8 +146,7 @@ class ElementStrains:
         return np.asarray(blocks @ twists).reshape(6 * len(self), -1)
 
     def _node_matrix(self, blocks: Array) -> csr_array:
-        """Return blocks (elements, 6, 12) that act on the elements' two nodes as one sparse matrix (6 elements, 6
-        nodes)."""
+        """Return blocks (elements, 6, 12) of the elements' two nodes as one sparse matrix (6 elements, 6 nodes)."""
         rows = 6 * np.arange(len(self))[:, np.newaxis, np.newaxis] + np.arange(6)[:, np.newaxis]
         first, second = (6 * places for places in self._ends)
         columns = np.concatenate([first[:, np.newaxis] + np.arange(6), second[:, np.newaxis] + np.arange(6)], axis=1)
@@ -275,8 +273,7 @@ class LoadParameter:
         return p, float(np.asarray(t)), u
 
     def at_each(self, s: float | Array) -> tuple[Array, ArrayLike, Inputs]:
-        """Return parameters, time and inputs with the varied quantity set to each of s (...); only the varied one has
-        these axes."""
+        """Return parameters, time and inputs with the varied quantity set to s (...), the others without these axes."""
         if self.name in self.model.parameters:
             p = np.tile(self.parameters, (*np.shape(s), 1))
             p[..., list(self.model.parameters).index(self.name)] = s

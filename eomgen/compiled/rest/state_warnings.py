@@ -60,8 +60,7 @@ class SceneMeasures:
         return np.array([self.number(formula) for formula in formulas])
 
     def length(self, q: Array) -> float:
-        """Return the largest length of the scene at q (nq,), m: of the description and coordinates in m; 1 m if there
-        is none."""
+        """Return the largest length of the scene at q (nq,), m: of the description and coordinates; 1 m without any."""
         units = self.model.q_units
         lengths = [*self._lengths, *(abs(value) for value, unit in zip(q.tolist(), units, strict=True) if unit == "m")]
         finite = [length for length in lengths if math.isfinite(length)]
@@ -223,8 +222,7 @@ class LargestBending(NamedTuple):
 
 
 def shortenings(model: CompiledModel, q: Array) -> Array:
-    """Return the shortening of each beam's axis at q (n, nq), as a part of the beam's length, (n, beams); infinity for
-    NaN."""
+    """Return the shortening of each beam's axis at q (n, nq), as a part of the length, (n, beams); infinity for NaN."""
     places = {factor.name: factor.q for factor in model.factors}
     beams = model.library.layout["slopes"]
     result = np.empty((len(q), len(beams)))

@@ -46,8 +46,7 @@ class Listed:
 
 
 def listed(interface: Interface) -> tuple[Listed, ...]:
-    """Return the variables of the model description in order: with the option ``arrays`` vectors as arrays, else
-    scalars."""
+    """Return the variables of the model description in order: vectors as arrays by option, else scalars."""
     variables = interface.variables
     names = _names(variables) if interface.options.arrays else {}
     result, place = list[Listed](), 0
@@ -105,8 +104,7 @@ def _names(variables: Sequence[Variable]) -> dict[int, tuple[str, int]]:
 
 
 def _runs(variables: Sequence[Variable]) -> Iterator[tuple[str, list[Variable]]]:
-    """Yield (name, variables) of numbers ``name[k]`` with consecutive value references that differ in start and place
-    alone."""
+    """Yield (name, variables) of numbers ``name[k]`` with consecutive value references and equal attributes."""
     base, run = "", list[Variable]()
     for item in variables:
         named = _NUMBERED.fullmatch(item.name) if item.kind in _KINDS else None

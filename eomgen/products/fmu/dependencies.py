@@ -69,8 +69,7 @@ class Dependencies:
 
     @cached_property
     def accelerations(self) -> list[set[Known]] | None:
-        """Set of knowns of each component of vdot, (nv,); the same set for all with constraints; None without the
-        derivatives."""
+        """Set of knowns of each component of vdot, (nv,), one set for all with constraints; None without patterns."""
         program, nv = self.program, self.program.sizes["v"]
         if not program.sizes["lam"]:
             rows = self._rows("forward_dynamics")
@@ -106,8 +105,7 @@ class Dependencies:
         return result
 
     def direct(self, kind: str, index: int) -> tuple[set[Known], set[Known]] | None:
-        """Return the knowns of an unknown as ``of`` does, with accelerations and multipliers as knowns of kind
-        ``algebraic``."""
+        """Return the knowns of an unknown as ``of`` does, accelerations and multipliers as knowns ``algebraic``."""
         nv = self.program.sizes["v"]
         if kind == "der_v":
             return {("algebraic", index)}, set()

@@ -290,8 +290,7 @@ def _licence_text(file: str | Path | None) -> str:
 def _checked(
     version: int | str, types: Sequence[str] | str, inputs: Sequence[str], dae: bool, arrays: bool, minimal: bool
 ) -> Options:
-    """Return the options of an FMU from the arguments of ``fmu``. Raises UsageError for unknown or contradictory
-    ones."""
+    """Return the options of an FMU from the arguments of ``fmu``. Raises UsageError for faults."""
     number = {"2": 2, "2.0": 2, "3": 3, "3.0": 3}.get(str(version))
     if number is None:
         raise UsageError(Problem("version", f"there is no version {shown(str(version))} of FMI here [E0866]", "2 or 3"))
@@ -331,8 +330,7 @@ def _check_exported(scene: Scene, described: Description, options: Options) -> N
 
 
 def _check_minimal(program: Program) -> None:
-    """Raise ModelError if a scene has no constraints, so q and v are minimal already, or constraints leave no
-    freedom."""
+    """Raise ModelError if q and v are minimal already, without constraints, or constraints leave no freedom."""
     freedoms = program.sizes["v"] - program.sizes["lam"]
     if not program.sizes["lam"]:
         fault = "coordinates of a scene without constraints are minimal already [E0875]"
@@ -385,8 +383,7 @@ def _started(program: Program, q: Array, v: Array, z: Array) -> Program:
 
 
 def _flags(program: Program, options: Options, step: float) -> dict[str, str]:
-    """Return the attributes of co-simulation in the model description: variable communication steps, inputs, fixed
-    steps."""
+    """Return the attributes of co-simulation in the model description: variable or fixed steps, inputs."""
     flags = {"canHandleVariableCommunicationStepSize": "true"}
     if options.version == 2:
         if program.method["inputs"] == "sampled":

@@ -208,8 +208,7 @@ class Interface:
 
     @property
     def initial_unknowns(self) -> tuple[Unknown, ...]:
-        """Unknowns of the initialisation with dependencies: outputs, derivatives, and states that the start
-        corrects."""
+        """Unknowns of the initialisation with dependencies: outputs, derivatives, corrected states."""
         corrected = ("minimal",) if self.options.minimal else ("q", "v")
         return tuple(
             self._unknown(item, initial=True)
@@ -337,8 +336,8 @@ class _Variables:
         self._add(item.name, kind, index, unit=item.unit, description=item.description, **more)
 
     def _states(self) -> None:
-        """Add positions, velocities and internal states as variables, with ``reinit`` if events or constraints may
-        change a state."""
+        """Add positions, velocities and internal states; ``reinit`` marks states that events or constraints may
+        change."""
         program, rows = self.program, event_rows(self.program)
         sampled = {int(row["state"]) for row in program.method.get("samples", {}).get("rows", ())}
         sampled |= _held_states(program)
@@ -369,8 +368,7 @@ class _Variables:
             self._add(f"minimal.{block}[{number}]", "minimal", index, description=description, reinit=True)
 
     def _state(self, kind: str, index: int, item: Quantity, start: float, reinit: bool) -> None:
-        """Add a state of ``kind`` with the name of a quantity; q and v of constrained scenes start as guesses
-        (``approx``)."""
+        """Add a state of ``kind`` named as a quantity; q and v of constrained scenes are guesses (``approx``)."""
         guessed = bool(self.program.sizes["lam"]) and kind in ("q", "v")
         reinit = reinit and not (self.minimal and kind != "z") and kind in ("q", "v", "z")
         more = {"initial": "approx"} if guessed else {}
@@ -404,8 +402,7 @@ class _Variables:
             self._differential_algebraic()
 
     def _differential_algebraic(self) -> None:
-        """Add the variables of the system by FMI-LS-DAE: switch, algebraic variables, residuals and constraints
-        (``drift``)."""
+        """Add the variables of the system by FMI-LS-DAE: switch, algebraic, residual and ``drift``."""
         program, velocities = self.program, self.program.velocities
         text = "true: the importer solves for accelerations and multipliers (FMI-LS-DAE)"
         self._add("dae", "switch", 0, start=0.0, description=text)

@@ -155,8 +155,7 @@ def _sizes(interface: Interface) -> list[int]:
 
 
 def _places(interface: Interface) -> list[str]:
-    """Return the C text of each variable's number in the memory of an instance, in the order of the value
-    references."""
+    """Return the C text of each variable's number in an instance's memory, in the order of value references."""
     program, rate, result = interface.program, 0, list[str]()
     arrays = {
         "input": "input",

@@ -215,8 +215,7 @@ class _Naming:
         self.made: dict[sympy.Expr, sympy.Symbol] = {}
 
     def symbol(self, expression: sympy.Expr) -> sympy.Symbol:
-        """Return the symbol that stands for an expression, the same for equal expressions; long factors get symbols,
-        too."""
+        """Return the symbol for an expression, the same for equal expressions; long factors get symbols, too."""
         value = self.fit(expression)
         if value not in self.made:
             self.made[value] = sympy.Dummy(real=True)
@@ -489,8 +488,7 @@ def _alignment(rows: Iterable[str]) -> list[str]:
 
 
 def _rows(left: str, expression: Any, latex: Callable[[Any], str], width: int) -> Iterator[str]:
-    """Yield the LaTeX lines of an equation ``left`` = expression, broken between summands at about ``width``
-    characters."""
+    """Yield the LaTeX lines of an equation ``left`` = expression, broken between summands at about ``width``."""
     summands = expression.as_ordered_terms() if expression.is_Add else [expression]
     line, length = f"{left} &= ", 0
     for index, summand in enumerate(summands):

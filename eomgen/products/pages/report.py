@@ -336,8 +336,7 @@ def _plots(run: ReportedRun, charts: _Charts, *, single: bool) -> str:
 
 
 def _comparison(runs: Sequence[ReportedRun], charts: _Charts) -> str:
-    """Return the HTML section with settings that differ, and differences and charts of the columns that all runs
-    have."""
+    """Return the HTML section with settings that differ, differences and charts of common columns."""
     settings = [_settings(run.solution) for run in runs]
     names = list(dict.fromkeys(name for one in settings for name in one))
     differing = [
@@ -394,8 +393,7 @@ def _settings(solution: Solution) -> dict[str, str]:
 
 
 def _difference(t: Array, values: Array, other_t: Array, other: Array) -> tuple[str, str, str]:
-    """Return as texts the largest difference over the common times of two runs, the time of this, and the last
-    difference."""
+    """Return as texts the largest difference of two runs over common times, the time, and the last difference."""
     last = min(t[-1], other_t[-1])
     rows = np.flatnonzero((t <= last) & (t >= max(t[0], other_t[0])))
     if not len(rows):
@@ -406,8 +404,7 @@ def _difference(t: Array, values: Array, other_t: Array, other: Array) -> tuple[
 
 
 def _modes(model: Any) -> str:
-    """Return the HTML section with modes about the scene's own operating point, or with the reason why there are
-    none."""
+    """Return the HTML section with modes about the scene's operating point, or the reason why there are none."""
     try:
         linear: Any = model.linearize()
         modes = linear.modes()
@@ -439,8 +436,7 @@ def _checks(checks: ChecksOfForms) -> str:
 
 
 def _animation(runs: Sequence[ReportedRun]) -> str:
-    """Return the HTML section with the animations of the runs, a sentence for each that cannot be made or is too
-    large."""
+    """Return the HTML section with the animations of the runs, or a sentence on failed or too large ones."""
     parts = []
     size = 0
     for run in runs:

@@ -168,8 +168,7 @@ def _starts(model: CompiledModel, solution: Solution, extent: float) -> Iterator
 
 
 def _limits(model: CompiledModel, coordinate: str, value: float, reach: float) -> tuple[float, float]:
-    """Return the range of a coordinate: ``reach`` on both sides of ``value``, between stops, and with ``value``
-    inside."""
+    """Return the range of a coordinate: ``reach`` on both sides of ``value``, within stops, with ``value``."""
     low, high = value - reach, value + reach
     values = model.description.values(dict(model.parameters))
     for limit in model.description.limits:

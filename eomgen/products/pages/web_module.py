@@ -93,8 +93,7 @@ def web_module(library: Library, *, left_to_stepper: bool) -> WebModule:
 
 
 def texts_with_numbers(library: Library) -> dict[str, str]:
-    """Return the C sources and headers of a library by name, with the tables of numbers as a C file: a page has no
-    loader."""
+    """Return the C sources and headers of a library by name, with tables of numbers as C: a page has no loader."""
     texts, prefix = library_texts(library.folder), library.layout["prefix"]
     if tables := tables_in(library.folder):
         mark, _, numbers = fingerprints_and_numbers(tables)

@@ -141,8 +141,7 @@ class SymbolicEquations:
 
 
 def describe(document: SymbolicEquations) -> Description:
-    """Return the Description of equations from SymPy: names and values of parameters, states, inputs, outputs,
-    drawing."""
+    """Return the Description of equations from SymPy: parameters, states, inputs, outputs, drawing."""
     return Description(
         document.name,
         parameters=tuple(
@@ -187,8 +186,7 @@ def derive(document: SymbolicEquations, terms: Sequence[str] | None) -> System:
 
 
 def _wanted(document: SymbolicEquations, recorder: _TermRecorder, terms: Sequence[str] | None) -> list[str]:
-    """Return the terms to be recorded, in order: the existing ones among ``terms``, None: all that are not on
-    request."""
+    """Return the terms to be recorded, in order: existing ones of ``terms``, None: all but terms on request."""
     rows, observed = document.rows, document.observed
     holds = {
         "constraints": rows.names,
@@ -323,7 +321,7 @@ class _TermRecorder:
 
     @cached_property
     def slopes(self) -> list[dict[int, Ref]]:
-        """Rows of B, each as references of nonzeros by column: derivatives of positions in q, of velocities in v."""
+        """Rows of B, each as references of nonzeros by column: partials of positions in q, velocities in v."""
         rows = self.document.rows
         result: list[dict[int, Ref]] = []
         for refs, block in ((rows.positions, self.q), (rows.velocities, self.v)):
@@ -462,8 +460,7 @@ class _TermRecorder:
         return blocks + (self.internal_rate() if self.document.states.names else [])
 
     def nonzeros(self, block: Block) -> Block:
-        """Return a block with the entries of a matrix that are not zero by structure, and note the positions in
-        ``patterns``."""
+        """Return a block with the entries of a matrix not zero by structure; note the positions in ``patterns``."""
         columns = block.shape[1]
         self.patterns[block.name] = tuple(divmod(k, columns) for k, ref in enumerate(block.refs) if ref != ZERO)
         return self.vector(block.name, [ref for ref in block.refs if ref != ZERO], f"nonzeros of {block.name}")

@@ -123,8 +123,7 @@ class KaneKinematics:
         return self.algebra.vector(self.rates(vector))
 
     def rates(self, values: Sequence[Scalar]) -> list[Scalar]:
-        """Return time derivatives of values along the motion, at constant v. Raises DescriptionError if an input takes
-        part."""
+        """Return time derivatives of values along the motion, at constant v. Raises DescriptionError for inputs."""
         refs = [item.ref for item in values]
         if any(symbol.block == "u" for symbol in self.tape.depends_on(refs)):
             fault = "a place or a mass depends on an input, whose rate is unknown [E1150]"

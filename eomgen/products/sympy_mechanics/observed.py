@@ -87,8 +87,7 @@ class Observed:
     # -- places -------------------------------------------------------------------------------------------------------
 
     def _best_origin(self, bodies: Sequence[Any]) -> Any:
-        """Return the point at rest from which the places of most bodies agree with the velocities; None without any
-        such point."""
+        """Return the point at rest from which the places of most bodies agree with velocities; None without one."""
         inertial = self.kinematics.inertial
         seen: dict[Any, None] = {}
         for body in bodies:
@@ -124,8 +123,7 @@ class Observed:
         return ways[point if moved is None else moved]
 
     def twisted(self) -> list[str]:
-        """Return the names of body frames whose given angular velocity is not the rate of the orientation at the
-        samples."""
+        """Return the names of body frames whose given angular velocity is not the orientation's rate."""
         faults = []
         for body in self.bodies:
             frame = frame_of(body, self.kinematics)
@@ -213,8 +211,7 @@ class Observed:
         return result
 
     def _quaternion(self, frame: Any) -> list[Scalar]:
-        """Return the quaternion (w, x, y, z) from axes of a frame to inertial axes, a product along the way; once per
-        frame."""
+        """Return the quaternion (w, x, y, z) from axes of a frame to inertial axes, recorded once."""
         if frame is self.kinematics.inertial:
             return [self.algebra.one, *self.algebra.zero_vector]
         if frame not in self._quaternions:
@@ -225,8 +222,7 @@ class Observed:
         return self._quaternions[frame]
 
     def _turn(self, matrix: Any) -> list[Scalar]:
-        """Return the quaternion of a SymPy rotation matrix: by half the angle for a turn about a coordinate axis, else
-        in general."""
+        """Return the quaternion of a SymPy rotation matrix, by the half angle if it turns about a coordinate axis."""
         for axis in range(3):
             i, j = (axis + 1) % 3, (axis + 2) % 3
             cosine, sine = matrix[i, i], matrix[j, i]
@@ -372,8 +368,7 @@ def lagrangian_energies(algebra: Algebra, lagrangian: Ref, v: Sequence[Scalar], 
 def power_of_drivers(
     algebra: Algebra, energies: Energies, q: Sequence[Scalar], v: Sequence[Scalar], a: Sequence[Scalar]
 ) -> Scalar:
-    """Return the rate of kinetic and potential energy along accelerations a, less the power of non-conservative loads,
-    W."""
+    """Return the rate of kinetic and potential energy along accelerations a, less non-conservative power, W."""
     along: dict[Ref | InputSymbol, Ref] = {one.ref: rate.ref for one, rate in zip((*q, *v), (*v, *a), strict=True)}
     along[InputSymbol("t", 0)] = ONE
     (rate,) = jacobian_vector(algebra.tape, [(energies.kinetic + energies.potential).ref], along)

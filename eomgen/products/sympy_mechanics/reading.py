@@ -251,8 +251,7 @@ class _Reading:
         return sympy.Matrix(entries.tolist())
 
     def _check_parts(self) -> None:
-        """Raise DescriptionError for bodies, loads or coordinates of other classes, no coordinates, or two of one
-        name."""
+        """Raise DescriptionError for bodies, loads or coordinates of other classes, and for none or two of a name."""
         faults = [
             (item, "body", "RigidBody or Particle")
             for item in self.bodies
@@ -439,8 +438,7 @@ class _Reading:
         )
 
     def _with_inertia(self, terms: KaneTerms, rows: KaneRows, samples: Sequence[Mapping[str, Array]]) -> KaneTerms:
-        """Return the terms; if M is singular at all samples and there are constraints, augmented by the constraints'
-        rows."""
+        """Return the terms; augmented by the rows of constraints, if any, if M is singular at all samples."""
         if not rows.names:
             return terms
         refs, count = [item.ref for item in terms.mass], len(self.q)
@@ -568,8 +566,7 @@ class _Reading:
         return given
 
     def _start(self, names: Sequence[str], initial: Mapping[Any, float]) -> dict[str, float]:
-        """Return initial values by the names of coordinates and states, ``v.NAME`` of rates. Raises UsageError for
-        other names."""
+        """Return initial values by the names of coordinates and states, ``v.NAME`` of rates. Raises UsageError."""
         start = {_key(key): _number("initial", key, value) for key, value in initial.items()}
         if unknown := sorted(start.keys() - {*names, *(f"v.{item}" for item in names)}):
             hint = f"one of {', '.join(names)}, or a rate by q.diff()"
@@ -605,8 +602,7 @@ def _components(vector: Any) -> list[Any]:
 
 
 def _reached(bodies: Sequence[Any], loads: Sequence[tuple[Any, Any]], inertial: Any) -> tuple[set[Any], set[Any]]:
-    """Return all frames and points that are connected with bodies, loads and the inertial frame, directly or through
-    others."""
+    """Return all frames and points that bodies, loads and the inertial frame are connected with, directly or not."""
     frames, points = set() if inertial is None else {inertial}, set()
     for body in bodies:
         points.add(center_of(body))

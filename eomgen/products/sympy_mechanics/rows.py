@@ -89,8 +89,7 @@ class Constraints:
         angular: Sequence[bool],
         relations: Sequence[Ref] = (),
     ) -> None:
-        """Record the constraints with rates and gradients. Raises DescriptionError for a velocity row not linear in
-        v."""
+        """Record the constraints with rates and gradients. Raises DescriptionError if not linear in v."""
         self.expressions, self.angular, self.count = expressions, angular, len(q)
         self.tape, self.algebra = expressions.algebra.tape, expressions.algebra
         self.texts = [basic(item) for item in (*positions, *velocities)]
@@ -144,8 +143,7 @@ class Constraints:
         return KaneState(q, v)
 
     def near(self, start: KaneState, p: Array, inputs: int) -> list[KaneState]:
-        """Return ``start`` and up to ``_STATES - 1`` states nearby that satisfy the constraints, at fixed random
-        distances."""
+        """Return ``start`` and up to ``_STATES - 1`` states nearby that satisfy the constraints, with fixed seed."""
         random = np.random.default_rng(_SEED)
         states = [start]
         for _ in range(_STATES - 1):
@@ -157,8 +155,8 @@ class Constraints:
         return states
 
     def rows(self, states: Sequence[KaneState], p: Array, inputs: int) -> KaneRows:
-        """Return the independent rows, positions first, by the gradients at several states; names of dropped positions
-        are kept."""
+        """Return the independent rows, positions first, by gradients at several states; names of dropped positions,
+        too."""
         refs = [row.get(place, ZERO) for row in self.slopes for place in range(self.count)]
         gradients = []
         for state in states:

@@ -239,8 +239,7 @@ class CNames:
 
     @staticmethod
     def shared_comment(text: ProgramShared) -> str:
-        """Return the C comment above a shared stretch: number of calls, and labels of the equations with this
-        stretch."""
+        """Return the C comment above a shared stretch: number of calls, labels of the equations."""
         labels = "; ".join(comment(label) for label in text.labels if label) or "repeated operations"
         numbers = " and numbers k[...]" if text.numbers else ""
         return f"/* {text.calls} calls with other places w[at[...]]{numbers}: {labels}. */"
@@ -346,8 +345,7 @@ class CNames:
         return ", ".join(map(base_component, self.program.base_zeros))
 
     def places(self, loop: ProgramLoop) -> RowLookup:
-        """Return the table of places from which the elements of a loop gather values; loops with equal places share one
-        table."""
+        """Return the table of places from which the elements of a loop gather values; equal tables are shared."""
         if loop.places not in self._rows:
             self._rows[loop.places] = RowLookup(loop.places)
         return self._rows[loop.places]
@@ -388,8 +386,7 @@ class CNames:
     @staticmethod
     def addition(items: Sequence[Addition], number: int, count: int) -> str:
         """Return the C statements that add a part of the row of ``element`` to an output: addition ``number`` of
-        ``items``. ``count`` is the number of elements of the loop; a condition on ``element`` is printed only if
-        needed."""
+        ``items``. ``count`` is the number of elements of the loop; conditions are printed if needed."""
         item = items[number]
 
         def at(name: str, values: tuple[int, ...]) -> str:

@@ -138,8 +138,7 @@ def _folded_comment(line: str) -> list[str]:
 
 def _folded_code(line: str, indent: str) -> list[str]:
     """Return a long line of C broken into lines of at most ``WIDTH`` characters, if possible; ``indent`` begins the
-    further lines. Breaks are at the fewest open brackets, as late as possible, in the second half of the line if
-    possible."""
+    further lines. Breaks are at the fewest open brackets, as late as possible, in the second half."""
     pieces = []
     line, rest = line[:_WINDOW], line[_WINDOW:]  # a table of numbers may be as long as a book: page by page
     while len(line) + len(rest) > WIDTH:
@@ -597,8 +596,7 @@ class Printer:
 
 
 class BranchingPrinter(Printer):
-    """Printer for numbers that are never lanes: a SELECT becomes ``?:``, so that only the chosen operand is
-    computed."""
+    """Printer for numbers that are never lanes: a SELECT becomes ``?:``, which computes one operand alone."""
 
     def _print(self, expression: Expression) -> tuple[str, int]:
         if not isinstance(expression, int) and expression[0] == "SELECT":

@@ -429,8 +429,7 @@ class FunctionCalls:
 
     def finite(self, owner: str, parts: str = "q v z") -> str:
         """Return the C condition that parts of a state are finite; ``owner`` is the text before a part, as ``work->``.
-        ``parts`` are names of blocks with spaces between; names that begin with a have the size of v. Empty parts are
-        left out."""
+        ``parts`` are names of blocks with spaces between; names that begin with a have the size of v."""
         sizes, test = self.program.sizes, f"{self.program.prefix}_finite"
         sized = [(part, sizes["v" if part[0] == "a" else part[0]]) for part in parts.split()]
         return " && ".join(f"{test}({owner}{part}, {size})" for part, size in sized if size)
@@ -474,8 +473,7 @@ class FunctionCalls:
         return f"memcpy({', '.join(pointers)}, offsetof({self.program.prefix}_state, conditions));"
 
     def series(self, function: ProgramFunction) -> str:
-        """Return the C call of a function of the Taylor recurrence, with the arrays of the stepper's workspace as
-        arguments."""
+        """Return the C call of a function of the Taylor recurrence on arrays of the stepper's workspace."""
         sizes, method = self.program.sizes, self.program.method
         room = row_of_factors(self.program)
         texts = {"p": "p", "t": "work->begin + work->begin_low", "t_k": "&t_k", "order": "order"}

@@ -87,8 +87,7 @@ class Lookup:
             self.tables = [(name, self.values)]
 
     def _count(self) -> None:
-        """Set ``ranges`` and ``tables`` for regular values: few ranges of counted expressions, or periods; leave both
-        otherwise."""
+        """Set ``ranges`` and ``tables`` for regular values: few ranges of counted expressions, or periods."""
         even = ranges(self.values)
         if len(even) <= _RANGES:
             self.ranges = [(end, place(start, step, "@")) for end, start, step in even]
@@ -107,8 +106,8 @@ class Lookup:
                 return
 
     def _periodic(self, stretch: RowStretch) -> str:
-        """Return the C text of the entries in a stretch as an expression of the index ``@``; the first period may
-        become a table."""
+        """Return the C text of the entries in a stretch as an expression of ``@``; the first period may become a
+        table."""
         at = f"(@ - {stretch.start})" if stretch.start else "@"
         first = self.values[stretch.start : stretch.start + stretch.period]
         inner = f"{at} % {stretch.period}" if stretch.count > 1 else at
@@ -125,8 +124,8 @@ class Lookup:
         return shift(text, step, f"({at} / {stretch.period})")
 
     def declaration(self, depth: int = 1, note: str = "") -> str:
-        """Return C lines that declare the arrays read by ``at``, indented by ``depth`` levels; ``note`` is a comment
-        after a table."""
+        """Return C lines, indented by ``depth`` levels, that declare the arrays read by ``at``, with the comment
+        ``note``."""
         indent, result = "    " * depth, ""
         behind = f" /* {note} */" if note else ""
         for name, values in self.tables:
@@ -138,8 +137,7 @@ class Lookup:
         return result
 
     def at(self, index: str = "i") -> str:
-        """Return the C text of the entry at an index, which is C text, too; for a number, the entry itself if
-        counted."""
+        """Return the C text of the entry at an index, which is C text, too; for a number a counted entry itself."""
         if not self.ranges:
             return f"{self.name}[{index}]"
         if index.isdigit():
@@ -251,8 +249,7 @@ def collapse(items: Sequence[Mapping[str, Any]], kinds: Sequence[str], places: S
 
 
 def _collapse(items: Sequence[Mapping[str, Any]], kinds: Sequence[str], places: Sequence[str]) -> list[dict[str, Any]]:
-    """Return items, in order, with runs of ``_MANY`` or more of equal kinds and evenly spaced places as one with a
-    count."""
+    """Return items, in order, with runs of ``_MANY`` or more of equal kinds and evenly spaced places as one."""
     result: list[dict[str, Any]] = []
     start = 0
     while start < len(items):

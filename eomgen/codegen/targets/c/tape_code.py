@@ -53,8 +53,8 @@ class TapeCode:
     heads: dict[int, list[int]] = field(default_factory=dict)
 
     def placed_heads(self, functions: int) -> list[int]:
-        """Return one list of integers: for each of ``functions`` functions the index of its head, 0 without; then all
-        heads."""
+        """Return a list of integers: the index of each function's head, 0 without, for ``functions`` functions; then
+        all heads."""
         places, rows, at = [0] * functions, list[int](), functions
         for function, head in self.heads.items():
             places[function] = at + len(rows)
@@ -173,8 +173,8 @@ class _Assembler:
     each input."""
 
     def __init__(self, program: Program, function: ProgramFunction, begin: int) -> None:
-        """Assign registers to inputs, local values and constants of a function; ``begin`` is the length of the code
-        before."""
+        """Assign registers to inputs, local values and constants of a function; ``begin`` is the position of the
+        code."""
         self.function = function
         self.code: list[int] = []
         self.numbers: list[float] = []
@@ -243,8 +243,7 @@ class _Assembler:
             self._target = -1
 
     def _statement(self, statement: Statement) -> None:
-        """Append the instructions of a statement; a statement that the engine lacks ends the run and stays C. Labels
-        vanish."""
+        """Append the instructions of a statement; others end the run and stay C. Labels vanish."""
         kind, data = statement.kind, statement.data
         if kind == "let":
             self._value(data[1], 0, self.first_local + data[0])

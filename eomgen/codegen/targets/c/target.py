@@ -208,8 +208,8 @@ class _Context:
         return [table for table in self.number_tables.values() if table.values]
 
     def value(self, name: str, number_: float) -> str:
-        """Return the C text of a number that is alone in a statement of function ``name``: the number, or a table's
-        entry."""
+        """Return the C text of a number that is alone in a statement of function ``name``, or of a table's entry for
+        it."""
         table = self.numbers(name)
         return number(number_) if table is None else f"{table.name}[{table.first_of([float(number_)])}]"
 
@@ -221,16 +221,14 @@ class _Context:
         return "" if table is None or not entries else f"&{table.name}[{table.first_of(entries)}]"
 
     def declaration(self, name: str) -> str:
-        """Return the C declaration of the table of numbers of function ``name``, after the function was printed; empty
-        without."""
+        """Return the C declaration of the table of numbers of function ``name`` as printed; empty without."""
         table = self.number_tables.get(name)
         if table is None or not table.values:
             return ""
         return f"extern const double {table.name}[{len(table.values)}] {_HIDDEN};\n"
 
     def body(self, function: ProgramFunction, part: int) -> str:
-        """Return the C statements of one part of a function, indented, each line ended; a part is printed once and
-        remembered."""
+        """Return the C statements of one part of a function, indented, each line ended; printed once per part."""
         key = (function.name, part)
         if key not in self._bodies:
             self._bodies[key] = self._body(function, part)
@@ -260,8 +258,7 @@ class _Context:
         return indent_lines([*declared, *printer.lines(statements)], 1)
 
     def base_of_step(self) -> str:
-        """Return the C statements that fill the components of ``work->base`` which the equations of a step read; empty
-        without."""
+        """Return the C statements that fill the components of ``work->base`` that the equations of a step read."""
         part = self.program.base_of_step
         if part is None:
             return ""
@@ -272,13 +269,12 @@ class _Context:
         return indent_lines(printer.lines(part.statements), 1)
 
     def kernel(self, loop: ProgramLoop, number_: int) -> str:
-        """Return the C statements that compute the results of one element of a loop; ``number_`` is the loop's number
-        from 1."""
+        """Return the C statements that compute the results of one element of loop ``number_``, from 1."""
         printer = Printer(self.c.loop_inputs(loop), self.c.loop_outputs(loop), numbers=self.numbers(f"loop{number_}"))
         return indent_lines(printer.lines(loop.statements), 3 if loop.lanes > 1 else 2)
 
     def shared_statements(self, text: ProgramShared, number_: int) -> str:
-        """Return the C statements in the function of a shared stretch; ``number_`` is the stretch's number from 1."""
+        """Return the C statements in the function of shared stretch ``number_``, from 1."""
         inputs: dict[str, str | Sequence[str]] = {READ: "w[at[{}]]", NUMBER: "K(k[{}])"}
         names, place, outputs = self.c.shared_outputs(text), text.reads, list[Sequence[str]]()
         for name, size in zip(names, text.results, strict=True):
@@ -293,8 +289,7 @@ class _Context:
         return name, self.ready.get(name) or self.render(template)
 
     def render(self, template: str, **extra: object) -> str:
-        """Return the text of a template for the Program, with long lines folded; ``extra`` are further names for the
-        template."""
+        """Return the text of a template for the Program, with long lines folded; ``extra`` are further names."""
         from eomgen.codegen.targets.c.templates import environment  # noqa: PLC0415  # known texts need no Jinja
 
         program = self.program
@@ -455,8 +450,7 @@ class LibraryInTwo:
 
 
 def written_in_two(program: Program, bytecode: Path, ready: Mapping[str, str] = MappingProxyType({})) -> LibraryInTwo:
-    """Return the texts of a library whose functions ``program.later`` are compiled later; the loader hands the numbers
-    over.
+    """Return the texts of a library whose functions ``program.later`` come later; the loader has the numbers.
 
     Parameters
     ----------
@@ -582,8 +576,7 @@ def _later_sources(context: _Context) -> Iterator[tuple[str, str]]:
 
 
 def _external_context(program: Program) -> dict[str, Any]:
-    """Return ``prototypes`` of external functions in C, and ``stems``: names of the C functions that call them, by
-    label."""
+    """Return ``prototypes`` of external functions in C, and ``stems``: names of the calling C functions by label."""
     prototypes = dict.fromkeys(text for source in program.sources for text in source.prototypes)
     labels = list(dict.fromkeys(item.label for item in program.external))
     stems = {label: f"law{number}" for number, label in enumerate(labels, 1)}
@@ -631,8 +624,7 @@ def generate_interface(program: Program, files: Mapping[str, str]) -> dict[str, 
 
 
 def _interface(context: _Context, mark: str, later: Collection[str] = ()) -> dict[str, str]:
-    """Return interface.h and interface.c by name, with fingerprint ``mark``; calls of the functions ``later`` are
-    refused."""
+    """Return interface.h and interface.c by name, with fingerprint ``mark``; calls of ``later`` are refused."""
     program = context.program
     sizes = [len(program.functions), *(program.sizes[name] for name in SIZES[1:])]
     offered = [item for item in enumerate(program.functions) if item[1].name not in later]

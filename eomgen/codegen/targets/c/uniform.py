@@ -71,8 +71,8 @@ class Uniform:
 
     @cached_property
     def drivers(self) -> dict[str, str]:
-        """C masks of the arrays that a scene's function reads to fill an array, by that array, from the last filled to
-        the first."""
+        """C masks of the arrays that a scene's function reads to fill an array, by this array, the last filled
+        first."""
         order = [(block, name) for name in reversed(_DRIVERS) for block in _DRIVERS[name]]
         known = [(block, name) for block, name in order if name in self.program.function_names]
         return {block: self.bits(self.program.function(name).inputs) for block, name in known if block in self._read}
@@ -118,8 +118,7 @@ class Uniform:
         return sum(output.size for output in function.outputs)
 
     def manifest(self) -> dict[str, Any]:
-        """Return the entry ``uniform`` of the manifest: header, arguments with sizes, and inputs and outputs of each
-        function."""
+        """Return the entry ``uniform`` of the manifest: header, sizes of arguments, inputs and outputs of functions."""
         prefix = self.program.prefix
         return {
             "header": f"{prefix}_uniform.h",
