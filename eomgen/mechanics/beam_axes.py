@@ -18,7 +18,8 @@ _PIECES = 16
 
 
 def beam_axes(tree: Tree) -> tuple[BeamAxis, ...]:
-    """Return the axes of all beams of a tree."""
+    """Return the axes of all elastic bodies (links with elastic coordinates) of a tree, as numbers for drawings.
+    Stations along each axis are 17 evenly spaced places and all places at which other bodies or points are attached."""
     return tuple(
         _axis(link.name, link.elastic, {x for body, x in tree.stations if body == link.name})
         for link in tree.links
@@ -27,7 +28,12 @@ def beam_axes(tree: Tree) -> tuple[BeamAxis, ...]:
 
 
 def _axis(name: str, body: ElasticBody, attached: set[float]) -> BeamAxis:
-    """Return places along a beam's axis with deflections, rotations and shortening by the elastic coordinates."""
+    """Return a beam's axis as numbers: places, m, and the effect of the elastic coordinates on each place.
+
+    Per place there are the deflections and the rotation vectors, (3, n) each, in beam axes per unit of each of the n
+    coordinates; and the shortening as coefficients of products of two coordinates, zero without ``beam.stiffening``.
+    ``attached`` holds places, m, in addition to the evenly spaced places.
+    """
     beam, integrals = body.beam, body.mass.integrals
     places = sorted(attached.union(np.linspace(beam.start, beam.start + beam.length, _PIECES + 1).tolist()))
     stations = integrals.along(places)

@@ -83,16 +83,23 @@ class _Command:
 
 
 class _ControllerParts:
-    """The parts of a scene's controller, with inputs in place of quantities of the plant.
+    """States, formulas, commands and inputs of a scene's controller, with inputs in place of quantities of the plant.
+
+    With sampled states the controller is digital and has these states alone; else it has all ``[controllers]`` with
+    states.
 
     Attributes
     ----------
-    states, controllers : with such formulas
+    own : names of the states of the controller
+    states, commands : states and values that the plant reads, with formulas that contain inputs of the controller only
+    sampled : sampled controllers with functions in C, of a digital controller
     measured : inputs by symbol or formula of the scene, in the order of their first use
     """
 
     def __init__(self, scene: Scene) -> None:
-        """Separate the controllers of a scene from the plant. Raises ModelError without a controller."""
+        """Separate the controllers of a scene from the plant. Raises ModelError if the scene has no controller, if an
+        event resets one of its states, if a sampled controller is a function of the caller, or if a formula needs the
+        equations of motion."""
         self.scene = scene
         self.digital = any(state.sampling is not None for state in scene.states)
         self._by_name: dict[str, Controller] = {item.name: item for item in scene.controllers}
@@ -120,7 +127,8 @@ class _ControllerParts:
         return {state.name for state in self.scene.states if state.sampling is not None}
 
     def _states_of_controllers(self) -> set[str]:
-        """Return the continuous states that controllers read, but for states that forces read directly."""
+        """Return the names of the continuous states that controllers read, directly or by rates of other states,
+        without states that forces read directly."""
         direct = _names("state", self._forces())
         reached: set[str] = set()
         open_names = _names("state", (item.output for item in self.scene.controllers))
@@ -137,12 +145,14 @@ class _ControllerParts:
         return self._commands_in([*self._forces(), *rates])
 
     def _read_by_outputs(self) -> list[str]:
-        """Return the values of a controller that no force reads, as given by outputs, or all of them."""
+        """Return the names of the controllers and states that outputs of the scene read, or of all controllers and
+        states if outputs read none."""
         told = self._commands_in([value for output in self.scene.outputs for value in output.values])
         return told or [name for name in (*self._by_name, *sorted(self.own)) if self._is_command(name)]
 
     def _commands_in(self, formulas: Sequence[Formula]) -> list[str]:
-        """Return the commands in formulas of the plant, controllers first, in the order of the scene."""
+        """Return the names of the controllers and states whose values formulas of the plant read, controllers first, in
+        the order of the scene. Controllers that are not commands are replaced by their formulas."""
         names: set[str] = set()
         open_formulas, seen = list(formulas), set[str]()
         while open_formulas:
@@ -157,7 +167,9 @@ class _ControllerParts:
         return [name for name in (*self._by_name, *self._states) if name in names]
 
     def _is_command(self, name: str) -> bool:
-        """Return whether a controller's output, or a state, is a value that the controller holds or computes."""
+        """Return whether a name of a controller or state is a value that the controller computes and the plant may
+        read. Of a digital controller these are its states and the controllers that depend on these and parameters
+        alone."""
         if name in self._states:
             return self.digital and name in self.own
         return not self.digital or self._is_held(name)
@@ -202,7 +214,9 @@ class _ControllerParts:
     # -- formulas without the plant ------------------------------------------------------------------------------------
 
     def _measurable_outputs(self) -> dict[Formula, Quantity]:
-        """Return the outputs that a sensor may give, by the formula of each component."""
+        """Return the outputs of the scene that a sensor may give, by the formula of each component. These depend on
+        quantities of the plant and fixed parameters alone, need no equations of motion, and have no name of an
+        input."""
         fixed = {item.name for item in self.scene.parameters if not item.tunable}
         taken = {item.name for item in self.scene.inputs}
         known: dict[Formula, Quantity] = {}
@@ -233,7 +247,9 @@ class _ControllerParts:
         return _Command(name, self._alone(item.output, f"controllers.{name}"), item.unit, item.description)
 
     def _alone(self, formula: Formula, where: str) -> Formula:
-        """Return a formula with inputs in place of quantities of the plant."""
+        """Return a formula with inputs in place of quantities of the plant, which are added to ``measured``. The last
+        argument is the place in the scene for messages. Raises ModelError for quantities from the equations of
+        motion."""
         if formula in self._outputs:
             return self._input(formula, self._outputs[formula])
         if isinstance(formula, Application):
@@ -243,7 +259,9 @@ class _ControllerParts:
         return self._symbol(formula, where) if isinstance(formula, Symbol) else formula
 
     def _symbol(self, symbol: Symbol, where: str) -> Formula:
-        """Return a symbol of the scene as seen by the controller alone, with measured quantities as inputs."""
+        """Return the formula of the controller for a symbol of the scene: the symbol, a controller's formula, or an
+        input. Raises ModelError for a mode, which events switch, and for quantities that follow from the equations of
+        motion."""
         match symbol.kind:
             case "time" | "parameter" | "number":
                 return self._checked_mode(symbol, where)
@@ -273,7 +291,8 @@ class _ControllerParts:
         return symbol
 
     def _continuous(self, name: str) -> bool:
-        """Return whether a digital controller takes the output of a continuous controller as a measured signal."""
+        """Return whether a controller depends on states outside of the controller; a digital controller measures such
+        outputs."""
         return any(
             item.kind == "state" and item.name not in self.own for item in self._expand(Symbol("controller", name))
         )
@@ -308,7 +327,8 @@ class _ControllerParts:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Continuous controllers and states, which a digital controller leaves to the plant."""
+        """A note with the names of continuous controllers that a digital controller leaves to the plant; empty without
+        them."""
         left = [item.name for item in self.scene.controllers if self.digital and self._continuous(item.name)]
         names = ", ".join(left)
         return (f"{names}: continuous in the scene, so a part of the plant",) if left else ()
@@ -320,7 +340,7 @@ def _names(kind: str, formulas: Iterable[Formula]) -> set[str]:
 
 
 class _ControllerTape:
-    """The tape of a controller, on which its formulas are recorded."""
+    """The tape of a controller, with its parameters, states, inputs and time as inputs of the tape."""
 
     def __init__(self, parts: _ControllerParts) -> None:
         self.scene = parts
@@ -344,7 +364,8 @@ class _ControllerTape:
         return record(self.algebra, formula, lambda symbol: self._scalars[symbol.kind, symbol.name])
 
     def functions(self) -> Iterator[Function]:
-        """Yield the functions of the controller, with the input blocks that the controller has."""
+        """Yield the functions ``commands`` and, for a controller with states, ``samples`` (digital) or ``rates``
+        (continuous). Each takes those blocks among "p", "t", "z" and "u" that the controller has."""
         made: list[tuple[str, str, list[Block]]] = []
         with self.tape.block("commands"):
             refs = tuple(self.formula(item.formula).ref for item in self.scene.commands)

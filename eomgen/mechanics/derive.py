@@ -32,8 +32,8 @@ from eomgen.system.terms import TERMS, UNRESISTED
 def kept_and_dropped(
     scene: Scene, tree: Tree, functions: Mapping[str, Function], facts: Facts
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return two lists of sentences: effects in the equations, and effects omitted because the scene has no source of
-    them."""
+    """Return two tuples of sentences: effects in the equations, and effects left out, each with the reason.
+    ``functions`` are the derived functions by name."""
     kept: list[str] = [f"{name}: {function.description}" for name, function in functions.items()]
     dropped: list[str] = []
     kept += [f"curve {curve.name}: {curve}" for curve in scene.curves]
@@ -54,7 +54,7 @@ def kept_and_dropped(
 
 
 def _absent_deformations(beams: Mapping[str, Beam]) -> Iterator[str]:
-    """Yield a sentence on the kinds of deformation that each beam lacks."""
+    """Yield for each elastic body (by name) a sentence on the kinds of deformation that the scene does not request."""
     for name, beam in beams.items():
         lacking = [kind for kind in KINDS if kind not in {item.kind for item in beam.deformations}]
         if lacking:
@@ -71,7 +71,8 @@ def _strains(beam: Cosserat) -> str:
 def _effects(
     scene: Scene, tree: Tree, functions: Mapping[str, Function], facts: Facts
 ) -> Iterator[tuple[bool, str, str]]:
-    """Yield whether each effect is in the equations, its name, and the reason for its absence."""
+    """Yield (present, effect, reason): whether an effect is in the equations, its name, and the reason for its
+    absence."""
     yield facts.moving_base, "base_motion, base struct", "the base is at rest"
     yield scene.base is None or bool(scene.base.rotations), "rotation of the base", "the base only translates"
     yield bool(scene.springs), "springs between points", "the scene has none"
@@ -101,7 +102,10 @@ _NON_SMOOTH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE, Op.SELEC
 
 
 class SharedTape:
-    """Derivations of one scene, on one tape as long as they leave out the same rows: operations of one serve the next.
+    """Derivations of one scene that share a tape if they leave out the same rows, so that one reuses operations of
+    another.
+
+    ``known`` holds a derivation for each tuple of constraint rows left out, with and without disturbances of the base.
 
     Parameters
     ----------
@@ -117,7 +121,8 @@ class SharedTape:
         return derive(self.scene, terms, without_rows, self)
 
     def derivation(self, without_rows: Sequence[int], *, disturbed: bool) -> Derivation:
-        """Return the derivation without some rows."""
+        """Return the derivation without the constraint rows of the given numbers; made at the first call, then reused.
+        ``disturbed`` makes accelerations of the base inputs of the equations, as linear models need them."""
         key = tuple(without_rows), disturbed
         if key not in self.known:
             self.known[key] = Derivation(self.scene, without_rows, disturbed=disturbed)
@@ -135,16 +140,18 @@ def derive(
     Parameters
     ----------
     terms : sequence of str, optional
-        Names from ``TERMS``; the scene's own list, or all that the scene can use, when omitted.
+        Names from ``TERMS``, of which terms that the scene cannot have are left out; the scene's own list, or all
+        default terms of the scene, when omitted.
     without_rows : sequence of int
-        Constraint rows to leave out, because they follow from other rows.
+        Numbers of constraint rows to leave out, because they follow from other rows.
     shared : SharedTape, optional
-        Earlier derivations of the scene.
+        Earlier derivations of the scene, which new ones extend.
 
     Raises
     ------
     ModelError
-        For an unknown term, or one that the scene cannot have; for numbers that no double can hold together.
+        For an unknown term, or a law without the derivatives that a term needs; for numbers that no double can hold
+        together.
     """
     try:
         disturbed = not _DISTURBED.isdisjoint(scene.terms if terms is None else terms)
@@ -161,7 +168,9 @@ def derive(
 
 
 def _chosen(derivation: Derivation, terms: Sequence[str] | None) -> list[str]:
-    """Return the names of the terms to derive: the requested terms that exist for the scene, or the default terms."""
+    """Return the names of the terms to derive: the requested terms that exist for the scene, or the default terms.
+    ``terms`` None stands for the scene's list. Terms of events are always added. Raises ModelError for an unknown
+    name."""
     requested = list(terms) if terms is not None else list(derivation.scene.terms)
     unknown = [name for name in requested if name not in TERMS]
     if unknown:
@@ -181,7 +190,8 @@ def _chosen(derivation: Derivation, terms: Sequence[str] | None) -> list[str]:
 
 
 def _existence_facts(derivation: Derivation) -> set[str]:
-    """Return the facts on which the existence of terms depends (see ``system.terms``)."""
+    """Return the names of the facts that hold for the scene, on which the existence of terms depends
+    (``system.terms``)."""
     scene = derivation.scene
     constrained = derivation.constraints is not None
     facts = {
@@ -208,7 +218,8 @@ def _existence_facts(derivation: Derivation) -> set[str]:
 
 
 def _assemble(derivation: Derivation, terms: Sequence[str]) -> System:
-    """Record the functions of the terms, and return the System with facts and patterns."""
+    """Record the functions of the named terms, and return the System with facts, sparsity patterns and notes. Raises
+    ModelError if a law has no derivatives of the order that a term needs."""
     # an attribute of the System a line; the decisions are the parts that a scene need not have
     scene, tape, tree = derivation.scene, derivation.tape, derivation.tree
     made: dict[str, Function] = {}
@@ -285,7 +296,8 @@ def _assemble(derivation: Derivation, terms: Sequence[str]) -> System:
 
 
 def _blocks_read(derivation: Derivation, made: Mapping[str, Function]) -> dict[str, set[str]]:
-    """Return the input blocks that each function depends on; first and second derivatives take the same blocks."""
+    """Return for each function the names of the input blocks on which its outputs depend. Functions of derivatives take
+    the blocks of the differentiated function as well."""
     read = derivation.tape.blocks_read({name: function.refs for name, function in made.items()})
     for name in (name for name in made if TERMS[name].differentiated and TERMS[name].of_motion):
         values = [ref for block in differentiand_recorder(TERMS[name].differentiated)(derivation) for ref in block.refs]
@@ -341,7 +353,7 @@ def _drivers(derivation: Derivation, order: int, taken: set[str]) -> dict[str, F
 
 
 def _facts(derivation: Derivation, made: Mapping[str, Function]) -> Facts:
-    """Return the facts of the equations by which methods and checks are chosen."""
+    """Return the facts of the equations by which methods and checks are chosen; ``made`` are the functions by name."""
     tape = derivation.tape
     loads = [value.ref for value in derivation.applied_forces()]
     return Facts(
@@ -360,14 +372,15 @@ def _facts(derivation: Derivation, made: Mapping[str, Function]) -> Facts:
 
 
 def _non_smooth(tape: Tape, node: int) -> bool:
-    """Return whether a value has a corner or a jump at a place that the motion meets; steps end at times of others."""
+    """Return whether a node has a corner or a jump that depends on the motion; for functions of time alone False, as
+    steps end at the times."""
     corners = tape.curves[tape.b[node]][0].kinks() if tape.op[node] is Op.CURVE else tape.op[node] in _NON_SMOOTH
     return bool(corners) and not {symbol.block for symbol in tape.depends_on([node])} <= {"t", "p"}
 
 
 def _prune(derivation: Derivation, function: Function, used: Collection[str], timed: bool) -> Function:
-    """Return a function without the input blocks that this scene does not have; ``used``: the input blocks of the
-    function."""
+    """Return a function without the input blocks that this scene does not have. ``used`` are the blocks on which its
+    outputs depend: "lam" and "a" go if unused. ``timed``: some function depends on t."""
     scene = derivation.scene
     of_motion = function.name in TERMS and TERMS[function.name].of_motion
     absent = {
@@ -393,6 +406,6 @@ def _equation_notes(notes: Iterable[str]) -> Iterator[str]:
 
 
 def _overshoots_of_parts(scene: Scene) -> list[str]:
-    """Return the first note on splines that overshoot of each entry of other sections, such as maps."""
+    """Return notes on splines that overshoot, at most one for each entry of further sections, such as maps."""
     entries = [entry for part in scene.parts.values() for entry in part]
     return [note for entry in entries for note in islice(overshoots(getattr(entry, "profiles", ())), 1)]

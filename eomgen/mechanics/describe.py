@@ -56,7 +56,7 @@ def extent(scene: Scene, algebra: Algebra, constant: Callable[[Formula], Scalar]
     Parameters
     ----------
     constant : callable
-        From a formula of parameters to the value on the tape.
+        Maps a formula of parameters to its value on the tape.
     """
     return tuple(  # type: ignore[return-value]  # one for each of the two
         _root_of_squares(algebra, map(constant, formulas)) for formulas in (_scene_lengths(scene), scene.gravity)
@@ -89,7 +89,7 @@ _SMALL = 0.01
 
 
 def describe(scene: Scene) -> Description:
-    """Return the description of a scene."""
+    """Return the description of a scene: all data of its model besides equations, such as units, limits and drawing."""
     return Description(
         name=scene.name,
         description=scene.description,
@@ -143,8 +143,8 @@ def base_disturbances(scene: Scene) -> tuple[str, ...]:
 
 
 def laws_of(scene: Scene) -> Iterator[PrescribedLaw]:
-    """Yield the prescribed motions in a scene: drives of joints and constraints, lengths over time, and the position
-    and rotation of the base."""
+    """Yield the prescribed motions in a scene, each with place in the file, meaning, unit and formula. These are drives
+    of joints and constraints, lengths over time, and position and rotation of the base."""
     where = Report(scene.name, scene.source).where
     for joint in scene.joints:
         for number, (formula, (meaning, unit)) in enumerate(
@@ -171,7 +171,8 @@ def laws_of(scene: Scene) -> Iterator[PrescribedLaw]:
 
 
 def formulas_of_forces(scene: Scene) -> Iterator[tuple[Formula, int]]:
-    """Yield each formula that forces depend on, except inputs, with the number of time derivatives used."""
+    """Yield (formula, order): each formula on which forces depend, except inputs, and the number of its time
+    derivatives used."""
     if scene.base is not None:
         yield from ((formula, 2) for formula in scene.base.position)
         yield from ((rotation.angle, 2) for rotation in scene.base.rotations)
@@ -186,13 +187,14 @@ def formulas_of_forces(scene: Scene) -> Iterator[tuple[Formula, int]]:
 
 
 def prescribed_laws(scene: Scene) -> Iterator[Formula]:
-    """Yield each formula of time that a constraint follows."""
+    """Yield the formulas of time that joints and constraints follow: drives and prescribed coordinates."""
     yield from (formula for joint in scene.joints for formula in joint.drive)
     yield from (item.prescribed_coordinate for item in scene.constraints if item.prescribed_coordinate is not None)
 
 
 def joint_factors(scene: Scene) -> tuple[Factor, ...]:
-    """Return the factors of the configuration in joint coordinates, in the order of the joints."""
+    """Return the factors of the configuration in joint coordinates, with slices of q and v, in the order of the joints.
+    Joints that follow other joints have none."""
     factors: list[Factor] = []
     q = v = 0
     for joint in scene.leading_joints:
@@ -215,11 +217,9 @@ def _coordinates(scene: Scene) -> Iterator[Coordinates]:
 
 
 def _elastic(name: str, beam: Beam) -> Coordinates:
-    """Return the description of elastic coordinates.
-
+    """Return the description of a beam's elastic coordinates: units, largest small deformations, length, and validity.
     A beam of order 1 is valid, and has a positive definite inertia, for deformations that are small compared with its
-    length. Higher modes have steeper slopes at the same deflection, so the limits of higher modes are smaller.
-    """
+    length. Higher modes have steeper slopes at the same deflection, so the limits of higher modes are smaller."""
     units: list[str] = []
     reach: list[float] = []
     for item in beam.deformations:
@@ -230,8 +230,8 @@ def _elastic(name: str, beam: Beam) -> Coordinates:
 
 
 def _limits(scene: Scene) -> Iterator[CoordinateLimit]:
-    """Yield the limits of all joints; in absolute coordinates limits of angles, which are counted in addition to the
-    poses."""
+    """Yield the limits of joint coordinates. In absolute coordinates only limits of angles exist, renamed to the
+    counted angles ``q.NAME.angle`` that q holds in addition to the poses."""
     for joint in scene.joints:
         for stop, limit in zip(joint.stops, joint.limits, strict=True):
             if scene.coordinates != "absolute":
@@ -241,7 +241,8 @@ def _limits(scene: Scene) -> Iterator[CoordinateLimit]:
 
 
 def _lengths(scene: Scene) -> Iterator[tuple[Formula, ...]]:
-    """Yield positions on bodies, free lengths, radii, stops of travels."""
+    """Yield tuples of formulas for lengths, m: positions on bodies, mass centres, free lengths, radii, and travel
+    stops."""
     yield from (point.position for point in scene.points)
     yield from (body.center_of_mass for body in scene.bodies)
     yield from (joint.position for joint in scene.joints)
@@ -304,7 +305,7 @@ _LEVEL = 0.5
 
 
 def _rolling_shapes(scene: Scene) -> Iterator[Shape]:
-    """Yield wheels of tyres and solids of rolling contacts, for bodies without shapes of their own."""
+    """Yield wheels of tyres and solids of rolling or sliding bodies, for bodies without shapes in the scene."""
     shown = {shape.body for shape in scene.shapes}
     points = {point.name: point for point in scene.points}
     for item in scene.constraints:
@@ -323,8 +324,8 @@ def _rolling_shapes(scene: Scene) -> Iterator[Shape]:
 
 
 def _spin_axis(center: Point, scene: Scene) -> tuple[float, ...]:
-    """Return the axis of the wheel about a centre, in the axes of the centre's body: of a revolute joint with an axis
-    across the vertical through the centre, else y, which lies across the road."""
+    """Return the axis of a wheel with the given centre, (3,), in the axes of the centre's body. It is the axis of a
+    revolute joint at the centre, unless nearly vertical; else y, which lies across the road."""
     for joint in scene.joints:
         if joint.type == "revolute" and abs(joint.axis[2]) < _LEVEL:
             if joint.child == center.body and center.position == ZERO_VECTOR:
@@ -335,7 +336,8 @@ def _spin_axis(center: Point, scene: Scene) -> tuple[float, ...]:
 
 
 def _rolling_solid(item: Constraint) -> tuple[str, tuple[Formula, ...]]:
-    """Return kind and sizes of the solid of a rolling or sliding contact, as of ``Shape``."""
+    """Return the kind of solid, "ellipsoid", "sphere" or "wheel", and its sizes for ``Shape``, of a rolling or sliding
+    body."""
     match item.shape:
         case "ellipsoid":
             return "ellipsoid", item.semi_axes
@@ -347,7 +349,7 @@ def _rolling_solid(item: Constraint) -> tuple[str, tuple[Formula, ...]]:
 
 
 def _contacts(scene: Scene) -> Iterator[HeightSurface]:
-    """Yield the surfaces of rolling and sliding contacts that are given by heights, and equations between two
+    """Yield the surfaces z = height(x, y) of constraints: of rolling and sliding contacts, and of equations between two
     frames."""
     for item in scene.constraints:
         height = item.equation if item.surface is None else item.surface
@@ -359,8 +361,8 @@ def _contacts(scene: Scene) -> Iterator[HeightSurface]:
 
 
 def _ground(scene: Scene) -> tuple[Formula, ...]:
-    """Return a place of the plane on which the first constraint rolls, or of the flat road of the first tyre; empty
-    without such a plane."""
+    """Return a point, three formulas in m, of the plane on which the first constraint rolls or slides. Without such a
+    plane, the point of the flat road of the first tyre; empty without either."""
     for item in scene.constraints:
         frame, still = item.first, item.first.body == WORLD or (item.first.body == BASE and scene.base is None)
         if item.type in ("rolling", "sliding") and item.surface is None and still:

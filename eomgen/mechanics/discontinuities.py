@@ -16,7 +16,8 @@ from eomgen.system.system import Discontinuity, Validity
 
 
 def discontinuities(scene: Scene) -> tuple[Discontinuity, ...]:
-    """Return the known discontinuities in time, without repetition; none that depend on tunable parameters."""
+    """Return the known discontinuities in time of inputs, forces and prescribed motions, by period and time. Of several
+    at one time the lowest order counts. Times that depend on tunable parameters are left out."""
     fixed = {item.name: item.value for item in scene.parameters if not item.tunable}
 
     def value_of(symbol: Symbol) -> float | None:
@@ -40,7 +41,8 @@ def discontinuities(scene: Scene) -> tuple[Discontinuity, ...]:
 
 
 def validity(scene: Scene) -> tuple[Validity, ...]:
-    """Return the time ranges for which curves of a scene have points, as far as known."""
+    """Return the time ranges in which curves in formulas have points, each with the name of the input, or "" for
+    forces. Ranges that depend on tunable parameters are left out."""
     fixed = {item.name: item.value for item in scene.parameters if not item.tunable}
     owners = [(item.name, item.formula) for item in scene.inputs if item.formula is not None]
     owners += [("", formula) for formula, _ in formulas_of_forces(scene)]

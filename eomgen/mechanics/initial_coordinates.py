@@ -41,6 +41,8 @@ def joint_start(
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return q, (nq,), and v, (nv,), of the initial state in joint coordinates.
 
+    Nodes of geometrically exact beams are placed in the shape without load, moving with the first node as a rigid body.
+
     Parameters
     ----------
     longer : the scene with more elements of beams than were derived, no element being carried by a node of a beam
@@ -66,7 +68,8 @@ def joint_start(
 def _first_node(
     derivation: Derivation, beam: Cosserat, q: NDArray[np.float64], v: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the pose, (7,), and the twist, (6,), of the first section of a beam at the initial state."""
+    """Return the pose, (7,), and the twist, (6,), of the first section of a beam at the initial q and v, relative to
+    the base."""
     kinematics, mount = derivation.kinematics, derivation.tree.mounts[beam.name]
     R, p = kinematics.pose(mount.link)
     omega, velocity = kinematics.twist(mount.link)
@@ -91,7 +94,8 @@ def _place_nodes(
     q: NDArray[np.float64],
     v: NDArray[np.float64],
 ) -> None:
-    """Put the nodes of a beam in the shape at rest, moved with the first node as a rigid body."""
+    """Enter into ``q`` and ``v`` the nodes of a beam in the shape at rest, moved with the first node as a rigid body.
+    ``first`` and ``twist`` are pose, (7,), and twist, (6,), of the first node; ``factors`` are by name of the node."""
     from_first = _from_first(beam)
     poses = numeric.compose(SE3, first, from_first)
     twists = numeric.adjoint(SE3, numeric.inverse(SE3, from_first)) @ twist
@@ -122,8 +126,9 @@ def _initial_deflection(beam: Beam) -> tuple[tuple[float, ...], tuple[float, ...
 
 
 def free_start(scene: Scene) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
-    """Return q and v of absolute bodies on free joints at the origin of a base at rest, without equations; None if the
-    scene has others."""
+    """Return q and v of a scene whose joints all are free joints at the origin of a base at rest, without equations.
+    Bodies have absolute coordinates at their centres of mass. None if the scene has other joints, a base motion, or
+    centres of mass by formulas."""
     q: list[Array] = []
     v: list[Array] = []
     groups = scene.groups
@@ -185,7 +190,7 @@ class AbsoluteStartEquations:
             self._moving = {symbol.index for symbol in inputs if symbol.block == "p"}
 
     def at(self, parameters: Mapping[str, float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return q, (nq,), and v, (nv,)."""
+        """Return q, (nq,), and v, (nv,), for values of parameters by name; other parameters have the scene's values."""
         scene = _with_parameters(self._recorded.scene, parameters)
         bodies = self._bodies or BodiesAtStart(scene)  # nodes of beams are placed in numbers
         q, v = _absolute_start(self._recorded, bodies, _defaults(scene))
@@ -194,8 +199,8 @@ class AbsoluteStartEquations:
     def slopes(
         self, parameters: Mapping[str, float], names: Sequence[str]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-        """Return the partials of q (left-trivialised) and v in parameters, (nv, names) each, by complex steps; None
-        with nodes of geometrically exact beams, which are placed in real numbers."""
+        """Return the partials of q (left-trivialised) and v in the named parameters, (nv, names) each, by complex
+        steps. None with nodes of geometrically exact beams, which are placed in real numbers."""
         if self._bodies is None:
             return None
         scene, factors = _with_parameters(self._recorded.scene, parameters), self._recorded.tree.factors
@@ -222,7 +227,8 @@ def _with_parameters(scene: Scene, parameters: Mapping[str, float]) -> Scene:
 def _absolute_start(
     recorded: _AbsoluteBodies, bodies: BodiesAtStart, p: Mapping[str, NDArray[Any]]
 ) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return q and v of the absolute bodies with real or complex parameters p."""
+    """Return q, (nq,), and v, (nv,), of the absolute bodies for real or complex parameters ``p`` (``{"p": values}``).
+    ``bodies`` gives poses and twists of the bodies at the joints' initial state."""
     poses, twists, angles = bodies(p)
     numbers = {body.name: number for number, body in enumerate(recorded.scene.bodies)}
     offsets = -evaluate(recorded.tape, _places(recorded.tree), p).reshape(-1, 3)
@@ -254,7 +260,8 @@ def _defaults(scene: Scene) -> dict[str, NDArray[np.float64]]:
 
 
 class BodiesAtStart:
-    """Poses and twists of the bodies at the joints' initial state, on one tape for all values of the parameters."""
+    """Poses and twists of all bodies at the joints' initial state and t = 0, on one tape for all values of the
+    parameters."""
 
     def __init__(self, scene: Scene) -> None:
         beams = tuple(element for element in scene.elements if isinstance(element, CosseratBeam))
@@ -274,7 +281,8 @@ class BodiesAtStart:
         return self._tape.depends_on([ref for part in (*self._parts, self._base or ()) for ref in part])
 
     def __call__(self, p: Mapping[str, NDArray[Any]]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-        """Return poses (bodies, 7), twists (bodies, 6) and counted angles with real or complex parameters."""
+        """Return poses (bodies, 7), twists (bodies, 6) and counted angles, rad, for real or complex parameters ``{"p":
+        values}``."""
         inputs: dict[str, NDArray[Any]] = {**p, **self._still}
         if self._base is not None:
             inputs["base"] = evaluate(self._tape, self._base, inputs)

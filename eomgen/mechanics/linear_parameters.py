@@ -46,7 +46,8 @@ def moving_bodies(scene: Scene) -> list[Body]:
 
 
 def joint_parameters(scene: Scene) -> Iterator[JointParameter]:
-    """Yield the coefficients of joints: coefficients that the scene leaves at 0 are left out."""
+    """Yield the coefficients of joints in which inverse dynamics is linear: rotor inertias, damping, and friction.
+    Joint by joint, in this order; coefficients that are 0 in the scene are left out."""
     for joint in scene.joints:
         of_coordinates: list[tuple[Kind, int, Formula]] = []
         of_coordinates += [("rotor_inertia", k, value) for k, value in enumerate(joint.each(joint.rotor_inertia))]
@@ -60,7 +61,9 @@ def joint_parameters(scene: Scene) -> Iterator[JointParameter]:
 
 
 def linear_parameters(scene: Scene) -> tuple[LinearParameter, ...]:
-    """Return names and units, in the order of columns; none in absolute coordinates and if bodies deform."""
+    """Return names and units of the parameters in which inverse dynamics is linear, in the order of the regressor's
+    columns. Ten of each moving body, then coefficients of joints. Empty in absolute coordinates and if bodies
+    deform."""
     if scene.coordinates == "absolute" or any(body.beam is not None for body in scene.bodies):
         return ()
     result = [LinearParameter(f"{body.name}.{of}", unit) for body in moving_bodies(scene) for of, unit in OF_BODY]

@@ -30,7 +30,8 @@ _DIGITS = 8  # shorter numbers are clear without a name
 
 
 def named_constants(tree: Tree, quantities: Quantities) -> tuple[Quantity, ...]:
-    """Return the constants of all beams by name, as magnitudes; numbers with few digits stay literals."""
+    """Return the shape integrals of all elastic bodies as named constants for the C, as magnitudes. Names begin with
+    the name of the body. Numbers of at most eight digits stay literals and are left out."""
     constants: dict[str, Quantity] = {}
     for link in tree.links:
         if link.elastic is not None:
@@ -78,7 +79,9 @@ def _describe(name: str, beam: Beam) -> str:
 def _numbers(
     body: ElasticBody, stations: list[float], number: Callable[[Formula], Scalar]
 ) -> Iterator[tuple[str, float, str, str]]:
-    """Yield name, value, unit and meaning of each shape integral of an elastic body."""
+    """Yield (name, value, unit, meaning) of each nonzero shape integral of an elastic body, and of its shape functions
+    at ``stations``, m. ``number`` gives the value of a formula on the tape: constant mass, stiffness and polar inertia
+    are part of the values."""
     integrals, unit = body.mass.integrals, body.mass.unit
     folded = number(body.beam.mass_per_length).constant is not None
     for field, (meaning, of_mass, of_length) in _MASS.items():
@@ -108,7 +111,8 @@ def _at(integrals: ShapeIntegrals, x: float) -> Iterator[tuple[str, float, str, 
 
 
 def _entries(values: Array, first: int = 0) -> Iterator[tuple[str, float]]:
-    """Return the nonzero numbers and their indices, entries of a symmetric matrix once."""
+    """Yield the nonzero numbers of an array, each after its indices joined by "_"; entries of a symmetric matrix once.
+    ``first`` is added to the indices."""
     size = len(values)
     indices = combinations_with_replacement(range(size), 2) if np.ndim(values) > 1 else ((k,) for k in range(size))
     for index in indices:

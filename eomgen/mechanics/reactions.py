@@ -88,8 +88,8 @@ def row_wrenches(quantities: Quantities, item: Constraint, pair: FramePair) -> l
 
 
 def _pair_of_its_own(tape: Tape) -> FramePair:
-    """Return a frame pair on a separate tape: the second frame has a pose of twelve inputs in the first frame, and a
-    twist of six inputs."""
+    """Return a frame pair on a separate tape, without scales of lengths. The second frame has twelve inputs as pose in
+    the first frame (axes row by row, origin), and six as twist."""
     algebra = Algebra(tape)
     zero, pose = algebra.zero_vector, algebra.block(_PLACE, 12)
     axes = algebra.matrix([pose[0:3], pose[3:6], pose[6:9]])
@@ -105,8 +105,8 @@ def _pair_of_its_own(tape: Tape) -> FramePair:
 
 
 def _displacements(tape: Tape) -> Seeds:
-    """Return the changes of the second frame's pose: rotation about the origin, directions 0 to 2, and translation,
-    directions 3 to 5."""
+    """Return the partials of the second frame's pose along six directions: rotation, 0 to 2, and translation, 3 to
+    5."""
     seeds: dict[Ref | InputSymbol, dict[int, Ref]] = {}
     for k, i, j in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):  # a turn about k takes axis i to j and axis j to minus i
         for column in range(3):
@@ -118,7 +118,8 @@ def _displacements(tape: Tape) -> Seeds:
 
 @dataclass(frozen=True)
 class TransmittedWrench:
-    """A wrench on a link (base or world for negative numbers), about the place ``at``, all in the link's axes."""
+    """A wrench on a link (base or world for negative numbers), about the point ``at``, m; moment, N m, and force, N.
+    All are in the link's axes."""
 
     link: int
     at: Vector
@@ -127,12 +128,13 @@ class TransmittedWrench:
 
 
 class TransmittedWrenches:
-    """Wrenches transmitted by joints and constraints of one scene, each recorded at its first use.
+    """Wrenches transmitted by joints and constraints of one scene, each recorded at the first use.
 
     Parameters
     ----------
     tree : with the bodies' own inertia
     base : motion of the frame that carries the tree
+    loads : all applied loads
     rows : of all constraints, as the multipliers are numbered; None if there are none
     """
 
@@ -145,7 +147,7 @@ class TransmittedWrenches:
         loads: Loads,
         rows: ConstraintRows | None,
     ) -> None:
-        """Take the loads and constraint rows of a scene, from which wrenches of joints follow."""
+        """Store the loads and constraint rows of a scene, from which wrenches of joints follow."""
         self.scene = scene
         self.tree = tree
         self.quantities = quantities
@@ -156,7 +158,8 @@ class TransmittedWrenches:
         self._of_constraints: dict[str, tuple[TransmittedWrench, TransmittedWrench]] = {}
 
     def joint(self, name: str) -> TransmittedWrench:
-        """Return the wrench of a joint's parent on the child, about the origin of the child's frame."""
+        """Return the wrench of a joint's parent on the child, about the origin of the child's frame, in axes of the
+        child's link. Raises ModelError for a fixed joint in absolute coordinates."""
         joint = self.joints[name]
         mount = self.tree.mounts[joint.child]
         absolute = self.scene.coordinates == "absolute"
@@ -184,7 +187,8 @@ class TransmittedWrenches:
 
     def drive_effort(self, item: Constraint | Joint, index: int = 0) -> Scalar:
         """Return the effort of a drive along an angle, N m, or a travel or distance, N; positive efforts increase the
-        coordinate."""
+        coordinate. ``index`` is the coordinate of a joint. A constraint by formula has the effort along its equation,
+        or 0 if that equation is left out."""
         multipliers = self._multipliers(item)
         if isinstance(item, Constraint) and item.equation is not None:
             return -multipliers[0] if multipliers else self.tree.algebra.zero
@@ -194,21 +198,22 @@ class TransmittedWrenches:
         return effort if item.kind.drive == "travel" else -effort
 
     def _multipliers(self, item: Constraint | Joint) -> dict[int, Scalar]:
-        """Return the multiplier of each equation, without dependent equations."""
+        """Return the multipliers of a constraint or joint by number of its equation; equations left out as dependent
+        are absent."""
         rows = [] if self.rows is None else self.rows.all
         return {row.number: self.quantities.input("lam", k) for k, row in enumerate(rows) if row.owner is item}
 
     def _pair(self, item: Constraint) -> tuple[TransmittedWrench, TransmittedWrench]:
-        """Return the wrenches of a constraint on the first and the second body, both about the second frame's
-        origin."""
+        """Return the wrenches of a constraint between two frames on the first and the second body, both about the
+        origin of the second frame, each in axes of the body's link. Recorded at the first call."""
         if item.name not in self._of_constraints:
             with self.tree.algebra.tape.block(f"reaction of constraint {item.name}"):
                 self._of_constraints[item.name] = self._record(item)
         return self._of_constraints[item.name]
 
     def _at_points(self, item: Constraint) -> list[TransmittedWrench]:
-        """Return the forces of an equation on the points in its formula; efforts on joints are parts of the joint
-        wrenches."""
+        """Return the forces of a constraint by formula on the points in the formula, without moments. Efforts on joint
+        coordinates in the formula are parts of the joint wrenches."""
         none, equation = self.tree.algebra.zero_vector, Equation(self.quantities, item)
         loads = (load for multiplier in self._multipliers(item).values() for load in equation.forces(multiplier))
         return [TransmittedWrench(link, at, none, force) for link, at, force in loads]
@@ -226,8 +231,8 @@ class TransmittedWrenches:
         return first, self._on(item.second, pair.kinematics, (moment, force), algebra.zero_vector)
 
     def _on(self, frame: Frame, kinematics: LinkKinematics, load: Wrench, beyond: Vector) -> TransmittedWrench:
-        """Return a wrench, given in axes of the common link, at ``beyond`` from a frame's origin in the axes of the
-        frame's link."""
+        """Return a wrench on a frame's link, in the axes of the link. ``load`` and ``beyond`` are in axes of the common
+        link; ``beyond`` leads from the frame's origin to the wrench's point, m."""
         link, s = self.quantities.kinematics.local(frame.body, self.quantities.vector(frame.position))
         back = transpose(kinematics.pose(link)[0])
         return TransmittedWrench(link, plus(s, apply(back, beyond)), apply(back, load[0]), apply(back, load[1]))
@@ -250,7 +255,8 @@ class TransmittedWrenches:
 
     @cached_property
     def _through_bodies(self) -> dict[str, Wrench]:
-        """Wrench transmitted to each moving body and the subtree beyond, about the body's origin in link axes."""
+        """Wrenches transmitted to moving bodies, by name, each for the body and all bodies outward of it. In absolute
+        coordinates; about the body's origin in link axes, moment first."""
         hosts: dict[str, str] = {}
         for joint in self.scene.joints:
             hosts[joint.child] = joint.child if joint.kind.moves else hosts.get(joint.parent, BASE)
@@ -276,12 +282,12 @@ class TransmittedWrenches:
 
 
 class Reactions:
-    """Components of reactions, and efforts of drives.
+    """Values of the symbols ``reaction`` and ``drive_effort`` in formulas of outputs and events.
 
     Parameters
     ----------
-    wrenches : returns wrenches transmitted by joints and constraints, given the requested fixed joints, at the first
-        reaction that is asked for
+    wrenches : returns wrenches transmitted by joints and constraints, given the names of fixed joints with a requested
+        reaction; called at the first reaction that is requested
     """
 
     def __init__(self, scene: Scene, wrenches: Callable[[Collection[str]], TransmittedWrenches]) -> None:
@@ -297,7 +303,7 @@ class Reactions:
         return self._wrenches
 
     def __call__(self, symbol: Symbol) -> Scalar:
-        """Return a component of a reaction, moment first, or the effort of a drive.
+        """Return a component of a reaction, moment first, N m or N, or the effort of a drive.
 
         Raises
         ------
@@ -349,11 +355,9 @@ class Reactions:
         return (*turn(load.moment), *turn(load.force))
 
     def _about_point(self, load: TransmittedWrench, item: Reaction) -> TransmittedWrench:
-        """Return a wrench about the point of a reaction.
-
-        The lever is taken in the axes of a link between the body and the base, if such a link holds the point, so that
-        no digits cancel far from the origin.
-        """
+        """Return a wrench about the point of a reaction, on an equal or an inward link. The lever is taken in the axes
+        of a link between the body and the base, if such a link holds the point, so that no digits cancel far from the
+        origin."""
         quantities, tree = self.wrenches.quantities, self.wrenches.tree
         kinematics, point = quantities.kinematics, item.point
         assert point is not None  # asked for by the caller
@@ -373,7 +377,8 @@ class Reactions:
         )
 
     def _to_axes(self, link: int, axes: str) -> Callable[[Vector], Vector]:
-        """Return the function that rotates vectors from a link's axes to the axes of a body, the base or the world."""
+        """Return the function that rotates vectors from a link's axes to the axes of a body or the base, by name, or
+        the world."""
         tree, kinematics = self.wrenches.tree, self.wrenches.quantities.kinematics
         mount = None if axes == WORLD else tree.mounts[axes]
         target = ROOT if mount is None else mount.link

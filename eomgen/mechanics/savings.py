@@ -31,7 +31,9 @@ class Saving:
 
 
 def savings(scene: Scene) -> list[Saving]:
-    """Derive the scene again without each applicable simplification, and return the differences of operation counts."""
+    """Return the differences of operation counts of three terms, from deriving the scene again without each
+    simplification. Terms without a difference are left out, and simplifications without which the scene cannot be
+    derived."""
     actual = derive(scene, COMPARED).counts
     differences = []
     for simplification, variant in _variants(scene):
@@ -45,7 +47,7 @@ def savings(scene: Scene) -> list[Saving]:
 
 
 def _variants(scene: Scene) -> list[tuple[str, Scene]]:
-    """Return the scene without one simplification each, with a text on the simplification."""
+    """Return pairs of a text on a simplification and the scene without this simplification."""
     variants = [("inertial parameters folded and grouped", _with_tunable_inertia(scene))]
     if scene.base is None:
         moving = Base(rotations=(Rotation((0.6, 0.0, 0.8), Symbol("time")),))
@@ -64,8 +66,8 @@ def _variants(scene: Scene) -> list[tuple[str, Scene]]:
 
 
 def _along_beams(scene: Scene) -> set[str]:
-    """Return the parameters of positions on beams: shape functions are evaluated at these positions, so that the
-    parameters are not tunable."""
+    """Return the names of parameters of positions on beams, which are not tunable: shape functions are evaluated
+    there."""
     beams = (body.name for body in scene.bodies if body.beam is not None)
     return {symbol.name for beam in beams for _, x in attached_along(scene, beam) for symbol in symbols(x)}
 

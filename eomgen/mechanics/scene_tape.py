@@ -61,17 +61,26 @@ _WHOLE = 300
 
 
 class Derivation:
-    """Trees, loads and constraints of one scene on one tape; methods named as terms return their blocks.
+    """Trees, loads and constraints of one scene, recorded on one tape. Methods named as terms return their output
+    blocks.
 
     Parameters
     ----------
-    without_rows : constraint rows to leave out
+    without_rows : numbers of constraint rows to leave out
     disturbed : whether accelerations of the base are disturbances, which may differ from the law of the base
+
+    Attributes
+    ----------
+    tree, grouped : with the bodies' own inertias, and with inertias grouped for fewer operations
+    absolute : whether the scene has absolute coordinates
+    prescribed, base : the prescribed motion of the base, and of the frame that carries the tree (the world if absolute)
+    constraints : calculus of all constraint rows; None without rows
+    patterns : (row, column) of the nonzeros of terms of nonzeros, by name of the term
     """
 
     def __init__(self, scene: Scene, without_rows: Sequence[int] = (), *, disturbed: bool = False) -> None:
-        """Record the tree, the base and the kinematics of a scene on a tape. Raises ModelError without a moving
-        joint."""
+        """Record the tree, the base, the kinematics, constraints and applied loads of a scene on a new tape. Raises
+        ModelError without a moving joint."""
         self.scene = scene
         self.without_rows = without_rows
         self.tape = Tape()
@@ -133,7 +142,8 @@ class Derivation:
         return section_multipliers(self.quantities, rows, beam)
 
     def _fields(self) -> Fields:
-        """Return the acceleration field, minus gravity, of each link and of the tree's carrier."""
+        """Return a function from the number of a link, negative for the tree's carrier, to its acceleration field minus
+        gravity."""
         of_links = total_fields(self.tree, self.motion, accelerations=True, gravity=True)
         base = self.kinematics.carrier.motion()
         start = plus(base.acceleration, scaled(-1.0, base.gravity))
@@ -141,7 +151,8 @@ class Derivation:
         return lambda link: of_links[link] if link >= 0 else carrier
 
     def _energies_without_formulas(self) -> dict[str, Scalar]:
-        """Return the energies for formulas of forces and rates: forces by formulas have no potential."""
+        """Return the energies by name that formulas of forces and rates of states may read; empty if none reads an
+        energy. Force elements by formula are left out, since they have no potential."""
         if not any(symbol.kind == "energy" for formula in state_formulas(self.scene) for symbol in symbols(formula)):
             return {}
         passive = (element.passive() for element in self.scene.elements)
@@ -149,7 +160,8 @@ class Derivation:
         return energies(self.tree, self.kinematics, applied_loads(bare, self.tree, self.quantities), self.algebra.zero)
 
     def _transmitted_wrenches(self, fixed: Collection[str]) -> TransmittedWrenches:
-        """Return reactions of joints and constraints; ``fixed`` are the fixed joints with a requested reaction."""
+        """Return the wrenches transmitted by joints and constraints. ``fixed`` are names of fixed joints with a
+        requested reaction, which then stay separate links."""
         rows = None if self.constraints is None else self.constraints.rows
         tree, quantities, loads = self.tree, self.quantities, self.loads
         if fixed and not self.absolute:
@@ -171,7 +183,7 @@ class Derivation:
         return [self._matrix("M", M, "inertia matrix")]
 
     def mass_entries(self) -> list[int]:
-        """Return the factors of M without structural zeros."""
+        """Return the references of the entries of M's lower triangle without structural zeros."""
         return [value.ref for row in self.mass_rows for value in row.values()]
 
     @cached_property
@@ -243,7 +255,8 @@ class Derivation:
 
     @cached_property
     def ill_scaled(self) -> bool:
-        """Whether the elimination of M loses digits that articulated bodies keep, with the default parameters."""
+        """Whether the elimination of M loses digits that articulated bodies keep, with the default parameters. False in
+        absolute coordinates, with constraints, and for deep or elastic trees."""
         if self.absolute or self.has_constraints or self.deep or not self.free_columns:
             return False
         M = self.mass_rows
@@ -257,14 +270,15 @@ class Derivation:
 
     @property
     def sparse(self) -> bool:
-        """Whether whole matrices of a large tree are made on request only: also the matrices of beams with constrained
-        strains."""
+        """Whether matrices of a large tree are recorded as nonzeros, and whole only on request: without constraints, or
+        if some constraint rows are recorded as loops."""
         constraints = self.constraints
         return constraints is None or any(row.group is not None for row in constraints.rows.all)
 
     @property
     def whole_matrices(self) -> frozenset[str]:
-        """The terms of whole matrices that are recorded without a request."""
+        """The names of terms of whole (dense) matrices that are recorded without a request: all unless the tree is
+        large."""
         every = frozenset(term.name for term in TERMS.values() if term.quadratic)
         if not self.large or not self.sparse:
             return every
@@ -302,7 +316,8 @@ class Derivation:
 
     @cached_property
     def _partials(self) -> tuple[Block, ...]:
-        """K, C and M, recorded once: the term of their nonzeros has the same entries."""
+        """The blocks K, C and M, (nv, nv) each, recorded once: partials of the residual in q (left-trivialised), v and
+        a."""
         nv = self.tree.nv
         K, C, M = (inertial_partials if self.tree.rigid else differentiated_partials)(self.grouped, self.motion)
         seeds = configuration_directions(self.tree)
@@ -348,7 +363,8 @@ class Derivation:
         return [self._body_block("J", (6, self.tree.nv), values, description)]
 
     def energies(self) -> dict[str, Scalar]:
-        """Return ``kinetic``, ``potential``, J, and ``power``, ``base_power``, W, of the inertial motion."""
+        """Return the scalars ``kinetic``, ``potential``, ``total``, J, and ``power``, ``base_power``, W, of the
+        inertial motion. Recorded at the first call; formulas of outputs and events read these energies from then on."""
         if self._energies is None:
             drivers = self.constraints.driving_power() if self.constraints is not None else self.algebra.zero
             moving = self.constraints is not None and self.kinematics.carrier.moving
@@ -365,7 +381,8 @@ class Derivation:
         return [self.block("energy", (4,), values, description)]
 
     def elastic(self) -> list[Block]:
-        """Return structural stiffness and damping, and geometric stiffness of the present motion, (nv, nv) each."""
+        """Return the blocks K, D and K_geo, (nv, nv) each: structural stiffness and damping of elastic bodies, and
+        geometric stiffness for the present motion."""
         K, D = structural(self.tree, self.quantities)
         geometric_stiffness = geometric(self.tree, self.motion, self.loads.wrenches)
         return [
@@ -375,7 +392,7 @@ class Derivation:
         ]
 
     def outputs(self) -> list[Block]:
-        """Return the components of all outputs of the scene, in order and SI units."""
+        """Return the block y with the components of all outputs of the scene, in order and SI units."""
         self.energies()
         values = []
         for output in self.scene.outputs:
@@ -385,7 +402,8 @@ class Derivation:
         return [self.block("y", (len(values),), values, ", ".join(counts))]
 
     def joint_angles(self) -> list[Block]:
-        """Return the angles counted over revolutions, rad, and their rates, rad/s."""
+        """Return the blocks of joint angles counted over revolutions, rad, and of their rates, rad/s, (angles,)
+        each."""
         angles, rates = (
             [self.quantities(Symbol(kind, *angle)) for angle in counted_angles(self.scene)] for kind in "qv"
         )
@@ -401,7 +419,8 @@ class Derivation:
         return [self._vector("zdot", self.internal.rates(), "rates of the internal states")]
 
     def internal_partials(self) -> list[Block]:
-        """Return the partials of the residual in z, and the partials of zdot in q (left-trivialised), v and z."""
+        """Return the blocks Rz, Fq, Fv, Fz: partials of the residual in z, and of zdot in q (left-trivialised), v and
+        z. Empty without internal states."""
         if not self.scene.states:
             return []
         return [
@@ -436,8 +455,9 @@ class Derivation:
         return [self._matrix("B", self.calculus().jacobian(), "constraint Jacobian, left-trivialised")]
 
     def constraint_size(self) -> list[Block]:
-        """Return the scales by which violations of each row are judged: the summed magnitudes of the summands, and the
-        extent, m."""
+        """Return the blocks ``size`` and ``extent``, (rows,) each: scales by which violations of constraint rows are
+        judged. The size is the sum of the magnitudes of a row's summands, at least the extent for rows in m; the
+        extent, m, is the largest displacement of the joined points per radian."""
         rows = self.calculus().rows.all
         extents = self._extents(rows)
         sizes = [

@@ -23,7 +23,9 @@ Generalized = Callable[[Sequence[Wrench | None], str], list[Scalar]]
 
 
 class ConstrainedStrains:
-    """The equations of one beam, element after element."""
+    """The constraint equations of one geometrically exact beam with constrained strains, and the forces of these
+    equations. Equations are ordered by element, then by the strains of ``beam.absent_strains``; ``count`` is their
+    number. ``generalized`` maps a wrench for each link, and a label, to generalized forces, (nv,)."""
 
     def __init__(self, quantities: Quantities, beam: Cosserat, generalized: Generalized) -> None:
         self.beam, self.generalized = beam, generalized
@@ -31,7 +33,8 @@ class ConstrainedStrains:
         self.elements = Chain.of(quantities, beam)
 
     def rows(self) -> list[ConstraintRow]:
-        """Return one equation for each constrained strain of each element."""
+        """Return one holonomic equation, d - d_0 = 0 in m, for each constrained strain of each element, in this order.
+        The values of all elements are recorded as one loop. Each equation has this object as ``group``."""
         beam = self.beam
 
         def gaps(element: ElementStrain) -> list[Scalar]:
@@ -65,7 +68,8 @@ class ConstrainedStrains:
 
 
 def strain_rows(quantities: Quantities, generalized: Generalized) -> list[ConstraintRow]:
-    """Return the equations of all beams of the scene."""
+    """Return the constraint equations of all geometrically exact beams of the scene that have constrained strains.
+    ``generalized`` maps a wrench for each link, and a label, to generalized forces, (nv,)."""
     beams = [element.beam for element in quantities.scene.elements if isinstance(element, CosseratBeam)]
     return [
         row for beam in beams if beam.absent_strains for row in ConstrainedStrains(quantities, beam, generalized).rows()
@@ -73,7 +77,9 @@ def strain_rows(quantities: Quantities, generalized: Generalized) -> list[Constr
 
 
 def section_multipliers(quantities: Quantities, rows: ConstraintRows | None, beam: Cosserat) -> list[list[Scalar]]:
-    """Return for each element the section forces, N, of the strains that a beam does not have; 0 of rows left out."""
+    """Return the multipliers of a beam's constrained strains, N, as a list for each element. Each list has the length
+    of ``beam.absent_strains`` and holds inputs "lam" of the tape. Entries are 0 for equations that ``rows`` does not
+    contain, and all are 0 if ``rows`` is None."""
     count = len(beam.absent_strains)
     result = [[quantities.algebra.zero] * count for _ in range(beam.elements)]
     for number, row in enumerate([] if rows is None else rows.all):
@@ -84,7 +90,8 @@ def section_multipliers(quantities: Quantities, rows: ConstraintRows | None, bea
 
 
 def add_section_forces(quantities: Quantities, rows: ConstraintRows | None, wrenches: list[Wrench | None]) -> None:
-    """Add to wrenches by link the wrenches of constrained strains on the nodes."""
+    """Add to ``wrenches``, in place, the wrenches on the nodes of beams from their constrained strains. ``wrenches``
+    has one wrench for each link, or None. The section forces are the multipliers of ``rows``."""
     for item in quantities.scene.elements:
         if isinstance(item, CosseratBeam) and item.beam.absent_strains:
             forces = section_multipliers(quantities, rows, item.beam)
@@ -95,7 +102,9 @@ def add_section_forces(quantities: Quantities, rows: ConstraintRows | None, wren
 def _push(
     elements: Chain, beam: Cosserat, forces: Sequence[Sequence[Scalar]], wrenches: list[Wrench | None], label: str
 ) -> None:
-    """Add to wrenches by link the wrenches of section forces, one for each constrained strain of each element."""
+    """Add to ``wrenches`` (by link, or None), in place, the wrenches of section forces on the nodes of a beam.
+    ``forces`` holds, for each element, one force, N, for each strain of ``beam.absent_strains``. All elements are
+    recorded as one loop with the label."""
 
     def transmit(element: ElementStrain, *parts: Scalar) -> list[Scalar]:
         return element.node_forces(element.held_forces(dict(zip(beam.absent_strains, parts, strict=True))))

@@ -43,10 +43,9 @@ _PERIODIC = frozenset({"sin", "cos", "tan"})
 
 
 def counted_angles(scene: Scene) -> tuple[Coordinate, ...]:
-    """Return (joint, index) of the angles counted over revolutions, in joint order; none in joint coordinates.
-
-    The angle of a helical joint follows from its travel and is not counted.
-    """
+    """Return (joint, index) of the joint angles counted over revolutions, in joint order; none in joint coordinates. In
+    absolute coordinates these are the angles that act as numbers, such as in springs, stops, dependent joints and
+    formulas other than sines and cosines. The angle of a helical joint follows from its travel and is not counted."""
     if scene.coordinates != "absolute":
         return ()
     used = set(_in_elements(scene))
@@ -65,7 +64,8 @@ def angle_labels(scene: Scene) -> tuple[str, ...]:
 
 
 def follows_modulo_revolutions(joint: Joint, mimic: Mimic, leader: Joint) -> bool:
-    """Return whether an angle follows another by an integer factor: revolutions of the leader then have no effect."""
+    """Return whether both joints are revolute and the multiplier of the mimic relation is an integer constant.
+    Revolutions of the leading joint then have no effect on the dependent joint."""
     whole = mimic.multiplier
     return (
         joint.kind.is_revolute
@@ -76,7 +76,8 @@ def follows_modulo_revolutions(joint: Joint, mimic: Mimic, leader: Joint) -> boo
 
 
 def _in_elements(scene: Scene) -> Iterator[Coordinate]:
-    """Yield the coordinates on which force elements, stops and dependent (mimic) joints act."""
+    """Yield (joint, index) of the coordinates on which joint springs, stops, force elements and mimic relations act.
+    Leading joints of mimic relations by an integer factor between revolute joints are left out."""
     joints = {joint.name: joint for joint in scene.joints}
     for joint in scene.joints:
         yield from (
@@ -89,11 +90,9 @@ def _in_elements(scene: Scene) -> Iterator[Coordinate]:
 
 
 def _as_numbers(formula: Formula, *, turns: bool) -> set[Coordinate]:
-    """Return the coordinates in a formula that may not be shifted by 2 pi; ``turns``: the formula's own value may be.
-
-    Same rules as in ``symbolic.periodic``: sines and cosines are periodic; sums, differences and integer multiples pass
-    shifts on.
-    """
+    """Return (joint, index) of the joint coordinates in a formula whose shift by 2 pi would change its effect.
+    ``turns`` states that the value of the formula may itself be shifted by 2 pi. Same rules as in
+    ``symbolic.periodic``: sines and cosines are periodic; sums, differences and integer multiples pass shifts on."""
     if isinstance(formula, Number):
         return set()
     if isinstance(formula, Symbol):
@@ -107,7 +106,8 @@ def _as_numbers(formula: Formula, *, turns: bool) -> set[Coordinate]:
 
 
 def joint_constraint(joint: Joint) -> Constraint | None:
-    """Return the constraint equivalent to a joint; None for joints without constraint equations."""
+    """Return the constraint between parent and child body that is equivalent to a joint. None for fixed joints, and for
+    joints without constraint equations, such as free joints."""
     if not joint.kind.moves or joint.kind.rows == (0, 0):
         return None
     turn = _frame(joint)
@@ -136,15 +136,18 @@ class SineCosine:
     cosine: Scalar
 
     def past(self, sine: Scalar, cosine: Scalar) -> SineCosine:
-        """Return this angle minus another angle, given by sine and cosine."""
+        """Return this angle minus another angle with the given sine and cosine, up to the common positive factor."""
         return SineCosine(self.sine * cosine - self.cosine * sine, self.cosine * cosine + self.sine * sine)
 
 
 class AbsoluteQuantities(Quantities):
-    """Symbols of formulas in absolute coordinates: joint coordinates are measured between the bodies' frames."""
+    """Values on the tape of the symbols of formulas in absolute coordinates. Coordinates and velocities of joints are
+    measured between the frames of the two joined bodies."""
 
     def __init__(self, scene: Scene, tree: Tree, kinematics: Kinematics, offered: Offers) -> None:
-        """Express the joints as constraints between free bodies. Raises ModelError for a rotor inertia."""
+        """Express the joints as constraints between free bodies, and take the references of counted angles as inputs of
+        q. ``offered`` are the quantities that force elements offer to formulas. Raises ModelError for a rotor
+        inertia."""
         super().__init__(scene, tree, kinematics, offered)
         self.constraints = {joint.name: joint_constraint(joint) for joint in scene.joints}
         tape = self.algebra.tape
@@ -182,7 +185,8 @@ class AbsoluteQuantities(Quantities):
         return reference + call(Op.ATAN2, past.sine, past.cosine)
 
     def beyond(self, joint: str, index: int, law: Scalar, *, turns: bool) -> Scalar:
-        """Return the distance of a joint's coordinate from a law; of an angle always within half a turn."""
+        """Return a joint's coordinate minus a law, in m or rad; the difference of an angle is in (-pi, pi]. ``turns``
+        is not used here; other quantities take the same arguments."""
         measure, call = self._measure(joint, index), self.algebra.call
         if isinstance(measure, Scalar):
             return measure - law
@@ -190,7 +194,8 @@ class AbsoluteQuantities(Quantities):
         return call(Op.ATAN2, past.sine, past.cosine)
 
     def _wrap(self, joint: str, index: int) -> Scalar:
-        """Return a travel, m, or an angle in (-pi, pi], with the rates and the virtual work of the counted one."""
+        """Return a joint's travel, m, or its angle in (-pi, pi]. The wrapped angle has the same rates and the same
+        virtual work as the angle counted over revolutions."""
         measure = self._measure(joint, index)
         return measure if isinstance(measure, Scalar) else self.algebra.call(Op.ATAN2, measure.sine, measure.cosine)
 
@@ -206,7 +211,9 @@ class AbsoluteQuantities(Quantities):
         return self._measures[joint][index]
 
     def _measure_joint(self, item: Constraint) -> tuple[Scalar | SineCosine, ...]:
-        """Return the coordinates of a joint; the angle of a helical joint follows from its travel."""
+        """Return the coordinates of a joint from the poses of its two frames: angles as ``SineCosine``, travels in m.
+        Angles precede travels. A helical joint has one coordinate, the angle, rad, that follows from its travel and
+        pitch."""
         pair = frame_pair(self, item.first, item.second)
         first, second = pair.first, pair.second
         gap = minus(second.origin, first.origin)
@@ -230,17 +237,17 @@ class AbsoluteQuantities(Quantities):
         return (*angles, *(travel(kind.frame_axes[axis]) for axis in kind.travels))
 
     def work_of(self, joint: str, index: int = 0) -> dict[int, Scalar]:
-        """Return the left-trivialised partials of a joint coordinate in q, by component of v, as in virtual work."""
+        """Return the left-trivialised partials of a joint coordinate in q, as {velocity component: nonzero partial}. A
+        force on the coordinate, times these partials, is the generalized force."""
         tape = self.algebra.tape
         (tangent,) = forward_partials(tape, [self._wrap(joint, index).ref], self.seeds)
         return {direction: Scalar(tape, ref) for direction, ref in tangent.items() if ref != ZERO}
 
 
 def following_rows(quantities: AbsoluteQuantities) -> list[ConstraintRow]:
-    """Return one constraint equation per dependent (mimic) joint: coordinate = multiplier * leader + offset.
-
-    Dependent angles are compared by the sine of the difference, and so need no count of revolutions.
-    """
+    """Return one holonomic equation per dependent (mimic) joint: coordinate = multiplier * leading coordinate + offset.
+    Dependent angles are compared by the sine of the difference, and so need no count of revolutions. Joints without an
+    equivalent constraint are left out."""
     rows = list[ConstraintRow]()
     for joint in quantities.scene.joints:
         if joint.mimic is None:
@@ -265,7 +272,8 @@ def following_rows(quantities: AbsoluteQuantities) -> list[ConstraintRow]:
 
 
 def driven_rows(quantities: Quantities) -> list[ConstraintRow]:
-    """Return one constraint equation for each coordinate of a joint that a drive prescribes: coordinate = law."""
+    """Return one holonomic equation, coordinate - law = 0 in m or rad, for each coordinate of a joint with a drive.
+    Each equation has the joint as ``owner`` and the index of the coordinate as ``number``."""
     rows = list[ConstraintRow]()
     for joint in quantities.scene.joints:
         for index, (drive, (kind, unit)) in enumerate(zip(joint.drive, joint.kind.coordinates.items(), strict=False)):
@@ -290,7 +298,9 @@ def _refuse(keys: Iterable[str]) -> None:
 
 
 def joint_velocities(scene: Scene, tree: Tree, quantities: Quantities) -> ConstraintCalculus:
-    """Return the calculus of the velocities of all independent joints, in the order of ``scene.leading_joints``."""
+    """Return the velocities of all independent joints as equations at velocity level, in the order of
+    ``leading_joints``. The ``velocity`` and ``jacobian`` of the result are the joint velocities, rad/s or m/s, and the
+    partials in v."""
     rows = ConstraintRows()
     for joint in scene.leading_joints:
         with quantities.algebra.tape.block(f"velocity of joint {joint.name}"):
@@ -299,7 +309,9 @@ def joint_velocities(scene: Scene, tree: Tree, quantities: Quantities) -> Constr
 
 
 def _velocities(quantities: Quantities, joint: Joint) -> list[ConstraintRow]:
-    """Return the velocity components of a joint, rad/s or m/s; on admissible motions these are the joint velocities."""
+    """Return the velocity components of a joint, rad/s or m/s, each as the value of a ``ConstraintRow``. Spherical and
+    free joints have the relative angular velocity in child axes, free joints then the relative velocity; other joints
+    have a component for each axis of rotation, then for each travel."""
     item = joint_constraint(joint)
     if item is None or not item.kind.coordinates:
         pair = frame_pair(quantities, Frame(joint.parent, joint.position, joint.orientation), Frame(joint.child))

@@ -49,7 +49,8 @@ Generalized = Callable[[Sequence[Wrench | None], str], list[Scalar]]
 
 @dataclass(frozen=True)
 class _JointEnd:
-    """A frame of a joint: the link of the body, negative for base and world, and the frame in axes of the link."""
+    """A frame of a joint: number of the link (negative for base and world), frame axes, (3, 3), and origin, m, in link
+    axes."""
 
     link: int
     axes: Matrix
@@ -69,7 +70,8 @@ class _JointEnd:
 
 @dataclass(frozen=True)
 class _Member:
-    """A joint of a kind: its place among the constraints, its frames, and the formula of its length or pitch."""
+    """A joint of a kind: position in the list of constraints, constraint, its two frames, and value of its length or
+    pitch."""
 
     place: int
     item: Constraint
@@ -90,7 +92,12 @@ class _KernelSymbols(Quantities):
 def rows_of_loops(
     quantities: Quantities, constraints: Sequence[Constraint], generalized: Generalized
 ) -> dict[int, list[ConstraintRow]]:
-    """Return the equations of the constraints of all frequent kinds, by place among the constraints."""
+    """Return equations of constraints that are recorded as loops, by position in the list of constraints.
+
+    Constraints between two frames, without drive, formula or rolling, are sorted into kinds that differ in numbers
+    alone; each kind of at least ``FEWEST`` joints is one loop. Other constraints are absent from the result.
+    ``generalized`` maps a wrench for each link, and a label, to generalized forces, (nv,).
+    """
     kinds: dict[Hashable, list[_Member]] = {}
     for place, item in enumerate(constraints):
         if item.framed and item.equation is None and item.drive is None and not item.kind.rows[1]:
@@ -107,18 +114,19 @@ def rows_of_loops(
 
 
 def _kind(quantities: Quantities, member: _Member) -> Hashable:
-    """Return the type of a joint, the kinds of its links, and which of its numbers the tape folds."""
+    """Return a key that is equal for joints that one loop may contain. The key has the type of the joint, the kinds of
+    the two links, and those numbers of the frames that are 0, 1 or -1, since the tape simplifies these."""
     links = [quantities.tree.links[end.link].kind if end.link >= 0 else end.link for end in member.ends]
     numbers = [number.constant for end in member.ends for number in end.numbers]
     return (member.item.type, *links, *(number if number in (0.0, 1.0, -1.0) else None for number in numbers))
 
 
 class _JointKind:
-    """Joints that differ in numbers alone; the source of their forces.
+    """Joints that differ in numbers alone: their equations, and their constraint forces, each recorded as one loop.
 
     Attributes
     ----------
-    count : how many equations there are
+    count : number of equations of all joints together
     """
 
     def __init__(self, quantities: Quantities, members: Sequence[_Member], generalized: Generalized) -> None:
@@ -133,8 +141,9 @@ class _JointKind:
         self.count = len(members) * len(self._record_kernel([])[1])
 
     def _record_kernel(self, more: Sequence[Sequence[Scalar]]) -> tuple[LoopInputs, list[ConstraintRow], _LoopKernel]:
-        """Return the inputs of a new kernel, the equations of a joint in it, and the further ``more`` numbers of each
-        joint with the frames."""
+        """Record the equations of one joint on a new tape, the kernel of a loop over all joints. ``more`` has further
+        numbers for each joint, such as multipliers, or is empty. Returns the inputs of the kernel with their values for
+        each joint, the holonomic equations, and the kernel with poses and further numbers as inputs."""
         algebra = Algebra(Tape())
         inputs = LoopInputs(algebra, [])
         further = more or [()] * len(self.members)
@@ -150,7 +159,8 @@ class _JointKind:
         return inputs, rows, _LoopKernel(algebra, (first, second), still, numbers[end + 1 :])
 
     def rows(self) -> dict[int, list[ConstraintRow]]:
-        """Return the equations of each joint, by place among the constraints."""
+        """Return the holonomic equations of each joint, by position in the list of constraints; values come from one
+        loop."""
         inputs, rows, _ = self._record_kernel([])
         scales = [value for row in rows for value in (row.size, row.extent, row.path_length)]
         values = self._loop_values("equations", inputs, [row.value for row in rows])
@@ -169,7 +179,8 @@ class _JointKind:
         return result
 
     def forces(self, multipliers: Sequence[Scalar]) -> list[Scalar]:
-        """Return the joints' part of B^T lam, (nv,)."""
+        """Return the joints' part of B^T lam, (nv,), by a loop over the joints. ``multipliers`` has one number for each
+        equation, (count,), joint by joint, in the order of ``in_group``."""
         each = self.count // len(self.members)
         groups = [multipliers[start : start + each] for start in range(0, self.count, each)]
         inputs, rows, kernel = self._record_kernel(groups)
@@ -187,7 +198,8 @@ class _JointKind:
         return f"{meaning} of {len(self.members)} joints, {first} to {last}"
 
     def _loop_values(self, meaning: str, inputs: LoopInputs, values: Sequence[Scalar]) -> list[list[Scalar]]:
-        """Return numbers of each joint, as a loop over the joints."""
+        """Return for each joint the numbers that ``values`` of the kernel have, recorded as one loop on the outer tape.
+        Constant values are copied as constants. ``meaning`` begins the label of the loop."""
         kernel, outer = inputs.algebra.tape, self.quantities.algebra
         varying = list(dict.fromkeys(abs(value.ref) for value in values if value.constant is None))
         loop = Map(
@@ -216,7 +228,8 @@ class _JointKind:
 
 @dataclass(frozen=True)
 class _LoopKernel:
-    """The poses of two links, which links are base or world (``still``), and ``more`` numbers, in a kernel."""
+    """Inputs of the kernel of a loop over joints: two poses of links, and ``more`` further numbers for each joint.
+    ``still`` states for each link whether this is the base or the world."""
 
     algebra: Algebra
     poses: tuple[tuple[Matrix, Vector], tuple[Matrix, Vector]]
@@ -224,7 +237,9 @@ class _LoopKernel:
     more: Sequence[Scalar]
 
     def wrenches(self, work: Scalar) -> list[Scalar]:
-        """Return the wrench, moment first, on each moving link about its origin in its axes, of a virtual work."""
+        """Return the wrenches of a virtual work on the links that are neither base nor world, six numbers each. Moment
+        first, about the origin of the link, in link axes. ``work`` is a value of the kernel, differentiated by the pose
+        of each link."""
         tape = self.algebra.tape
         seeds: dict[Ref | InputSymbol, Tangent] = {}
         for end, ((R, origin), still) in enumerate(zip(self.poses, self.still, strict=True)):
@@ -258,7 +273,9 @@ def _pair(
     frames: Sequence[tuple[Matrix, Vector]],
     still: Sequence[bool],
 ) -> FramePair:
-    """Return the poses of two frames on free bodies, as ``frame_pair`` does: from an origin near both frames.
+    """Return the poses of two frames on two free bodies, with the scales of their equations, as ``frame_pair`` does.
+
+    Positions are relative to an origin near both frames, which keeps rounding errors small.
 
     Parameters
     ----------

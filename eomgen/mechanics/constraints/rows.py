@@ -109,7 +109,8 @@ class ConstraintRows:
         return [*self.holonomic, *self.velocity]
 
     def without(self, numbers: Sequence[int]) -> ConstraintRows:
-        """Return all equations without the given numbers."""
+        """Return all equations but the equations with the given numbers. Numbers count the holonomic equations first,
+        then the equations at velocity level."""
         left_out, first = set(numbers), len(self.holonomic)
         at_velocity = [row for k, row in enumerate(self.velocity) if first + k not in left_out]
         return ConstraintRows([row for k, row in enumerate(self.holonomic) if k not in left_out], at_velocity)
@@ -118,12 +119,13 @@ class ConstraintRows:
 def constraint_rows(
     quantities: Quantities, constraints: Sequence[Constraint], known: Mapping[int, Sequence[ConstraintRow]]
 ) -> ConstraintRows:
-    """Return the equations of all constraints.
+    """Return the equations of all constraints, with the constraint as ``owner`` and ``number`` from 0 for each
+    constraint.
 
     Parameters
     ----------
     quantities : in joint or absolute coordinates, recorded on the same tape
-    known : equations that are recorded already, holonomic, by place among the constraints
+    known : holonomic equations that are recorded already, by position in ``constraints``
     """
     rows = ConstraintRows()
     for place, item in enumerate(constraints):
@@ -142,7 +144,7 @@ def constraint_rows(
 
 
 def _formula_row(quantities: Quantities, item: Constraint) -> ConstraintRow:
-    """Return the equation of a constraint of coordinates and points."""
+    """Return the equation of a constraint that the user writes as a formula of coordinates and points."""
     equation = Equation(quantities, item)
     level = "1" if item.unit.startswith("rad") else "m"
     unit: Literal["m", "1", "m/s", "1/s"] = level if not item.at_velocity else "1/s" if level == "1" else "m/s"  # type: ignore[assignment]
@@ -150,7 +152,8 @@ def _formula_row(quantities: Quantities, item: Constraint) -> ConstraintRow:
 
 
 def forces_at_points(quantities: Quantities, rows: ConstraintRows) -> list[PointForce]:
-    """Return the forces on the points that equations of coordinates and points name."""
+    """Return the forces of the multipliers on points in equations that the user writes as formulas. Each is (link,
+    point in m, force in N), in link axes, with negative numbers for base and world. Other constraints are left out."""
     result: list[PointForce] = []
     for number, row in enumerate(rows.all):
         if isinstance(row.owner, Constraint) and not row.owner.framed:
@@ -166,7 +169,9 @@ def rows_of_pair(quantities: Quantities, item: Constraint, pair: FramePair) -> C
 
 
 def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> list[ConstraintRow]:
-    """Return the rows at position level of a constraint between two frames, by type, with the row of the drive."""
+    """Return the equations at position level of a constraint between two frames, by its type. The driven angle or
+    travel comes last. A constraint with a formula has that equation alone, distance and rolling constraints have
+    one."""
     # a table of the types of joints: each branch picks from the same rows of the two frames
     first, second, unit = pair.first, pair.second, quantities.algebra.one
     gap = quantities.algebra.named(f"gap_{item.name}", minus(first.origin, second.origin))
@@ -235,7 +240,9 @@ def sine_of_excess_rotation(quantities: Quantities, angle: Scalar, first: FrameP
 
 
 def _screw_residual(quantities: Quantities, item: Constraint, pair: FramePair, local: Vector) -> Scalar:
-    """Return the residual of a screw in m; the travel selects the revolution of the angle."""
+    """Return the residual of a screw joint, m: pitch times the sine of the rotation in excess of travel / pitch.
+    ``local`` is the position, m, of the first frame's origin in axes of the second. The travel selects the
+    revolution."""
     pitch = quantities.formula(item.pitch)
     return pitch * sine_of_excess_rotation(quantities, -local[2] / pitch, pair.first, pair.second)
 
@@ -251,7 +258,8 @@ class RollingContact:
 
 
 def _contact(quantities: Quantities, item: Constraint, pair: FramePair) -> RollingContact:
-    """Return the contact of a body with the first frame's plane, or with a surface over this plane."""
+    """Return the contact of a rolling or sliding body with the plane of the first frame (normal z), or with
+    ``item.surface``."""
     if item.surface is not None:
         return _contact_with_surface(quantities, item, pair)
     normal = pair.first.axis(2)
@@ -261,10 +269,11 @@ def _contact(quantities: Quantities, item: Constraint, pair: FramePair) -> Rolli
 
 
 def _lowest(quantities: Quantities, item: Constraint, normal: Vector, origin: Vector, axes: Matrix) -> Vector:
-    """Return the lowest point, (3,), along a normal, of a body at ``origin`` with the columns of ``axes``.
+    """Return the position, (3,), m, of the point of a body that is lowest along a unit normal.
 
-    At the lowest point the normal of the body is the normal of the plane: a disc and a torus are about the z axis,
-    and the point of an ellipsoid with the squares D of its semi-axes is -D n / sqrt(n . D n) in its axes.
+    The body's centre is at ``origin`` and its axes are the columns of ``axes``, (3, 3). At the lowest point the normal
+    of the body is the normal of the plane: a disc and a torus are about the z axis, and the point of an ellipsoid with
+    the squares D of its semi-axes is -D n / sqrt(n . D n) in its axes.
     """
     algebra, call = quantities.algebra, quantities.algebra.call
     axis = (axes[0][2], axes[1][2], axes[2][2])
@@ -332,7 +341,7 @@ _Function = tuple[Tape, list[Ref]]
 
 
 def _call(tape: Tape, refs: _Function, arguments: Sequence[Scalar]) -> list[Scalar]:
-    """Return the values of a function that is recorded on another tape."""
+    """Record a function from another tape on ``tape``, and return its values for the given arguments."""
     source, values = refs
     bound = {InputSymbol(_MOTION, number): argument.ref for number, argument in enumerate(arguments)}
     return [Scalar(tape, ref) for ref in splice(tape, source, values, bound)]
@@ -392,7 +401,7 @@ def _unit(algebra: Algebra, vector: Vector) -> Vector:
 
 
 def _curved_size(quantities: Quantities, item: Constraint) -> Scalar:
-    """Return the mean semi-axis of an ellipsoid, or the radius of another body, m."""
+    """Return the mean semi-axis of an ellipsoid, m, or the radius of a body of another shape."""
     if item.shape != "ellipsoid":
         return quantities.formula(item.radius)
     x, y, z = quantities.vector(item.semi_axes)
@@ -400,7 +409,8 @@ def _curved_size(quantities: Quantities, item: Constraint) -> Scalar:
 
 
 def _body_size(quantities: Quantities, item: Constraint) -> Scalar:
-    """Return the size of the body that rolls or slides, m."""
+    """Return the size of the body that rolls or slides, m: summed semi-axes of an ellipsoid, else radius and tube
+    radius."""
     lengths = item.semi_axes if item.shape == "ellipsoid" else (item.radius, item.tube_radius)
     first, *others = (magnitude(quantities.formula(length)) for length in lengths)
     return sum(others, first)
@@ -423,18 +433,19 @@ def _rolling(quantities: Quantities, item: Constraint, pair: FramePair) -> list[
 
 
 class Equation:
-    """An equation that the user writes as a formula, with partials in the coordinates and points of the formula.
+    """A constraint equation that the user writes as a formula, with partials in the coordinates and points of the
+    formula.
 
     The partials are differentiated on a separate tape, on which every quantity of motion is an input. The partials give
     the forces of the multiplier on points and joints, and the scales of rounding errors.
 
     Parameters
     ----------
-    place : m, coordinates of the second frame's origin in the first frame, of an equation between two frames
+    position : m, coordinates of the second frame's origin in the first frame, of an equation between two frames
 
     Attributes
     ----------
-    value : in m or rad, or m/s or rad/s
+    value : residual in m or rad, or in m/s or rad/s for an equation of velocities
     """
 
     def __init__(self, quantities: Quantities, item: Constraint, position: Vector | None = None) -> None:
@@ -449,7 +460,8 @@ class Equation:
 
     @cached_property
     def partials(self) -> Mapping[Symbol, Scalar]:
-        """Partials of the value in the quantities of the formula: coordinates and positions, or velocities."""
+        """Partials of the residual by symbol: coordinates and positions, or velocities for an equation of
+        velocities."""
         moving, target = self.item.moving, self.quantities.algebra.tape
         tape = Tape()
         detached = DetachedSymbols(self.quantities, tape)
@@ -467,7 +479,8 @@ class Equation:
         return {symbol: Scalar(target, ref) for symbol, ref in zip(held.values(), refs, strict=True)}
 
     def forces(self, multiplier: Scalar) -> Iterator[PointForce]:
-        """Yield the forces of the multiplier on the points that the equation names."""
+        """Yield the forces of a multiplier on the points in the equation, as (link, point in m, force in N) in link
+        axes."""
         kinematics, zero = self.quantities.kinematics, self.quantities.algebra.zero
         for symbol, slope in self.partials.items():
             if symbol.kind in ("position", "velocity"):
@@ -478,7 +491,7 @@ class Equation:
 
     @property
     def driving(self) -> Scalar | None:
-        """The part of the value without velocities, of an equation of velocities."""
+        """The residual at zero velocities, the part that time prescribes; None for an equation at position level."""
         if not self.item.at_velocity:
             return None
         zero = self.quantities.algebra.zero
@@ -490,7 +503,8 @@ class Equation:
 
     @cached_property
     def size(self) -> Scalar:
-        """Sum of the magnitudes of the summands, and of the quantities times their partials."""
+        """Sum of the magnitudes of the formula's summands, and of the quantities times their partials, in the
+        equation's unit."""
         parts = [magnitude(record(self.quantities.algebra, part, self._resolve)) for part in summands(self.formula)]
         changes = (magnitude(slope * self._resolve(symbol)) for symbol, slope in self.partials.items())
         return sum(changes, sum(parts[1:], parts[0]))
@@ -552,7 +566,8 @@ class ConstraintCalculus:
 
     @cached_property
     def tangents(self) -> list[Tangent]:
-        """Rows of B as {velocity component: nonzero}, one mapping per equation."""
+        """Rows of B as {velocity component: nonzero}, one mapping per equation, holonomic equations first. Raises
+        ModelError for an equation written as a formula without a moving coordinate or point."""
         by_v: dict[Ref | InputSymbol, Tangent] = {InputSymbol("v", k): {k: ONE} for k in range(self.nv)}
         with self.tape.block("Jacobian of the constraints"):
             result = forward_partials(self.tape, self.holonomic, self.seeds)
@@ -576,7 +591,8 @@ class ConstraintCalculus:
         return rows
 
     def velocity(self) -> list[Scalar]:
-        """Return Phi' = B v + Phi_t of the holonomic equations, then the residuals of the velocity equations."""
+        """Return the constraint velocities, (rows,): Phi' = B v + Phi_t of holonomic equations, then velocity-level
+        residuals."""
         with self.tape.block("rates of the constraints"):
             first = jacobian_vector(self.tape, self.holonomic, self.rates)
         return [Scalar(self.tape, ref) for ref in [*first, *self.level]]
@@ -588,7 +604,7 @@ class ConstraintCalculus:
             return [Scalar(self.tape, ref) for ref in jacobian_vector(self.tape, velocity, self.rates)]
 
     def forces(self) -> list[Scalar]:
-        """Return the generalized constraint forces B^T lam, (nv,)."""
+        """Return the generalized constraint forces B^T lam, (nv,), with inputs "lam" of the tape as multipliers."""
         tangents = self.tangents
         multipliers = [Scalar(self.tape, self.tape.input("lam", number)) for number in range(len(self.rows.all))]
         total = self._forces_of_groups(multipliers)
@@ -599,7 +615,9 @@ class ConstraintCalculus:
         return total
 
     def _forces_of_groups(self, multipliers: Sequence[Scalar]) -> list[Scalar]:
-        """Return the part of B^T lam, (nv,), of the equations with forces recorded together."""
+        """Return the part of B^T lam, (nv,), of the equations that belong to a ``RowGroup``, which records their forces
+        together. ``multipliers`` has one number for each equation of all groups and others; equations that are absent
+        have 0."""
         zero = self.algebra.zero
         total = [zero] * self.nv
         for group in dict.fromkeys(row.group for row in self.rows.all):
@@ -613,10 +631,8 @@ class ConstraintCalculus:
         return total
 
     def driving_power(self) -> Scalar:
-        """Return lam . Phi_t, W: power of prescribed motions, without the base's.
-
-        At velocity level the part of the equation without velocities stands for Phi_t.
-        """
+        """Return lam . Phi_t, W: the power of prescribed motions, without the power of the base. At velocity level the
+        part of the equation without velocities stands for Phi_t. ``lam`` is an input of the tape."""
         rates = jacobian_vector(self.tape, self.holonomic, {InputSymbol("t", 0): ONE})
         total = self.algebra.zero
         driven = [Scalar(self.tape, rate) for rate in rates]

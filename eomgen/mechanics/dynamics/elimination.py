@@ -17,13 +17,14 @@ from eomgen.system.cancellation import cancellation
 
 
 def solve_tree(M: Sequence[Mapping[int, Scalar]], right: Sequence[Scalar], parents: Sequence[int]) -> list[Scalar]:
-    """Return M^-1 right for a mass matrix with the sparsity of a tree.
+    """Return M^-1 right, (nv,), for a mass matrix with the sparsity of a tree.
 
     Elimination runs from the tips to the root, so branches that do not meet never fill.
 
     Parameters
     ----------
     M : rows of the lower triangle, by column
+    right : (nv,) right-hand side
     parents : (nv,) for each component the nearest coupled component towards the root, -1 at the root
     """
     factors, inverse = ltdl(M, parents)
@@ -35,7 +36,8 @@ def solve_tree(M: Sequence[Mapping[int, Scalar]], right: Sequence[Scalar], paren
 
 
 def ltdl(M: Sequence[Mapping[int, Scalar]], parents: Sequence[int]) -> tuple[list[dict[int, Scalar]], list[Scalar]]:
-    """Return L and 1 / D of M = L^T D L: the rows of the unit lower triangle L by column, and the inverse diagonal."""
+    """Return L and 1 / D of M = L^T D L: for each row of the unit lower triangle L the nonzeros left of the diagonal,
+    by column, and the inverse diagonal, (nv,). ``M`` and ``parents`` are as in ``solve_tree``."""
     size = len(M)
     A = [dict(row) for row in M]
     factors: list[dict[int, Scalar]] = [{} for _ in range(size)]
@@ -54,7 +56,7 @@ def ltdl(M: Sequence[Mapping[int, Scalar]], parents: Sequence[int]) -> tuple[lis
 
 
 def half_solved(factors: Sequence[dict[int, Scalar]], right: Sequence[Scalar]) -> list[Scalar]:
-    """Return L^-T right, for the L of ``factored``."""
+    """Return L^-T right, (nv,), for the rows L of ``ltdl``."""
     x = list(right)
     for k in reversed(range(len(x))):
         for i, factor in factors[k].items():
@@ -83,12 +85,15 @@ _POSITIONS = 6
 def loses_digits(
     tree: Tree, M: Sequence[Mapping[int, Scalar]], start: Sequence[float], parameters: Sequence[float]
 ) -> bool:
-    """Return whether the ratio of composite to articulated inertia exceeds ``MOST_CANCELLATION`` in some position.
+    """Return whether the ratio of composite to articulated inertia exceeds ``MOST_CANCELLATION`` in one of six
+    positions.
+
+    The positions are pseudo-random but the same in each call.
 
     Parameters
     ----------
     M : (nv,) rows of the lower triangle, by column
-    start : (nq,) position from which joints are turned by up to half a turn; travels stay
+    start : (nq,) position from which joints are turned by up to 3 rad; travels stay
     parameters : values of the tunable parameters
     """
     uniform = partial(random.Random(0).uniform, -3.0, 3.0)  # numpy.random takes a thirtieth of a build to import
@@ -109,8 +114,8 @@ def loses_digits(
 
 
 def _coupled_joints(M: Sequence[Mapping[int, Scalar]], joints: Sequence[slice]) -> list[list[slice]]:
-    """Return runs of successive joints that M couples. Joints without coupling are left out, because their inertia is
-    the same whether other joints are locked or free."""
+    """Return lists of successive joints, as slices of v, that M couples with one another. Joints without coupling are
+    left out, because their inertia is the same whether other joints are locked or free."""
     runs: list[list[slice]] = []
     for joint in joints:
         first = min((min(M[i], default=i) for i in range(joint.start, joint.stop)), default=joint.start)

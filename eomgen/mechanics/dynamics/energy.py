@@ -20,7 +20,8 @@ from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, cross, dot, m
 
 
 def kinetic_energy(algebra: Algebra, inertia: RecordedInertia, omega: Vector, velocity: Vector) -> Scalar:
-    """Return the kinetic energy of a body, J, from the inertial twist of the origin of the body frame, in body axes."""
+    """Return the kinetic energy of a rigid body, J, with its added masses of water. ``omega`` (rad/s) and ``velocity``
+    (m/s) are the inertial twist of the origin of the body frame, in body axes."""
     values = {"m": inertia.mass}
     for i in range(3):
         values[f"v{i}"], values[f"w{i}"], values[f"d{i}"] = velocity[i], omega[i], inertia.first[i]
@@ -40,11 +41,13 @@ def energies(
     drivers: Scalar,
     held: Sequence[tuple[int, Vector, Vector]] = (),
 ) -> dict[str, Scalar]:
-    """Return kinetic, potential and total energy, J, non-conservative power, and power of base and drives, W.
+    """Return the energies ``kinetic``, ``potential`` and ``total``, J, and the powers ``power`` and ``base_power``, W.
+
+    ``power`` is of non-conservative loads, ``base_power`` of the base and of prescribed motions.
 
     Parameters
     ----------
-    loads : applied loads with their potential and power
+    loads : applied loads with their potential and power; the potential of gravity is added here
     drivers : power of prescribed motions, W
     held : link, point, m, and force, N, in link axes, of constraints between points and the world
     """

@@ -85,10 +85,9 @@ def _spatial_cross(omega: Vector, velocity: Vector, w: Vector, u: Vector) -> tup
 
 
 def _motions(tree: Tree, base: BaseMotion) -> tuple[list[list[Screws]], list[tuple[Vector, Vector]]]:
-    """Return the screws of all columns and the twist (angular velocity, velocity of the origin) of all links.
-
-    The base's linear velocity is taken as zero: forces are the same in a frame that moves uniformly with the base.
-    """
+    """Return for each link the screws of its columns, and its inertial twist (angular velocity, velocity of the origin)
+    in link axes. The base's linear velocity is zero: forces are the same in a frame that moves uniformly with the
+    base."""
     algebra = tree.algebra
     fields = total_fields(tree, base, accelerations=True, gravity=True)
     start = plus(base.acceleration, scaled(-1.0, base.gravity))
@@ -162,7 +161,8 @@ class CompositeMomentum:
 
 
 def _flows(tree: Tree, twists: Sequence[tuple[Vector, Vector]]) -> list[CompositeMomentum]:
-    """Return the momentum and the first moments of momentum of each link together with all outward links."""
+    """Return the momentum P and the first moments of momentum H of each link together with all outward links.
+    ``twists`` are angular velocity and velocity of the origin of each link, in link axes."""
     total: list[CompositeMomentum] = []
     for link, (omega, velocity) in zip(tree.links, twists, strict=True):
         body = link.inertia
@@ -186,7 +186,8 @@ def _flows(tree: Tree, twists: Sequence[tuple[Vector, Vector]]) -> list[Composit
 def _products(
     tree: Tree, twists: Sequence[tuple[Vector, Vector]], virtual: Sequence[tuple[Vector, Vector]]
 ) -> list[Vector]:
-    """Return B = 2 int V x y dm of each subtree, in link axes."""
+    """Return B = 2 int V x y dm of the subtree of each link, in link axes about the link's origin. V are velocities by
+    ``twists`` and y virtual velocities by ``virtual``, an angular and a linear vector for each link."""
     total: list[Vector] = []
     for link, (omega, velocity), (turn, slide) in zip(tree.links, twists, virtual, strict=True):
         body = link.inertia
@@ -201,7 +202,8 @@ def _products(
 
 
 def _loads(tree: Tree, base: BaseMotion) -> list[Wrench]:
-    """Return for each link the wrench on the subtree, transmitted by the joint."""
+    """Return for each link the wrench that its joint transmits for inertia and weight of the subtree, moment first, in
+    link axes about the link's origin."""
     total = field_wrenches(tree, total_fields(tree, base, accelerations=True, gravity=True))
     for index in reversed(range(len(tree.links))):
         link = tree.links[index]
@@ -215,7 +217,8 @@ def _loads(tree: Tree, base: BaseMotion) -> list[Wrench]:
 def inertial_partials(
     tree: Tree, base: BaseMotion
 ) -> tuple[list[list[Scalar]], list[list[Scalar]], list[list[Scalar]]]:
-    """Return K, C, M: partials of inertia and weight in q (left-trivialised), v and a, each dense (nv, nv)."""
+    """Return K, C, M: partials of the inertia forces less weight in q (left-trivialised), v and a, each dense (nv, nv).
+    ``base`` is the motion of the base with gravity. For trees of rigid links."""
     algebra = tree.algebra
     nv = tree.nv
     K, C, M = ([[algebra.zero] * nv for _ in range(nv)] for _ in range(3))
@@ -234,7 +237,8 @@ def inertial_partials(
 def _wrenches(
     algebra: Algebra, screw: Screws, body: RecordedInertia, flow: CompositeMomentum
 ) -> tuple[Wrench, Wrench, Wrench]:
-    """Return the changes of the inertia forces of a subtree, in axes that move along, by q, v and a of a column."""
+    """Return the three changes of the inertia wrench of a subtree by q, v and a of a joint column, in axes that move
+    along."""
     by_q = wrench_sum(wrench(algebra, body, screw.spin_origin, screw.spin_field), flow.coriolis(screw.turn))
     by_v = wrench_sum(wrench(algebra, body, screw.rate_origin, screw.rate_field), flow.coriolis(screw.angular))
     return by_q, by_v, wrench(algebra, body, screw.linear, screw.angular)
@@ -256,8 +260,9 @@ def _column(
     load: Wrench,
     blocks: tuple[list[list[Scalar]], list[list[Scalar]], list[list[Scalar]]],
 ) -> None:
-    """Fill the entries that couple one column of a joint with the columns of the same joint and of all joints towards
-    the root."""
+    """Add to K, C and M (``blocks``), in place, the entries that couple column ``k`` of a joint with columns of this
+    joint and of all joints towards the root. ``body``, ``flow`` and ``load`` are composite inertia, momentum and wrench
+    of the subtree of link ``index``."""
     algebra, link = tree.algebra, tree.links[index]
     dof, ratio = link.dofs[k], link.coordinates.ratio
     by_q, by_v, by_a = _wrenches(algebra, screw, body, flow)
@@ -322,8 +327,8 @@ class Effect:
 
 
 def _virtual_motions(tree: Tree, weights: Sequence[Scalar]) -> tuple[list[tuple[Vector, Vector]], list[list[Wrench]]]:
-    """Return the virtual twists of all links, and for each column the change of the twist by q: twist of the parent x
-    screw."""
+    """Return the virtual twists of all links for the velocity components ``weights``, (nv,), and their changes by q.
+    For each column the change is the parent's virtual twist x screw. All are in link axes, angular part first."""
     algebra, zero = tree.algebra, tree.algebra.zero_vector
     twists: list[tuple[Vector, Vector]] = []
     changes: list[list[Wrench]] = []
@@ -340,24 +345,26 @@ def _virtual_motions(tree: Tree, weights: Sequence[Scalar]) -> tuple[list[tuple[
 
 
 def base_change(base: BaseMotion, omega: Vector, alpha: Vector, acceleration: Vector) -> Change:
-    """Return the change of a tree by changes of its base's angular velocity, angular acceleration, and acceleration
-    minus gravity."""
+    """Return the change of a tree by changes of the base's angular velocity, rad/s, angular acceleration, and
+    acceleration minus gravity, m/s^2, (3,) each, in base axes."""
     zero = Scalar(omega[0].tape, ZERO)
     none = (zero, zero, zero)
     return Change((none, none), omega, (plus(alpha, cross(base.omega, omega)), acceleration))
 
 
 class WorkHessian:
-    """Second partials of weights . (tau of inertia and weight), by composite bodies.
+    """Second partials of weights . tau, with tau the inertia forces less weight of inverse dynamics, by composite
+    bodies.
 
     Parameters
     ----------
     weights : (nv,) virtual velocities
-    base_changes : of the motion of the base in further arguments, by their number
+    base_changes : changes of the motion of the base by further arguments, by number of the argument, from 3 nv on
 
     Attributes
     ----------
-    entries : of the lower triangle, by (row, column): q, v and a, ``nv`` numbers each; and mixed with further arguments
+    entries : lower triangle by (row, column), for the arguments q, v and a, of ``nv`` numbers each, and further
+        arguments
     """
 
     def __init__(
@@ -404,8 +411,8 @@ class WorkHessian:
                     self._fill(index, k, effects)
 
     def _fill(self, index: int, k: int, effects: tuple[Effect, ...]) -> None:
-        """Add the entries that couple one column of a joint with columns of the same joint and of all joints towards
-        the root."""
+        """Add to ``entries`` the derivatives in column ``k`` of joint ``index`` and in all columns of this joint,
+        joints towards the root, and the base. ``effects`` are linear functions for q, v and a of the column."""
         links, link = self.tree.links, self.tree.links[index]
         for dof, changes in zip(link.dofs, self.changes[index], strict=True):
             both = link.coordinates.ratio * link.coordinates.ratio
@@ -430,10 +437,8 @@ class WorkHessian:
                 self.entries[entry] = self.entries.get(entry, self.tree.algebra.zero) + value
 
     def _add(self, row: tuple[int, int], column: tuple[int, int], value: Scalar, *, half: bool = False) -> None:
-        """Add the derivative in two coordinates, (block, component) each, and its mirror image.
-
-        ``half``: the other order of the two columns of one joint follows, and the entry is their mean.
-        """
+        """Add to ``entries`` the derivative in two coordinates, (block, component) each, with 0, 1, 2 for q, v, a.
+        ``half``: the other order of the two columns of one joint follows, and the entry is their mean."""
         i, j = (block * self.tree.nv + dof for block, dof in (row, column))
         if half and i != j:
             value = 0.5 * value
@@ -447,7 +452,8 @@ Square = list[list[Scalar]]
 
 
 def differentiated_partials(tree: Tree, base: BaseMotion) -> tuple[Square, Square, Square]:
-    """Return K, C, M as ``inertial_partials`` does, by differentiation of the recursion on the tape (for beams)."""
+    """Return K, C, M, (nv, nv) each, as ``inertial_partials`` does, for trees with elastic bodies. The recorded
+    recursion of inverse dynamics is differentiated on the tape."""
     algebra, nv = tree.algebra, tree.nv
     tau = inverse_dynamics(tree, base, [None] * len(tree.links))
     seeds = configuration_directions(tree)

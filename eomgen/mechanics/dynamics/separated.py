@@ -51,7 +51,8 @@ Rows = dict[int, list[Scalar]]
 
 
 def net_wrenches(tree: Tree, fields: Sequence[LinkField], loads: Sequence[Wrench | None]) -> list[Wrench]:
-    """Return per link the inertia wrench less the applied one, in link axes about the link's origin."""
+    """Return for each link the inertia wrench of its acceleration field less the applied wrench, moment first. Wrenches
+    are in link axes about the link's origin; ``loads`` holds the applied wrenches, None for links without one."""
     demanded = field_wrenches(tree, fields)
     for link, (moment, force) in zip(tree.links, demanded, strict=True):
         tree.algebra.named(f"M_{link.name}", moment)
@@ -69,21 +70,22 @@ def zero_base(tree: Tree) -> BaseMotion:
 
 def generalized_force(tree: Tree, loads: Sequence[Wrench], label: str, rows: Rows | None = None) -> list[Scalar]:
     """Return the generalized forces, (nv,), of one wrench per link: inward recursion, projected on joint columns.
-
-    ``rows`` holds additional generalized forces of elastic coordinates, by link.
-    """
+    ``loads`` are in link axes about the link's origin. ``rows`` holds generalized forces of elastic links, by link,
+    which take the place of the projection. ``label`` names the operations."""
     total = carried_loads(tree, loads, label)
     projected = {index: project(link, total[index]) for index, link in enumerate(tree.links)}
     return tree.by_dof(projected if rows is None else projected | rows)
 
 
 def inertial(tree: Tree, fields: Sequence[LinkField], label: str) -> list[Scalar]:
-    """Return the generalized inertia forces, (nv,), of the links for given acceleration fields."""
+    """Return the generalized inertia forces, (nv,), of the links with the given acceleration fields, elastic
+    coordinates included. ``label`` names the operations."""
     return generalized_force(tree, field_wrenches(tree, fields), label, elastic_rows(tree, fields))
 
 
 def carried_loads(tree: Tree, loads: Sequence[Wrench], label: str) -> list[Wrench]:
-    """Return per joint the transmitted wrench of the whole subtree, in link axes about the link's origin."""
+    """Return for each link the sum of the wrenches on the link and on all outward links, which its joint transmits.
+    Wrenches are in link axes about the link's origin, moment first. ``label`` names the operations."""
     total = list(loads)
     for index in reversed(range(len(tree.links))):
         link = tree.links[index]
@@ -95,7 +97,8 @@ def carried_loads(tree: Tree, loads: Sequence[Wrench], label: str) -> list[Wrenc
 
 
 def field_wrenches(tree: Tree, fields: Sequence[LinkField]) -> list[Wrench]:
-    """Return per link the inertia wrench of the acceleration field, in link axes about the link's origin."""
+    """Return for each link the wrench that its acceleration field demands, moment first, in link axes about the link's
+    origin."""
     loads = []
     for link, field in zip(tree.links, fields, strict=True):
         with tree.algebra.tape.block(f"inertia forces of link {link.name}"):
@@ -107,7 +110,8 @@ def field_wrenches(tree: Tree, fields: Sequence[LinkField]) -> list[Wrench]:
 
 
 def elastic_rows(tree: Tree, fields: Sequence[LinkField]) -> Rows:
-    """Return per link the generalized inertia forces of the elastic coordinates."""
+    """Return the generalized inertia forces of the elastic coordinates as lists by link number; rigid links have
+    none."""
     rows: Rows = {}
     for index, (link, field) in enumerate(zip(tree.links, fields, strict=True)):
         if link.elastic is not None:
@@ -129,10 +133,13 @@ def base_motion(tree: Tree, base: BaseMotion) -> list[Scalar]:
 
 
 def inverse_dynamics(tree: Tree, base: BaseMotion, loads: Sequence[Wrench | None]) -> list[Scalar]:
-    """Return M a + h + b - Q, (nv,), of inertia, gravity and ``loads`` in one recursion.
+    """Return the generalized forces, (nv,), of inertia, rotor inertia and gravity less ``loads``, in one recursion.
+
+    These are M a + h + b - Q for velocity and acceleration inputs of the tree.
 
     Parameters
     ----------
+    base : motion of the base, with gravity
     loads : applied wrench per link about the link's origin in link axes, or None
     """
     fields = total_fields(tree, base, accelerations=True, gravity=True)
@@ -145,7 +152,8 @@ def inverse_dynamics(tree: Tree, base: BaseMotion, loads: Sequence[Wrench | None
 
 
 def composites(tree: Tree) -> list[RecordedInertia]:
-    """Return per link the shape integrals of the subtree, in link axes about the link's origin."""
+    """Return for each link the composite rigid-body inertia (mass, first and second moments, added masses) of the link
+    and all outward links, in link axes about the link's origin."""
     total = [link.inertia for link in tree.links]
     for index in reversed(range(len(tree.links))):
         link = tree.links[index]
@@ -176,7 +184,9 @@ def mass_matrix(tree: Tree, bodies: Sequence[RecordedInertia] | None = None) -> 
 
 
 def mass_rows(tree: Tree, bodies: Sequence[RecordedInertia] | None = None) -> list[dict[int, Scalar]]:
-    """Return the lower triangle of M(q) row by row, by column, without structural zeros; the diagonal is always there.
+    """Return the lower triangle of M(q), a mapping from column to value for each row, without structural zeros.
+
+    The diagonal is always present, rotor inertias included.
 
     Parameters
     ----------
@@ -204,8 +214,9 @@ def mass_rows(tree: Tree, bodies: Sequence[RecordedInertia] | None = None) -> li
 
 
 def unit_acceleration(link: Link, body: RecordedInertia, k: int) -> tuple[Wrench, list[Scalar]]:
-    """Return the wrench that a unit acceleration of one column demands, and the virtual work along all columns of the
-    link."""
+    """Return the wrench for a unit acceleration of column ``k`` of a joint, and its virtual work along all columns of
+    the link. ``body`` is the composite inertia of the link, in link axes about the link's origin; elastic links use
+    their own mass."""
     if link.elastic is None:
         algebra, column = link.coordinates.algebra, link.columns[k]
         load = wrench(algebra, body, column.linear, column.angular)
@@ -222,8 +233,8 @@ def _rows_of(body: ElasticBody, origin: Vector, motion: RelativeMotion) -> list[
 
 
 def _couple(M: list[dict[int, Scalar]], row: int, column: int, value: Scalar) -> None:
-    """Add the coupling of two columns of motion; both columns may belong to one component if a joint follows another
-    joint."""
+    """Add ``value`` to M[row, column] of the lower triangle, in place; to a diagonal entry twice. Two columns belong to
+    one component if a joint follows another joint."""
     if value.is_zero:
         return
     along, below = M[max(row, column)], min(row, column)
@@ -278,11 +289,12 @@ def structural(tree: Tree, quantities: Quantities) -> tuple[Square, Square]:
 
 
 def geometric(tree: Tree, base: BaseMotion, loads: Sequence[Wrench | None]) -> Square:
-    """Return K_geo for the present motion, (nv, nv).
+    """Return the geometric stiffness K_geo of elastic bodies for the present motion, (nv, nv).
 
     Parameters
     ----------
-    loads : applied wrenches by link, in link axes
+    base : motion of the base, with gravity
+    loads : applied wrenches by link, in link axes, or None
     """
     total = _square(tree)
     fields = total_fields(tree, base, accelerations=True, gravity=True)
@@ -307,7 +319,9 @@ _BLOCKS = (("position", "q"), ("velocity", "v"), ("acceleration", "a"))
 
 
 class ReferenceEfforts:
-    """Efforts of inverse dynamics by joint, each reference recorded once.
+    """Values of the symbols ``tau`` and ``gravity`` in formulas: efforts of inverse dynamics on joints.
+
+    The recursion of each reference motion is recorded at the first use.
 
     Parameters
     ----------
@@ -325,7 +339,9 @@ class ReferenceEfforts:
         self._efforts: dict[str, list[Scalar]] = {}
 
     def __call__(self, symbol: Symbol) -> Scalar:
-        """Return the effort on a component of a joint, N m or N.
+        """Return the effort on a component of a joint, N m or N, for the symbol's reference motion.
+
+        Without a reference, at rest, it is the effort against gravity.
 
         Raises
         ------
@@ -341,7 +357,8 @@ class ReferenceEfforts:
         return self._efforts[symbol.reference][coordinates.dofs[symbol.index]]
 
     def _record(self, reference: str) -> list[Scalar]:
-        """Return the efforts for a reference by velocity component; without a name, those against gravity."""
+        """Return the efforts, (nv,), for the named reference motion; for an empty name the efforts against gravity at
+        rest. Added masses of water are left out."""
         if not reference:
             return [-force for force in gravity_force(self.tree.without_water(), self.base.gravity)]
         algebra = self.tree.algebra

@@ -42,7 +42,8 @@ def stiffness_and_damping(body: ElasticBody, quantities: Quantities) -> tuple[Ro
 
 
 def add_structure(loads: Loads, body: ElasticBody, quantities: Quantities) -> None:
-    """Add -K eta - D eta' to the loads, with the strain energy and the dissipated power."""
+    """Add the elastic and damping forces -K eta - D eta' of a beam's coordinates to ``loads``, in place, with strain
+    energy and dissipated power."""
     K, D = stiffness_and_damping(body, quantities)
     q, v = body.coordinates.q, body.coordinates.v
     for dof, coordinate, rate, stiff, damped in zip(body.coordinates.dofs, q, v, K, D, strict=True):
@@ -53,7 +54,7 @@ def add_structure(loads: Loads, body: ElasticBody, quantities: Quantities) -> No
 
 
 def law_of(kind: type[ForceElement]) -> Law:
-    """Return the law of a class of force elements, ``kind.law``, from its module.
+    """Return the force law of a class of force elements, imported from ``kind.law``.
 
     Raises
     ------
@@ -85,7 +86,8 @@ def offered_by(scene: Scene) -> Offers:
 
 
 def applied_loads(scene: Scene, tree: Tree, quantities: Quantities) -> Loads:
-    """Return all applied loads on the tree, without gravity."""
+    """Return all applied loads on the tree, without gravity: force elements, joint forces, and stiffness and damping of
+    beams."""
     loads = no_loads(tree)
     laws = laws_of(scene)
     _add_elements(loads, [law for law in laws if law.before_joints], scene, quantities)

@@ -35,7 +35,8 @@ Rows = list[list[Scalar]]
 
 
 def add_bushing(loads: Loads, bushing: Bushing, quantities: Quantities) -> None:
-    """Add the wrenches of a bushing on both bodies, the potential energy, J, and the dissipated power, W."""
+    """Add to ``loads``, in place, the wrenches of a bushing on both bodies, the potential energy, J, and the power, W.
+    A bushing between base and world adds none. The power is minus the dissipated power."""
     algebra = quantities.algebra
     if all(quantities.mount(frame).link < 0 for frame in (bushing.first, bushing.second)):
         return  # between base and world: strained by the prescribed motion of the base
@@ -69,8 +70,8 @@ def add_bushing(loads: Loads, bushing: Bushing, quantities: Quantities) -> None:
 
 
 def _relative_motion(quantities: Quantities, bushing: Bushing, second: FramePose) -> tuple[Vector, Vector]:
-    """Return rotation and displacement of the second body, at the second frame's origin, relative to the first; base
-    axes."""
+    """Return angular velocity, rad/s, and velocity, m/s, (3,) each, of the second body relative to the first, in base
+    axes. Velocities are taken at the second frame's origin."""
     motions, kinematics = [], quantities.kinematics
     for frame in (bushing.first, bushing.second):
         link = quantities.mount(frame).link
@@ -91,7 +92,8 @@ def _add_at(
     *,
     external: bool,
 ) -> None:
-    """Add a moment and a force through a point, all in base axes, to the link that a frame is on."""
+    """Add a moment and a force through ``point``, all in base axes, times ``sign``, to the wrench on the link of a
+    frame. ``external``: the world exerts the load. Base and world take no load."""
     link = quantities.mount(frame).link
     if link < 0:
         return

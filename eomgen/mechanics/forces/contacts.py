@@ -17,7 +17,8 @@ from eomgen.symbolic.scalar import Algebra, Scalar
 
 @dataclass(frozen=True)
 class Contact:
-    """Contact force due to a penetration, and the conservative part of the force."""
+    """Contact force, N or N m, the conservative part of the force without the damper, and the potential of this part,
+    J."""
 
     force: Scalar
     elastic: Scalar
@@ -27,7 +28,9 @@ class Contact:
 def contact(
     algebra: Algebra, penetration: Scalar, rate: Scalar, *, stiffness: Scalar, damping: Scalar, onset: Scalar
 ) -> Contact:
-    """Record the contact force from the penetration, m (negative without contact), and the rate of penetration, m/s."""
+    """Record the contact force for a penetration, m (negative without contact), and the rate of penetration, m/s.
+    Stiffness is in N/m, damping in N s/m, ``onset`` the penetration, m, below which the force rises smoothly. For
+    angles the units are in rad and N m."""
     depth = algebra.call(Op.MAX, penetration, algebra.zero)
     within = algebra.call(Op.MIN, depth, onset)
     rise, stored = LAWS["onset_of_contact"].instantiate(algebra, {"u": within / onset})

@@ -84,7 +84,7 @@ def with_linear_moments(
     length: float,
     initial: Sequence[float] = (0, 0, 0, 1, 0, 0),
 ) -> RecordedStiffness:
-    """Return stiffness and damping of an element.
+    """Return stiffness and damping of an element with equal sections and linear section loads, by equilibrium.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ def _is_there(rows: ScalarRows) -> bool:
 
 
 def _adjoint(twist: Sequence[float]) -> np.ndarray:
-    """Return ad of a twist, rotations first."""
+    """Return the adjoint matrix ad, (6, 6), of a twist, (6,), rotations first."""
     turned, shifted = (skew(np.array(part)) for part in (twist[:3], twist[3:]))
     return np.block([[turned, np.zeros((3, 3))], [shifted, turned]])
 
@@ -211,7 +211,8 @@ _TWIST = 6
 
 @dataclass(frozen=True)
 class SectionFrame:
-    """Frame of a section: axes by columns, origin, and twist in section axes, relative to the base."""
+    """Frame of a section of a beam: axes by columns, origin, m, and twist (omega, velocity) in section axes, relative
+    to the base."""
 
     axes: Matrix
     origin: Vector
@@ -230,8 +231,16 @@ class SectionFrame:
 
 @dataclass(frozen=True)
 class SectionNumbers:
-    """Numbers of an element: stiffness, damping, and strain of the middle section per strain of the element, (6, 6)
-    each; length, m; 1/length; d_0, (6,); and strains that follow from others by these, (6, 6), or none."""
+    """Numbers of an element of a beam.
+
+    Attributes
+    ----------
+    stiffness, damping, of_section : (6, 6) each; the last maps the strain of the element to the strain of its middle
+        section
+    length, inverse : length, m, and 1 / length
+    rest : (6,), d_0, the logarithm of the relative pose of the nodes without load
+    following : (6, 6), rows by which absent strains follow from other strains; empty if they are 0
+    """
 
     stiffness: Sequence[Six]
     damping: Sequence[Six]
@@ -258,7 +267,7 @@ class SectionNumbers:
 
 
 class ElementStrain:
-    """Strain and strain rate of an element between two frames."""
+    """Strain, (6,), and strain rate of a beam element between two frames, with the forces and energies that follow."""
 
     def __init__(self, algebra: Algebra, section: SectionNumbers, first: SectionFrame, second: SectionFrame) -> None:
         """Record the strain of an element, and the rate if the section has damping, from the frames at both ends."""
@@ -289,14 +298,16 @@ class ElementStrain:
         )
 
     def gap(self, strain: int) -> Scalar:
-        """Return the difference, m, between a strain that the beam does not have and its value by the other strains."""
+        """Return the residual, m, of a constrained strain (index 0 to 5): length times strain less its value by other
+        strains."""
         gap = self.strain[strain]
         if self.section.following:
             gap = gap - dot(self.section.following[strain], self.strain)
         return self.section.length * gap
 
     def held_forces(self, multipliers: Mapping[int, Scalar]) -> list[Scalar]:
-        """Return the section forces, (6,), of multipliers of strains that the beam does not have, by index."""
+        """Return the section forces, (6,), that multipliers of constrained strains exert, given by index of the
+        strain."""
         result = [multipliers.get(k, self.algebra.zero) for k in _SIX]
         for strain, force in multipliers.items() if self.section.following else ():
             result = [
@@ -306,26 +317,29 @@ class ElementStrain:
         return result
 
     def forces(self) -> list[Scalar]:
-        """Return the generalized forces on both nodes, (12,), moment before force, in the axes of each node."""
+        """Return the elastic and viscous forces on both nodes, (12,), first node first, moment before force, in node
+        axes."""
         elastic, viscous = _product(self.section.stiffness, self.strain), _product(self.section.damping, self.rate)
         return self.node_forces([x + y for x, y in zip(elastic, viscous, strict=True)])
 
     def node_forces(self, section_forces: Six) -> list[Scalar]:
-        """Return the generalized forces on both nodes, (12,), of a section's moment and force, (6,)."""
+        """Return the forces on both nodes, (12,), that balance a section's moment and force, (6,). First node first,
+        moment before force, each in the axes of the node."""
         on_first, on_second = (
             _product(list(zip(*tangent, strict=True)), section_forces) for tangent in (self.to_first, self.to_second)
         )
         return [*on_first, *(-x for x in on_second)]
 
     def sections(self, elsewhere: Mapping[int, Scalar]) -> list[Scalar]:
-        """Return strain and load of the middle section, (6,) each, and the loads of the first and the last one, (12,).
+        """Return strain and load of the middle section, (6,) each, then the loads at the first and the last node,
+        (12,).
 
-        The load is the wrench of the part beyond, moment first, in section axes. As no load acts between the nodes,
-        static equilibrium makes s the mean over the element of the section forces.
+        The load is the wrench of the outer part of the beam, moment first, in section axes. As no load acts between the
+        nodes, static equilibrium makes s the mean over the element of the section forces.
 
         Parameters
         ----------
-        elsewhere : entries of s that do not follow from strains, by index
+        elsewhere : entries of s that do not follow from strains, the multipliers of constrained strains, by index
         """
         held = self.held_forces(elsewhere)
         elastic, viscous = _product(self.section.stiffness, self.strain), _product(self.section.damping, self.rate)
@@ -337,14 +351,15 @@ class ElementStrain:
         return [*_product(self.section.of_section, self.strain), *s, *on_both[:6], *(-x for x in on_both[6:])]
 
     def energies(self) -> list[Scalar]:
-        """Return the potential, J, and the power of damping, W."""
+        """Return the potential energy of an element, J, and the power of damping, W, which is negative."""
         elastic, viscous = _product(self.section.stiffness, self.strain), _product(self.section.damping, self.rate)
         length = self.section.length
         return [0.5 * length * dot(self.strain, elastic), -length * dot(self.rate, viscous)]
 
 
 def add_cosserat_beam(loads: Loads, item: CosseratBeam, quantities: Quantities) -> None:
-    """Add the wrenches of a beam on the nodes, the potential energy, J, and the power of damping, W."""
+    """Add to ``loads``, in place, the wrenches of a beam on the nodes, the potential energy, J, and the power of
+    damping, W."""
     beam = item.beam
     elements = Chain.of(quantities, beam)
     forces = elements.each(ElementStrain.forces, f"elements of beam {beam.name}")
@@ -355,12 +370,12 @@ def add_cosserat_beam(loads: Loads, item: CosseratBeam, quantities: Quantities) 
 
 @dataclass(frozen=True)
 class Chain:
-    """The elements of a beam in a tree: elements between separate frames as a loop, other elements one by one.
+    """The elements of a beam in a tree: alike elements are recorded as one loop, other elements one by one.
 
     Attributes
     ----------
-    sections : of the elements, in order along the beam
-    mounts, nodes : of the nodes
+    sections : numbers of each element, in order along the beam
+    mounts, nodes : for each node, the mount on the link, and the frame with twist
     """
 
     quantities: Quantities
@@ -375,12 +390,13 @@ class Chain:
 
     @property
     def pairs(self) -> list[tuple[int, int]]:
-        """The nodes that each element is between."""
+        """The numbers of the first and the second node of each element."""
         return list(pairwise(range(len(self.nodes))))
 
     @property
     def _alone(self) -> list[tuple[int, int]]:
-        """Elements with a structure that no other element has."""
+        """Node pairs of the elements that are not in the loop: with a node on a link of another body, or a single
+        element."""
         single = len(self.nodes) == 2
         carried = [is_carried(self.quantities, mount) for mount in self.mounts]
         return [pair for pair in self.pairs if single or any(carried[end] for end in pair)]
@@ -391,10 +407,12 @@ class Chain:
         return [pair for pair in self.pairs if pair not in alone]
 
     def each(self, results: Results, label: str, more: Sequence[Six] = ()) -> list[list[Scalar]]:
-        """Return the results of a function of an element, element by element.
+        """Return the results of a function of an element, a list for each element.
 
         Parameters
         ----------
+        results : function of the element's strain, and of its further numbers, that records a list of scalars
+        label : name of the loop
         more : further numbers for each element, which ``results`` takes
         """
         result: dict[tuple[int, int], list[Scalar]] = {}
@@ -409,7 +427,8 @@ class Chain:
         return [result[pair] for pair in self.pairs]
 
     def total(self, results: Results, label: str) -> list[Scalar]:
-        """Return the sums over all elements of the results of a function of an element."""
+        """Return the sums over all elements of each scalar that ``results``, a function of an element's strain,
+        records. ``label`` names the loop."""
         algebra = self.quantities.algebra
         result = [results(self._element(pair)) for pair in self._alone]
         if repeated := self._repeated_pairs:
@@ -422,7 +441,8 @@ class Chain:
         return ElementStrain(self.quantities.algebra, self.sections[first], self.nodes[first], self.nodes[second])
 
     def push(self, wrenches: list[Wrench | None], forces: Sequence[Six]) -> None:
-        """Add generalized forces on both nodes of each element, (12,) each, to wrenches by link."""
+        """Add to ``wrenches`` (by link, or None), in place, forces on both nodes of each element, (12,) each, in node
+        axes. Nodes on base or world take none."""
         for pair, both in zip(self.pairs, forces, strict=True):
             for node, load in zip(pair, (both[:6], both[6:]), strict=True):
                 if self.mounts[node].link >= 0:
@@ -430,13 +450,14 @@ class Chain:
 
 
 def is_carried(quantities: Quantities, mount: Mount) -> bool:
-    """Return whether a node is fixed to a link of another body, so that the adjacent element differs from the other
-    elements."""
+    """Return whether a node is fixed to a link that is not a free body or a ball, such as the end of an arm. The
+    adjacent element then differs from the other elements, and is recorded separately."""
     return mount.link >= 0 and quantities.tree.links[mount.link].kind not in ("free", "ball")
 
 
 def node_at(quantities: Quantities, mount: Mount) -> SectionFrame:
-    """Return pose (in the axes of ``kinematics.pose``) and twist (in axes of the node) of a node mounted on a link."""
+    """Return the frame of a node mounted on a link: pose in the axes of ``kinematics.pose``, and twist in axes of the
+    node."""
     R, p = quantities.kinematics.pose(mount.link)
     omega, velocity = quantities.kinematics.twist(mount.link)
     back = transpose(mount.orientation)
@@ -449,7 +470,8 @@ def node_at(quantities: Quantities, mount: Mount) -> SectionFrame:
 
 
 def _sections(quantities: Quantities, beam: Cosserat) -> list[SectionNumbers]:
-    """Return a quantity of each element; alike elements share one."""
+    """Return the numbers of each element of a beam; equal elements share an object. All have rows ``following`` as soon
+    as one has such rows and strains are constrained, else none."""
     known: dict[int, SectionNumbers] = {}
     for part in beam.parts:
         if id(part) not in known:
@@ -488,8 +510,8 @@ def _loop(
     *,
     summed: bool = False,
 ) -> Map:
-    """Return the loop over elements that gives results for each element, or sums of the results; ``more``: further
-    arguments of the loop."""
+    """Return the loop over the elements between ``pairs`` of nodes that records ``results`` for each element. ``more``:
+    further numbers for each element, which ``results`` takes. ``summed``: the loop gives sums over the elements."""
     kernel = Tape()
     algebra = Algebra(kernel)
     size = _POSE + _TWIST if any(sections[first].has_damping for first, _ in pairs) else _POSE
@@ -521,7 +543,9 @@ def _loop(
 
 
 class LoopInputs:
-    """Arguments of a kernel among the numbers of elements: columns for numbers that vary, single numbers if shared."""
+    """Arguments of the kernel of a loop: a column for numbers that vary among elements, single numbers if shared.
+    Constants that vary are ``elements``, other values that vary ``gather``, and equal values that vary with the motion
+    or parameters ``shared``."""
 
     def __init__(self, algebra: Algebra, gather: list[tuple[Ref, ...]]) -> None:
         self.algebra, self.gather = algebra, gather
@@ -529,7 +553,8 @@ class LoopInputs:
         self.elements: list[tuple[float, ...]] = []
 
     def number(self, entries: Sequence[Scalar]) -> Scalar:
-        """Return the symbol in the kernel for a number of each element."""
+        """Return the scalar in the kernel for a quantity with the given value for each element. It is a constant if all
+        values are one constant, else an input, which is added to the columns."""
         refs = tuple(entry.ref for entry in entries)
         constants = [entry.number for entry in entries]
         if len(set(refs)) == 1:
@@ -548,7 +573,7 @@ class LoopInputs:
 
 
 def push_on_node(wrenches: list[Wrench | None], mount: Mount, load: Six) -> None:
-    """Add a generalized force on a node's frame to the link that the node is on."""
+    """Add to ``wrenches`` (by link), in place, a moment and a force on a node's frame, (6,), in node axes."""
     moment, force = apply(mount.orientation, _vector(load[:3])), apply(mount.orientation, _vector(load[3:]))
     add_wrench(wrenches, mount.link, (plus(moment, cross(mount.position, force)), force))
 

@@ -48,7 +48,8 @@ def is_local(item: DistributedLoad) -> bool:
 
 
 def add_local_load(loads: Loads, item: DistributedLoad, quantities: Quantities) -> None:
-    """Add a load on the nodes of a beam, each by the motion of its section, and the power of the load."""
+    """Add a load that depends on the motion of sections to the nodes of a beam, with the power of the load. ``loads``
+    is changed in place. Nodes with loads that differ in numbers alone are recorded as one loop."""
     alike: dict[object, list[NodeLoad]] = {}
     for load in item.nodes:
         mount = quantities.tree.mounts[load.node]
@@ -70,7 +71,7 @@ def wrenches_per_length(item: DistributedLoad, quantities: Quantities) -> list[l
 
 @dataclass(frozen=True)
 class _LoadedNodes:
-    """Nodes with loads that differ in numbers alone."""
+    """Nodes of a beam with loads that differ in numbers alone, recorded as a loop."""
 
     item: DistributedLoad
     nodes: Sequence[NodeLoad]
@@ -99,7 +100,8 @@ class _LoadedNodes:
         return self.quantities.tree.mounts[load.node]
 
     def alone(self, load: NodeLoad, weight: Scalar) -> list[Scalar]:
-        """Return the wrench on one node for a quadrature weight, (6,), and the power of the wrench."""
+        """Return the wrench on one node for a quadrature weight, moment first, in node axes, and its power, W: seven
+        numbers."""
         quantities, base = self.quantities, _numbers_of_base(self.quantities)
         node = node_at(quantities, self._mount(load))
         formulas = (*load.force, *load.moment)
@@ -110,8 +112,8 @@ class _LoadedNodes:
         return self.item.axes == "beam"
 
     def _loop(self) -> tuple[Map, Map] | None:
-        """Return the loop over all wrenches and the loop that sums their power; None if no loop is possible. None if no
-        loop can."""
+        """Return the loop over the wrenches of all nodes, and the loop that sums their power. None if the load has a
+        loop in its formulas, such as waves."""
         kernel = Tape()
         algebra, quantities = Algebra(kernel), self.quantities
         rows = [[number.ref for number in node_at(quantities, self._mount(load)).numbers] for load in self.nodes]
@@ -152,11 +154,15 @@ def _wrench(
     *,
     own_axes: bool,
 ) -> list[Scalar]:
-    """Return moment and force on a node in node axes, (6,), and the power of both.
+    """Return moment and force on a node in node axes, (6,), and the power of both, W: seven numbers.
 
     Parameters
     ----------
-    base : (18,), axes by rows, place, angular velocity and velocity of the base
+    base : (18,), axes by rows, position, angular velocity and velocity of the base
+    formulas : three of the force and three of the moment per length
+    weight : m, of the quadrature
+    elsewhere : gives the values of symbols that are not of the node's motion
+    own_axes : whether the formulas are in node axes, not in world axes
     """
     x, y, z, origin, omega, velocity = ((base[k], base[k + 1], base[k + 2]) for k in range(0, 18, 3))
     back = transpose(node.axes)
@@ -169,7 +175,8 @@ def _wrench(
 
 
 def add_distributed_load(loads: Loads, item: DistributedLoad, quantities: Quantities) -> None:
-    """Add a load on a beam's frame and elastic coordinates, or on the nodes, and the power of the load."""
+    """Add a distributed load on a beam to ``loads``, in place, with the power of the load. On a geometrically exact
+    beam it acts on the nodes; on an elastic body on the frame and on the elastic coordinates."""
     if is_local(item):
         add_local_load(loads, item, quantities)
         return

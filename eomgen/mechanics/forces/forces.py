@@ -27,7 +27,7 @@ class LoadPointFrame:
     position : m, in world axes
     angular_velocity, velocity : rad/s and m/s, inertial, in the axes of the frame
     own_axes : whether the load is given in the axes of the frame, not of the world
-    elsewhere : function for all other symbols
+    elsewhere : gives the value on the tape of a symbol that is not of this motion
     """
 
     algebra: Algebra
@@ -52,7 +52,7 @@ class LoadPointFrame:
         }
 
     def vector(self, formulas: tuple[Formula, Formula, Formula]) -> Vector:
-        """Return three formulas of the load, in the axes of the frame."""
+        """Return the values of three formulas of the load, (3,), in the axes of the frame."""
         x, y, z = (record(self.algebra, formula, self._resolve) for formula in formulas)
         return (x, y, z) if self.own_axes else apply(transpose(self.axes), (x, y, z))
 
@@ -63,7 +63,7 @@ class LoadPointFrame:
 
 
 def add_force(loads: Loads, item: Force, quantities: Quantities) -> None:
-    """Add a force and a torque on a body, and the power of both."""
+    """Add a force and a torque on a body, by formulas, and the power of both to ``loads``, in place."""
     point, own_axes = quantities.vector(item.point), item.axes == "body"
     if any(symbol.kind == "local" for formula in (*item.force, *item.torque) for symbol in symbols(formula)):
         if quantities.tree.mount_at(item.body, point).link < 0:
@@ -77,7 +77,7 @@ def add_force(loads: Loads, item: Force, quantities: Quantities) -> None:
 
 
 def _local(quantities: Quantities, body: str, point: Vector, *, own_axes: bool) -> LoadPointFrame:
-    """Return the frame of a body at a point of the body."""
+    """Return the frame of a body at a point of the body, (3,), m, in body axes, with the inertial motion."""
     kinematics, mount = quantities.kinematics, quantities.tree.mount_at(body, point)
     link, s = kinematics.local(body, point)
     axes = multiply(kinematics.base.orientation, multiply(kinematics.pose(link)[0], mount.orientation))
@@ -92,7 +92,9 @@ def _local(quantities: Quantities, body: str, point: Vector, *, own_axes: bool) 
 def add_load(
     loads: Loads, quantities: Quantities, body: str, point: Vector, force: Vector, torque: Vector, *, own_axes: bool
 ) -> None:
-    """Add a force, N, at a point of a body, m, a torque, N m, and the power of both; in world axes or body axes."""
+    """Add a force, N, at a point of a body, a torque, N m, and the power of both to ``loads``, in place. ``point`` is
+    in body axes, m. Force and torque are in body axes with ``own_axes``, else in world axes. Base and world take no
+    load."""
     kinematics = quantities.kinematics
     mount = quantities.tree.mount_at(body, point)
     link, s = kinematics.local(body, point)

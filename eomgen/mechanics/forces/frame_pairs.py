@@ -71,7 +71,8 @@ def frame_pose(quantities: Quantities, frame: Frame) -> FramePose:
 
 
 def frame_pair(quantities: Quantities, first: Frame, second: Frame) -> FramePair:
-    """Return the poses of two frames relative to the nearest link that carries both."""
+    """Return the poses of two frames in the axes of the nearest link that carries both bodies, with scales of lengths.
+    Positions are relative to an origin near both frames."""
     algebra, zero = quantities.algebra, quantities.algebra.zero_vector
     sides = [_Side.of(quantities, frame) for frame in (first, second)]
     shared = sum(1 for left, right in zip(sides[0].chain, sides[1].chain, strict=False) if left == right)
@@ -112,8 +113,8 @@ def magnitude(value: Scalar) -> Scalar:
 
 @dataclass(frozen=True)
 class _Side:
-    """A frame, the chain of links from the root to the carrying link, and the frame's origin in the axes of the
-    carrying link."""
+    """One of two frames: the chain of links from the root to the carrying link, the mount of the frame's body, and the
+    position, m, of the frame's origin in link axes."""
 
     frame: Frame
     chain: tuple[int, ...]
@@ -130,8 +131,9 @@ class _Side:
         return cls(frame, tuple(chain), mount, plus(mount.position, apply(mount.orientation, r)))
 
     def start(self, quantities: Quantities, shared: int) -> tuple[Vector, Vector]:
-        """Return the start of the chain on the common link, at neutral coordinates, and the displacement of the
-        start."""
+        """Return the position of the chain's first joint on the common link at neutral coordinates, m, and its
+        displacement. ``shared`` is the number of links that both chains have. Of a frame on the common link it is the
+        frame's origin."""
         zero = quantities.algebra.zero_vector
         if len(self.chain) == shared:
             return self.position, zero
@@ -149,7 +151,9 @@ class _Side:
         poses: dict[int, tuple[Matrix, Vector]],
         twists: dict[int, tuple[Vector, Vector]],
     ) -> None:
-        """Enter the pose of the chain's first link, which starts at ``start``; for base and world the twist as well."""
+        """Enter into ``poses`` the pose of the first link of the chain after the common link, which starts at
+        ``start``. ``shared`` is the number of links that both chains have. For base and world the twist is entered as
+        well."""
         if len(self.chain) == shared:
             return
         link = self.chain[shared]
@@ -160,7 +164,8 @@ class _Side:
         poses[link], twists[link] = (R, minus(start, apply(R, self.position))), quantities.kinematics.twist(link)
 
     def beyond(self, quantities: Quantities, shared: int) -> list[Vector]:
-        """Return the vectors from the chain's start to the frame's origin, each in the axes of its link."""
+        """Return the steps from the chain's first joint to the frame's origin, m, each in the axes of the link. Empty
+        for a frame on the common link, the base or the world."""
         if len(self.chain) == shared or self.mount.link < 0:
             return []
         return [*(quantities.tree.links[link].position for link in self.chain[shared + 1 :]), self.position]

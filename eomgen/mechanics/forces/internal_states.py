@@ -26,7 +26,7 @@ def state_formulas(scene: Scene) -> Iterator[Formula]:
 
 
 class InternalStates:
-    """Internal states of a scene; all results are empty without any."""
+    """Internal states of a scene: rates and partials on the tape. All results are empty without states."""
 
     def __init__(self, scene: Scene, tree: Tree, quantities: Quantities) -> None:
         self.scene = scene
@@ -39,7 +39,7 @@ class InternalStates:
         return len(self.scene.states)
 
     def rates(self) -> list[Scalar]:
-        """Return f(q, v, z, t, u), (nz,)."""
+        """Return the rates zdot = f(q, v, z, t, u), (nz,), recorded at the first call."""
         if self._rates is None:
             self._rates = []
             for item in self.scene.states:
@@ -52,7 +52,9 @@ class InternalStates:
         return {InputSymbol("z", number): {first + number: ONE} for number in range(self.count)}
 
     def partials(self, applied: Sequence[Scalar]) -> dict[str, Matrix]:
-        """Return shape, entries and meaning of Rz, and of Fq (left-trivialised), Fv and Fz.
+        """Return shape, entries row by row, and description of the partials ``Rz``, ``Fq``, ``Fv`` and ``Fz``, by name.
+
+        Rz are the partials of the residual in z, the others of zdot in q (left-trivialised), v and z.
 
         Parameters
         ----------

@@ -12,7 +12,8 @@ from eomgen.symbolic.scalar import Scalar
 
 
 def add_joint(loads: Loads, joint: Joint, quantities: Quantities) -> None:
-    """Add all forces of one joint's springs, dampers, stops and friction."""
+    """Add to ``loads``, in place, the efforts of a joint's springs, dampers, stops and friction, with potential and
+    power."""
     tape = quantities.algebra.tape
     _add_spring_and_damper(loads, joint, quantities)
     for stop in joint.stops:
@@ -41,8 +42,8 @@ def _add_spring_and_damper(loads: Loads, joint: Joint, quantities: Quantities) -
 
 
 def _add_stop(loads: Loads, joint: str, stop: Stop, quantities: Quantities) -> None:
-    """Add the stops at both ends of a coordinate; the difference between the force of a stop and the elastic force is
-    dissipated."""
+    """Add to ``loads``, in place, the efforts of the stops at both ends of a coordinate, with potential and power. The
+    difference between the force of a stop and the elastic force is dissipated."""
     q, v = (quantities(Symbol(kind, joint, stop.index)) for kind in "qv")
     constants = {name: quantities.formula(getattr(stop, name)) for name in ("stiffness", "damping", "onset")}
     for bound, sign in ((stop.lower, -1.0), (stop.upper, 1.0)):
@@ -55,7 +56,8 @@ def _add_stop(loads: Loads, joint: str, stop: Stop, quantities: Quantities) -> N
 
 
 def friction_effort(friction: Friction, rate: Scalar, quantities: Quantities) -> Scalar:
-    """Record the friction effort: Coulomb plus optional Stribeck term, times a tanh of the joint's rate."""
+    """Record the friction effort, N m or N, with the sign of the joint's rate: (Coulomb + Stribeck term) tanh(rate /
+    velocity)."""
     algebra, formula = quantities.algebra, quantities.formula
     level = formula(friction.coulomb)
     if friction.static is not None and friction.stribeck is not None:

@@ -39,7 +39,10 @@ class Law:
 
     Attributes
     ----------
-    together : adds the loads of all repeated elements of the kind, and returns the elements that are left to ``add``
+    model : class of the force elements
+    add : adds the loads of one element to ``Loads``
+    offers : functions of quantities in formulas, by kind of symbol
+    together : adds the loads of alike elements as loops, and returns the elements that are left to ``add``
     before_joints : whether the loads are recorded before the forces of joints
     """
 
@@ -57,7 +60,7 @@ def no_loads(tree: Tree) -> Loads:
 
 
 def add_effort(loads: Loads, quantities: Quantities, joint: str, value: Scalar, index: int = 0) -> None:
-    """Add a generalized force, N m or N, on one coordinate of a joint."""
+    """Add to ``loads``, in place, a generalized force, N m or N, on component ``index`` of a joint's coordinates."""
     for dof, factor in quantities.work_of(joint, index).items():
         loads.efforts[dof] = loads.efforts[dof] + factor * value
 

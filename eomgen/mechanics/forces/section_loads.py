@@ -30,11 +30,9 @@ Fields = Callable[[int], AccelerationField]
 
 
 def loads_on_halves(quantities: Quantities, beam: Cosserat, fields: Fields) -> list[list[Scalar]]:
-    """Return for each element the wrenches on the first and the second half of the element, (12,), each about the node
-    of this half.
-
-    Moments, N m, before forces, N, in the axes of the node.
-    """
+    """Return for each element the wrenches of loads and inertia on the first and the second half, (12,), each about the
+    node of this half. Moments, N m, before forces, N, in the axes of the node. ``fields`` gives the acceleration field
+    of a link."""
     mounts = [quantities.tree.mounts[name] for name in beam.nodes]
     halves = [[quantities.algebra.zero] * 12 for _ in beam.parts]
     for element, part in enumerate(beam.parts):
@@ -62,7 +60,7 @@ def _add(halves: list[Scalar], end: int, load: Sequence[Scalar]) -> None:
 
 
 def _inertia_force(quantities: Quantities, section: BeamSection, mount: Mount, fields: Fields) -> Wrench:
-    """Return the inertia wrench minus the weight of a section per metre, in the node's axes; N and N/m."""
+    """Return the inertia wrench less the weight of a section per metre, moment first, in the node's axes; N and N/m."""
     algebra, field, axes = quantities.algebra, fields(mount.link), mount.orientation
     back = transpose(axes)
     tensor = tuple(quantities.formula(entry) for entry in (*section.rotary_inertia, *section.products))
@@ -78,10 +76,11 @@ Multipliers = Callable[[Cosserat], Sequence[Sequence[Scalar]]]
 
 
 class RecordedSectionLoads:
-    """Strains and loads of the elements of each beam, recorded at their first use.
+    """Values of section loads in formulas: strains and loads of the elements of each beam, recorded at the first use.
 
     Parameters
     ----------
+    multipliers : gives the multipliers of a beam's constrained strains, N, a list for each element
     fields : gives the links' accelerations less gravity
     """
 
@@ -100,8 +99,8 @@ class RecordedSectionLoads:
         return tuple(self._beams.values())
 
     def rows(self, name: str) -> list[list[Scalar]]:
-        """Return for each element of a beam the numbers of ``ElementStrain.sections``, the first 24 of a
-        ``SECTION_ROW``."""
+        """Return for each element of the named beam the 24 numbers of ``ElementStrain.sections``. These are the first
+        of a ``SECTION_ROW``."""
         if name not in self._found:
             beam = self._beams[name]
 
@@ -123,7 +122,9 @@ class RecordedSectionLoads:
         return self._halves[name]
 
     def __call__(self, symbol: Symbol) -> Scalar:
-        """Return a number of an element, given its position after the numbers of earlier elements."""
+        """Return a number of an element's section row; the index counts ``SECTION_ROW`` numbers for each earlier
+        element. Numbers 0 to 23 are strains and loads of the element; later numbers are the loads at both nodes,
+        corrected by the loads on the halves."""
         element, component = divmod(symbol.index, SECTION_ROW)
         row = self.rows(symbol.name)[element]
         if component < len(row):

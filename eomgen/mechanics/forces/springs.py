@@ -45,7 +45,8 @@ class _SpringEnd:
 
 
 def add_loops(loads: Loads, springs: Sequence[Spring], quantities: Quantities) -> list[Spring]:
-    """Add the springs of all frequent kinds as loops, and return the other springs."""
+    """Add springs as loops to ``loads``, in place, and return the springs that are left to be recorded one by one. A
+    loop has at least ``FEWEST`` springs that differ in numbers alone; springs with an actuator are left."""
     kinds: dict[object, list[tuple[Spring, _SpringEnd, _SpringEnd]]] = {}
     alone: list[Spring] = []
     chains: dict[int, Chain] = {ROOT: ()}
@@ -72,7 +73,8 @@ def add_loops(loads: Loads, springs: Sequence[Spring], quantities: Quantities) -
 
 
 def _end(quantities: Quantities, name: str) -> _SpringEnd:
-    """Return the end of a spring; at the centre of a ball joint, the end is moved to the link that carries the ball."""
+    """Return the end of a spring at the point of the given name. At the centre of a ball joint, the end is moved to the
+    link that carries the ball."""
     body, r = quantities.at(quantities.points[name])
     link, point = quantities.kinematics.local(body, r)
     while link >= 0 and quantities.tree.links[link].kind == "ball" and all(part.is_zero for part in point):
@@ -81,7 +83,8 @@ def _end(quantities: Quantities, name: str) -> _SpringEnd:
 
 
 def _chain(quantities: Quantities, link: int, known: dict[int, Chain]) -> Chain:
-    """Return kinds and freedoms of the links from a link to the base."""
+    """Return (kind, number of velocity components) of each link from a link to the base; ``known`` caches the
+    results."""
     if link < 0:
         return ()
     if link not in known:
@@ -91,7 +94,7 @@ def _chain(quantities: Quantities, link: int, known: dict[int, Chain]) -> Chain:
 
 
 class _SpringKind:
-    """Springs that differ in numbers alone."""
+    """Springs that differ in numbers alone, recorded as loops."""
 
     def __init__(self, quantities: Quantities, members: Sequence[tuple[Spring, _SpringEnd, _SpringEnd]]) -> None:
         # in the order of the bodies, so that springs of a row of a net are neighbours
@@ -106,7 +109,8 @@ class _SpringKind:
         self.results = _results(algebra, ends, numbers[2 * (_NODE + _POINT) :])
 
     def _node(self, end: _SpringEnd) -> list[Scalar]:
-        """Return the frame and the twist of the link at an end, and the place of the end in the link, (21,)."""
+        """Return orientation, origin and twist of the link at an end, and the position of the end in link axes: 21
+        numbers."""
         orientation, origin = self.quantities.kinematics.pose(end.link)
         omega, velocity = self.quantities.kinematics.twist(end.link)
         return [*chain.from_iterable(orientation), *origin, *omega, *velocity, *end.place]
@@ -115,7 +119,7 @@ class _SpringKind:
         return [self.quantities.formula(item) for item in (spring.stiffness, spring.damping, spring.length)]
 
     def add(self, loads: Loads) -> None:
-        """Add forces of all springs, the potential energy and the power of dampers."""
+        """Add to ``loads``, in place, the forces of all springs, the potential energy and the power of dampers."""
         (of_first, of_second), potential, power = self.results
         wrenches = [part for load in (of_first, of_second) for part in chain.from_iterable(load)]
         rows = add_map(self.quantities.algebra.tape, self._loop("forces", stacked=wrenches)).rows
@@ -161,8 +165,9 @@ def _place(member: tuple[Spring, _SpringEnd, _SpringEnd]) -> tuple[int, int]:
 def _results(
     algebra: Algebra, ends: Sequence[Sequence[Scalar]], law: Sequence[Scalar]
 ) -> tuple[tuple[Wrench, Wrench], Scalar, Scalar]:
-    """Return the wrenches on both links in link axes about the origins of the links, the potential, and the damper's
-    power."""
+    """Return the wrenches on both links, moment first, in link axes about the origins of the links; the potential, J;
+    and the dissipated power, W, of one spring. ``ends`` have 21 numbers each, ``law`` is stiffness, damping and free
+    length."""
     nodes = [SectionFrame.of(numbers[:_NODE]) for numbers in ends]
     places: list[Vector] = [(numbers[_NODE], numbers[_NODE + 1], numbers[_NODE + 2]) for numbers in ends]
     positions, velocities = [], []
@@ -199,7 +204,8 @@ def stretch(quantities: Quantities, spring: Spring) -> tuple[Scalar, Scalar, Vec
 
 
 def _span(quantities: Quantities, spring: Spring) -> tuple[Vector, Vector]:
-    """Return the second point relative to the first one, m, and its rate, m/s, (3,) each, in base axes."""
+    """Return the second point relative to the first one, m, and the rate, m/s, (3,) each, in base axes. Raises
+    ModelError if the points coincide for all coordinates."""
     points = {name: quantities.at(quantities.points[name]) for name in (spring.first, spring.second)}
     algebra, kinematics = quantities.algebra, quantities.kinematics
     positions = [algebra.named(f"p_{name}", kinematics.position_in_base(*point)) for name, point in points.items()]
@@ -218,14 +224,15 @@ def _span(quantities: Quantities, spring: Spring) -> tuple[Vector, Vector]:
 
 
 def tension(quantities: Quantities, spring: Spring) -> Scalar:
-    """Return spring, damper and actuator together."""
+    """Return the tension, N, of spring, damper and actuator together; positive pulls the points together."""
     length, rate, _ = stretch(quantities, spring)
     elastic = quantities.formula(spring.stiffness) * (length - quantities.formula(spring.length))
     return elastic + quantities.formula(spring.damping) * rate + quantities.formula(spring.force)
 
 
 def add_spring(loads: Loads, spring: Spring, quantities: Quantities) -> None:
-    """Add the tension on both ends, the potential of the spring, and the power of damper and actuator."""
+    """Add to ``loads``, in place, the tension on both points, the potential of the spring, and the power of damper and
+    actuator. A spring between base and world adds none."""
     mounts = quantities.tree.mounts
     if all(mounts[quantities.points[name].body].link < 0 for name in (spring.first, spring.second)):
         return  # between base and world: strained by the prescribed motion of the base
@@ -265,7 +272,8 @@ LAW = Law(Spring, add_spring, {"length": _length, "rate": _rate, "tension": tens
 
 
 def add_torsion_spring(loads: Loads, torsion: TorsionSpring, quantities: Quantities) -> None:
-    """Add opposite efforts on both angles, the potential energy and the power of damping."""
+    """Add to ``loads``, in place, opposite efforts on one or two joint angles, the potential energy and the power of
+    damping."""
     angle, rate = (quantities(Symbol(kind, torsion.first, torsion.first_index)) for kind in "qv")
     if torsion.second:
         other_angle, other_rate = (quantities(Symbol(kind, torsion.second, torsion.second_index)) for kind in "qv")

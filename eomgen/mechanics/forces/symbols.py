@@ -26,7 +26,7 @@ Offers = Mapping[str, tuple[str, Offer]]
 
 
 class Quantities:
-    """Symbols of formulas on the tape, in joint coordinates.
+    """Values on the tape of the symbols of formulas, in joint coordinates.
 
     Parameters
     ----------
@@ -37,11 +37,11 @@ class Quantities:
     kinematics : Kinematics
         Poses, velocities and accelerations of the bodies.
     offered : mapping
-        Quantities that force elements offer, by section.
+        Quantities that force elements offer: by kind of symbol, the section of the elements and the recording function.
     """
 
     def __init__(self, scene: Scene, tree: Tree, kinematics: Kinematics, offered: Offers) -> None:
-        """Number the inputs and states of a scene, and name its points, elements and controllers."""
+        """Number the inputs and states of a scene, and index its points, force elements and controllers by name."""
         self.scene = scene
         self.offered = offered
         self.tree = tree
@@ -63,7 +63,8 @@ class Quantities:
         return Scalar(self.algebra.tape, self.algebra.tape.input(block, index))
 
     def __call__(self, symbol: Symbol) -> Scalar:
-        """Return the value on the tape of a symbol in a formula."""
+        """Return the value on the tape of a symbol in a formula, by the symbol's kind. Raises ModelError for kinds that
+        are not available in this context, such as reactions in forces."""
         match symbol.kind:
             case "time":
                 return self.input("t")
@@ -192,7 +193,8 @@ class Quantities:
 
 
 class DetachedSymbols(Quantities):
-    """Parameters and time of a scene on another tape, for the formulas of a constraint."""
+    """Parameters, inputs and time of a scene as inputs of another tape, for formulas that are differentiated
+    separately."""
 
     def __init__(self, scene: Quantities, tape: Tape) -> None:
         self.source = scene
@@ -224,7 +226,7 @@ def _no_section_loads(symbol: Symbol) -> Scalar:
 
 
 def input_signal(quantities: Quantities, item: Input) -> Scalar:
-    """Return an input as a function of time; 0 if the scene gives none."""
+    """Return an input as a function of time, formula plus harmonics; the constant 0 if the scene gives none."""
     algebra = quantities.algebra
     value = quantities.formula(item.formula) if item.formula is not None else algebra.zero
     if not item.harmonics:

@@ -67,7 +67,8 @@ class _Path:
 
 
 def _path(quantities: Quantities, tendon: Tendon) -> _Path:
-    """Record the path of a tendon through points and around obstacles, with length and rate."""
+    """Record the path of a tendon through points and around obstacles, with length, m, and rate, m/s. Raises ModelError
+    if two successive points coincide for all coordinates."""
     algebra = quantities.algebra
     points = [_point(quantities, name) for name in tendon.points]
     wraps = {wrap.after: wrap for wrap in tendon.wraps}
@@ -107,11 +108,9 @@ def _point(quantities: Quantities, name: str) -> _PathPoint:
 def _contacts(
     quantities: Quantities, wrap: Wrap, first: _PathPoint, second: _PathPoint
 ) -> tuple[_PathPoint, _PathPoint, Scalar]:
-    """Return the points at which the path reaches and leaves an obstacle, and the length between them.
-
+    """Return the points at which the path reaches and leaves an obstacle, and the length of the path between them, m.
     If the path does not touch the obstacle, these points divide the straight line in three equal parts: their forces on
-    the obstacle cancel.
-    """
+    the obstacle cancel."""
     algebra = quantities.algebra
     frame = frame_pose(quantities, wrap.frame)
     back = transpose(frame.axes)
@@ -138,7 +137,7 @@ def _contacts(
 
 
 def _point_of_frame(quantities: Quantities, frame: FramePose, body: str, point: Vector) -> _PathPoint:
-    """Return the point of an obstacle's link at a place in the axes of the obstacle."""
+    """Return the point of an obstacle's link at ``point``, (3,), m, in the axes of the obstacle's frame."""
     position = plus(frame.origin, apply(frame.axes, point))
     R, origin = quantities.kinematics.pose(frame.link)
     omega, velocity = (apply(R, part) for part in quantities.kinematics.twist(frame.link))
@@ -148,7 +147,9 @@ def _point_of_frame(quantities: Quantities, frame: FramePose, body: str, point: 
 def _on_sphere(
     algebra: Algebra, ends: Sequence[Vector], side: Vector | None, on_circle: _OnCircle
 ) -> tuple[Scalar, tuple[Vector, Vector], Scalar]:
-    """Return whether the path wraps around a sphere about the origin, the points of contact, and the arc."""
+    """Return whether the path wraps around a sphere about the origin (1 or 0), the two points of contact, and the arc,
+    m. ``ends`` and ``side`` are in the axes of the sphere; ``on_circle`` solves the problem in the plane of ends and
+    centre."""
     toward = _unit(algebra, ends[0])
     normal = cross(ends[0], ends[1])
     size = dot(normal, normal)
@@ -165,7 +166,9 @@ def _on_sphere(
 def _on_cylinder(
     algebra: Algebra, ends: Sequence[Vector], side: Vector | None, on_circle: _OnCircle
 ) -> tuple[Scalar, tuple[Vector, Vector], Scalar]:
-    """Return whether the path wraps around a cylinder about the z axis, the points of contact, and the helix."""
+    """Return whether the path wraps around a cylinder about the z axis (1 or 0), the two points of contact, and the
+    length of the helix, m. ``ends`` and ``side`` are in the axes of the cylinder; ``on_circle`` solves the problem in
+    the plane."""
     plane = [(x, y) for x, y, _ in ends]
     touches, contacts, arc = on_circle(plane, None if side is None else (side[0], side[1]))
     before, behind = (_distance(algebra, end, contact) for end, contact in zip(plane, contacts, strict=True))
@@ -176,17 +179,16 @@ def _on_cylinder(
 
 
 def _around_circle(algebra: Algebra, ends: Sequence[Plane], side: Plane | None, radius: Scalar) -> _Contacts:
-    """Return whether a path wraps around a circle about the origin, the points of contact, and the arc between them.
+    """Return whether a path wraps around a circle about the origin (1 or 0), the two points of contact, and the arc, m.
 
     The path does not cross the ray from the centre away from the side, or else goes the shorter way: so if the straight
     line crosses the ray, the path goes the longer way, and otherwise wraps if the straight line meets the circle.
+    Numbers of a path that does not wrap are finite and have no meaning.
 
     Parameters
     ----------
     ends : of the path
     side : direction from the centre; None for the shorter way
-
-    Numbers of a path that does not wrap are finite and have no meaning.
     """
     (ax, ay), (bx, by) = ends
     squares = [x * x + y * y for x, y in ends]
@@ -207,7 +209,8 @@ def _around_circle(algebra: Algebra, ends: Sequence[Plane], side: Plane | None, 
 
 
 def _through_ring(algebra: Algebra, ends: Sequence[Plane], radius: Scalar) -> _Contacts:
-    """Return whether a path through a ring about the origin touches the ring, and the point of contact, twice.
+    """Return whether a path through a ring about the origin touches the ring (1 or 0), the point of contact twice, and
+    0.
 
     The lines from both ends make the angle x with the radius at the point of contact, and by the law of sines the
     angles a and b with the directions of the ends, sin a = radius / distance sin x; g = a + b - 2 x + G = 0 with the
@@ -239,7 +242,7 @@ def _through_ring(algebra: Algebra, ends: Sequence[Plane], radius: Scalar) -> _C
 
 
 def _crosses_ray(algebra: Algebra, ends: Sequence[Plane], ray: Plane) -> Scalar:
-    """Return 1 if the straight line crosses a ray from the origin, else 0."""
+    """Return 1 if the straight line between two points crosses a ray from the origin, else 0; all in the plane."""
     first, second = (ray[0] * y - ray[1] * x for x, y in ends)
     along_first, along_second = (ray[0] * x + ray[1] * y for x, y in ends)
     opposite = _less(algebra, first * second, algebra.zero)
@@ -248,7 +251,7 @@ def _crosses_ray(algebra: Algebra, ends: Sequence[Plane], ray: Plane) -> Scalar:
 
 
 def _meets_circle(algebra: Algebra, ends: Sequence[Plane], radius: Scalar) -> Scalar:
-    """Return 1 if the straight line meets the circle, else 0."""
+    """Return 1 if the straight line between two points meets the circle about the origin, else 0."""
     (ax, ay), (bx, by) = ends
     dx, dy = bx - ax, by - ay
     square = dx * dx + dy * dy
@@ -293,7 +296,7 @@ def _choice(algebra: Algebra, condition: Scalar, then: Vector, otherwise: Vector
 
 
 def tension(quantities: Quantities, tendon: Tendon) -> Scalar:
-    """Return spring, damper and actuator together."""
+    """Return the tension of a tendon, N: spring, damper and actuator together."""
     return _tension(quantities, tendon, _path(quantities, tendon))
 
 
@@ -303,7 +306,8 @@ def _tension(quantities: Quantities, tendon: Tendon, path: _Path) -> Scalar:
 
 
 def add_tendon(loads: Loads, tendon: Tendon, quantities: Quantities) -> None:
-    """Add the tension on all points, the potential of the spring, and the power of damper and actuator."""
+    """Add to ``loads``, in place, the tension on all points of a path, the potential of the spring, and the power of
+    damper and actuator. A tendon between base and world adds none."""
     path = _path(quantities, tendon)
     if all(point.link < 0 for start, end, _ in path.lines for point in (start, end)):
         return  # between base and world: strained by the prescribed motion of the base
@@ -321,7 +325,8 @@ def add_tendon(loads: Loads, tendon: Tendon, quantities: Quantities) -> None:
 
 
 def _push(loads: Loads, quantities: Quantities, point: _PathPoint, force: Vector, *, external: bool) -> None:
-    """Add a force in base axes through a point to the link of the point."""
+    """Add a force through a point, N, in base axes, to the wrench on the point's link; ``external``: the world exerts
+    the force."""
     if point.link < 0:
         return
     R, origin = quantities.kinematics.pose(point.link)

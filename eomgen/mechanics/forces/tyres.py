@@ -64,11 +64,9 @@ def tyre_contact(quantities: Quantities, tyre: Tyre) -> TyreContact:
 
 
 def _road(quantities: Quantities, formula: Formula, position: Vector) -> tuple[Scalar, Scalar, Scalar, Scalar]:
-    """Return the height of a road and the partials in x, y and explicitly in time.
-
-    The partials are taken on a separate tape, on which x and y are independent; on the scene's tape x and y depend on
-    common quantities.
-    """
+    """Return the height of a road, m, at a position, and its partials in x, in y, and explicitly in time. The partials
+    are taken on a separate tape, on which x and y are independent; on the scene's tape x and y depend on common
+    quantities."""
     tape, kernel = quantities.algebra.tape, Tape()
 
     def resolve(symbol: Symbol) -> Scalar:
@@ -99,11 +97,9 @@ def _deflection(quantities: Quantities, tyre: Tyre) -> Scalar:
 
 
 def add_tyre(loads: Loads, tyre: Tyre, quantities: Quantities) -> None:
-    """Add the contact force of a tyre on the wheel, the potential energy, J, and the power, W.
-
+    """Add to ``loads``, in place, the contact force of a tyre on the wheel, the potential energy, J, and the power, W.
     On a road at rest the spring force has a potential. A moving road does work on the tyre: then the spring force
-    counts as power, without a potential.
-    """
+    counts as power, without a potential."""
     algebra, kinematics = quantities.algebra, quantities.kinematics
     link, s = kinematics.local(*quantities.at(quantities.points[tyre.center]))
     if link < 0:
@@ -129,8 +125,9 @@ def add_tyre(loads: Loads, tyre: Tyre, quantities: Quantities) -> None:
 
 
 def _slip(quantities: Quantities, tyre: Tyre, slip: Slip, state: TyreContact) -> tuple[Vector, Vector, Vector]:
-    """Return the contact point relative to the centre, the velocity of the material point in contact, and the force in
-    the plane of the road; world axes."""
+    """Return the contact point relative to the wheel's centre, m, the velocity of the material point in contact, m/s,
+    and the slip force in the plane of the road, N; (3,) each, in world axes. Raises ModelError for a spin axis normal
+    to the road."""
     algebra, kinematics = quantities.algebra, quantities.kinematics
     mount = kinematics.tree.mount_at(*quantities.at(quantities.points[tyre.center]))
     up = scaled(algebra.one / state.steepness, state.gradient)

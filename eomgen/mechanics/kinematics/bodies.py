@@ -27,7 +27,8 @@ def constant_quaternion(R: Matrix) -> list[float]:
 
 
 def _link_quaternions(tree: Tree) -> list[list[Scalar]]:
-    """Return the constant quaternion of each link's joint, generic if links are alike."""
+    """Return the constant quaternion (w, x, y, z) of each link's joint frame in the parent. Of alike links the
+    components are generic constants, so that their recordings are the same."""
     parts = [[tree.algebra.scalar(part) for part in constant_quaternion(link.orientation)] for link in tree.links]
     for members in tree.alike:
         rows = generic_rows(tree.algebra, members, [parts[index] for index in members], "quaternion of link")
@@ -37,7 +38,8 @@ def _link_quaternions(tree: Tree) -> list[list[Scalar]]:
 
 
 def _joint_quaternion(tree: Tree, link: Link, constant: list[Scalar]) -> list[Scalar]:
-    """Return a link's quaternion relative to the parent, after the constant rotation of the joint."""
+    """Return a link's quaternion (w, x, y, z) relative to the parent: ``constant``, then the rotation by the
+    coordinates."""
     algebra = tree.algebra
     q = link.coordinates.q
     if link.turn is not None:
@@ -71,8 +73,8 @@ class Orientations:
         self.mounted = _mounted_scalars(tree, _mount_quaternions(scene, tree))
 
     def at(self, name: str, r: Vector) -> list[Scalar]:
-        """Return the quaternion of a body's frame at a point r of the body; on a beam the frame turns with the
-        section."""
+        """Return the quaternion to world axes of a body's frame at a point ``r`` of the body, (3,), m, in body axes. On
+        an elastic body the frame turns with the section."""
         mount = self.tree.mount_at(name, r)
         if mount.link == self.tree.mounts[name].link:
             return self.body(name)
@@ -90,7 +92,8 @@ class Orientations:
 
 
 def _mounted_scalars(tree: Tree, mounted: dict[str, list[float]]) -> dict[str, list[Scalar]]:
-    """Return the quaternions of bodies in links, generic if links are alike."""
+    """Return constant quaternions of bodies in links as scalars, by name; generic constants for bodies of alike
+    links."""
     scalars = {name: [tree.algebra.scalar(part) for part in parts] for name, parts in mounted.items()}
     for members in tree.alike:
         bodies = [index for index in members if tree.links[index].name in scalars]
@@ -110,7 +113,8 @@ def poses(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:
 
 
 def _mount_quaternions(scene: Scene, tree: Tree) -> dict[str, list[float]]:
-    """Return the constant quaternion of each body in its link, with the sign given by the orientations of joints."""
+    """Return the constant quaternion (w, x, y, z) of each body in its link, by name. At neutral coordinates the body
+    has the sign given by the orientations of joints."""
     neutral: list[list[float]] = []
     for link in tree.links:
         turn = constant_quaternion(link.orientation)
@@ -132,7 +136,8 @@ def _mount_quaternions(scene: Scene, tree: Tree) -> dict[str, list[float]]:
 
 
 def twists(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:
-    """Return the inertial twist of each body's frame in body axes, (bodies, 6) row by row, angular first."""
+    """Return the inertial twist of each body's frame in body axes, (bodies, 6) row by row, angular first; rad/s,
+    m/s."""
     values: list[Scalar] = []
     for body in scene.bodies:
         mount = tree.mounts[body.name]
@@ -148,7 +153,8 @@ def twists(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:
 
 
 def accelerations(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:
-    """Return inertial angular and origin acceleration of each body in body axes, (bodies, 6) row by row."""
+    """Return inertial angular acceleration and acceleration of the origin of each body, in body axes, (bodies, 6) row
+    by row."""
     values: list[Scalar] = []
     for body in scene.bodies:
         mount = tree.mounts[body.name]
@@ -163,7 +169,8 @@ Columns = dict[int, tuple[Vector, Vector]]
 
 
 def link_columns(tree: Tree) -> list[Columns]:
-    """Return per link the partials of the link's motion in v: twist against the base in link axes, angular first."""
+    """Return for each link the partials of its twist relative to the base in v, as {velocity component: (angular,
+    linear)}. All are in link axes at the link's origin; components that do not move the link are absent."""
     of_links: list[Columns] = []
     for link in tree.links:
         carried: Columns = {}
@@ -180,7 +187,8 @@ def link_columns(tree: Tree) -> list[Columns]:
 
 
 def jacobian_of_mount(tree: Tree, columns: Sequence[Columns], mount: Mount) -> list[Scalar]:
-    """Return the Jacobian of a mount on a link, in mount axes, (6, nv) row by row."""
+    """Return the Jacobian of the twist of a mount on a link, in mount axes at its origin, (6, nv) row by row, angular
+    first. ``columns`` is the result of ``link_columns``."""
     rows = [[tree.algebra.zero] * tree.nv for _ in range(6)]
     back = transpose(mount.orientation)
     for k, (angular, linear) in (columns[mount.link] if mount.link >= 0 else {}).items():

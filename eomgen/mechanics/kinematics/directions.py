@@ -23,7 +23,8 @@ Seeds = dict[Ref | InputSymbol, Tangent]
 
 
 def configuration_directions(tree: Tree) -> Seeds:
-    """Return tangents of all coordinates and joint rotation matrices; direction k is velocity component k."""
+    """Return the tangents of q and of joint rotation matrices, as {reference: {direction: partial}}. Direction k is
+    velocity component k, left-trivialised. The result seeds forward differentiation."""
     tape = tree.algebra.tape
     seeds: Seeds = dict(configuration_seeds(tape, [(f.group, f.q_start, f.q_size, f.v_start) for f in tree.factors]))
     for link in tree.links:
@@ -43,7 +44,8 @@ def configuration_directions(tree: Tree) -> Seeds:
 
 
 def rates_along(tape: Tape, seeds: Mapping[Ref | InputSymbol, Tangent]) -> dict[Ref | InputSymbol, Ref]:
-    """Return the time derivatives of t and q along v, for directional derivatives at constant v."""
+    """Return the time derivatives of t and of the keys of ``seeds`` along the inputs v, by reference. These serve
+    directional derivatives at constant v."""
     rates: dict[Ref | InputSymbol, Ref] = {InputSymbol("t", 0): ONE}
     for key, tangent in seeds.items():
         total = ZERO
@@ -56,14 +58,15 @@ def rates_along(tape: Tape, seeds: Mapping[Ref | InputSymbol, Tangent]) -> dict[
 
 
 def rates_of(tape: Tape, seeds: Mapping[Ref | InputSymbol, Tangent], base: BaseState) -> dict[Ref | InputSymbol, Ref]:
-    """Return the time derivatives of t, q and the base by reference, for directional derivatives at constant v."""
+    """Return the time derivatives of t, q and, if moving, the base struct, by reference, for total derivatives at
+    constant v."""
     rates = rates_along(tape, seeds)
     return rates | _base_rates(tape, base) if base.moving else rates
 
 
 def _base_rates(tape: Tape, base: BaseState) -> dict[Ref | InputSymbol, Ref]:
-    """Return the time derivatives of the base struct: pose from twist, twist from the acceleration, which is held
-    constant."""
+    """Return the time derivatives of the base struct's numbers that are not 0, by reference. Pose from twist, twist
+    from the acceleration, which is held constant."""
     start: dict[str, int] = {}
     offset = 0
     for name, size, _ in BASE_LAYOUT:

@@ -67,7 +67,8 @@ _CARRIED: Mapping[str, bool] = {"rates": True, "own_rates": False, "acceleration
 
 
 def relative(algebra: Algebra, link: Link, values: Sequence[Scalar]) -> tuple[Vector, Vector]:
-    """Return the joint's twist X values as (angular, linear) in child axes, from one value per column."""
+    """Return the relative twist of a joint, sum of columns times values, as (angular, linear) in child axes. ``values``
+    has one number for each column."""
     angular, linear = algebra.zero_vector, algebra.zero_vector
     for column, value in zip(link.columns, values, strict=True):
         angular, linear = plus(angular, scaled(value, column.angular)), plus(linear, scaled(value, column.linear))
@@ -100,7 +101,7 @@ def angular_velocities(tree: Tree, omega_base: Vector) -> list[Vector]:
 def total_fields(
     tree: Tree, base: BaseMotion, accelerations: bool, gravity: bool, velocities: bool = True
 ) -> list[LinkField]:
-    """Return the acceleration fields of all links from joint motion, base motion and (as -g) gravity.
+    """Return the acceleration fields of all links from joint motion, base motion and (as -g) gravity, in link axes.
 
     Parameters
     ----------
@@ -141,11 +142,9 @@ def total_fields(
 
 
 def base_fields(tree: Tree, base: BaseMotion) -> list[LinkField]:
-    """Return the part of the links' acceleration fields that vanishes for a base at rest, without gravity.
-
-    The field is a_B + (alpha~ + omega~ omega~) p + 2 omega~ (velocity relative to the base); the gradient of the field
-    in a link is alpha~ + omega~ (omega~ + 2 omega_relative~), all in link axes.
-    """
+    """Return the part of the links' acceleration fields that vanishes for a base at rest, without gravity, in link
+    axes. The field is a_B + (alpha~ + omega~ omega~) p + 2 omega~ (velocity relative to the base); the gradient of the
+    field in a link is alpha~ + omega~ (omega~ + 2 omega_relative~). Joint accelerations do not contribute."""
     algebra = tree.algebra
     relative_omegas = angular_velocities(tree, algebra.zero_vector)
     omegas, alphas, fields = list[Vector](), list[Vector](), list[LinkField]()

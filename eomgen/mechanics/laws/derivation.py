@@ -105,7 +105,8 @@ def regressor() -> Kernel:
 
 
 def kinetic_energy() -> Kernel:
-    """Derive 1/2 int |v + omega x s|^2 dm in the shape integrals m, d = int s dm, S = int s s^T dm."""
+    """Derive the kinetic energy 1/2 int |v + omega x s|^2 dm of a rigid body, with symbols v0..v2, w0..w2 and the shape
+    integrals m, d = int s dm, S = int s s^T dm. Returns a Kernel with one result."""
     s = sympy.Matrix(sympy.symbols("s0:3"))
     v, omega = sympy.Matrix(sympy.symbols("v0:3")), sympy.Matrix(sympy.symbols("w0:3"))
     speed = v + omega.cross(s)
@@ -130,7 +131,8 @@ _W = sympy.Matrix(sympy.symbols("w0:3"))
 
 
 def _integrate_over_mass(integrand: sympy.Expr, fields: tuple[sympy.Matrix, ...]) -> sympy.Expr:
-    """Replace monomials of the fields' components by integrals over the mass: ``f0 s1`` becomes the symbol ``f0s1``."""
+    """Return an integrand with monomials of the fields' components replaced by integrals over the mass: ``f0 s1``
+    becomes the symbol ``f0s1``."""
     components = [component for field in fields for component in field]
     total = sympy.Integer(0)
     for powers, coefficient in sympy.Poly(sympy.expand(integrand), *components).terms():  # of three-vectors
@@ -140,7 +142,7 @@ def _integrate_over_mass(integrand: sympy.Expr, fields: tuple[sympy.Matrix, ...]
 
 
 def _with_coriolis_halved(integral: sympy.Expr) -> sympy.Expr:
-    """Write 2 w x s' with one multiplication by two; few products are expanded, so that terms in w can be collected."""
+    """Write the terms in w of an integral as 2 (..), one multiplication by two, collected by the components of w."""
     rest = integral.subs(dict.fromkeys(_W, 0))
     coriolis = sympy.collect(sympy.expand((integral - rest) / 2), list(_W))
     return sympy.Add(sympy.Mul(2, coriolis, evaluate=False), rest, evaluate=False)
@@ -187,7 +189,8 @@ def relative_energy() -> Kernel:
 
 
 def onset() -> Kernel:
-    """Derive the smooth onset s(u), u = d / w in [0, 1], and the potential of the spring k d s(d / w) over k w^2."""
+    """Derive the smooth onset s(u), u = d / w in [0, 1], and the potential of the spring force k d s(d / w) by k w^2.
+    Returns a Kernel of u with these two results."""
     u, x = sympy.symbols("u x")
     a, b, c, d = sympy.symbols("a b c d")
     cubic = a + b * u + c * u**2 + d * u**3

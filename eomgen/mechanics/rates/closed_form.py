@@ -75,7 +75,8 @@ def combine(x: Columns, y: Columns, operation: Callable[[Pair, Pair], Pair] = pa
 def by_link(
     operators: Sequence[Pair], x: Columns, operation: Callable[[Pair, Pair], Pair] = bracket, factor: float = 1.0
 ) -> Columns:
-    """Return factor * (block diagonal matrix of brackets) * (columns x)."""
+    """Return the product of a block diagonal matrix and columns ``x``, times ``factor``. The block of a link is
+    ``operation(operator, .)``, by default ad of the link's twist."""
     rows = [
         [pair if is_zero(pair) else operation(operator, pair) for pair in row]
         for operator, row in zip(operators, x, strict=True)
@@ -84,8 +85,7 @@ def by_link(
 
 
 class SystemMatrices:
-    """System matrices of one tree and time derivatives of the matrices along a motion, each quantity recorded at its
-    first use.
+    """System matrices of one tree and the time derivatives along a motion, each quantity recorded at the first use.
 
     Parameters
     ----------
@@ -111,7 +111,8 @@ class SystemMatrices:
         return columns
 
     def joint_twists(self, order: int) -> list[Pair]:
-        """Return the derivative of X v by link: the operators a, a', a''."""
+        """Return the ``order``-th time derivative of the joint twists X v, one for each link in link axes: the
+        operators a, a', ..."""
         if order not in self._joint_twists:
             self._joint_twists[order] = [self._times(row, order) for row in self.X]
         return self._joint_twists[order]
@@ -159,7 +160,7 @@ class SystemMatrices:
         ]
 
     def project(self, x: Columns) -> list[list[Scalar]]:
-        """Return X^T x, row by row."""
+        """Return X^T x, (nv, columns), row by row, for wrenches x by link and column."""
         rows: list[list[Scalar]] = []
         for dof in range(self.tree.nv):
             row = [self.tree.algebra.zero] * len(x[0])
@@ -177,7 +178,7 @@ class SystemMatrices:
         return self._J.derivative(order)
 
     def adjoints(self) -> Image:
-        """Return A and its time derivatives, six columns per link."""
+        """Return A and the time derivatives, six columns for each link, as the image of the unit twists."""
         zero, units = self.tree.algebra.zero_vector, self.tree.algebra.identity
         basis: list[Pair] = [(unit, zero) for unit in units] + [(zero, unit) for unit in units]
         rows: Columns = []
@@ -188,7 +189,8 @@ class SystemMatrices:
         return Image(self, rows)
 
     def twists(self, order: int, first: int = 0) -> list[Pair]:
-        """Return the derivative of J v by link: the operators b, b', b'' for a base at rest."""
+        """Return the derivative of the link twists J v, one for each link in link axes, for a base at rest: b, b', b''.
+        ``order`` counts derivatives of the product; ``first`` is the derivative of v to begin with (0: velocities)."""
         total = [self.zero] * len(self.tree.links)
         for k in range(order + 1):
             part = [self._times(row, first + order - k) for row in self.jacobian(k)]
@@ -196,7 +198,8 @@ class SystemMatrices:
         return total
 
     def with_transpose(self, paths: Sequence[Columns]) -> list[Columns]:
-        """Return A^T x and derivatives up to order 2, given the derivatives of x, by the rule for A^T."""
+        """Return A^T x and the first and second time derivatives, as many as there are entries in ``paths``. ``paths``
+        holds x and the time derivatives, wrenches by link and column."""
         z = [self.inwards(paths[0])]
         if len(paths) == 1:
             return z
@@ -217,11 +220,9 @@ class SystemMatrices:
 
 
 class Image:
-    """A x and time derivatives of A x, for columns x with the time dependence ``changes``.
-
-    A accumulates columns along the tree, and A' = A a - A a A. The n-th derivative of A x is A y_n, with y_0 = x and
-    y_(n+1) = y_n' + a (y_n - A y_n).
-    """
+    """The product A x and the time derivatives, for columns x, whose time derivatives ``changes`` gives by order.
+    Without ``changes`` x is constant. A accumulates columns along the tree, and A' = A a - A a A. The n-th derivative
+    of A x is A y_n, with y_0 = x and y_(n+1) = y_n' + a (y_n - A y_n)."""
 
     def __init__(self, system: SystemMatrices, x: Columns, changes: Callable[[int], Columns] | None = None) -> None:
         self.system = system
@@ -231,7 +232,7 @@ class Image:
         self._sources: dict[tuple[int, int], Columns] = {(0, 0): x}
 
     def derivative(self, order: int) -> Columns:
-        """Return the derivative of an order of A x, (links, columns), in link axes."""
+        """Return the time derivative of A x of the given order, 0 for A x, by link and column, in link axes."""
         while len(self._derivatives) <= order:
             self._derivatives.append(self.system.outwards(self._source(len(self._derivatives), 0)))
         return self._derivatives[order]
@@ -262,7 +263,9 @@ Rows = list[list[Scalar]]
 
 
 def matrix_path(system: SystemMatrices, name: str, order: int) -> tuple[str, tuple[int, ...], str, list[list[Scalar]]]:
-    """Return symbol, shape, meaning, and all entries of a closed-form matrix per derivative, from 0 to ``order``."""
+    """Return symbol, shape, meaning, and the entries of a closed-form matrix, row by row, for each derivative 0 to
+    ``order``. ``name`` is "system_jacobian", "adjoints", "joint_brackets", "link_brackets", "mass", "coriolis" or
+    "coriolis_skew"."""
     nv, links = system.tree.nv, len(system.tree.links)
     rows = ", ".join(link.name for link in system.tree.links)
     match name:
@@ -303,7 +306,7 @@ def _bracket_matrix(twist: Pair) -> list[Scalar]:
 
 
 def mass_path(system: SystemMatrices, order: int) -> list[Rows]:
-    """Return M, (nv, nv), and its time derivatives up to order 2; rotor inertias are constant."""
+    """Return M, (nv, nv), and the time derivatives up to ``order`` (at most 2), rotor inertias included."""
     path = [
         system.project(z) for z in system.with_transpose([system.inertia(system.jacobian(k)) for k in range(order + 1)])
     ]
@@ -315,7 +318,8 @@ def mass_path(system: SystemMatrices, order: int) -> list[Rows]:
 
 
 def coriolis_path(system: SystemMatrices, order: int, skew: bool) -> list[Rows]:
-    """Return C, (nv, nv), and its time derivatives up to order 2; with ``skew`` the C for which M' - 2 C is skew."""
+    """Return a Coriolis matrix C, (nv, nv), and the time derivatives up to ``order`` (at most 2). With ``skew`` it is
+    the matrix for which M' - 2 C is skew-symmetric."""
     paths: list[Columns] = []
     for n in range(order + 1):
         total = system.inertia(system.jacobian(n + 1))
@@ -336,13 +340,13 @@ def inverse_dynamics_closed(
     loads: Sequence[Sequence[Pair] | None],
     order: int,
 ) -> list[list[Scalar]]:
-    """Return tau and the derivatives of tau up to the second, without efforts.
+    """Return inverse dynamics tau, (nv,), and the time derivatives up to ``order`` (at most 2), without joint efforts.
 
     Parameters
     ----------
-    base_twist : path of the base's twist in base axes, up to order + 1
-    fall : path of gravity in base axes
-    loads : path of the applied wrench by link; None for links without one
+    base_twist : the base's twist in base axes and the time derivatives, up to order + 1
+    fall : gravity in base axes and the time derivatives, m/s^2
+    loads : by link, the applied wrench and the time derivatives; None for links without one
     """
     zero = system.tree.algebra.zero_vector
     joints = [[[pair] for pair in system.joint_twists(k)] for k in range(order + 2)]
@@ -368,8 +372,8 @@ def inverse_dynamics_closed(
 
 
 def _link_twist_derivatives(system: SystemMatrices, path: Sequence[Pair], joints: Sequence[Columns]) -> list[Columns]:
-    """Return the time derivatives of the link twists A (x + E w), for joint twists x and base twist w, with E' = -a
-    E."""
+    """Return the link twists A (x + E w) and the time derivatives, one column each, as many as ``path`` has entries.
+    ``joints`` are joint twists x and derivatives, or empty; ``path`` are base twists w and derivatives; E' = -a E."""
     tree, sources = system.tree, dict[tuple[int, int], Columns]()
     for k, twist in enumerate(path):
         sources[k, 0] = [[to_link(link, twist) if link.parent == ROOT else system.zero] for link in tree.links]

@@ -37,10 +37,9 @@ def accelerations(tape: Tape, nv: int, order: int) -> list[list[Ref]]:
 
 
 def base_twist(tape: Tape, base: BaseState, order: int) -> list[list[Ref]]:
-    """Return the base's twist components with time derivatives up to ``order``; from order 2 on in ``base_rates``.
-
-    Of an acceleration that is zero at all times so are all derivatives.
-    """
+    """Return the six components of the base's twist, angular first, each with time derivatives up to ``order``.
+    Derivatives are inputs, from order 2 on in the block ``base_rates``; all are 0 for an acceleration that is always
+    zero."""
     starts = [base_place("omega"), base_place("velocity")]
     rates = [base_place("omega_dot"), base_place("velocity_dot")]
     components: list[list[Ref]] = []
@@ -54,7 +53,8 @@ def base_twist(tape: Tape, base: BaseState, order: int) -> list[list[Ref]]:
 
 
 class MotionJets:
-    """Jets of all inputs of one scene along its motion."""
+    """Jets (truncated Taylor series in time) of all inputs of one scene's equations along its motion. ``inputs`` is the
+    number of components of u."""
 
     def __init__(self, tree: Tree, base: BaseState, inputs: int, internal: InternalStates) -> None:
         self.tree = tree
@@ -66,15 +66,14 @@ class MotionJets:
     def of(
         self, quantities: Sequence[Ref], order: int, along: Sequence[Sequence[Ref]] | None = None
     ) -> list[list[Ref]]:
-        """Return the time derivatives, orders 0 to ``order``, of quantities of the scene.
-
-        ``along`` are a and its derivatives unless these are inputs.
-        """
+        """Return for each quantity its time derivatives of orders 0 to ``order``. ``along`` holds a and derivatives for
+        each velocity component, unless these are inputs of the tape."""
         series = jets(self.tape, quantities, self.seeds(order, along), order)
         return [time_derivatives(self.tape, jet) for jet in series]
 
     def along_flow(self, accelerations_: Sequence[Ref], order: int) -> list[list[Ref]]:
-        """Return the time derivatives of vdot, a function of the state, along the motion with this vdot."""
+        """Return for each velocity component vdot and the time derivatives up to ``order``. ``accelerations_`` are vdot
+        as functions of the state, and the derivatives are along the motion with this vdot."""
         along: list[list[Ref]] = [[] for _ in accelerations_]
         for k in range(order + 1):
             for path, derivatives in zip(
@@ -84,7 +83,8 @@ class MotionJets:
         return along
 
     def seeds(self, order: int, along: Sequence[Sequence[Ref]] | None = None) -> Seeds:
-        """Return the jets of all inputs up to ``order``, for motions with given a and derivatives of a."""
+        """Return the jets of all inputs up to ``order``, by input. ``along`` holds a and derivatives for each velocity
+        component; by default these are inputs of the tape."""
         paths = accelerations(self.tape, self.tree.nv, order) if along is None else along
         series = [taylor_coefficients(self.tape, path) for path in paths]
         velocities = [self._velocity(k, series[k]) for k in range(self.tree.nv)]
@@ -123,7 +123,8 @@ class MotionJets:
 
 
 def base_jets(tape: Tape, base: BaseState, order: int) -> Seeds:
-    """Return the jets of all components of the base struct, from the derivatives of the base's twist."""
+    """Return the jets up to ``order`` of all components of the base struct, by input, from derivatives of the base's
+    twist."""
     twist = base_twist(tape, base, order + 1)
     jets_of_twist = [taylor_coefficients(tape, path) for path in twist]
     pose = [value.ref for value in base.struct[:7]]
@@ -139,7 +140,8 @@ def base_jets(tape: Tape, base: BaseState, order: int) -> Seeds:
 
 
 def base_rates(tape: Tape, law: Sequence[Scalar], order: int) -> Block:
-    """Return the block ``base_rates``: derivatives 2 to order + 1 of the base's twist, (order, 6) row by row."""
+    """Return the block ``base_rates``, (order, 6): time derivatives 2 to order + 1 of the components of the base's
+    twist. ``law`` is the base struct as functions of time."""
     start = base_place("omega_dot")
     paths = _over_time(tape, law[start : start + 6], order)
     refs = tuple(path[k] for k in range(1, order + 1) for path in paths)
@@ -148,7 +150,8 @@ def base_rates(tape: Tape, law: Sequence[Scalar], order: int) -> Block:
 
 
 def input_rates(tape: Tape, values: Sequence[Scalar], order: int) -> tuple[Block, ...]:
-    """Return the blocks ``u_dot``, ``u_ddot`` and ``u_higher``, as many as the order needs."""
+    """Return the blocks ``u_dot``, ``u_ddot`` and ``u_higher`` with time derivatives up to ``order`` of inputs by
+    formulas of time, ``values``. Blocks of higher derivatives are left out."""
     paths = _over_time(tape, values, order)
     first, second, higher = RATE_BLOCKS["u"]
     blocks = [

@@ -41,7 +41,8 @@ def to_child(rotation: FactoredRotation, turn: Sequence[Vector], x: Sequence[Vec
 
 
 def in_rotating_axes(rotated: Sequence[Vector], turn: Sequence[Vector]) -> Path:
-    """Return the path of y in axes that rotate with w, from the derivatives Y[k][0] = (d/dt + w~)^k y."""
+    """Return components and time derivatives of y in axes that rotate with w, from the derivatives (d/dt + w~)^k y.
+    ``rotated`` holds these for k = 0, 1, ..., in the rotating axes; ``turn`` holds w and the time derivatives."""
     table = {(k, 0): value for k, value in enumerate(rotated)}
 
     def entry(k: int, m: int) -> Vector:
@@ -54,7 +55,8 @@ def in_rotating_axes(rotated: Sequence[Vector], turn: Sequence[Vector]) -> Path:
 
 
 def to_parent(rotation: FactoredRotation, turn: Sequence[Vector], y: Sequence[Vector]) -> Path:
-    """Return the path of R y, as long as the path of y; ``turn`` is the path of w in child axes."""
+    """Return R y with time derivatives, components in parent axes, as many as ``y`` has entries. ``turn`` is the
+    child's angular velocity relative to the parent with derivatives, ``y`` the vector, both in child axes."""
     table = {(0, m): value for m, value in enumerate(y)}
 
     def entry(k: int, m: int) -> Vector:
@@ -66,7 +68,8 @@ def to_parent(rotation: FactoredRotation, turn: Sequence[Vector], y: Sequence[Ve
 
 
 def _sum_of_cross_products(turn: Sequence[Vector], entry: Entry, rows: range, last: int) -> Vector:
-    """Return the sum over rows k and orders i of binomial(last - k, i) w^(i) x Y[k][last - k - i]."""
+    """Return the sum over rows k and orders i of binomial(last - k, i) w^(i) x Y[k][last - k - i]. ``turn`` holds w and
+    derivatives, ``entry(k, m)`` returns Y[k][m]. Raises ValueError for an empty sum."""
     total: Vector | None = None
     for i in range(last - rows.start + 1):
         sources = [(math.comb(last - k, i), entry(k, last - k - i)) for k in rows if last - k >= i]
@@ -91,7 +94,8 @@ def _weighted_sum(sources: Sequence[tuple[int, Vector]]) -> Vector:
 
 
 def product(x: Numbers, y: Numbers, order: int) -> Scalar:
-    """Return d^order/dt^order (x y) by Leibniz' rule; equal weights are multiplied once."""
+    """Return the ``order``-th time derivative of x y by Leibniz' rule; ``x`` and ``y`` hold values and derivatives.
+    Equal weights are multiplied once."""
     total = x[0] * y[order]
     if order:
         total = x[order] * y[0] + total
@@ -104,7 +108,7 @@ def product(x: Numbers, y: Numbers, order: int) -> Scalar:
 
 
 def square(x: Numbers, order: int) -> Scalar:
-    """Return d^order/dt^order x^2."""
+    """Return the ``order``-th time derivative of x^2; ``x`` holds the value and derivatives."""
     if order == 0:
         return x[0] * x[0]
     if order % 2:
@@ -120,7 +124,7 @@ def square(x: Numbers, order: int) -> Scalar:
 
 
 def cross_path(x: Sequence[Vector], y: Sequence[Vector], order: int) -> Vector:
-    """Return d^order/dt^order (x cross y)."""
+    """Return the ``order``-th time derivative of x cross y; ``x`` and ``y`` hold vectors and derivatives."""
     total = cross(x[0], y[order])
     for k in range(1, order + 1):
         total = plus(total, scaled(math.comb(order, k), cross(x[k], y[order - k])))
@@ -128,7 +132,8 @@ def cross_path(x: Sequence[Vector], y: Sequence[Vector], order: int) -> Vector:
 
 
 def centripetal_path(omega: Sequence[Vector], order: int) -> Matrix:
-    """Return d^order/dt^order (omega~ omega~), (3, 3), symmetric by structure."""
+    """Return the ``order``-th time derivative of omega~ omega~, (3, 3), symmetric by structure. ``omega`` holds the
+    angular velocity and derivatives."""
     x, y, z = ([value[k] for value in omega] for k in range(3))
     xx, yy, zz = (square(component, order) for component in (x, y, z))
     xy, xz, yz = product(x, y, order), product(x, z, order), product(y, z, order)
@@ -136,7 +141,8 @@ def centripetal_path(omega: Sequence[Vector], order: int) -> Matrix:
 
 
 def at_path(fields: Sequence[AccelerationField], position: Sequence[Vector], order: int) -> Vector:
-    """Return d^order/dt^order of the acceleration at a position that moves in the field's axes."""
+    """Return the ``order``-th time derivative of the acceleration at a position that moves in the field's axes,
+    components. ``fields`` and ``position`` hold values and derivatives."""
     total = fields[order].at(position[0])
     for k in range(1, order + 1):
         if any(not value.is_zero for value in position[k]):
@@ -164,12 +170,12 @@ class TreeDrive:
 def inverse_dynamics_path(
     tree: Tree, drive: TreeDrive, loads: Sequence[Sequence[Wrench] | None], order: int
 ) -> list[list[Scalar]]:
-    """Return tau, (nv,), and its time derivatives up to ``order``, without efforts.
+    """Return inverse dynamics tau, (nv,), and the time derivatives up to ``order``, without joint efforts.
 
     Parameters
     ----------
     drive : motion of joints and base with derivatives
-    loads : path of the applied wrench by link, in link axes; None for no load
+    loads : by link, the applied wrench in link axes and the time derivatives; None for no load
     """
     algebra = tree.algebra
     turns, fields = _fields(tree, drive, order)
@@ -200,7 +206,7 @@ def _efforts(link: Link, drive: TreeDrive, load: Wrench, order: int) -> list[Sca
 
 
 def joint_path(link: Link, drive: TreeDrive, order: int) -> tuple[Path, Path]:
-    """Return the paths of angular and linear velocity across a joint, in child axes, up to ``order``."""
+    """Return angular and linear velocity across a joint, each with time derivatives up to ``order``, in child axes."""
     algebra = Algebra(link.rotor_inertias[0].tape)
     turn, slide = [algebra.zero_vector] * (order + 1), [algebra.zero_vector] * (order + 1)
     for column, dof in zip(link.columns, link.dofs, strict=True):
@@ -217,7 +223,8 @@ def position_path(link: Link, turn: Path, slide: Path, order: int) -> Path:
 
 
 def _fields(tree: Tree, drive: TreeDrive, order: int) -> tuple[list[Path], list[list[AccelerationField]]]:
-    """Return the time derivatives of joint turns, and of the acceleration field of each link."""
+    """Return for each link the joint's angular velocity, and the link's acceleration field, both with time derivatives.
+    Angular velocities go to ``order`` + 1, fields to ``order``; components are in link axes."""
     algebra = tree.algebra
     turns: list[Path] = []
     omegas: list[Path] = []

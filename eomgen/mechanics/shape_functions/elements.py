@@ -57,7 +57,7 @@ class BandedMatrix:
         return result
 
     def apply(self, vector: Sequence[Any]) -> list[Any]:
-        """Return the product with a vector."""
+        """Return the product of the matrix and a vector, a list of mpmath numbers."""
         result = [row[0] * value for row, value in zip(self.rows, vector, strict=True)]
         for k, row in enumerate(self.rows):
             for below in range(1, min(self.width, k) + 1):
@@ -70,14 +70,15 @@ class BandedMatrix:
         return mpmath.fdot(left, self.apply(right))
 
     def less(self, factor: Any, other: BandedMatrix) -> BandedMatrix:
-        """Return the matrix minus a multiple of another."""
+        """Return the matrix minus ``factor`` times another matrix of the same size and width."""
         result = BandedMatrix(len(self.rows), self.width)
         for k, (mine, theirs) in enumerate(zip(self.rows, other.rows, strict=True)):
             result.rows[k] = [entry - factor * part for entry, part in zip(mine, theirs, strict=True)]
         return result
 
     def solve(self, right: Sequence[Any]) -> list[Any]:
-        """Return the solution x of matrix x = right, by L D L^T without pivoting; the precision suffices."""
+        """Return the solution x of matrix x = right, by L D L^T without pivoting, in the present precision of mpmath. A
+        pivot of 0 is replaced by the unit roundoff."""
         rows, x, size = [list(row) for row in self.rows], list(right), len(self.rows)
         for pivot in range(size):
             below = range(pivot + 1, min(pivot + self.width, size - 1) + 1)
@@ -105,7 +106,8 @@ class BandedMatrix:
 
 
 def modes(stiffness: BandedMatrix, mass: BandedMatrix, first: int, count: int) -> list[list[Any]]:
-    """Return modes, (count, n), of K x = w^2 M x from number ``first`` on by frequency, not normalised."""
+    """Return ``count`` eigenvectors of K x = w^2 M x by frequency, from number ``first`` (0 for the lowest), of x^T M x
+    = 1. Each is a list of mpmath numbers."""
     wanted = (first, first + count - 1)
     squares, guesses = scipy.linalg.eigh(stiffness.doubles(), mass.doubles(), subset_by_index=wanted)
     shapes = []
@@ -157,7 +159,8 @@ class Elements:
         return 1.0
 
     def values(self, s: Fixed) -> tuple[Fixed, Fixed, Fixed]:
-        """Return values, first and second derivatives by s, (n, m) each; at nodes of the element that begins there."""
+        """Return values, first and second derivatives by s of the n functions at m positions, (n, m) each. Numbers are
+        fixed-point. At a node they belong to the element that begins there."""
         element = np.minimum((s * self.count) >> BITS, self.count - 1)
         within = s * self.count - (element << BITS)
         first = element.astype(int) * self.stride
@@ -173,7 +176,9 @@ class Elements:
 
 
 def elements(deformation: Deformation, beam: Beam) -> Elements:
-    """Return the shape functions of a mesh: the lowest modes, ``int f^2 = 1`` over s, or the nodal displacements."""
+    """Return the shape functions of a uniform mesh over s = 0 .. 1 for a deformation of a beam. These are the nodal
+    functions with ``deformation.nodal``, else the lowest modes without rigid motions, scaled to ``int f^2 = 1`` over s,
+    with a positive value, slope or curvature at the start."""
     bending = deformation.kind.startswith("bending")
     whole = _mesh(deformation.elements, Fraction(beam.length), bending)
     size = whole.size
@@ -221,7 +226,8 @@ def _numbers(values: Fixed) -> list[Any]:
 
 
 def _assemble(mesh: Elements, beam: Beam, profile: str, derivative: int) -> BandedMatrix:
-    """Return the matrix of int f^(d) f^(d) profile of a mesh, per unit of the property."""
+    """Return the matrix of the integrals of f^(d) f^(d) times a profile along a mesh, with all nodal coordinates.
+    ``profile`` names a property of the beam, and d = ``derivative`` is 0, 1 or 2. The property has the value 1."""
     h = Fraction(beam.length) / mesh.count
     functions = [differentiate(function, derivative) for function in mesh.local]
     along = tuple(Fraction(entry) for entry in beam.profiles.get(profile, (1.0,)))
@@ -247,7 +253,8 @@ def _number(fraction: Fraction | int) -> Any:
 
 
 def _add(matrix: BandedMatrix, values: list[Any], factor: Any) -> None:
-    """Add factor values values^T, with values at one position, which are within the band."""
+    """Add factor * values values^T to a matrix, in place; ``values`` are functions at one position, (n,), within the
+    band."""
     present = [dof for dof, value in enumerate(values) if value]
     for dof in present:
         for column in present:

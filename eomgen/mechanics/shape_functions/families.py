@@ -74,8 +74,8 @@ _WAVE_PER_PANEL = 3.0  # rad: the quadrature error of products of four functions
 
 @functools.cache
 def _rule() -> tuple[Fixed, Fixed, Fixed]:
-    """Return nodes and weights of Gauss's rule on [0, 1], and integrals, (n, n), of the Lagrange basis from 0 to
-    nodes."""
+    """Return nodes and weights of Gauss's rule on [0, 1], and the integrals of its Lagrange polynomials from 0 to each
+    node. All are fixed-point; the integrals are (n, n), a row for each node."""
     with mpmath.workprec(WORKING):
         nodes = [_root(number) for number in range(_NODES)][::-1]
         weights = [2 / ((1 - x * x) * _legendre(x)[1][-1] ** 2) for x in nodes]
@@ -110,12 +110,12 @@ def _root(number: int) -> Any:
 
 
 class QuadratureGrid:
-    """Quadrature nodes along a beam.
+    """Quadrature nodes and weights along a beam, in fixed-point numbers, on panels of at most 3 rad of the functions.
 
     Parameters
     ----------
-    families : sequence of Family
-        Functions to integrate.
+    families : sequence of ShapeFunctions
+        Functions to integrate; their breaks are edges of panels.
     ends : sequence of Fraction
         Ends of the integrals, and positions between that are to be edges of panels.
 
@@ -144,7 +144,8 @@ class QuadratureGrid:
         return int(np.sum(times(self.weights, *factors)))
 
     def from_origin(self, values: Fixed, origin: Fraction) -> Fixed:
-        """Return running integrals of (m,) values from ``origin``, an edge of panels, to each node."""
+        """Return the integrals of a function from ``origin``, an edge of panels, to each node, (m,), fixed-point.
+        ``values``, (m,), are the function at the nodes."""
         _, weights, running = _rule()
         parts = values.reshape(len(self.lengths), _NODES)
         within = times(np.sum(times(parts[:, None, :], running), axis=-1), self.lengths[:, None])

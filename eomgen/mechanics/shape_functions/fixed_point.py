@@ -50,7 +50,8 @@ def times(*factors: Any) -> Fixed:
 
 
 def polynomial(coefficients: Iterable[Any], s: Fixed) -> Fixed:
-    """Return the values of a polynomial, constant first."""
+    """Return the values of a polynomial at fixed-point positions ``s``; coefficients are plain numbers, constant
+    first."""
     result = np.zeros(s.shape, dtype=object)
     for entry in reversed(list(coefficients)):
         result = times(result, s) + to_fixed(entry)

@@ -52,8 +52,8 @@ def normalise(family: ShapeFunctions, ends: Ends, normalisation: Normalisation) 
 
 
 def _greatest(family: ShapeFunctions, ends: Ends) -> list[int]:
-    """Return values at a free second end, else the largest magnitude of each function with the sign of the function
-    there."""
+    """Return the value of each function at a free second end, with pins its largest magnitude, in fixed-point numbers.
+    The sign of the latter is the sign of the function near the start."""
     if ends != "pinned_pinned":
         return [int(value) for value in family.values(np.array([ONE], dtype=object))[0][:, 0]]
     count = _SAMPLES * family.size
@@ -123,7 +123,8 @@ class _Integrator:
         return f, slope, curvature
 
     def integrals(self, weight: Coefficients | None = None) -> ShapeIntegrals:
-        """Return the integrals over the shape functions of a beam, weighted by mass per length or by ``weight``."""
+        """Return the integrals over the shape functions of a beam, weighted by the profile of mass per length or by
+        ``weight``. ``weight`` are the coefficients of a polynomial in s, constant first."""
         grid, length = self.grid, self.length
         mass = self.profile("mass") if weight is None else weight
         polar, arm = self.profile("polar"), (self.start, length)
@@ -167,7 +168,8 @@ class _Integrator:
         ]
 
     def vector(self, weight: Fixed, wanted: Array | np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Array:
-        """Return length times the integrals of the functions with a weight."""
+        """Return length times the integrals of the functions with a weight, (n,) doubles; 0 for functions not
+        ``wanted``. ``weight`` is given at the nodes of the grid, fixed-point."""
         bound = self.grid.integral(weight, weight)
         result = np.zeros(len(self.kinds), dtype=object)
         for k in np.flatnonzero(wanted):
@@ -175,7 +177,9 @@ class _Integrator:
         return round_to_doubles(result, self.length)
 
     def matrix(self, integral: Callable[[int, int], int], pairs: Pairs, scale: Fraction | None = None) -> Array:
-        """Return a symmetric matrix of integrals, positive on its diagonal, times a scale (default: the length)."""
+        """Return a symmetric matrix of integrals, (n, n) doubles, times a scale (default: the length). ``integral(k,
+        j)`` returns an entry in fixed-point numbers; ``pairs(k, j)`` whether the entry may differ from 0. Diagonals are
+        positive. Entries that are negligible against the diagonal are 0."""
         size = len(self.kinds)
         result = np.zeros((size, size), dtype=object)
         for k in range(size):
@@ -188,7 +192,8 @@ class _Integrator:
         return round_to_doubles(result, self.length if scale is None else scale)
 
     def stiffness(self) -> Array:
-        """Return the stiffness matrix: from curvatures for bending, from strains for other deformations."""
+        """Return the stiffness matrix, (n, n), for unit stiffness of each deformation with its profile. From curvatures
+        for bending, from first derivatives for stretch and torsion; 0 between deformations of different kinds."""
         result = np.zeros((len(self.kinds), len(self.kinds)))
         for kind in dict.fromkeys(self.kinds):
             order = 2 if kind.startswith("bending") else 1
@@ -208,7 +213,8 @@ class _Integrator:
         return self.kinds[k] == self.kinds[j] == kind
 
     def shortening_integrals(self, density: Coefficients) -> Array:
-        """Return integrals of the shortening with a density: slopes at x displace all mass beyond x."""
+        """Return the integrals over a density of the shortening H_kl = int_0^x f_k' f_l' dx, (n, n). ``density`` are
+        coefficients of a polynomial in s, constant first. Slopes at x displace all mass further out."""
         total = integrate(density)
         beyond = polynomial(total, self.grid.positions)
         outer = (self.grid.positions > to_fixed(self.origin)).astype(int).astype(object)
@@ -224,7 +230,8 @@ class _Integrator:
         return round_to_doubles(result)
 
     def second_order_terms(self, rho: Fixed) -> tuple[Array, Array]:
-        """Return h1 and h2."""
+        """Return the integrals h1, (n, n, n), and h2, (n, n, n, n), of ``ShapeIntegrals``. ``rho`` is the profile of
+        the mass at the nodes of the grid, fixed-point."""
         size, grid = len(self.kinds), self.grid
         h1, h2 = np.zeros((size,) * 3, dtype=object), np.zeros((size,) * 4, dtype=object)
         pairs = [(k, j) for k in range(size) for j in range(k + 1) if self.bend_in_same_plane(k, j)]
@@ -242,7 +249,8 @@ class _Integrator:
         return round_to_doubles(h1), round_to_doubles(h2, 1 / self.length)
 
     def station(self, x: float) -> Station:
-        """Return the shape functions at a position of the axis."""
+        """Return values, slopes and shortening of all shape functions at a position x, m, of the axis, each rounded
+        once."""
         s = self.place(x)
         f, slope, _ = (part[:, 0] for part in self.values(array([s])))
         value, turn = np.zeros(len(self.kinds), dtype=object), np.zeros(len(self.kinds), dtype=object)
@@ -252,8 +260,8 @@ class _Integrator:
         return Station(round_to_doubles(value), round_to_doubles(turn, 1 / self.length), self.shortening(s))
 
     def stations(self, places: Sequence[float]) -> tuple[Station, ...]:
-        """Return the shape functions at many positions of the axis; all positions use the slopes at the quadrature
-        nodes."""
+        """Return values, slopes and shortening of all shape functions at many positions x, m, of the axis. In double
+        precision; all positions use the slopes at the quadrature nodes."""
         s = [self.place(x) for x in places]
         f, slope, _ = self.values(array(s))
         planar = np.array(
@@ -266,7 +274,8 @@ class _Integrator:
         return tuple(map(Station, value.T, turn.T, shortenings))
 
     def shortening(self, s: Fraction) -> Array:
-        """Return H(s), (n, n), 1/m: integrals of products of slopes from the origin of the axis to s."""
+        """Return H(s), (n, n), 1/m: integrals of products of slopes from the origin of the axis to s, which may be
+        negative."""
         if s == self.origin:
             return np.zeros((len(self.kinds), len(self.kinds)))
         grid = QuadratureGrid(self.families, sorted((self.origin, s)))

@@ -72,7 +72,8 @@ class Polynomials:
 
 
 def family(kind: DeformationKind, ends: Ends, size: int) -> Polynomials:
-    """Return the polynomials of a kind of deformation."""
+    """Return ``size`` polynomials of a kind of deformation, orthogonal over s with constant weight, for conditions at
+    the ends."""
     at_first, at_second, lowest = (_BENDING if kind.startswith("bending") else _OTHERS)[ends]
     weight = product(_power((Fraction(0), Fraction(1)), at_first), _power((Fraction(1), Fraction(-1)), at_second))
     numbers = range(lowest, lowest + size)
@@ -80,8 +81,8 @@ def family(kind: DeformationKind, ends: Ends, size: int) -> Polynomials:
 
 
 def _jacobi(degree: int, alpha: int, beta: int) -> Coefficients:
-    """Return P_n^(alpha, beta)(2 s - 1), orthogonal on 0 .. 1 with the weight (1 - s)^alpha s^beta; C(n + alpha, n) at
-    s = 1."""
+    """Return the coefficients, constant first, of the Jacobi polynomial P_n^(alpha, beta)(2 s - 1). Orthogonal on 0 ..
+    1 with the weight (1 - s)^alpha s^beta; the value at s = 1 is C(n + alpha, n)."""
     result: list[Fraction] = [Fraction(0)] * (degree + 1)
     for number in range(degree + 1):
         # about s = 1: sum of C(n, j) C(n + alpha + beta + j, ...) (s - 1)^j, expanded
@@ -92,7 +93,7 @@ def _jacobi(degree: int, alpha: int, beta: int) -> Coefficients:
 
 
 def product(first: Coefficients, second: Coefficients) -> Coefficients:
-    """Return the product of two polynomials."""
+    """Return the coefficients, constant first, of the product of two polynomials."""
     result = [Fraction(0)] * (len(first) + len(second) - 1)
     for power, factor in enumerate(first):
         for other_power, entry in enumerate(second):
@@ -101,14 +102,14 @@ def product(first: Coefficients, second: Coefficients) -> Coefficients:
 
 
 def differentiate(entry: Coefficients, times: int = 1) -> Coefficients:
-    """Return a derivative."""
+    """Return the coefficients, constant first, of a derivative of a polynomial, of the order ``times``."""
     for _ in range(times):
         entry = tuple(power * factor for power, factor in enumerate(entry))[1:] or (Fraction(0),)
     return entry
 
 
 def on_piece(entry: Coefficients, piece: int, count: int) -> Coefficients:
-    """Return a polynomial of s as one of r, s = (piece + r) / count."""
+    """Return the coefficients in r of a polynomial of s on one of ``count`` equal pieces, s = (piece + r) / count."""
     result: Coefficients = ()
     for factor in reversed(entry):
         longer = product(result or (Fraction(0),), (Fraction(piece, count), Fraction(1, count)))
@@ -176,7 +177,7 @@ class BendingModes:
         return _table([root(self.sign, number) for number in range(1, self.size + 1)], self.bending, s)
 
     def bending(self, mode: Root, s: Any) -> tuple[Any, Any, Any]:
-        """Return value and derivatives of one mode at one position."""
+        """Return value, first and second derivative by s of one mode at one position, in mpmath numbers."""
         wave, sigma, growing, decay = mode
         x = wave * s
         cos, sin = mpmath.cos_sin(x)
@@ -213,7 +214,8 @@ class UniformModes:
             return _table([number - half for number in range(1, self.size + 1)], self.wave, s)
 
     def wave(self, turns: Any, s: Any) -> tuple[Any, Any, Any]:
-        """Return value and derivatives of one function, with the given number of half waves, at one position."""
+        """Return value, first and second derivative by s of one function, with ``turns`` half waves, at one position
+        (mpmath)."""
         wave = turns * mpmath.pi
         cos, sin = mpmath.cospi(turns * s), mpmath.sinpi(turns * s)
         if self.ends == "free_free":
@@ -222,7 +224,8 @@ class UniformModes:
 
 
 def _table(modes: list[Any], function: Any, s: Fixed) -> tuple[Fixed, Fixed, Fixed]:
-    """Return (n, m) values and derivatives of a function of a mode and of s."""
+    """Return values, first and second derivatives of modes at fixed-point positions ``s``, (n, m) each, fixed-point.
+    ``function(mode, position)`` returns the three in mpmath numbers."""
     result = np.zeros((3, len(modes), len(s)), dtype=object)
     with mpmath.workprec(WORKING):
         positions = [from_fixed(position) for position in s]
@@ -234,7 +237,8 @@ def _table(modes: list[Any], function: Any, s: Fixed) -> tuple[Fixed, Fixed, Fix
 
 
 def modes(bends: bool, ends: Ends, size: int) -> BendingModes | UniformModes:
-    """Return the modes of bending, or of stretch and torsion."""
+    """Return the lowest ``size`` modes of a uniform beam in bending (``bends``), or in stretch or torsion, by
+    conditions at the ends."""
     return (
         BendingModes(1 if ends == "clamped_free" else -1, size)
         if bends and ends != "pinned_pinned"

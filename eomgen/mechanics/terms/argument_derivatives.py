@@ -40,10 +40,9 @@ _FEW = 4
 
 
 def derivative_blocks(derivation: Derivation, name: str, blocks: Sequence[Block]) -> list[Block]:
-    """Return the nonzeros of the term ``name``: the Jacobian or the Hessian of the values in ``blocks``.
-
-    Nonzeros are column by column, rows ascending: the order of compressed columns.
-    """
+    """Return the block of nonzeros of the term ``name``, the Jacobian or the Hessian of the values in ``blocks``.
+    Nonzeros are column by column, rows ascending: the order of compressed columns. Their (row, column) are entered into
+    ``derivation.patterns``. Of several ways to differentiate the one with the fewest operations is taken."""
     values, second = [ref for block in blocks for ref in block.refs], name.endswith("_hessian")
     arguments = Arguments(derivation)
     ways = []
@@ -62,8 +61,8 @@ def derivative_blocks(derivation: Derivation, name: str, blocks: Sequence[Block]
 
 
 def input_derivatives(derivation: Derivation) -> list[Block]:
-    """Return the nonzeros of the Jacobian of the inputs that the scene gives: row by row, tunable parameters, then the
-    time."""
+    """Return the block of nonzeros of the Jacobian of the inputs that the scene gives, row by row. Columns are the
+    tunable parameters, then the time."""
     tape, scene = derivation.tape, derivation.scene
     tunable = sum(item.tunable for item in scene.parameters)
     seeds: Seeds = {InputSymbol("t", 0): {tunable: ONE}}
@@ -121,7 +120,7 @@ class _ForwardDynamics:
             }
 
     def solve(self, right: Mapping[int, Ref]) -> dict[int, Ref]:
-        """Return the nonzeros of M^-1 right."""
+        """Return the nonzeros of M^-1 right by row; ``right`` holds the nonzeros of a vector, (nv,), by row."""
         derivation = self.arguments.derivation
         values = [Scalar(derivation.tape, right.get(row, ZERO)) for row in range(derivation.tree.nv)]
         solution = solve_tree(derivation.mass_rows, values, derivation.tree.dof_parents())
@@ -202,7 +201,8 @@ class Arguments:
         return min(ways, key=lambda way: tape.counts(way.values()).weight)
 
     def _partials(self, values: Sequence[Ref]) -> Entries:
-        """Return the partials of inverse dynamics in q, v and a by recursion, an empty mapping for other values."""
+        """Return the partials of inverse dynamics in q, v and a by recursion, as {(row, column): reference}. Empty if
+        ``values`` are other values than inverse dynamics, with constraints, and for large trees."""
         derivation = self.derivation
         inverse = [value.ref for value in derivation.inverse()]
         if list(values) != inverse or derivation.has_constraints or derivation.large:
@@ -215,7 +215,8 @@ class Arguments:
         return entries
 
     def hessian(self, values: Sequence[Ref]) -> Entries:
-        """Return the nonzeros of the lower triangle of the Hessian of weights . values by (row, column)."""
+        """Return the nonzeros of the lower triangle of the Hessian of weights . values by (row, column). Of
+        differentiation operation by operation and by composite bodies, the way with fewer operations is taken."""
         tape, entries = self.derivation.tape, self.by_operations(values)
         known = self.by_composites(values)
         mixed = {entry: known.get(entry, ref) for entry, ref in entries.items()}
@@ -223,9 +224,9 @@ class Arguments:
         return min(ways, key=lambda way: tape.counts(way.values()).weight)
 
     def by_composites(self, values: Sequence[Ref]) -> Entries:
-        """Return the entries of the Hessian of inverse dynamics or the residual in q, v and a, mixed ones with
-        arguments that move the base alone included: inertia and weight by composite bodies, all else operation by
-        operation; an empty mapping for other values."""
+        """Return the entries of the Hessian of inverse dynamics or the residual in q, v and a, by (row, column). Mixed
+        entries with arguments that move the base alone are included. Inertia and weight are differentiated by composite
+        bodies, all else operation by operation. Empty for other ``values``, and for large or elastic trees."""
         derivation, tape = self.derivation, self.derivation.tape
         if derivation.large or not derivation.tree.rigid:
             return {}
@@ -248,7 +249,8 @@ class Arguments:
         return {entry: entries[entry].ref if entry in entries else ZERO for entry in triangle}
 
     def _base_changes(self) -> dict[int, Change]:
-        """Return the changes of the base's motion by t and parameters, unless these are in the tree's own numbers."""
+        """Return the changes of the base's motion by t and parameters, by number of the argument. Parameters on which
+        inertia and geometry of the tree depend are left out."""
         derivation, tape, motion = self.derivation, self.derivation.tape, self.derivation.motion
         start = minus(motion.acceleration, motion.gravity)
         refs = [value.ref for vector in (motion.omega, motion.alpha, start) for value in vector]
@@ -268,7 +270,8 @@ class Arguments:
         return changes
 
     def by_operations(self, values: Sequence[Ref]) -> Entries:
-        """Return the nonzeros of the Hessian by differentiation of each operation."""
+        """Return the nonzeros of the lower triangle of the Hessian of weights . values by (row, column). Each operation
+        is differentiated. Within rotations and poses, both orders of differentiation are averaged."""
         tape, entries = self.derivation.tape, dict[tuple[int, int], Ref]()
         weights = [tape.input("weights", number) for number in range(len(values))]
         with tape.block("gradient of the weighted sum"):

@@ -55,7 +55,7 @@ class Centroidal:
 
     @cached_property
     def _whole(self) -> RecordedInertia:
-        """Shape integrals of all links about the base's origin, in base axes; the second moment is left out."""
+        """Mass and first moment of all links about the base's origin, in base axes; the second moment is left 0."""
         total = no_inertia(self.algebra)
         still = total.second
         for link, body in zip(self.tree.links, self._bodies, strict=True):
@@ -91,7 +91,8 @@ class Centroidal:
 
     @cached_property
     def _columns(self) -> list[Wrench]:
-        """Momentum about the base's origin per unit of v, in base axes, angular first."""
+        """Momentum of all links about the base's origin per unit of each velocity component, in base axes, angular
+        first."""
         zero = self.algebra.zero_vector
         result: list[Wrench] = [(zero, zero)] * self.tree.nv
         for index, link in enumerate(self.tree.links):
@@ -122,7 +123,8 @@ class Centroidal:
         return _rows(columns)
 
     def drift(self) -> list[Scalar]:
-        """Return dA/dt v for the matrix A of ``momentum``, (6,): the rate of momentum with v held."""
+        """Return dA/dt v for the matrix A of ``momentum``, (6,): the rate of momentum with v held, in world axes,
+        angular first."""
         fields = total_fields(self.tree, zero_base(self.tree), accelerations=False, gravity=False)
         loads = carried_loads(self.tree, field_wrenches(self.tree, fields), "rate of momentum")
         zero = self.algebra.zero_vector
@@ -215,7 +217,8 @@ CENTROIDAL_RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
 
 
 def momenta(derivation: Derivation) -> list[Block]:
-    """Return p = dT/dv, and dT/dq + Q, left-trivialised, (nv,) each; kg m/s and N, or kg m^2/s and N m of angles."""
+    """Return the blocks p = dT/dv, and dT/dq + Q, left-trivialised, (nv,) each; kg m/s and N, or kg m^2/s and N m of
+    angles."""
     tape, nv = derivation.tape, derivation.tree.nv
     kinetic = derivation.energies()["kinetic"].ref
     seeds = configuration_directions(derivation.tree)

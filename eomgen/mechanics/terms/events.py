@@ -27,12 +27,13 @@ _POSITIONS = frozenset({"p", "t", "q", "base"})
 
 
 def event_rows(derivation: Derivation) -> tuple[EventRow, ...]:
-    """Return the events of a scene, in order.
+    """Return the events of a scene as data for stepping, in order: places of their formulas in the terms of events.
 
     Raises
     ------
     ModelError
-        The function of an impact depends on more than positions and time.
+        The function of an impact depends on more than positions and time, or on no position; the function of an event
+        does not change along a run.
     """
     scene = derivation.scene
     starts = accumulate((len(event.actions()) for event in scene.events), initial=0)
@@ -82,7 +83,8 @@ def modes(derivation: Derivation) -> tuple[Mode, ...]:
 
 
 def events(derivation: Derivation) -> list[Block]:
-    """Return the functions of the events and the rates of the functions along the motion; 0 for an unknown rate."""
+    """Return the blocks of the functions whose roots are the events, and of their rates along the motion, (events,)
+    each. A rate is 0 if the function depends on accelerations, multipliers or inputs."""
     tape, scene, nv = derivation.tape, derivation.scene, derivation.tree.nv
     values = _values(derivation)
     direction = rates_of(tape, configuration_directions(derivation.tree), derivation.prescribed)
@@ -100,7 +102,7 @@ def events(derivation: Derivation) -> list[Block]:
 
 
 def event_actions(derivation: Derivation) -> list[Block]:
-    """Return the values of all formulas of actions, event by event."""
+    """Return the block of the values of all formulas of actions: new values, restitutions and modes, event by event."""
     formulas = [formula for event in derivation.scene.events for formula in event.actions()]
     values = _record(derivation, formulas, "actions of the events")
     refs = tuple(value.ref for value in values)
@@ -108,7 +110,8 @@ def event_actions(derivation: Derivation) -> list[Block]:
 
 
 def event_impulse(derivation: Derivation) -> list[Block]:
-    """Return the terms that impulses follow from: M, B of constraints, and the gradients of impacts in q."""
+    """Return the blocks from which impulses follow: M, B of constraints (if any), and the gradients of impacts in q.
+    The gradients are left-trivialised, (impacts, nv)."""
     tape, nv = derivation.tape, derivation.tree.nv
     pairs = zip(derivation.scene.events, _values(derivation), strict=True)
     values = [value.ref for event, value in pairs if event.action == "impact"]
@@ -176,7 +179,7 @@ class SampledStates(Protocol):
 
 
 def samples(derivation: SampledStates) -> list[Block]:
-    """Return the values of all sampled states, should all be sampled now."""
+    """Return the block of the new values of all sampled states, as if all were sampled now."""
     with derivation.tape.block("samples"):
         refs = tuple(derivation.quantities.formula(item.formula).ref for _, item in _sampled_states(derivation))
     return [Block("sample", (len(refs),), refs, "new values of the sampled states")]
@@ -185,7 +188,9 @@ def samples(derivation: SampledStates) -> list[Block]:
 def _asked_states(
     derivation: SampledStates, sampled: Mapping[int, Sampling], controllers: Mapping[str, int], refs: Sequence[Ref]
 ) -> dict[int, set[int]]:
-    """Return the sampled states that the formula or the controller of each sampled state reads at the same time."""
+    """Return for each sampled state the numbers of the sampled states whose new values it needs at the same time.
+    ``refs`` are the recorded formulas. States with a delay (registers) need none; an output of a controller needs the
+    states of the controller's signals."""
     asked: dict[int, set[int]] = {}
     numbers = {state.name: number for number, state in enumerate(derivation.scene.states)}
     for (number, item), ref in zip(sampled.items(), refs, strict=True):
@@ -201,7 +206,7 @@ def _asked_states(
 
 
 def sample_rows(derivation: SampledStates) -> tuple[SampleRow, ...]:
-    """Return the sampled states of a scene, in order.
+    """Return the sampled states of a scene as data for stepping, in order, each with the level of its evaluation.
 
     A formula that reads another state sampled at the same time takes that state's new value; for its own state and for
     delayed states, the formula takes the previous value. Outputs of a controller come after the controller's signals.
@@ -209,7 +214,7 @@ def sample_rows(derivation: SampledStates) -> tuple[SampleRow, ...]:
     Raises
     ------
     ModelError
-        Sampled states ask for each other.
+        Sampled states need the new values of each other.
     """
     sampled = dict(_sampled_states(derivation))
     if not sampled:

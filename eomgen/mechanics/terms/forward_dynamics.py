@@ -112,7 +112,7 @@ class _Elimination:
 def articulated_forward(
     tree: Tree, base: BaseMotion, loads: Sequence[Wrench | None], efforts: Sequence[Scalar]
 ) -> list[Scalar]:
-    """Return vdot, (nv,), under gravity, applied wrenches and efforts.
+    """Return vdot, (nv,), under gravity, applied wrenches and efforts, by the articulated-body algorithm.
 
     Parameters
     ----------
@@ -140,7 +140,8 @@ def articulated_forward(
 
 
 def _bias(algebra: Algebra, link: Link, omega_up: Vector) -> tuple[Vector, Vector]:
-    """Return the link's angular acceleration and origin acceleration from velocities alone, in link axes."""
+    """Return the angular acceleration and origin acceleration that a link has from velocities alone, relative to the
+    carried acceleration of its parent, in link axes. ``omega_up`` is the parent's angular velocity in parent axes."""
     turn, slide = relative(algebra, link, link.velocities)
     carried = link.rotation.rotate_back(omega_up)
     inward = link.rotation.rotate_back(cross(omega_up, cross(omega_up, link.position)))
@@ -151,7 +152,9 @@ def _bias(algebra: Algebra, link: Link, omega_up: Vector) -> tuple[Vector, Vecto
 def _eliminate(
     link: Link, body: ArticulatedInertia, bias: tuple[Vector, Vector], efforts: Sequence[Scalar]
 ) -> tuple[ArticulatedInertia, list[_Elimination]]:
-    """Eliminate the joint's columns, last first; return the remaining articulated body and the eliminated rows."""
+    """Eliminate the joint's columns from a link's articulated body, last first. ``bias`` are the link's accelerations
+    from velocities alone. Returns the remaining articulated body, as the parent's acceleration sees it, and the
+    eliminated rows by column."""
     A, B, C, moment, force = body.A, body.B, body.C, body.moment, body.force
     eliminations: list[_Elimination] = []
     for k in reversed(range(len(link.columns))):
@@ -207,7 +210,8 @@ def _less(A: Matrix, B: Matrix) -> Matrix:
 def _outward(
     tree: Tree, base: BaseMotion, biases: Sequence[tuple[Vector, Vector]], kept: Sequence[Sequence[_Elimination]]
 ) -> list[Scalar]:
-    """Return vdot by the outward recursion of the articulated-body algorithm."""
+    """Return vdot, (nv,), by the outward recursion of the articulated-body algorithm. ``biases`` are accelerations from
+    velocities alone, ``kept`` the eliminated rows, both by link."""
     algebra = tree.algebra
     start = (base.alpha, minus(base.acceleration, base.gravity))
     accelerations: list[tuple[Vector, Vector]] = []
@@ -248,11 +252,9 @@ def forward_blocks(derivation: Derivation, *, ordered: bool = False) -> list[Blo
 
 
 def _fastest(derivation: Derivation) -> list[Scalar]:
-    """Return vdot, (nv,), by the algorithm that is expected to be the fastest and loses no digits.
-
-    For deep trees only articulated bodies are considered; elastic trees, joints that follow other joints and many
-    absolute bodies, whose M has a block for each body, have M only.
-    """
+    """Return vdot, (nv,), by the algorithm that is expected to be the fastest and loses no digits. For deep or
+    ill-scaled trees only articulated bodies are considered; elastic trees, joints that follow other joints and many
+    absolute bodies, whose M has a block for each body, have M only."""
     loads = derivation.loads
     if not derivation.free_columns or (derivation.absolute and derivation.large):
         return _by_mass_matrix(derivation)

@@ -42,13 +42,14 @@ Column = tuple[int, Vector, Vector]
 
 
 class FrameMotion:
-    """Twists of mounts on one tree per unit of v, and the rates of these columns along the motion.
+    """Jacobians of the twists of frames on one tree, and the rates of these Jacobians along the motion.
+
+    A frame is a mount on a link, as of ``frame_mount``.
 
     Parameters
     ----------
     kinematics : Kinematics
-    reference : str
-        ``body``, ``local_world_aligned`` or ``world``.
+    reference : str Axes and point of twists: ``body``, ``local_world_aligned`` or ``world``.
     """
 
     def __init__(self, kinematics: Kinematics, reference: str) -> None:
@@ -60,7 +61,8 @@ class FrameMotion:
         self._links = link_columns(self.tree) if reference == "body" else []
 
     def jacobian(self, mount: Mount) -> list[Scalar]:
-        """Return J, (6, nv) row by row; rad and m per unit of v."""
+        """Return the Jacobian J of the frame's twist relative to the base, (6, nv) row by row, angular first; rad and m
+        per unit of v."""
         if self.reference == "body":
             return jacobian_of_mount(self.tree, self._links, mount)
         point, turn = self._point(mount), self.kinematics.base.orientation
@@ -77,7 +79,8 @@ class FrameMotion:
         return self._differentiate(self.jacobian(mount))
 
     def drift(self, mount: Mount) -> list[Scalar]:
-        """Return dJ/dt v, (6,): the rate of J v with v held."""
+        """Return dJ/dt v, (6,): the rate of the twist J v with v held, on a moving base included; zeros for frames on
+        the base."""
         if self.kinematics.carrier.moving or self.reference == "body":
             return self._differentiate(self._twist(mount))
         if mount.link < 0:
@@ -116,7 +119,8 @@ class FrameMotion:
         return plus(p, apply(R, mount.position))
 
     def _point(self, mount: Mount) -> Vector:
-        """Return the reference point of the velocity J v, relative to the base, in base axes."""
+        """Return the point at which the linear part of J v is taken, relative to the base, m, in base axes. It is the
+        frame's origin for ``local_world_aligned``, else the world's origin."""
         if self.reference == "local_world_aligned":
             return self._position(mount)
         base = self.kinematics.base
@@ -163,7 +167,7 @@ def frame_mount(derivation: Derivation, frame: FixedFrame) -> Mount:
 
 
 def frame_poses(derivation: Derivation) -> list[Block]:
-    """Return quaternion (w, x, y, z; to world axes) and world position, m, of each frame, (frames, 7)."""
+    """Return the block of quaternion (w, x, y, z; to world axes) and world position, m, of each frame, (frames, 7)."""
     orientations = Orientations(derivation.scene, derivation.tree, derivation.kinematics)
     values: list[Scalar] = []
     for frame in derivation.scene.frames_of_terms():
@@ -193,8 +197,8 @@ def frame_drifts(derivation: Derivation, reference: str) -> list[Block]:
 
 
 def frame_mobilities(derivation: Derivation) -> list[Block]:
-    """Return J M^-1 J^T of each frame, (frames, 6, 6), with J in world axes about the origin of the frame, angular
-    first."""
+    """Return the block of J M^-1 J^T of each frame, (frames, 6, 6), the inverse operational-space inertia. J is in
+    world axes about the origin of the frame, angular first."""
     nv = derivation.tree.nv
     (J,) = frame_jacobians(derivation, "local_world_aligned")
     rows = derivation.mass_rows

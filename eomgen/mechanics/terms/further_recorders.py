@@ -25,10 +25,12 @@ from eomgen.system.system import Block
 
 
 def section_loads(derivation: Derivation) -> list[Block]:
-    """Return x of the middle of each element at rest, m, strains, and loads of sections.
+    """Return the blocks ``x``, ``strain``, ``load``, ``load_at_ends`` and ``load_on_halves`` of all elements of exact
+    beams.
 
-    A load is exerted by the part beyond on a section: moment, N m, then force, N, in the axes of the section. Elements
-    transmit loads from node to node; loads on the halves of elements are a separate block.
+    x, m, is the middle of each element at rest. A load is exerted by the outer part of the beam on a section: moment, N
+    m, then force, N, in the axes of the section. Elements transmit loads from node to node; loads on the halves of
+    elements are a separate block.
     """
     beams = derivation.section_loads.beams
     rows = [row for beam in beams for row in derivation.section_loads.rows(beam.name)]

@@ -76,7 +76,7 @@ def extended_partials(
 
 
 def _alone(tree: Tree) -> set[int]:
-    """Return the links on the base without children, for which the recursion has no quantities."""
+    """Return the numbers of the links on the base without children, for which the recursion has no quantities."""
     carrying = {link.parent for link in tree.links}
     return {index for index, link in enumerate(tree.links) if link.parent == ROOT and index not in carrying}
 
@@ -84,7 +84,8 @@ def _alone(tree: Tree) -> set[int]:
 def _passed_on(
     tree: Tree, kinematics: Kinematics, base: BaseMotion, loads: Sequence[Wrench | None], *, posed: bool
 ) -> Iterable[tuple[int, Scalar]]:
-    """Yield the quantities of the recursion with the number of the link; poses and twists if ``posed``."""
+    """Yield (number of the link, scalar) for all quantities that the recursion of inverse dynamics passes between
+    links. Poses and twists are among them if ``posed``, or if there are applied wrenches."""
     fields = total_fields(tree, base, accelerations=True, gravity=True)
     net = net_wrenches(tree, fields, loads)
     for index, omega in enumerate(angular_velocities(tree, base.omega)):
@@ -101,13 +102,15 @@ def _passed_on(
 
 
 def pattern(entries: Entries) -> tuple[tuple[tuple[int, int], ...], tuple[Ref, ...]]:
-    """Return the indices (row, column) in row order, and the references of the entries."""
+    """Return the indices (row, column) of the entries of a matrix, sorted by row and column, and the references in this
+    order."""
     indices = tuple(sorted(entries))
     return indices, tuple(entries[index] for index in indices)
 
 
 def equations(derivation: Derivation) -> list[Block]:
-    """Return the blocks of residual, constraints with rates, and rates of internal states, unless empty."""
+    """Return the blocks of the residual, of the constraints and constraint velocities, and of rates of internal states.
+    Blocks that the scene does not have are left out."""
     blocks = derivation.residual()
     if derivation.constraints is not None:
         blocks += [*derivation.constraint(), *derivation.constraint_velocity()]
@@ -115,7 +118,9 @@ def equations(derivation: Derivation) -> list[Block]:
 
 
 def iteration(derivation: Derivation) -> list[Block]:
-    """Return the nonzeros of all partials of the tree; for large trees the partials of each step in the recursion."""
+    """Return blocks of the nonzeros of all partials for an implicit step: K, C, M, B, Z and matrices of internal
+    states. For large trees without constraints these are the partials of each step of the recursion. Empty matrices are
+    left out; positions are entered into ``derivation.patterns``."""
     if (
         derivation.large
         and derivation.sparse
@@ -135,11 +140,9 @@ def iteration(derivation: Derivation) -> list[Block]:
 
 
 def differentiated_iteration(derivation: Derivation) -> list[Block]:
-    """Return the nonzeros of K, C, M, and of B and Z of constraints, by forward differentiation with known
-    positions.
-
-    For many bodies of which few carry other bodies: along long branches recursions are cheaper.
-    """
+    """Return blocks of the nonzeros of K, C, M, and of B and Z of constraints, by forward differentiation. Positions
+    are entered into ``derivation.patterns``. For many bodies of which few carry other bodies: along long branches
+    recursions are cheaper."""
     tape, nv, calculus = derivation.tape, derivation.tree.nv, derivation.constraints
     residual = derivation.residual()[0].refs
     seeds = configuration_directions(derivation.tree)
@@ -161,7 +164,8 @@ def differentiated_iteration(derivation: Derivation) -> list[Block]:
 
 
 def extended_iteration(derivation: Derivation) -> list[Block]:
-    """Return the nonzeros of the partials of each step of the recursion, and store the indices."""
+    """Return blocks of the nonzeros of the partials of each step of the recursion, see ``extended_partials``. Positions
+    and owners of the unknowns are entered into ``derivation.patterns`` and ``derivation.inner_owners``."""
     with derivation.tape.block("partials of each step of the recursion"):
         partials, derivation.inner_owners = extended_partials(
             derivation.grouped,
@@ -182,7 +186,8 @@ def jacobian_values(derivation: Derivation) -> list[Block]:
 
 
 def mass_values(derivation: Derivation) -> list[Block]:
-    """Return the nonzeros of M."""
+    """Return the block of the nonzeros of M, both triangles, row by row; positions are entered into
+    ``derivation.patterns``."""
     entries: Entries = {}
     for row, along in enumerate(derivation.mass_rows):
         for column, value in along.items():
@@ -191,14 +196,16 @@ def mass_values(derivation: Derivation) -> list[Block]:
 
 
 def nonzeros(derivation: Derivation, name: str, entries: Entries, description: str) -> Block:
-    """Return the entries of a matrix, row by row, and store the positions."""
+    """Return the block of the nonzeros among the entries of a matrix, row by row. Their (row, column) are entered into
+    ``derivation.patterns`` under the name."""
     indices, refs = pattern({index: ref for index, ref in entries.items() if ref != ZERO})
     derivation.patterns[name] = indices
     return Block(name, (len(refs),), refs, f"nonzeros of {description}")
 
 
 def _pack(derivation: Derivation, block: Block) -> Block:
-    """Return the entries of a matrix that are not zero by structure, row by row, and store the positions."""
+    """Return the block of the entries of a dense matrix that are not zero by structure, row by row. The (row, column)
+    of the entries are entered into ``derivation.patterns``."""
     columns = block.shape[1]
     derivation.patterns[block.name] = tuple(divmod(k, columns) for k, ref in enumerate(block.refs) if ref != ZERO)
     refs = tuple(ref for ref in block.refs if ref != ZERO)

@@ -49,7 +49,8 @@ _OF_STATE = (("q", "dq, left-trivialised"), ("v", "dv"), ("a", "da"), ("z", "dz"
 
 
 def linearization(derivation: Derivation) -> list[Block]:
-    """Return the nonempty matrices among M0, C0, K0, B0, E0 and the matrices of internal states."""
+    """Return the blocks of the linear model about any state: M0, C0, K0, B0, E0, then Rz, Fq, Fv, Fz, Fu, Fw. Dense, in
+    the notation of this module. Matrices without columns or rows are left out."""
     tape, scene = derivation.tape, derivation.scene
     K, C, M = derivation.partials()
     blocks = [
@@ -68,7 +69,8 @@ def linearization(derivation: Derivation) -> list[Block]:
 
 
 def output_partials(derivation: Derivation) -> list[Block]:
-    """Return the nonempty partials of the named outputs among Yq, Yv, Ya, Yz, Ylam, Yu, Yw."""
+    """Return the partials of the named outputs as blocks Yq (left-trivialised), Yv, Ya, Yz, Ylam, Yu, Yw. Blocks
+    without columns are left out. Yu is by driven inputs, Yw by given inputs and accelerations of the base."""
     tape, tree = derivation.tape, derivation.tree
     values = [Scalar(tape, ref) for ref in derivation.outputs()[0].refs]
     multipliers = 0 if derivation.constraints is None else len(derivation.constraints.tangents)
@@ -84,7 +86,8 @@ def output_partials(derivation: Derivation) -> list[Block]:
 
 
 def acceleration_partials(derivation: Derivation) -> list[Block]:
-    """Return Aq (left-trivialised) and Av, partials of constraint accelerations B a + g, g the ``constraint_bias``."""
+    """Return the blocks Aq (left-trivialised) and Av, (rows, nv) each: partials of constraint accelerations B a + g in
+    q and v, with g the ``constraint_bias`` and a held."""
     (B,), (g,) = derivation.constraint_jacobian(), derivation.constraint_bias()
     rows = constraint_accelerations(derivation, B, g)
     with derivation.tape.block("partials of the constraints' accelerations"):
@@ -92,7 +95,8 @@ def acceleration_partials(derivation: Derivation) -> list[Block]:
 
 
 def reaction_partials(derivation: Derivation) -> list[Block]:
-    """Return N, the left-trivialised partials of B^T lam in q; Np, in the tunable parameters, if B depends on these."""
+    """Return the block N, (nv, nv), left-trivialised partials of B^T lam in q; then Np, partials in the tunable
+    parameters. Np is left out if B does not depend on parameters."""
     calculus, nv = derivation.calculus(), derivation.tree.nv
     forces = calculus.forces()
     with derivation.tape.block("partials of the constraint forces"):
@@ -104,15 +108,16 @@ def reaction_partials(derivation: Derivation) -> list[Block]:
 
 
 def constraint_acceleration(derivation: Derivation) -> list[Block]:
-    """Return B a + g, (rows,), m/s^2 or 1/s^2."""
+    """Return the block of constraint accelerations B a + g, (rows,), m/s^2 or 1/s^2, with g the ``constraint_bias``."""
     (B,), (g,) = derivation.constraint_jacobian(), derivation.constraint_bias()
     rows = constraint_accelerations(derivation, B, g)
     return [derivation.block("w_dot", (len(rows),), rows, "B a + g, rate of the velocity rows")]
 
 
 def joint_velocity_partials(derivation: Derivation) -> list[Block]:
-    """Return velocities and accelerations of joints between absolute bodies, and their partials: Pv and Pq of the
-    velocities in v and q, Pav and Paq of the accelerations at held body accelerations; q is left-trivialised."""
+    """Return the blocks of velocities and accelerations of joints between absolute bodies, and of partials of both. Pv
+    and Pq are partials of the velocities in v and q, Pav and Paq of the accelerations with the accelerations of bodies
+    held; q is left-trivialised."""
     calculus = joint_velocities(derivation.scene, derivation.tree, derivation.quantities)
     nv, count = derivation.tree.nv, len(calculus.level)
     refs = tuple(entry.ref for row in calculus.jacobian() for entry in row)
@@ -131,7 +136,7 @@ def joint_velocity_partials(derivation: Derivation) -> list[Block]:
 
 
 def constraint_accelerations(derivation: Derivation, B: Block, g: Block) -> list[Scalar]:
-    """Return B a + g."""
+    """Return B a + g, (rows,), for blocks B, (rows, nv), and g, (rows,), with the inputs a of the tape."""
     tape, nv = derivation.tape, derivation.tree.nv
     a = [Scalar(tape, tape.input("a", k)) for k in range(nv)]
     rows = []
@@ -146,7 +151,8 @@ def constraint_accelerations(derivation: Derivation, B: Block, g: Block) -> list
 def _by_state(
     derivation: Derivation, values: Sequence[Scalar], names: tuple[str, str], numerator: str, held: str
 ) -> list[Block]:
-    """Return the partials of values in q and in v."""
+    """Return the partials of values in q (left-trivialised) and in v as two blocks with the given names. ``numerator``
+    and ``held`` are parts of the descriptions."""
     nv = derivation.tree.nv
     by_v: Seeds = {InputSymbol("v", k): {k: ONE} for k in range(nv)}
     by_q = _matrix(
@@ -156,7 +162,8 @@ def _by_state(
 
 
 class InputDirections:
-    """Inputs and disturbances of a scene as directions of differentiation."""
+    """Inputs and disturbances of a scene as directions of differentiation. Inputs are driven by a controller or a
+    caller. Disturbances are inputs that the scene gives, then accelerations of the base."""
 
     def __init__(self, derivation: Derivation) -> None:
         scene = derivation.scene
@@ -173,7 +180,8 @@ class InputDirections:
         self.disturbance_names = ", ".join((*(scene.inputs[number].name for number in fixed), *of_base))
 
     def of(self, values: Sequence[Scalar], of_inputs: str, of_disturbances: str, numerator: str) -> list[Block]:
-        """Return the partials of values in inputs and in disturbances, as two named blocks."""
+        """Return the partials of values in inputs and in disturbances, as two blocks with the given names. A block
+        without columns is left out. ``numerator`` begins the descriptions."""
         driven = f"{numerator}/du, u: {self.driven_names}"
         disturbed = f"{numerator}/dw, w: {self.disturbance_names}"
         return [
@@ -202,7 +210,8 @@ def _matrix(
 
 
 def parameter_partials(derivation: Derivation) -> list[Block]:
-    """Return Rp, then Fp if there are internal states, then Phip, Zp and Ap if there are constraints."""
+    """Return blocks of partials in the tunable parameters: Rp, then Fp if there are internal states, then Phip, Zp and
+    Ap if there are constraints; in the notation of this module."""
     partials = ParameterDirections(derivation)
     (r,) = derivation.residual()
     blocks = [partials.of(r.refs, "Rp", "d(M a + h + b - Q + B^T lam)")]
@@ -226,11 +235,11 @@ def output_parameter_partials(derivation: Derivation) -> list[Block]:
 
 
 class ParameterDirections:
-    """Differentiation along the tunable parameters, each a direction, in order.
+    """Directions of differentiation along the tunable parameters of a scene, in order.
 
     Attributes
     ----------
-    seeds : derivatives of the parameters, of inputs that the scene gives, and of the base struct
+    seeds : derivatives in the parameters: of the parameters, of inputs that the scene gives, and of the base struct
     """
 
     def __init__(self, derivation: Derivation) -> None:
@@ -246,7 +255,8 @@ class ParameterDirections:
                 self._follow("base", range(len(law)), law)
 
     def _follow(self, block: str, numbers: Sequence[int], laws: Sequence[Scalar]) -> None:
-        """Let components of an input block change by given laws."""
+        """Add to ``seeds`` the derivatives of components of an input block that follow the laws, recorded on the
+        tape."""
         tangents = forward_partials(self.derivation.tape, [law.ref for law in laws], self.seeds)
         self.seeds |= {
             InputSymbol(block, number): tangent for number, tangent in zip(numbers, tangents, strict=True) if tangent
@@ -263,7 +273,9 @@ class ParameterDirections:
 
 
 def second_partials(derivation: Derivation) -> list[Block]:
-    """Return Hd, in the parts of ``SecondBlocks.direction``."""
+    """Return the block Hd: the change along a direction of the gradient of a weighted sum of equations and outputs.
+    Weights and direction are the inputs "weights" and "direction"; parts are in the order of
+    ``SecondBlocks.direction``."""
     tape = derivation.tape
     values_by_name = _values(derivation)
     blocks = _blocks(derivation, values_by_name)
@@ -309,7 +321,7 @@ def _blocks(derivation: Derivation, values: Mapping[str, Sequence[Ref]]) -> Seco
 
 
 def _directions(derivation: Derivation, blocks: SecondBlocks) -> Seeds:
-    """Return tangents of all that varies, numbered as the components of Hd."""
+    """Return the tangents of all arguments of the equations, with directions numbered as the components of Hd."""
     places = blocks.places("direction")
     seeds: Seeds = dict(configuration_directions(derivation.tree))
     for block in ("v", "a", "z", "lam"):

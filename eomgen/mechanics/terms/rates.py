@@ -25,7 +25,8 @@ _SUFFIXES = ("", "_dot", "_ddot")
 
 
 def rate_blocks(derivation: Derivation, term: Term) -> list[Block]:
-    """Return the blocks of a term, one per derivative: ``tau``, ``tau_dot``, ``tau_ddot``, ``tau_3``..."""
+    """Return the blocks of a term, one per time derivative ``term.first`` to ``term.order``: ``tau``, ``tau_dot``,
+    ``tau_ddot``, ``tau_3``..."""
     source, paths = derivatives_of(derivation, term.source, term.order)
     blocks = []
     for k in range(term.first, term.order + 1):
@@ -40,7 +41,8 @@ Paths = list[list[Ref]]
 
 
 def derivatives_of(derivation: Derivation, source: str, order: int) -> tuple[Block, Paths]:
-    """Return a quantity as a block, and the time derivatives of the components up to ``order``."""
+    """Return a term as a block, and for each component the time derivatives of orders 0 to ``order``. ``source`` is the
+    name of the term. Of recursion and jets the way with fewer operations is taken."""
     if source in CLOSED_MATRICES or source.startswith("closed_"):
         return closed_block(derivation, source, order)
     (block,) = recorder(source)(derivation)
@@ -60,7 +62,8 @@ def _by_jets(derivation: Derivation, block: Block, order: int, along: Paths | No
 
 
 def closed_block(derivation: Derivation, source: str, order: int) -> tuple[Block, Paths]:
-    """Return a quantity of the closed form as a block, and the time derivatives of the components up to ``order``."""
+    """Return a quantity of the closed form as a block, and for each component the time derivatives up to ``order``.
+    ``source`` is a name of ``matrix_path``, or ``closed_inverse_dynamics``."""
     system = SystemMatrices(derivation.tree, velocity_paths(derivation, order))
     with derivation.tape.block(f"closed form of {source}"):
         if source == "closed_inverse_dynamics":
@@ -109,10 +112,7 @@ def motion_jets(derivation: Derivation) -> MotionJets:
 
 def inverse_dynamics_rates(derivation: Derivation, order: int, along: Sequence[Sequence[Ref]] | None = None) -> Paths:
     """Return tau and the time derivatives of tau, (nv, order + 1): inertia and gravity by recursion, applied loads by
-    jets.
-
-    ``along`` are a and its derivatives unless these are inputs.
-    """
+    jets. ``along`` holds a and derivatives for each velocity component, unless these are inputs of the tape."""
     tree = derivation.grouped
     omega, acceleration = base_paths(derivation, order)
     loads, efforts = _applied_paths(derivation, order, along)
@@ -124,22 +124,24 @@ def inverse_dynamics_rates(derivation: Derivation, order: int, along: Sequence[S
 def velocity_paths(
     derivation: Derivation, order: int, along: Sequence[Sequence[Ref]] | None = None
 ) -> list[list[Scalar]]:
-    """Return v and the time derivatives up to order + 1 for each velocity component."""
+    """Return for each velocity component v and the time derivatives up to order + 1. ``along`` holds a and derivatives
+    for each component; by default these are inputs of the tape."""
     tape = derivation.tape
     paths = accelerations(tape, derivation.tree.nv, order) if along is None else along
     return [[Scalar(tape, ref) for ref in (tape.input("v", k), *path)] for k, path in enumerate(paths)]
 
 
 def base_paths(derivation: Derivation, order: int) -> tuple[Path, Path]:
-    """Return paths of the root frame's angular velocity, and of the acceleration of the root frame's origin minus
-    gravity, in root axes."""
+    """Return, in root axes with time derivatives, the angular velocity of the root frame and the acceleration of the
+    root's origin minus gravity. The angular velocity goes to ``order`` + 1, the acceleration to ``order``."""
     omega, velocity, fall = base_motion(derivation, order)
     acceleration = [plus(velocity[k + 1], cross_path(omega, velocity, k)) for k in range(order + 1)]
     return omega, [minus(x, y) for x, y in zip(acceleration, fall, strict=True)]
 
 
 def base_motion(derivation: Derivation, order: int) -> tuple[Path, Path, Path]:
-    """Return paths of the root frame's omega and velocity up to order + 1, and of gravity, in root axes."""
+    """Return, in root axes with time derivatives, omega and velocity of the root frame up to order + 1, and gravity up
+    to order. All but gravity are 0 for a base at rest."""
     base, zero = derivation.base, derivation.algebra.zero_vector
     omega, velocity = [zero] * (order + 2), [zero] * (order + 2)
     if base.moving:
@@ -155,7 +157,8 @@ def base_motion(derivation: Derivation, order: int) -> tuple[Path, Path, Path]:
 def _applied_paths(
     derivation: Derivation, order: int, along: Sequence[Sequence[Ref]] | None
 ) -> tuple[list[list[Wrench] | None], list[list[Scalar]]]:
-    """Return the paths of applied wrenches by link, in link axes, and of efforts by velocity component."""
+    """Return the applied wrenches by link (or None), in link axes, and the efforts by velocity component, each with
+    time derivatives up to ``order``. ``along`` holds a and derivatives, unless these are inputs of the tape."""
     tape = derivation.tape
     flat = [value for load in derivation.loads.wrenches if load is not None for part in load for value in part]
     with tape.block("time derivatives of applied forces"):

@@ -38,12 +38,13 @@ from eomgen.system.system import Block
 
 
 def regressor(scene: Scene, tree: Tree, base: BaseMotion, quantities: Quantities) -> list[list[Scalar]]:
-    """Return Y, (nv, parameters), with structural zeros.
+    """Return the regressor Y, (nv, parameters), with structural zeros; columns are ordered as ``linear_parameters``.
 
     Parameters
     ----------
     tree : in joint coordinates, inertias of single bodies or grouped
     base : motion of the base, with gravity in base axes
+    quantities : for formulas of friction
     """
     fields = total_fields(tree, base, accelerations=True, gravity=True)
     motions = link_columns(tree)
@@ -73,7 +74,9 @@ def _without_damping(joint: Joint) -> Joint:
 
 
 def _body_columns(tree: Tree, mount: Mount, field: LinkField, motions: Columns) -> dict[int, list[Scalar]]:
-    """Return by velocity component the virtual work per unit of each parameter of a body, in body axes."""
+    """Return by velocity component the virtual work per unit of each of the ten inertial parameters of a body.
+    ``field`` is the acceleration field of the body's link, ``motions`` are the columns of the link, see
+    ``link_columns``."""
     algebra, back = tree.algebra, transpose(mount.orientation)
     acceleration, alpha = apply(back, field.at(mount.position)), apply(back, field.alpha)
     symmetric = multiply(multiply(back, field.symmetric), mount.orientation)
@@ -91,7 +94,7 @@ def _body_columns(tree: Tree, mount: Mount, field: LinkField, motions: Columns) 
 
 
 def _joint_column(item: JointParameter, quantities: Quantities) -> Scalar:
-    """Return the effort on a joint's coordinate per unit of a coefficient."""
+    """Return the effort on a joint's coordinate per unit of a coefficient: acceleration, velocity, or friction law."""
     algebra, name, index = quantities.algebra, item.joint.name, item.index
     if item.kind == "rotor_inertia":
         return quantities.tree.coordinates[name].a[index]
@@ -108,7 +111,8 @@ def _joint_column(item: JointParameter, quantities: Quantities) -> Scalar:
 
 
 def parameter_values(algebra: Algebra, scene: Scene, number: Callable[[Formula], Scalar]) -> list[Scalar]:
-    """Return the values of the parameters in the scene, in the order of columns."""
+    """Return the values of the regressor's parameters in the scene, in the order of columns. ``number`` gives the value
+    of a formula on the tape."""
     result: list[Scalar] = []
     for body in moving_bodies(scene):
         center = algebra.vector([number(item) for item in body.center_of_mass])
@@ -121,7 +125,8 @@ def parameter_values(algebra: Algebra, scene: Scene, number: Callable[[Formula],
 
 
 def regressor_blocks(derivation: Derivation) -> list[Block]:
-    """Return Y, (nv, parameters), and tau0, (nv,): springs, inputs and all forces by formulas, with the sign of tau."""
+    """Return the blocks Y, (nv, parameters), and tau0, (nv,), with tau = Y pi + tau0. tau0 has springs, inputs and all
+    forces by formulas, with the sign of tau."""
     scene, tree, quantities = derivation.scene, derivation.tree, derivation.quantities
     rows = regressor(scene, tree, derivation.motion, quantities)
     names = [item.name for item in linear_parameters(scene)]

@@ -41,7 +41,9 @@ FreeLink = tuple[Link, Factor]
 
 
 def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str]) -> Tree:
-    """Return the free bodies of a scene; a body on a fixed joint is merged into the carrying body.
+    """Return the tree of the free bodies of a scene, with frames at the centres of mass.
+
+    A body on a fixed joint is merged into the carrying body.
 
     Parameters
     ----------
@@ -51,7 +53,7 @@ def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str
     Raises
     ------
     ModelError
-        For a body without mass or inertia, which absolute coordinates cannot carry.
+        For a body without mass, which absolute coordinates cannot carry.
     """
     parameters = parameter_scalars(algebra, scene)
 
@@ -141,7 +143,8 @@ def _separate_links(
 def _link(
     algebra: Algebra, kind: MotionKind, name: str, parent: int, factor: Factor, inertia: RecordedInertia
 ) -> FreeLink:
-    """Return the link of a body with coordinates of its own, whose parent does not carry the body."""
+    """Return the link of a free body, and the factor: the coordinates are all of this factor, at the origin of the
+    parent. ``kind`` is "free", "travel" or "ball"."""
     units, zero = algebra.identity, algebra.zero
     coordinates = own_coordinates(algebra, factor, {})
     motion = JointMotion(kind, IDENTITY if kind == "travel" else (), tuple(range(factor.v_size)))

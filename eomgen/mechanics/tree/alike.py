@@ -34,10 +34,9 @@ REGULAR, LONGEST_PERIOD = 0.9, 6
 
 
 def is_irregular(scene: Scene, tree: Tree, grouped: Tree) -> bool:
-    """Return whether a long tree has many links whose numbers differ in zeros and signs without regularity.
-
-    Links equal to the link one to six places earlier are regular: loops over these links need no change of axes.
-    """
+    """Return whether a long tree has many links whose numbers differ in zeros and signs without regularity. ``grouped``
+    is the tree with grouped inertias. Links equal to the link one to six places earlier are regular: loops over these
+    links need no change of axes. False for short trees."""
     if not _long(scene):
         return False
     patterns: dict[tuple[object, ...], int] = {}
@@ -59,8 +58,8 @@ def _pattern(link: Link, grouped: RecordedInertia, mount: Mount | None) -> tuple
 
 
 def joints_along_z(scene: Scene) -> frozenset[str]:
-    """Return the joints whose axis becomes the z axis of the joint's links: all joints of a type with several axis
-    directions."""
+    """Return the names of the joints whose axis becomes the z axis of the joint's links. These are all joints of a type
+    with several axis directions, if there are at least ``FEWEST`` of the type."""
     kinds: dict[str, list[Joint]] = {}
     for joint in scene.joints:
         if joint.kind.turned_about or any(motion.axes for motion in joint.kind.chain):
@@ -78,7 +77,8 @@ def _directions(joint: Joint) -> tuple[object, ...]:
 
 
 def _long(scene: Scene) -> bool:
-    """Return whether a tree is one of those whose equations are written by recursions."""
+    """Return whether a tree is long: more than ``MANY`` velocity components, or squared depths summing to
+    ``LONG_TREE``."""
     depths, carried = list[int](), dict[str, int]()
     for joint in scene.joints:
         size = joint.kind.v_size if joint.kind.moves and joint.mimic is None else 0
@@ -89,11 +89,9 @@ def _long(scene: Scene) -> bool:
 
 
 def made_alike(tree: Tree, grouped: Tree) -> tuple[Tree, Tree]:
-    """Return a tree, and the tree with grouped inertias, in which links that differ in zeros and signs have generic
-    constants.
-
-    Inertias have been added and grouped by then, since both look at numbers.
-    """
+    """Return copies of a tree and of the tree with grouped inertias, in which alike links are recorded with equal
+    operations. Links of a kind that differ in zeros and signs get generic constants. Inertias have been added and
+    grouped before, since both look at numbers."""
     links, mounts, alike = list(tree.links), dict(tree.mounts), []
     inertias = [link.inertia for link in grouped.links]
     kinds: dict[tuple[object, ...], list[int]] = {}
@@ -118,10 +116,9 @@ def made_alike(tree: Tree, grouped: Tree) -> tuple[Tree, Tree]:
 def generic_rows(
     algebra: Algebra, members: Sequence[int], rows: Sequence[Sequence[Scalar]], label: str
 ) -> list[list[Scalar]]:
-    """Return the rows; numbers of columns in which members differ keep their values but are not simplified.
-
-    ``rows`` has the numbers of a member in each row. Columns with entries that depend on parameters are unchanged.
-    """
+    """Return the rows of numbers with generic constants, which keep values but are not simplified, in differing
+    columns. ``rows`` has the numbers of a member in each row; ``members`` and ``label`` identify the constants. Columns
+    of equal numbers, and with entries that depend on parameters, are unchanged."""
     columns = []
     for index, column in enumerate(zip(*rows, strict=True)):
         if len({entry.ref for entry in column}) == 1 or any(entry.number is None for entry in column):
@@ -148,7 +145,8 @@ _UPPER = [(i, j) for i in range(3) for j in range(i, 3)]
 
 
 def _numbers(link: Link, grouped: RecordedInertia, mount: Mount | None) -> list[Scalar]:
-    """Return orientation and position at neutral coordinates, inertias, pitch, rotors, and the mount of the body."""
+    """Return the numbers of a link as a row: orientation and position at neutral coordinates, both inertias, pitch,
+    rotor inertias, and the mount of the link's body, if any."""
     numbers = [*_flat(link.orientation), *link.neutral_position]
     for inertia in (link.inertia, grouped):
         numbers += [inertia.mass, *inertia.first, *(inertia.second[i][j] for i, j in _UPPER)]
@@ -161,8 +159,8 @@ def _flat(A: Matrix) -> list[Scalar]:
 
 
 def _members_with_pattern(numbers: dict[int, list[Scalar]]) -> list[int]:
-    """Return the members with the common pattern: no number where nearly all members have zero, and no parameter where
-    nearly all have none."""
+    """Return the keys of the rows with the common pattern of numbers. Left out are rows with a nonzero number in a
+    column in which nearly all have zero, or a parameter in a column in which nearly all have none."""
     members = list(numbers)
     for _ in range(len(members)):
         rows = [numbers[index] for index in members]
@@ -197,7 +195,8 @@ def _looked_at(entry: Scalar) -> float | None:
 
 
 def _equal_moments(row: Sequence[Scalar]) -> Iterable[int]:
-    """Yield, for pairs of second moments, whether they are equal, opposite or neither (see ``inertia.wrench``)."""
+    """Yield, for each pair of second moments of both inertias of a row, 1 if equal, -1 if opposite, else 0.
+    ``inertia.wrench`` simplifies by equal and opposite moments."""
     for inertia in (_INERTIA, _GROUPED):
         second = dict(zip(_UPPER, row[inertia][4:], strict=True))
         for i, j in ((0, 1), (0, 2), (1, 2)):
@@ -207,7 +206,7 @@ def _equal_moments(row: Sequence[Scalar]) -> Iterable[int]:
 
 
 def _with_numbers(algebra: Algebra, link: Link, row: Sequence[Scalar]) -> tuple[Link, RecordedInertia]:
-    """Return a link and its grouped inertia with other numbers substituted."""
+    """Return a link, and the grouped inertia of the link, with the numbers of a row (see ``_numbers``) substituted."""
     motion, _ = _motion_of(link)
     orientation, position, pitch = _matrix(row[_ORIENTATION]), _vector(row[_POSITION]), row[_PITCH]
     rotation, moved_to = pose_of(algebra, motion, pitch, orientation, position, link.coordinates.q)

@@ -51,7 +51,7 @@ class BaseState:
     """Pose and twist of the base on the tape; without rotations the orientation is the identity by structure.
 
     ``struct`` holds the components in the order of BASE_LAYOUT; components that the law keeps at zero are zero by
-    structure, ``zeros`` says which.
+    structure, ``zeros`` has the indices of these. Velocities are in base axes, the position and gravity in world axes.
     """
 
     moving: bool
@@ -80,10 +80,11 @@ def resting_base(algebra: Algebra, gravity: Vector) -> BaseState:
 
 
 def base_state(algebra: Algebra, scene: Scene, gravity: Vector, *, disturbed: bool = False) -> BaseState:
-    """Return the base as components of the block ``base``, or at rest for a scene without base motion.
+    """Return the base as components of the input block ``base``, or at rest for a scene without base motion.
 
     Parameters
     ----------
+    gravity : (3,), m/s^2, in world axes
     disturbed : whether accelerations of the base are disturbances, which differ from the law of the base
     """
     if scene.base is None:
@@ -130,7 +131,8 @@ def _accelerations(*, turning: bool) -> range:
 
 
 def base_law(algebra: Algebra, base: Base, parameters: dict[str, Scalar]) -> list[Scalar]:
-    """Return the base struct as functions of time, in the order of BASE_LAYOUT."""
+    """Return the base struct as functions of time, in the order of BASE_LAYOUT, from formulas of position and rotation.
+    ``parameters`` are scalars by name."""
 
     def resolve(symbol: Symbol) -> Scalar:
         return Scalar(algebra.tape, algebra.tape.input("t")) if symbol.kind == "time" else parameters[symbol.name]
@@ -168,7 +170,7 @@ def _rates(algebra: Algebra, formula: Formula, resolve: object) -> tuple[Scalar,
 
 
 def _about(algebra: Algebra, axis: Sequence[float], angle: Scalar) -> Matrix:
-    """Return the rotation about a constant unit axis (Rodrigues); planar for a coordinate axis."""
+    """Return the rotation matrix, (3, 3), about a constant unit axis (Rodrigues); planar for a coordinate axis."""
     cosine, sine = algebra.call(Op.COS, angle), algebra.call(Op.SIN, angle)
     coordinate = coordinate_axis(axis)
     if coordinate is not None:

@@ -38,7 +38,7 @@ class RelativeMotion:
 
 @dataclass(frozen=True)
 class ElasticBody:
-    """The elastic part of one link.
+    """The deformation of an elastic body: inertia terms by the elastic coordinates of one link.
 
     Attributes
     ----------
@@ -64,13 +64,14 @@ class ElasticBody:
     # -- motions against the frame -------------------------------------------------------------------------------------
 
     def relative_motion(self, *, rates: bool, own_rates: bool, accelerations: bool) -> RelativeMotion:
-        """Return the relative motion due to the elastic coordinates, or parts of this motion.
+        """Return the motion of points relative to the beam frame due to the elastic coordinates, or parts of this
+        motion.
 
         Parameters
         ----------
-        rates : whether s' is there
-        own_rates : whether the part of s'' that is quadratic in rates is there
-        accelerations : whether the accelerations of the coordinates are there
+        rates : whether s' is included
+        own_rates : whether the part of s'' that is quadratic in rates is included
+        accelerations : whether the accelerations of the coordinates are included
         """
         still = (self.algebra.zero,) * self.size
         fields = self.deflections
@@ -94,7 +95,8 @@ class ElasticBody:
     # -- inertia -------------------------------------------------------------------------------------------------------
 
     def deform(self, rigid: RecordedInertia) -> RecordedInertia:
-        """Return the shape integrals of the deformed body about the frame's origin from those for the rigid body."""
+        """Return the shape integrals of the deformed body about the frame's origin; ``rigid`` are these of the
+        undeformed body."""
         s = self.deflections.position()
         first = self.algebra.vector([self.density * self.mass.first(component) for component in s])
         upper = {(i, j): self.density * self.mass.product(s[i], s[j]) for i in range(3) for j in range(i, 3)}
@@ -102,7 +104,8 @@ class ElasticBody:
         return RecordedInertia(rigid.mass, plus(rigid.first, first), self.algebra.matrix(second))
 
     def wrench(self, spin: Vector, motion: RelativeMotion) -> tuple[Vector, Vector]:
-        """Return the inertia wrench of the motion relative to a frame with angular velocity ``spin``, in frame axes."""
+        """Return the inertia wrench of the motion relative to the frame, moment about the origin and force, in frame
+        axes. ``spin`` is the angular velocity of the frame. The acceleration field of the frame is not included."""
         s = self.deflections.position()
         values = {f"w{i}": spin[i] for i in range(3)}
         for name, fields in (("v", motion.velocity), ("r", motion.acceleration)):
@@ -119,7 +122,9 @@ class ElasticBody:
         return plus((x, y, z), turning), (force[0], force[1], force[2])
 
     def row(self, k: int, origin: Vector, gradient: Matrix, spin: Vector, motion: RelativeMotion) -> Scalar:
-        """Return the virtual work of origin + gradient s + 2 spin x s' + s'' along coordinate k."""
+        """Return the generalized inertia force of coordinate k: virtual work of origin + gradient s + 2 spin x s' +
+        s''. ``origin`` and ``gradient`` are the acceleration field of the frame, ``spin`` the angular velocity, all in
+        frame axes."""
         s, phi = self.deflections.position(), self.deflections.variation(k)
         values: Values = {}
         for i in range(3):
@@ -132,7 +137,8 @@ class ElasticBody:
         return self.density * work + self._own(k, 0.5 * (gradient[2][1] - gradient[1][2]), motion.accelerations)
 
     def geometric_stiffness(self, origin: Scalar, gradient: Scalar) -> list[list[Scalar]]:
-        """Return the geometric stiffness, (n, n), by shortening under axial accelerations ``origin + gradient x``."""
+        """Return the geometric stiffness, (n, n), by shortening under axial accelerations ``origin + gradient x`` of
+        the frame. Zero for a beam whose axis does not shorten."""
         if not self.deflections.shortens:
             return [[self.algebra.zero] * self.size for _ in range(self.size)]
         g0, g1, unit = self.mass.integrals.g0, self.mass.integrals.g1, self.mass.unit
@@ -151,7 +157,8 @@ class ElasticBody:
         return self.twist[k] * angular_acceleration + self._weighted_sum(self.twists[k], accelerations)
 
     def kinetic_energy(self, omega: Vector, velocity: Vector) -> Scalar:
-        """Return the kinetic energy, J, less the kinetic energy of the deformed body in rigid motion with the twist."""
+        """Return the kinetic energy of the relative motion, J: all of the body's kinetic energy but the part of the
+        deformed body in rigid motion with the frame's inertial twist (``omega``, ``velocity``, in frame axes)."""
         fields = self.deflections
         s, rates = fields.position(), fields.velocity()
         values = {}
@@ -183,7 +190,7 @@ def elastic_body(
     coordinates: JointCoordinates,
     number: Callable[[Formula], Scalar],
 ) -> ElasticBody:
-    """Return the elastic part of a beam's link."""
+    """Return the elastic part of a beam's link; ``number`` gives the value of a formula of parameters on the tape."""
     density = number(beam.mass_per_length)
     constant = density.constant
     unit, factor = (1.0, density) if constant is None else (constant, algebra.one)

@@ -74,7 +74,7 @@ class DistributedMass:
     beyond: tuple[Amplitudes, ...] | None = None
 
     def first(self, component: Component) -> Scalar:
-        """Return int component dm; of position without the term x."""
+        """Return the integral of a component over the mass, by ``unit``; of position without the term x."""
         total = self._weighted_sum(self.integrals.d, component.shapes)
         for weight, a, b in component.pairs:
             total = total + weight * self._quadratic(self.integrals.g0, a, b)
@@ -86,7 +86,8 @@ class DistributedMass:
         return entry if self.beyond is None else entry + self.beyond[k][k]
 
     def product(self, left: Component, right: Component) -> Scalar:
-        """Return int left right dm; of two positions without the term x^2."""
+        """Return the integral over the mass of the product of two components, by ``unit``; of two positions without the
+        term x^2. Products of weight 3 and 4 are included with ``second_order`` only."""
         total = self.algebra.zero
         for first, second in ((left, right), (right, left)):
             if first.along:
@@ -115,7 +116,7 @@ class DistributedMass:
         return list(self.integrals.h2)
 
     def _contract(self, tensor: Array, amplitudes: Amplitudes) -> tuple[tuple[Scalar, ...], ...]:
-        """Return a tensor contracted over the last index."""
+        """Return a tensor, (n, n, n), contracted with amplitudes, (n,), over the last index."""
         return tuple(tuple(self._weighted_sum(line, amplitudes) for line in row) for row in tensor)
 
     def _weighted_sum(self, numbers: Array, amplitudes: Amplitudes) -> Scalar:
@@ -125,7 +126,8 @@ class DistributedMass:
         return total
 
     def _quadratic(self, matrix: Array | Sequence[Sequence[Scalar]], left: Amplitudes, right: Amplitudes) -> Scalar:
-        """Return left^T matrix right; the product with ``right`` is one that other quantities share."""
+        """Return left^T matrix right, evaluated as left . (matrix right), since other quantities share the product with
+        ``right``."""
         total = self.algebra.zero
         for amplitude, row in zip(left, matrix, strict=True):
             if not amplitude.is_zero:
@@ -173,7 +175,7 @@ class Deflections:
         return (replace(x, pairs=self._pairs((-1.0, self.a, self.q), (-1.0, self.v, self.v))), y, z)
 
     def variation(self, k: int) -> SeparatedField:
-        """Return the field of a unit variation of coordinate k."""
+        """Return the partial of the position in coordinate k, a field along the axis."""
         unit = tuple(self.algebra.one if j == k else self.algebra.zero for j in range(len(self.q)))
         x, y, z = self._linear(unit)
         return (replace(x, pairs=self._pairs((-1.0, unit, self.q))), y, z)
@@ -241,7 +243,8 @@ def station_motion(
     *,
     shortens: bool,
 ) -> StationMotion:
-    """Return pose and motion of the station at x on a beam's axis, in the beam's frame."""
+    """Return pose and motion subspace of the station at x, m, on a beam's axis, in the beam's frame. ``station`` holds
+    the values of the shape functions at x; ``shortens``: the axis shortens when the beam bends."""
     q, v = coordinates.q, coordinates.v
     zero = algebra.zero
     shortening = [
@@ -283,7 +286,8 @@ def station_motion(
 
 
 def _rotation_and_tangent(algebra: Algebra, angle: Vector) -> tuple[FactoredRotation, Matrix | None]:
-    """Return exp(angle) and the tangent; no tangent for a fixed axis of rotation."""
+    """Return the rotation exp(angle) and the tangent operator, (3, 3), of the rotation vector ``angle``. The tangent is
+    None if the angle has one component at most: the axis of rotation is then fixed."""
     axes = [k for k in range(3) if not angle[k].is_zero]
     if not axes:
         return FactoredRotation(()), None

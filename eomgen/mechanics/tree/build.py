@@ -121,7 +121,8 @@ def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callabl
 
 
 def _station_positions(scene: Scene, body: str, number: Callable[[Formula], Scalar]) -> list[float]:
-    """Return the distinct positions x along a beam's axis to which the scene attaches something, sorted, m."""
+    """Return the distinct positions x along a beam's axis to which the scene attaches something, sorted, m. Raises
+    ModelError for a position that is a tunable parameter."""
     positions: list[float] = []
     for label, formula in attached_along(scene, body):
         x = number(formula).constant
@@ -136,7 +137,8 @@ def _station_positions(scene: Scene, body: str, number: Callable[[Formula], Scal
 
 
 def attached_along(scene: Scene, body: str) -> Iterable[tuple[str, Formula]]:
-    """Yield a label of every element attached to a body, with the element's x in the body frame."""
+    """Yield (label, x) of every joint, point, force element and constraint frame on a body; x is a formula, in body
+    axes."""
     for joint in scene.joints:
         if joint.parent == body:
             yield f"joint {joint.name}", joint.position[0]
@@ -162,10 +164,10 @@ def build_tree(
 
     Parameters
     ----------
+    apart : names of fixed joints whose bodies have separate links, at rest relative to the carrying links
     given : values in place of components of q, v and a, by block and number
-    apart : fixed joints whose bodies have separate links, at rest relative to the carrying links
-    along_z : joints whose axis is the z axis of the joint's links, although it may be another coordinate axis of the
-        body
+    along_z : names of joints whose axis is the z axis of the joint's links, although it may be another coordinate axis
+        of the body
 
     Raises
     ------
@@ -209,10 +211,11 @@ def _add_body(
     merged: bool,
     along_z: bool,
 ) -> Mount:
-    """Add a body to the links of a tree, and return the mount: on new links if the joint moves, else on the carrying
-    link.
+    """Add a body to the list ``links``, and return the body's mount: on new links if the joint moves, else on the
+    carrying link.
 
-    Without ``merged``, a body on a fixed joint has a separate link, too.
+    A moving joint adds a link for each elementary motion. On a fixed joint the inertia is added to the carrying link,
+    but without ``merged`` the body has a separate link, too. ``added`` are masses that force elements add.
     """
     algebra = tree.algebra
 
@@ -305,7 +308,9 @@ def _link(
     rotors: Sequence[Scalar],
     inertia: RecordedInertia,
 ) -> Link:
-    """Return the link that moves by one elementary motion of a joint."""
+    """Return the link that moves by one elementary motion of a joint, with inertia and rotor inertias. ``orientation``,
+    (3, 3), and ``position``, m, are the pose in the parent link at neutral coordinates; ``rotors`` are the rotor
+    inertias of all components of the joint."""
     own = coordinates.of(motion)
     with algebra.tape.block(f"{'position' if motion.kind == 'travel' else 'rotation'} of link {name}"):
         rotation, moved_to = pose_of(algebra, motion, pitch, orientation, position, own.q)
@@ -334,7 +339,8 @@ def _link(
 
 
 def group_inertias(tree: Tree) -> Tree:
-    """Return the tree with constant inertial parameters grouped from the tips to the root."""
+    """Return the tree with constant inertial parameters grouped from the tips to the root. Parts of a link's inertia
+    that are indistinguishable through the joint are moved to the parent, or left out at the base."""
     algebra = tree.algebra
     inertias = [link.inertia for link in tree.links]
     for index in reversed(range(len(tree.links))):
@@ -372,11 +378,9 @@ def _movable(algebra: Algebra, link: Link, inertia: RecordedInertia) -> Recorded
 
 
 def _rotor_moment(algebra: Algebra, inertia: RecordedInertia, k: int) -> Scalar:
-    """Return the further second moment along axis k that can be removed from a body of revolution, so that only the
-    moment of inertia about its axis is left; zero for other bodies.
-
-    Such a link needs no angular acceleration across the axis.
-    """
+    """Return the further second moment along axis k that can be removed from a body of revolution about this axis. Then
+    only the moment of inertia about the axis is left, and the link needs no angular acceleration across the axis. Zero
+    for other bodies, and for inertias that depend on parameters."""
     i, j = (k + 1) % 3, (k + 2) % 3
     S = inertia.second
     across, beside = S[i][i].constant, S[j][j].constant

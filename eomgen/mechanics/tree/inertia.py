@@ -66,8 +66,8 @@ class RecordedInertia:
         return RecordedInertia(self.mass + other.mass, plus(self.first, other.first), second, self.added + other.added)
 
     def transform(self, R: Matrix, p: Vector) -> RecordedInertia:
-        """Return the integrals about another frame; this frame has orientation R, (3, 3), and origin p, (3,), in the
-        other frame."""
+        """Return the integrals about another frame, in which this frame has the orientation R, (3, 3), and the origin
+        p, (3,), m."""
         first = apply(R, self.first)
         added = tuple(
             AddedMass(apply(R, item.position), multiply(multiply(R, item.matrix), transpose(R))) for item in self.added
@@ -96,8 +96,8 @@ def elements_with_mass(scene: Scene) -> dict[str, list[ForceElement]]:
 def added_masses(
     algebra: Algebra, elements: Iterable[ForceElement], number: Callable[[Formula], Scalar]
 ) -> tuple[AddedMass, ...]:
-    """Return the masses that force elements add to a body, in the body frame, by the functions named in the elements'
-    classes."""
+    """Return the masses that force elements add to a body, in the body frame, by the function that each class names.
+    ``number`` gives the value of a formula of parameters on the tape."""
     result: list[AddedMass] = []
     for element in elements:
         added: Any = import_target(element.added_masses)
@@ -127,10 +127,9 @@ def wrench(
 ) -> tuple[Vector, Vector]:
     """Return moment about the origin and force of the acceleration field ``acceleration + (alpha~ + symmetric) s``.
 
-    Added mass takes part as a mass does, with weight in a field that has gravity: forces of water take that away.
-
-    Across an axis with equal second moments the symmetric part of the gradient cancels, and alpha cancels for opposite
-    second moments.
+    All are in body axes; ``symmetric`` None is 0. Added mass takes part as a mass does, with weight in a field that has
+    gravity: forces of water take that away. Across an axis with equal second moments the symmetric part of the gradient
+    cancels, and alpha cancels for opposite second moments.
     """
     gradient = skew(alpha) if symmetric is None else matrix_plus(symmetric, skew(alpha))
     values = {"m": inertia.mass}

@@ -88,7 +88,8 @@ def motions_of(joint: Joint, *, along_z: bool = False) -> tuple[tuple[Direction,
 
 
 def _link_axes(joint: Joint) -> tuple[tuple[Direction, ...], Direction, Direction]:
-    """Return the axes of a joint's links, and in these axes the joint's axis and second axis."""
+    """Return the axes of a joint's links in child axes, as columns, and in these link axes the joint's axis and second
+    axis. These are the child's axes unless a rotation axis is skew."""
     turned_about = [(joint.axis, joint.second_axis)[k] for k in joint.kind.turned_about]
     if None not in map(coordinate_axis, turned_about):
         return IDENTITY, joint.axis, joint.second_axis
@@ -113,7 +114,8 @@ def _link_axes(joint: Joint) -> tuple[tuple[Direction, ...], Direction, Directio
 
 
 def frame_of(joint: Joint) -> tuple[Direction, ...]:
-    """Return a frame in child axes, (3, 3): z is the joint's axis, x the second axis, if any."""
+    """Return the columns of a frame in child axes, (3, 3), as rows of a matrix: z is the joint's axis, x the second
+    axis, if any."""
     if joint.kind.second_key:
         return tuple(zip(joint.second_axis, perpendicular(joint.axis, joint.second_axis), joint.axis, strict=True))
     return rows(frame_about(np.array(joint.axis)))
@@ -125,7 +127,8 @@ def perpendicular(a: Direction, b: Direction) -> Direction:
 
 
 def columns_of(algebra: Algebra, motion: JointMotion, pitch: Scalar) -> tuple[SubspaceColumn, ...]:
-    """Return the motion subspace in child axes; of ball and free joints along the link's own axes."""
+    """Return the motion subspace of an elementary motion in child axes; of ball and free joints along the link axes,
+    angular columns first. ``pitch``, m/rad, is of screws."""
     zero, units = algebra.zero_vector, algebra.identity
     axes = [algebra.vector(axis) for axis in motion.axes]
     match motion.kind:
@@ -144,7 +147,8 @@ def columns_of(algebra: Algebra, motion: JointMotion, pitch: Scalar) -> tuple[Su
 
 
 def name_rotation(rotation: FactoredRotation, joint: str, matrix: str) -> None:
-    """Name sine and cosine of a planar rotation after the joint, or the entries of any other rotation."""
+    """Name nodes of the tape: sine and cosine of a planar rotation by the joint, or the entries of another rotation.
+    The rotation is the last factor; ``matrix`` is the name for the entries."""
     factor = rotation.factors[-1]
     if isinstance(factor, PlanarFactor):
         tape = factor.cosine.tape
@@ -162,12 +166,13 @@ def pose_of(
     position: Vector,
     q: Sequence[Scalar],
 ) -> tuple[FactoredRotation, Vector]:
-    """Return rotation and position of the frame of an elementary motion in the parent frame, at coordinates q.
+    """Return rotation and position, m, of the frame of an elementary motion in the parent frame, at coordinates q.
 
     Parameters
     ----------
     pitch : of screws, m/rad
     orientation, position : of the frame at neutral q
+    q : coordinates of the motion; of a free joint quaternion and position
     """
     constant = MatrixFactor(orientation)
     axes = [algebra.vector(axis) for axis in motion.axes]

@@ -30,7 +30,7 @@ WORLD_NAME = "world"
 
 @dataclass(frozen=True)
 class Mount:
-    """Constant pose of a body's frame in a link's frame.
+    """Constant pose of a body's frame in a link's frame: orientation, (3, 3), and position, (3,), m.
 
     ``link`` is ROOT for bodies fixed to the base that carries the tree, CARRIER for bodies fixed to a base that does
     not carry the tree: in absolute coordinates links hang in the world and the base moves separately. WORLD is for
@@ -135,7 +135,9 @@ class Tree:
         return replace(self, links=tuple(links))
 
     def mount_at(self, body: str, r: Vector) -> Mount:
-        """Return the mount of a body's frame at a point r of the body; on a beam the mount of the station."""
+        """Return the mount of a body's frame for a point r, (3,), m, of the body. For a point at a station of an
+        elastic body it is the mount on the station, with the frame's origin at neutral coordinates; else the body's
+        mount."""
         mount, x = self.mounts[body], r[0].constant
         link = None if x is None else self.stations.get((body, x))
         if link is None or link == mount.link:
@@ -152,7 +154,7 @@ class Tree:
         return sum(len(link.columns) for link in self.links) > self.nv
 
     def by_dof(self, values: Mapping[int, Sequence[Scalar]]) -> list[Scalar]:
-        """Return generalized forces, (nv,), from virtual work per link (one value per column)."""
+        """Return generalized forces, (nv,), from virtual work by link number, with one value per column of the link."""
         total = [self.algebra.zero] * self.nv
         for index, link in enumerate(self.links):
             for dof, value in zip(link.dofs, values[index], strict=True):
@@ -191,7 +193,8 @@ class Tree:
         return tuple(parents)
 
     def _nearest_above(self) -> tuple[int, ...]:
-        """Return, by velocity component, the nearest one towards the root; all components of a path are coupled."""
+        """Return, by velocity component, the nearest component towards the root, -1 for none. Valid if all components
+        of a path from the root are coupled."""
         highest: list[int] = []  # largest component of each link and the carrying links
         joints: dict[str, tuple[int, list[int]]] = {}
         for link in self.links:
@@ -232,7 +235,8 @@ def no_inertia(algebra: Algebra) -> RecordedInertia:
 
 
 def clean(algebra: Algebra, inertia: RecordedInertia) -> RecordedInertia:
-    """Return shape integrals with constants at round-off level set to 0, which saves operations."""
+    """Return shape integrals with constants at round-off level set to 0, which saves operations. The level is 1e-15 of
+    the largest constant of the same kind; added masses are unchanged."""
 
     def snap(value: Scalar, scale: float) -> Scalar:
         number = value.constant
