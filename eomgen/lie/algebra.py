@@ -27,7 +27,8 @@ class Algebra(Protocol):
 
 
 class NumpyAlgebra:
-    """Arrays of any batch shape; complex arguments are for the complex step, so comparisons look at real parts."""
+    """Functions on NumPy arrays of any batch shape, also complex ones for the complex step: comparisons look at real
+    parts."""
 
     def sqrt(self, x: Value) -> Value:
         return np.sqrt(x)
@@ -53,7 +54,7 @@ class NumpyAlgebra:
 
 
 class TapeAlgebra:
-    """Scalars of one tape."""
+    """Functions on scalars of one tape, which record operations; plain numbers become constants."""
 
     def __init__(self, tape: Tape) -> None:
         self._algebra = ScalarAlgebra(tape)

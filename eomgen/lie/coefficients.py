@@ -101,7 +101,8 @@ def f1_f2(algebra: Algebra, y: Value) -> tuple[Value, Value]:
 
 
 def f2_to_f5(algebra: Algebra, y: Value, up_to: int = 5) -> tuple[Value, ...]:
-    """Return f2, f3 = (x - sin x)/x^3 and, with ``up_to = 5``, f4 = 2 df2/dy and f5 = -2 df3/dy."""
+    """Return f2 = (cos x - 1)/x^2 and f3 = (x - sin x)/x^3 for y = x^2; with ``up_to`` 5 also f4 = 2 df2/dy, f5 = -2
+    df3/dy."""
     f1, f2 = f1_f2(algebra, y)
     small = algebra.less(y, TAYLOR_LIMIT)
     large = algebra.select(small, 1.0, y)
@@ -114,8 +115,8 @@ def f2_to_f5(algebra: Algebra, y: Value, up_to: int = 5) -> tuple[Value, ...]:
 
 
 def f6_f8(y: Value, up_to: int = 8) -> tuple[Value, ...]:
-    """Return f6 = (1 - (x/2) cot(x/2))/x^2 and, with ``up_to = 8``, f8 = 2 df6/dy; good for |x| < 2 pi, infinite
-    there."""
+    """Return f6 = (1 - (x/2) cot(x/2))/x^2 for y = x^2, as a tuple; with ``up_to`` 8 also f8 = 2 df6/dy. Accurate for
+    |x| < 2 pi, infinite at 2 pi."""
     first, second = (((y * (-1.0)) + pole) for pole in POLES)
     scaled = y * (1.0 / POLES[0])
     by_first, by_second = _inverse(first), _inverse(second)
@@ -127,10 +128,9 @@ def f6_f8(y: Value, up_to: int = 8) -> tuple[Value, ...]:
 
 
 def angle_factor(algebra: Algebra, scalar_part: Value, vector_square: Value) -> Value:
-    """Return |theta|/|quaternion's vector part| for the shorter of the two rotations, with the sign that picks it.
-
-    theta = factor * vector part, with |theta| <= pi, is the logarithm of the rotation.
-    """
+    """Return the factor from the vector part of a unit quaternion to the logarithm theta of the rotation, |theta| <=
+    pi. ``scalar_part`` is w, ``vector_square`` the squared length of the vector part. The factor is negative for w < 0,
+    which picks the shorter of the two rotations."""
     negative = algebra.less(scalar_part, 0.0)
     cosine = algebra.select(negative, scalar_part * (-1.0), scalar_part)
     small = algebra.less(vector_square, cosine * cosine * ARCTANGENT_LIMIT)

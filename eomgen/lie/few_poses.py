@@ -34,7 +34,8 @@ _POWERS = np.arange(len(_REMAINDERS))
 
 
 def _bilinear_forms() -> tuple[Array, Array]:
-    """Return the matrices that make conj(p) r, (16, 4), and the rows of R(p), (16, 9), of products of components."""
+    """Return two constant matrices on the 16 products p_i r_j of quaternion components: (16, 4), to conj(p) r; and (16,
+    9), with r = p, to the rows of the rotation matrix R(p)."""
     left = np.zeros((4, 4, 4))  # of p, of r, of the product
     left[0] = np.eye(4)
     left[1:, 1:, 0], left[1:, 0, 1:], left[1:, 1:, 1:] = _UNIT, -_UNIT, _SKEW
@@ -52,7 +53,8 @@ _F3_POWERS = np.arange(len(F3))
 
 
 def update_one(factors: Sequence[Factor], q: Array, theta: Array) -> Array:
-    """Return ``product.update`` of one configuration, to rounding; with some poses in a third of the time."""
+    """Return q exp(theta), (nq,), of one configuration, equal to ``product.update`` to rounding, in a third of the
+    time. ``q`` has the shape (nq,), ``theta`` (nv,); the slices are given by ``factors``."""
     result = np.array(q, float)
     for group, of_q, of_v in by_group(tuple(factors)):
         if group is SE3:
@@ -118,11 +120,9 @@ def _coefficients(y: Array) -> Array:
 
 
 def slopes(d: Array) -> tuple[Array, Array]:
-    """Differentiate pose differences d (n, 6) along the body twists of both poses, (n, 6, 12), and differentiate these
-    results by the components of d, (6, n, 6, 12).
-
-    T^-1(-d) is T^-1(d) minus the bracket with d: in the series in brackets only the first bracket is odd.
-    """
+    """Return partials of the differences d = log(A^-1 B), (n, 6), along the body twists of both poses, (n, 6, 12), A
+    first; and how these change with the components of d, (6, n, 6, 12). T^-1(-d) is T^-1(d) minus the bracket with d:
+    in the series in brackets only the first bracket is odd."""
     n, omega, u = len(d), d[:, :3], d[:, 3:]
     f6, f8, f10 = (column[:, np.newaxis, np.newaxis] for column in _coefficients(np.einsum("ni,ni->n", omega, omega)).T)
     skews = (d.reshape(n, 2, 3) @ _SKEW.reshape(3, 9)).reshape(n, 2, 3, 3)

@@ -69,7 +69,7 @@ class Group(ABC):
         """Return first * second."""
 
     def update(self, algebra: Algebra, q: Values, theta: Values) -> list[Value]:
-        """Return q * exp(theta), its quaternion scaled back to unit length, its sign kept."""
+        """Return q * exp(theta), with the quaternion scaled back to unit length and the sign kept."""
         moved = self.compose(q, self.exp(algebra, theta))
         if not self.quaternion:
             return moved
@@ -154,7 +154,7 @@ class Rotations(Group):
 
 
 class Poses(Group):
-    """SE(3) as quaternion and position, S^3 semidirect R^3; v = (omega, R^T x_dot), the body twist."""
+    """SE(3), stored as quaternion and position, S^3 semidirect R^3; v = (omega, R^T x_dot) is the body twist."""
 
     def exp(self, algebra: Algebra, theta: Values) -> list[Value]:
         tangent = rotations.tangent(algebra, theta[:3])

@@ -20,17 +20,14 @@ _NESTED = 10
 
 @dataclass(frozen=True)
 class GroupKernel:
-    """A function of small vectors, one statement list per group.
+    """A function of small vectors on one group, recorded on a tape and printable as statements.
 
     Attributes
     ----------
-    name : str
-        ``update_se3`` and the like.
-    description : str
-        The equation.
+    name : str ``update_se3`` and the like.
+    description : str The equation.
     inputs : tuple of (name, size)
-    tape, refs
-        Computed quantity, and the components of the result.
+    tape, refs Recorded operations, and the components of the result.
     """
 
     name: str
@@ -51,8 +48,8 @@ class GroupKernel:
         return [self._operand(ref, numbers) for ref in self.refs]
 
     def _numbers(self) -> dict[int, int]:
-        """Number the nodes that become statements: nodes that are used more than once, or would nest too
-        deep."""
+        """Return numbers from 1 by node, in order, for the nodes that become statements. These are nodes of results,
+        nodes that are used more than once, and nodes whose expression has many operations."""
         tape = self.tape
         nodes = [node for node in tape.live(self.refs) if tape.op[node] not in LEAVES]
         uses = Counter(abs(ref) for node in nodes for ref in tape.operands(node))
@@ -87,7 +84,8 @@ def update(group: Group) -> GroupKernel:
 
 
 def tangent(group: Group) -> GroupKernel:
-    """Return the 3 x 3 blocks of T(theta) that are neither 0 nor repeated: (0, 0), and on SE(3) also (3, 0)."""
+    """Return the kernel of the 3 x 3 blocks of T(theta) that are neither 0 nor repeated: (0, 0), and on SE(3) also (3,
+    0)."""
 
     def blocks(algebra: TapeAlgebra, theta: Sequence[Value]) -> list[Value]:
         T = group.tangent(algebra, theta)
@@ -99,7 +97,7 @@ def tangent(group: Group) -> GroupKernel:
 
 
 def cotangent(group: Group) -> GroupKernel:
-    """Return out = T(theta)^-T x, which maps a momentum at an end of exp(theta) to its mean velocity."""
+    """Return the kernel of out = T(theta)^-T x, which maps a momentum at an end of exp(theta) to its mean velocity."""
 
     def product(algebra: TapeAlgebra, theta: Sequence[Value], x: Sequence[Value]) -> list[Value]:
         rows = group.tangent_inverse(algebra, theta)
@@ -119,7 +117,8 @@ def bracket(group: Group) -> GroupKernel:
 
 
 def transport(group: Group) -> GroupKernel:
-    """Return out = Ad(g)^-1 x: transform a twist from the source frame of g to its target frame."""
+    """Return the kernel of out = Ad(g)^-1 x, which transforms a twist from the source frame of g to the target
+    frame."""
 
     def product(_: TapeAlgebra, g: Sequence[Value], x: Sequence[Value]) -> list[Value]:
         return [dot(row, x) for row in group.adjoint(group.inverse(g))]
@@ -128,7 +127,7 @@ def transport(group: Group) -> GroupKernel:
 
 
 def rate(group: Group) -> GroupKernel:
-    """Return out = T(theta)^-1 v, the rate of canonical coordinates theta that move with velocity v."""
+    """Return the kernel of out = T(theta)^-1 v, the rate of canonical coordinates theta that move with velocity v."""
 
     def product(algebra: TapeAlgebra, theta: Sequence[Value], v: Sequence[Value]) -> list[Value]:
         return [dot(row, v) for row in group.tangent_inverse(algebra, theta)]

@@ -123,10 +123,8 @@ def _matrix(rows: Rows, of: Array) -> Array:
 
 
 class FirstOrder:
-    """x + e y with e^2 = 0, x and y arrays of any batch shape, real or complex (Clifford's dual numbers).
-
-    Sums, products, differences and quotients with numbers and arrays; a number stands left of + and * only.
-    """
+    """Dual number x + e y with e^2 = 0, x (``value``) and y (``slope``) arrays of any batch shape, real or complex.
+    Sums, products, differences and quotients with numbers and arrays; a number stands left of + and * only."""
 
     __array_ufunc__ = None  # products with arrays are defined by this class
 
@@ -154,7 +152,7 @@ class FirstOrder:
 
 
 class FirstOrderAlgebra:
-    """Functions on values with an infinitesimal part; comparisons look at real parts."""
+    """Functions on dual numbers (``FirstOrder``); comparisons look at the real parts of values."""
 
     def sqrt(self, x: FirstOrder) -> FirstOrder:
         root = np.sqrt(x.value)
@@ -183,7 +181,9 @@ def _parts(x: Any) -> tuple[Any, Any]:
 
 
 def tangent_along(group: Group, theta: Array, direction: Array, *, inverse: bool = False) -> Array:
-    """Return the derivative of T(theta), or of its inverse, along a direction of theta, (..., v_size, v_size).
+    """Return the derivative of T(theta), or with ``inverse`` of T(theta)^-1, along a direction of theta.
+
+    The result has the shape (..., v_size, v_size).
 
     Parameters
     ----------

@@ -48,11 +48,12 @@ class Factor:
 
 
 def turned(factors: Sequence[Factor], v: Array, before: Array, after: Array) -> Array:
-    """Return velocities (nv,) in body axes at another configuration, the same vectors in the axes of the parents.
+    """Return velocities (nv,) in body axes at another configuration: vectors that stay the same in the axes of the
+    parents.
 
     Parameters
     ----------
-    factors : of the configuration, a product of groups
+    factors : of the configuration, a product of groups; components of R are unchanged
     v : (nv,) velocities at ``before``, rad/s and m/s, left-trivialised
     before, after : (nq,) configurations; quaternions (w, x, y, z)
     """
@@ -149,17 +150,21 @@ def transport(factors: Sequence[Factor], theta: Array) -> Array:
 
 
 def moved_frames(factors: Sequence[Factor], q: Array) -> Array:
-    """Return the block diagonal Ad(q)^-1 of rotations and poses, (..., nv, nv), which turns velocities in world axes
-    into body axes; numbers have zeros."""
+    """Return the block diagonal Ad(q)^-1 of rotations and poses, (..., nv, nv); blocks of factors R are zero. On
+    rotations this transforms velocities in world axes to body axes."""
     return _block_diagonal(factors, q, 0.0, lambda group, x: numeric.adjoint(group, numeric.inverse(group, x)))
 
 
 def _block_diagonal(factors: Sequence[Factor], x: Array, of_numbers: float, of_group: Any) -> Array:
-    """Return blocks of the groups, all of one group at once; numbers have ``of_numbers`` on the diagonal.
+    """Return the block diagonal matrix, (..., nv, nv), of ``of_group(group, elements)``; all factors of one group at
+    once.
+
+    Factors R have ``of_numbers`` on the diagonal.
 
     Parameters
     ----------
     x : (..., nv) or (..., nq)
+        Arguments of ``of_group``, increments or elements.
     """
     factors = tuple(factors)
     size = sum(factor.v_size for factor in factors)
@@ -183,7 +188,8 @@ def elements(x: Array, size: int) -> Array:
 
 @lru_cache(maxsize=64)
 def by_group(factors: tuple[Factor, ...]) -> list[tuple[Group | None, Places, Places]]:
-    """Return each group once, with the places of all its elements in q and v, side by side; None: numbers."""
+    """Return (group, places in q, places in v) for each group once, with the elements of the group side by side. The
+    group is None for R. Places are a slice if all are adjacent, else an array of indices."""
     members: dict[str, list[Factor]] = {}
     for factor in factors:
         members.setdefault(factor.group, []).append(factor)
@@ -217,14 +223,14 @@ _TINY = 1e-200
 
 
 def group_curve(factors: Sequence[Factor], first: Curve, last: Curve, duration: Array, s: Array) -> Curve:
-    """Return q, v and a at the fractions s of the way from the first state to the last.
+    """Return q, v and a at the fractions s of the way from the first state to the last, (n, nq), (n, nv) and (n, nv).
 
     Parameters
     ----------
-    first, last : q (n, nq), v (n, nv), a (n, nv)
-        With rotations of less than a full turn in between; the shorter way round is taken.
-    duration, s : (n,)
-        s, and 0 to 1.
+    factors : of the configuration
+    first, last : q (n, nq), v (n, nv), a (n, nv) With rotations of less than a full turn in between; the shorter way
+        round is taken.
+    duration, s : (n,) Time between both states, s; fraction of the way, 0 to 1.
     """
     q0, v0, a0 = first
     q1, v1, a1 = last
@@ -261,7 +267,8 @@ def cubic(first: tuple[Array, Array], last: tuple[Array, Array], duration: Array
 
 
 def _sum(weights: Sequence[Sequence[float]], parts: Sequence[Array], x: Array, order: int) -> Array:
-    """Return the derivative of some order of a weighted sum of parts."""
+    """Return the derivative by x, of the given order, of the sum of polynomials in x times ``parts``, (n, size).
+    ``weights`` are the coefficients of each polynomial, constant first; ``x`` has the shape (n, 1)."""
     from numpy.polynomial.polynomial import polyder, polyval  # noqa: PLC0415  # many modules, for curves between rows
 
     total = np.zeros_like(parts[0])

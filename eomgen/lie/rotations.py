@@ -56,7 +56,7 @@ def skew_square(x: Values) -> Matrix3:
 
 
 def skew_product(x: Values, y: Values) -> Matrix3:
-    """Return (skew(x) skew(y) + skew(y) skew(x))/2 = (x y^T + y x^T)/2 - (x.y) I, exactly symmetric."""
+    """Return (skew(x) skew(y) + skew(y) skew(x))/2 = (x y^T + y x^T)/2 - (x.y) I, 3 x 3, exactly symmetric."""
     inner = dot(x, y)
 
     def entry(i: int, j: int) -> Value:

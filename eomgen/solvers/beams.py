@@ -54,7 +54,8 @@ class Beams:
         ]
 
     def holds(self, names: Iterable[str]) -> NDArray[np.bool_]:
-        """Return a mask of the constraint rows that suppress strains of a beam, from the names of the rows."""
+        """Return a mask (rows,) of the constraint rows that suppress strains of these beams, from the ``names`` of all
+        rows."""
         of_strains = tuple(f"{name}: no " for name in self.names)
         return np.array([name.startswith(of_strains) for name in names], dtype=bool)
 
@@ -89,7 +90,7 @@ def beams_of(
     *,
     absolute: bool,
 ) -> Beams:
-    """Return the geometrically exact beams of a system at parameter values.
+    """Return the geometrically exact beams of a system at parameter values, for assembly.
 
     Parameters
     ----------

@@ -30,18 +30,19 @@ Places = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Blocks:
-    """A square matrix by its diagonal blocks.
+    """A square matrix by its diagonal blocks that are not coupled with one another.
 
     Attributes
     ----------
-    stacks : blocks of equal size: places in rows and columns (blocks, size), and entries (blocks, size, size)
+    stacks : blocks of equal size: indices of rows and columns (blocks, size), and entries (blocks, size, size)
     """
 
     stacks: Sequence[tuple[Places, Array]]
 
     @classmethod
     def of(cls, matrix: Matrix, *, narrow: bool = False) -> Blocks:
-        """Return the blocks of a matrix; blocks of a sparse one in orders that make their bands ``narrow``."""
+        """Return the blocks of a whole or sparse matrix (n, n). With ``narrow``, rows of blocks of a sparse matrix are
+        ordered for narrow bands. Small or dense matrices are one block."""
         n = matrix.shape[0]
         if isinstance(matrix, np.ndarray):
             places = uncoupled_blocks(matrix)
@@ -129,8 +130,8 @@ class Blocks:
         return self.lowest(np.inf)
 
     def lowest(self, limit: float) -> tuple[Array, Array]:
-        """Return all eigenvalues (n,), increasing, and the eigenvectors (n, m) of eigenvalues up to a limit, of a
-        symmetric matrix."""
+        """Return all eigenvalues (n,), increasing, of a symmetric matrix, and the eigenvectors (n, m) of the m lowest
+        eigenvalues, up to ``limit``; in large blocks without such eigenvalues only eigenvalues are computed."""
         every, count = np.zeros(self.size), 0
         kept: list[tuple[Places, Places, Array]] = []  # rows, columns in this order, and entries
         for places, entries in self.stacks:
@@ -151,14 +152,14 @@ class Blocks:
         return every[order], result
 
     def above(self, value: float) -> bool:
-        """Return whether no eigenvalue of a symmetric matrix is below a value; by factors, if rounding leaves no
-        doubt."""
+        """Return whether all eigenvalues of a symmetric matrix are at least ``value``. By Cholesky factorizations, and
+        only if these are in doubt by eigenvalues."""
         if all(_above(entries, value) for _, entries in self.stacks):
             return True
         return all(bool(np.all(values >= value)) for values, _ in self.spectra)
 
     def join(self, parts: Sequence[Array]) -> Array:
-        """Return a vector (n,) of its parts by stacks, (blocks, size)."""
+        """Return the vector (n,) whose components are given block by block, (blocks, size) for each stack."""
         if self.single:
             return np.asarray(parts[0][0])
         result = np.zeros(self.size)
@@ -177,8 +178,8 @@ def _above(entries: Array, value: float) -> bool:
 
 
 def uncoupled_blocks(M: Array) -> list[Places]:
-    """Return the places of all diagonal blocks of a matrix that are not coupled, (blocks, size) by size; none if the
-    matrix is small, or one block."""
+    """Return the indices of all diagonal blocks of a matrix (n, n) that are not coupled, (blocks, size) for each size.
+    Empty if the matrix is small, dense, or one block."""
     n = len(M)
     if n <= _FEW or np.count_nonzero(M) > _SPARSE * n * n:
         return []
@@ -194,7 +195,8 @@ def _blocks_of(n: int, packed: bytes) -> list[Places]:
 
 
 def _by_size(pattern: csr_array | csc_array, *, narrow: bool = False) -> list[Places]:
-    """Return the components of a pattern, (components, size) for each size, each increasing or in a narrow order."""
+    """Return the connected components of a sparsity pattern as indices, (components, size) for each size. Indices of a
+    component increase, or with ``narrow`` are in an order with narrow bands."""
     _, labels = connected_components(pattern, directed=False)
     order = np.arange(len(labels))
     if narrow:
@@ -207,8 +209,9 @@ def _by_size(pattern: csr_array | csc_array, *, narrow: bool = False) -> list[Pl
 
 @lru_cache(maxsize=8)
 def _targets(n: int, indices: bytes, ends: bytes, narrow: bool) -> tuple[list[Places], Places]:
-    """Return the components of a sparse matrix by columns, and the places of its entries among the entries of the
-    components, which a search meets again."""
+    """Return the connected components of a sparse matrix as indices, (components, size) for each size, and the position
+    of each stored entry among the dense entries of all components. The matrix is given by the bytes of its column
+    arrays; a search meets equal patterns again, so results are cached."""
     pattern = _by_columns(n, indices, ends, None)
     members, rows, columns = _by_size(pattern, narrow=narrow), pattern.indices, columns_of(pattern)
     first, within = np.zeros(n, np.intp), np.zeros(n, np.intp)  # place of the entry below which a row's entries are
@@ -222,12 +225,11 @@ def _targets(n: int, indices: bytes, ends: bytes, narrow: bool) -> tuple[list[Pl
 
 
 def inverse_root(M: Matrix) -> Matrix:
-    """Return L^-1 of M = L L^T, sparse if M has many blocks that are not coupled, as of bodies without joints.
+    """Return L^-1 of M = L L^T, (n, n), sparse if M has many blocks that are not coupled, as of bodies without joints.
 
     Raises
     ------
-    numpy.linalg.LinAlgError
-        M is not positive definite.
+    numpy.linalg.LinAlgError M is not positive definite.
     """
     if not isinstance(M, np.ndarray):
         return _inverse_root(M.shape[0], *(part.tobytes() for part in (M.indices, M.indptr, M.data)))
@@ -261,7 +263,7 @@ def _by_columns(n: int, indices: bytes, ends: bytes, data: bytes | None) -> csc_
 
 
 def congruent(basis: Matrix, matrix: Matrix) -> Matrix:
-    """Return basis^T matrix basis; of a diagonal basis with the same pattern."""
+    """Return basis^T matrix basis, (n, n); sparse if both are sparse, with the same pattern for a diagonal basis."""
     n = basis.shape[0]
     if isinstance(basis, np.ndarray) or isinstance(matrix, np.ndarray):
         return np.asarray(basis.T @ matrix @ basis)
@@ -276,11 +278,9 @@ def congruent(basis: Matrix, matrix: Matrix) -> Matrix:
 
 
 def least_solution(matrix: Blocks, right: Array) -> Array:
-    """Return the least x with matrix x = right as near as possible, singular values below ``SOFT`` counted as zero.
-
-    A block without such singular values is eliminated, which takes a tenth of the time: the reciprocal condition in
-    the 1-norm divided by n bounds the ratio of singular values from below.
-    """
+    """Return the least-squares solution x, (n,), of matrix x = right of least length. Singular values below ``SOFT``
+    times the largest count as zero. A block without such singular values is eliminated, which takes a tenth of the
+    time: the reciprocal condition in the 1-norm divided by n bounds the ratio of singular values from below."""
     if matrix.single:
         only = matrix.whole
         largest = float(np.max(np.linalg.norm(only, axis=0), initial=0.0))
@@ -304,8 +304,8 @@ def least_solution(matrix: Blocks, right: Array) -> Array:
 
 
 def _solve_by_elimination(matrix: Array, right: Array, largest: float) -> Array | None:
-    """Return the solution of equations by elimination; None if a singular value may be below ``SOFT`` times a bound of
-    the largest."""
+    """Return the solution, (n,), of a whole matrix's equations by elimination. None if a singular value may be below
+    ``SOFT`` times ``largest``, a bound of the largest singular value."""
     factors, pivots, fault = dgetrf(matrix)
     if fault or not dgecon(factors, np.linalg.norm(matrix, 1))[0] * np.max(np.linalg.norm(matrix, axis=0)) > (
         len(matrix) * SOFT * largest

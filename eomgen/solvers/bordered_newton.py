@@ -126,7 +126,7 @@ class Tangents:
 
 @dataclass(frozen=True)
 class LoadedStatics:
-    """Rest of a scene under a load factor, as callables.
+    """Statics of a scene under a load factor s, as callables of a ``LoadedState``.
 
     Attributes
     ----------
@@ -165,10 +165,8 @@ class Direction:
 
 @dataclass(frozen=True)
 class CorrectedPoint:
-    """Result of Newton's corrections: the displacement from the start, (nv,), and the number of corrections.
-
-    ``trouble`` is the reason for missing convergence; empty after convergence.
-    """
+    """Result of Newton's corrections: state, displacement from the start of the step, (nv,), and number of corrections.
+    ``trouble`` is the reason for missing convergence; empty after convergence."""
 
     rest: LoadedState
     displacement: Array
@@ -177,7 +175,7 @@ class CorrectedPoint:
 
 
 def weights(statics: LoadedStatics, rest: LoadedState) -> Array:
-    """Return the weights by which squared unknowns add to lengths of paths, (nv + rows + nz,): zero for multipliers and
+    """Return the weights by which squared unknowns add to lengths of paths, (nv + rows + nz,). Zero for multipliers and
     internal states."""
     nv = len(statics.sizes)
     result = np.zeros(nv + len(rest.multipliers) + len(rest.z))
@@ -186,7 +184,8 @@ def weights(statics: LoadedStatics, rest: LoadedState) -> Array:
 
 
 def direction(statics: LoadedStatics, rest: LoadedState, before: Direction) -> Direction | None:
-    """Return the direction of the path at rest, turned as ``before``; None if the matrix is singular."""
+    """Return the direction of the path of equilibria at a state of rest, of length 1, on the side of ``before``. None
+    if the bordered matrix is singular."""
     right = np.zeros(len(before.unknowns) + 1)
     right[-1] = 1.0 / statics.reach
     solved = _solution(statics, rest, statics.tangents(rest), before)(right)
@@ -198,16 +197,16 @@ def direction(statics: LoadedStatics, rest: LoadedState, before: Direction) -> D
 
 
 def held_factor(statics: LoadedStatics, rest: LoadedState, sign: float = 1.0) -> Direction:
-    """Return the direction along the load factor alone, so that corrections orthogonal to this direction keep the
-    factor."""
+    """Return the direction along the load factor alone (``sign``: up or down), with displacements of 0. Corrections
+    orthogonal to this direction keep the factor."""
     return Direction(np.zeros(len(statics.sizes) + len(rest.multipliers) + len(rest.z)), sign * statics.reach)
 
 
 def correct(
     statics: LoadedStatics, start: LoadedState, along: Direction, way: float, plane: Direction | None = None
 ) -> CorrectedPoint:
-    """Return rest near a step of length ``way`` along a direction, corrected orthogonally to the direction, or to
-    ``plane``.
+    """Return the equilibrium near a step of length ``way`` along a direction, by Newton's corrections orthogonal to a
+    plane's normal. Without convergence, ``trouble`` of the result has the reason.
 
     Parameters
     ----------
@@ -215,10 +214,12 @@ def correct(
         The scene at rest under a load factor.
     start : LoadedState
         Rest at the start of the step.
-    along, plane : Direction
-        Direction of the step, and normal of the plane in which the corrections lie.
+    along : Direction
+        Direction of the step.
     way : float
         Length of the step in the measure of ``weights``.
+    plane : Direction, optional
+        Normal of the plane in which the corrections lie; ``along`` by default.
     """
     nv = len(statics.sizes)
     plane = along if plane is None else plane
@@ -268,7 +269,8 @@ def correct(
 
 
 def _sizes(statics: LoadedStatics, solved: Array) -> tuple[float, float]:
-    """Return the size of a correction in rad or lengths of the scene, without and with the change of the factor."""
+    """Return the largest displacement of a correction, rad or lengths of the scene, without and with the change of the
+    load factor, relative to ``reach``, added."""
     size = float((np.abs(solved[: len(statics.sizes)]) / statics.sizes).max(initial=0.0))
     return size, size + abs(float(solved[-1])) / statics.reach
 
@@ -293,7 +295,10 @@ def _move(statics: LoadedStatics, rest: LoadedState, change: Array, s: float) ->
 def _solution(
     statics: LoadedStatics, rest: LoadedState, tangents: Tangents, plane: Direction, *, fixed: bool = False
 ) -> Solution:
-    """Return the map from right sides to solutions of the bordered equations.
+    """Return the map from right sides, (nv + rows + nz + 1,), to solutions of the equations bordered by the plane's
+    normal.
+
+    The map returns None for a singular matrix.
 
     Parameters
     ----------
@@ -333,7 +338,8 @@ def _solution(
 
 
 def _scaled_solution(matrix: Matrix) -> Solution:
-    """Return the map from right sides to solutions of equations, rows and columns scaled alike."""
+    """Return the map from right sides (n,) to solutions of equations, whose rows and columns are scaled alike for
+    solving. A singular matrix is shifted a little; the map returns None if solutions are not finite even then."""
     scaled: Matrix
     if isinstance(matrix, np.ndarray):
         sizes = np.abs(matrix)

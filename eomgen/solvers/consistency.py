@@ -58,15 +58,16 @@ FITTED = 1e-7
 
 @dataclass(frozen=True)
 class Assembly:
-    """A consistent state, and the distance of the guess from this state.
+    """A consistent state q, v, and the distance of the guess from this state.
 
     Attributes
     ----------
+    iterations : number of corrections of positions
     violations : mapping from row to the violation in the guess, if above round-off
     rate_violations : the same for the rates of the rows, at the corrected position
     deviations : a sentence for each row that the state does not satisfy exactly either, with a violation too small for
         a contradiction
-    extent : m, of the largest that a row joins
+    extent : m, largest extent of the bodies that a row joins
     strained : strain of beams in a loop that closes only with strained beams; None if no beam is strained
     """
 
@@ -106,8 +107,9 @@ class Assembly:
 
 
 class KeptComponents(NamedTuple):
-    """Components of v, masks (nv,), that corrections leave as given, with the coordinates that they change; a state
-    that cannot be met so is refused.
+    """Components of v, masks (nv,), that corrections leave as given, together with the coordinates that they change.
+
+    A state that cannot satisfy the constraints in this way is refused.
 
     Attributes
     ----------
@@ -155,7 +157,9 @@ def assemble(
 
 
 def _assemble(system: ConstrainedSystem, for_rates: ConstrainedSystem, q: Array, v: Array, t: float) -> Assembly:
-    """Return the consistent state nearest to a guess, with systems for corrections of positions and of velocities."""
+    """Return the consistent state nearest to a guess q, v at time t. Positions are corrected by ``system``, velocities
+    by ``for_rates``, which may hold other components. Raises ModelError if the constraints cannot be satisfied
+    together."""
     first, start = system.constraint(q, t), RowsInMetric(system, q, t)
     rigid, strained, before = None, None, 0
     if system.beams is not None:
@@ -222,7 +226,7 @@ def _with_beams(
 
 def _close_rigid_beams(system: ConstrainedSystem, q: Array, t: float) -> tuple[Array, int, bool]:
     """Return the configuration of rigid beams with the smallest violations, the number of corrections, and whether the
-    constraints are met."""
+    constraints are satisfied. ``system`` has the free coordinates as unknowns."""
     best, least, waited = q, np.inf, 0
     for iteration in range(MAX_ITERATIONS):
         violation, rows = system.constraint(q, t), RowsInMetric(system, q, t)
@@ -278,8 +282,8 @@ def _least_strained(
 
 
 def _rigid_change(system: ConstrainedSystem, rigid: RigidBeams, q: Array, v: Array, t: float) -> Array:
-    """Return the change of velocities, (nv,), that meets the rates of the rows as far as beams that move as rigid
-    bodies can."""
+    """Return the change of velocities, (nv,), that brings the rates of the rows to zero as far as rigid motions of
+    beams can."""
     reduced = rigid.reduce(system)
     held = rigid.beams.holds(system.names)
     change = np.zeros(len(v))
@@ -289,7 +293,7 @@ def _rigid_change(system: ConstrainedSystem, rigid: RigidBeams, q: Array, v: Arr
 
 
 def consistent_position(system: ConstrainedSystem, q: Array, t: float) -> tuple[Array, int]:
-    """Return the configuration nearest to a guess on the constraints, and how many corrections led there.
+    """Return the configuration nearest to a guess on the constraints at time t, and the number of corrections.
 
     Raises
     ------
@@ -329,7 +333,9 @@ def _values_beyond(names: Sequence[str], values: Array, limits: Array) -> dict[s
 def _contradiction(
     rows: RowsInMetric, names: Sequence[str], left: Array, limits: Array, level: str, iterations: int
 ) -> ModelError:
-    """Return the error for constraints that cannot be met together, with the rows that are most off and a remedy."""
+    """Return the error for constraints that cannot be satisfied together, with the rows that are most off and a remedy.
+    ``left`` are the remaining violations or rates, ``limits`` the tolerated ones; ``level`` is "positions" or
+    "velocities"."""
     order = np.argsort(-np.abs(left) / np.maximum(limits, np.finfo(float).tiny))
     off = [k for k in order[:5] if not abs(left[k]) <= limits[k]]
     text = (
@@ -353,7 +359,8 @@ def _contradiction(
 
 
 def _lengths(names: Sequence[str], left: Array, limits: Array) -> list[tuple[str, str]]:
-    """Return the strains with which inextensible beams would close their loops, and a remedy."""
+    """Return for each inextensible beam that stays strained a sentence on the missing or excess length, and a remedy.
+    ``left`` are the violations of the named rows, ``limits`` the tolerated ones."""
     by_beam: dict[str, float] = {}
     for name, value, limit in zip(names, left, limits, strict=False):
         beam, is_stretch, _ = name.partition(_NO_STRETCH)
@@ -401,7 +408,8 @@ class ConstrainedSamples:
     sizes: Callable[[Array, Chosen], tuple[Array, Array]]
 
     def of(self, samples: Chosen) -> ConstrainedSamples:
-        """Return the system of some of the samples, which are numbered anew."""
+        """Return the system of some of the samples; ``samples`` are their numbers, and they are numbered anew from
+        0."""
         return replace(
             self,
             constraint=lambda q, chosen: self.constraint(q, samples[chosen]),
@@ -412,7 +420,7 @@ class ConstrainedSamples:
         )
 
     def holding(self, held: NDArray[np.bool_]) -> ConstrainedSamples:
-        """Return the system whose corrections leave some components (nv,) as they are, as ``ConstrainedSystem``."""
+        """Return the system whose corrections leave the components marked in ``held``, (nv,), as they are."""
         if not held.any():
             return self
         free = np.where(held, 0.0, 1.0)
@@ -439,7 +447,8 @@ class ConsistentStates(NamedTuple):
 
 
 class _SampleRows:
-    """``constraint_rows.Rows`` of samples; ``defined`` says which have finite rows and a metric."""
+    """The rows of B of many samples with their scales, as ``RowsInMetric`` of one; ``defined`` marks the samples, (n,),
+    whose rows are finite and whose inertia with rows is positive definite."""
 
     def __init__(self, system: ConstrainedSamples, q: Array, chosen: Chosen) -> None:
         """Evaluate Jacobians, inertia and scales of the rows at the chosen samples."""
@@ -467,7 +476,8 @@ class _SampleRows:
         self.metric = self._factorise(mass)
 
     def _factorise(self, mass: Array) -> Array:
-        """Return L of M = L L^T; samples with coordinates that neither inertia nor rows determine are not defined."""
+        """Return L of M = L L^T, (n, nv, nv); inertia of rows is added to a singular M. Samples with coordinates that
+        neither inertia nor rows determine are marked as not ``defined``."""
         try:
             return np.asarray(np.linalg.cholesky(mass))
         except np.linalg.LinAlgError:
@@ -495,7 +505,8 @@ class _SampleRows:
         return np.maximum(CONTRADICTION * self.scale[:, first], WORST_ROUNDING * EPSILON * self.size[:, first])
 
     def rate_limits(self, speeds: Array) -> Array:
-        """Return rates of rows above which a row is not met at components of v as large as ``speeds`` (n, nv)."""
+        """Return the rates of rows, (n, rows), above which a row counts as violated, for components of v up to
+        ``speeds`` (n, nv)."""
         return np.maximum(
             CONTRADICTION * _times(self._possible(), speeds),
             WORST_ROUNDING * EPSILON * _times(self._summands(), speeds),
@@ -512,7 +523,8 @@ class _SampleRows:
         return np.maximum(self._entries(np.maximum(self.scale, self.size)), np.abs(self.B))
 
     def correction(self, violation: Array) -> Array:
-        """Return M^-1 B^T (B M^-1 B^T)^+ violation of the first rows, (n, nv); rows that vanish are left alone."""
+        """Return M^-1 B^T (B M^-1 B^T)^+ violation, (n, nv), for violations (n, count) of the first rows. Rows that
+        vanish are left alone, and dependent directions of rows."""
         count = violation.shape[1]
         if count == 0:
             return np.zeros((len(violation), self.B.shape[2]))
@@ -553,7 +565,8 @@ def consistent_states(
 
 
 def _nearest(system: ConstrainedSamples, for_rates: ConstrainedSamples, q: Array, v: Array) -> ConsistentStates:
-    """Return consistent states by systems for corrections of positions and of velocities."""
+    """Return the consistent states nearest to the guesses q (n, nq), v (n, nv). Positions are corrected by ``system``,
+    velocities by ``for_rates``, which may hold other components."""
     with np.errstate(all="ignore"):
         q, met = _positions(system, q)
         chosen = np.flatnonzero(met)
@@ -573,7 +586,7 @@ def _nearest(system: ConstrainedSamples, for_rates: ConstrainedSamples, q: Array
 
 
 def _positions(system: ConstrainedSamples, q: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Return configurations on the constraints, and a mask of successful corrections."""
+    """Return configurations on the constraints, (n, nq), and a mask (n,) of the samples whose corrections succeeded."""
     q, met = np.array(q, dtype=float), np.zeros(len(q), dtype=bool)
     best = np.full((len(q), system.holonomic), np.inf)
     chosen = np.arange(len(q))

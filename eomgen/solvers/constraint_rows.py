@@ -93,7 +93,8 @@ class ConstrainedSystem:
         return update(self.factors, q, step) if self.move is None else self.move(q, step)
 
     def stiff(self, elastic: NDArray[np.bool_]) -> ConstrainedSystem:
-        """Return the system with elastic components (nv,) held and the remaining components as unknowns."""
+        """Return the system in which elastic components, a mask (nv,), stay, and the remaining components are the
+        unknowns."""
         free = ~elastic
 
         def move(q: Array, step: Array) -> Array:
@@ -111,7 +112,8 @@ class ConstrainedSystem:
         )
 
     def holding(self, held: NDArray[np.bool_]) -> ConstrainedSystem:
-        """Return the system whose corrections leave some components (nv,) as they are; matrices are whole."""
+        """Return the system whose corrections leave the components marked in ``held``, (nv,), as they are. All
+        components stay unknowns, with columns of 0 in the Jacobian and no coupling in the inertia matrix."""
         free = np.where(held, 0.0, 1.0)
 
         def jacobian(q: Array, t: float) -> Any:
@@ -129,7 +131,7 @@ class ConstrainedSystem:
         return replace(self, jacobian=jacobian, mass=mass)
 
     def without(self, left_out: Sequence[int]) -> ConstrainedSystem:
-        """Return the system without some rows."""
+        """Return the system without the constraint rows of the given numbers."""
         kept = [row for row in range(len(self.names)) if row not in left_out]
         at_position = [row for row in kept if row < self.holonomic]
 
@@ -150,8 +152,8 @@ class ConstrainedSystem:
 
 
 def elastic_components(factors: Sequence[Factor], beams: Sequence[str]) -> NDArray[np.bool_] | None:
-    """Return a mask of the velocity components that deform beams with coordinates of their own, (nv,); None if there
-    are no such beams.
+    """Return a mask (nv,) of the velocity components that deform beams with elastic coordinates; None without such
+    beams.
 
     Parameters
     ----------
@@ -178,8 +180,8 @@ EveryRow = Callable[[Array], "ConstrainedSystem"]
 
 
 class RowsInMetric:
-    """The rows of B at one configuration, scaled by lengths, and the scales of the rows; corrections are of least
-    kinetic size, by M = L L^T."""
+    """The rows of B at one configuration, scaled by lengths, with scales of violations. Corrections by these rows are
+    of least kinetic size, by M = L L^T. Large systems have sparse rows."""
 
     def __init__(self, system: ConstrainedSystem, q: Array, t: float) -> None:
         """Evaluate Jacobian, inertia and scales of the rows at a configuration and a time."""
@@ -231,13 +233,15 @@ class RowsInMetric:
         )
 
     def rate_limits(self, speeds: Array) -> Array:
-        """Return rates of rows, (rows,), above which a row is not met at components of v as large as ``speeds``."""
+        """Return the rates of rows, (rows,), above which a row counts as violated, for components of v up to
+        ``speeds``, (nv,)."""
         return np.maximum(
             CONTRADICTION * self.possible_rates(speeds), WORST_ROUNDING * EPSILON * self._rates_of_summands(speeds)
         )
 
     def possible_rates(self, speeds: Array) -> Array:
-        """Return the largest possible rates of rows, (rows,), at components of v as large as ``speeds``."""
+        """Return the largest possible rates of rows, (rows,), for components of v of magnitudes up to ``speeds``,
+        (nv,)."""
         if self._sparse is None:
             return np.asarray(self.possible @ speeds)
         return self._sparse.larger(*self._entries_of_row(self.scale), self.angular, speeds, 1)
@@ -252,8 +256,8 @@ class RowsInMetric:
         return float(np.max(np.abs(self.B[row][self.angular]), initial=0.0)) if self.lengths[row] else 0.0
 
     def has_long_lever(self, row: int) -> bool:
-        """Return whether velocities along the direction of a row, which are full, are too small in comparison with
-        rotations to be resolved."""
+        """Return whether translations in a row are too small beside its rotations to be resolved, although the row has
+        a full translation (an entry above 0.1)."""
         straight = np.where(self.angular, 0.0, self.B[row])
         if not np.max(np.abs(straight), initial=0.0) > 0.1:
             return False
@@ -262,7 +266,7 @@ class RowsInMetric:
 
     @cached_property
     def metric(self) -> Array:
-        """L of M = L L^T; coordinates without inertia have the one of the rows, or else a small inertia."""
+        """L of M = L L^T, (nv, nv); coordinates without inertia get inertia from the rows, or else a small inertia."""
         with contextlib.suppress(np.linalg.LinAlgError):
             return np.asarray(np.linalg.cholesky(self._mass))
         try:
@@ -293,8 +297,8 @@ class RowsInMetric:
 
     @cached_property
     def without_resistance(self) -> Array:
-        """Motions (nv, n), displacements of unit length, that move no inertia and that the rows allow: the null space
-        of [M B^T; B 0], by the rows scaled by lengths."""
+        """Motions (nv, n), displacements of unit length, that move no inertia and that the rows allow. They span the
+        null space of [M B^T; B 0], judged by the rows scaled by lengths."""
         reach, inertia = np.asarray(self.reach), np.maximum(np.diag(self._mass), 0.0)
         weights = np.sqrt(np.where(inertia > 0.0, inertia, 1.0))
         values, vectors = np.linalg.eigh(self._mass / np.outer(weights, weights))
@@ -313,7 +317,8 @@ class RowsInMetric:
         return 1.0 / np.asarray(self.reach) ** 2
 
     def _entries_of_row(self, scale: Array) -> tuple[Array, Array]:
-        """Return entries of B for a row with a scale, (rows,): per radian; per metre, 1 or the lever of rotation."""
+        """Return the entries of B that a row of a scale, (rows,), has per radian, and per metre: 1 for lengths, 1 /
+        extent for angles."""
         reach = np.where(self.extent > 0.0, self.extent, 1.0)
         return scale, np.where(self.lengths, 1.0, 1.0 / reach)
 
@@ -345,15 +350,16 @@ class RowsInMetric:
             return np.asarray(VANISHING * EPSILON * np.sqrt(self._summand_sizes**2 @ self.speeds))
 
     def hides(self, row: int, rest: Array) -> bool:
-        """Return whether the residual of a weighed row may be new or rounding: rows made of places far away."""
+        """Return whether the remainder of a row, ``rest`` (nv,), may be a new condition as well as rounding. So it is
+        for rows made of places far away."""
         length, vanishing = float(np.linalg.norm(rest)), float(self.vanishing[row])
         new = max(REDUNDANT * float(self.natural[row]), vanishing * VANISHED / VANISHING)
         return new < length <= vanishing
 
     @cached_property
     def natural(self) -> Array:
-        """Possible lengths of weighed rows: lengths of rows with the largest entries possible for their kind, if any,
-        (rows,)."""
+        """Possible lengths of rows scaled by lengths, (rows,): as long as with the largest possible entries in place of
+        nonzeros. Zero for a row that vanishes."""
         if self._sparse is not None:
             row, column, magnitudes = self._sparse.row, self._sparse.column, self._sparse.magnitudes
             possible, least = (
@@ -367,8 +373,8 @@ class RowsInMetric:
             return np.asarray(np.sqrt(np.where(there, self.possible, 0.0) ** 2 @ self.speeds))
 
     def all_new(self, least: float) -> bool | None:
-        """Return whether a part of each row of at least ``least``, relative to its possible length, is new next to
-        others; None if whole matrices have to show it."""
+        """Return whether each row, next to earlier rows, adds a new part of at least ``least`` times its possible
+        length. None if the rows are not sparse, or if only whole matrices can show it."""
         natural = self.natural
         if self._sparse is None or not np.all(natural > 0.0):
             return None
@@ -378,10 +384,9 @@ class RowsInMetric:
         return bool(np.all(independent.new >= least)) and bool(np.all(independent.new * natural > self.vanishing))
 
     def correction(self, violation: Array) -> Array:
-        """Return M^-1 B^T (B M^-1 B^T)^+ violation of the first rows; rows that vanish are left alone.
-
-        Singular values of B, scaled by lengths, give its range; in this range the correction is of least kinetic size.
-        """
+        """Return the velocity change M^-1 B^T (B M^-1 B^T)^+ violation, (nv,), for violations of the first rows. Rows
+        that vanish are left alone. Singular values of B, scaled by lengths, give its range; in this range the
+        correction is of least kinetic size."""
         count = len(violation)
         says = self.natural[:count] > self.vanishing[:count]
         weights = 1.0 / self.natural[:count][says]

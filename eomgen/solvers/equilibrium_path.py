@@ -35,14 +35,15 @@ _THERE = 1e-12
 
 @dataclass(frozen=True)
 class PathPoint:
-    """A point of a path.
+    """A point of a path of equilibria.
 
     Attributes
     ----------
+    rest : the equilibrium
     direction : in which the path goes on
-    way : length of the path up to here
-    corrections : that the point took
-    stride : the step that led here, along the direction of the point before
+    way : length of the path from the start to this point
+    corrections : number of Newton's corrections for this point
+    stride : length of the step to this point, along the direction of the previous point
     """
 
     rest: LoadedState
@@ -76,11 +77,11 @@ class PathEndError(Exception):
 
 
 def first_point(statics: LoadedStatics, guess: LoadedState, sign: float, *, balanced: bool = False) -> PathPoint:
-    """Return the point of the path near a guess at its load factor, going on to more load, or less (``sign``).
+    """Return the point of the path near a guess at the guess's load factor, going on to more load, or less (``sign``).
 
     Parameters
     ----------
-    balanced : whether the guess is the point
+    balanced : whether the guess is an equilibrium already and needs no correction
 
     Raises
     ------
@@ -102,9 +103,12 @@ def follow(
 ) -> Iterator[PathPoint]:
     """Yield the points of a path after ``start`` until the load factor of the last point is ``target``.
 
+    The path may pass limit points, at which the factor turns back.
+
     Parameters
     ----------
-    step : of the first, as a part of the limits
+    limits : largest changes in a step
+    step : first step, as a part of the limits
 
     Raises
     ------
@@ -131,7 +135,8 @@ def follow(
 
 
 def _longest(statics: LoadedStatics, point: PathPoint, limits: StepLimits) -> float:
-    """Return the length of the largest step from a point."""
+    """Return the length of the longest step from a point within ``limits``, in the measure of the path; inf without a
+    bound."""
     along = point.direction
     moves = float(np.max(np.abs(along.unknowns[: len(statics.sizes)]) / statics.sizes, initial=0.0))
     loads = abs(along.s)
@@ -143,7 +148,7 @@ def _longest(statics: LoadedStatics, point: PathPoint, limits: StepLimits) -> fl
 
 
 def step_to(statics: LoadedStatics, point: PathPoint, way: float, target: float = np.inf) -> PathPoint | str:
-    """Return the next point of a path, or the reason why there is none.
+    """Return the next point of a path, or, as text, the reason for which a step of this length fails.
 
     Parameters
     ----------

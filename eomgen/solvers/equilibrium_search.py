@@ -57,7 +57,9 @@ _ASYMMETRY = 1e-13
 
 
 def follow_damped_motion(statics: Statics, q: Array, z: Array, slower: float = 1.0, *, patient: bool = True) -> Search:
-    """Return the equilibrium that the damped motion from q and z reaches.
+    """Return the equilibrium that the damped motion from q and z reaches, or the end of the motion without one.
+
+    Unstable equilibria on the way are left by a small displacement.
 
     Parameters
     ----------
@@ -68,8 +70,7 @@ def follow_damped_motion(statics: Statics, q: Array, z: Array, slower: float = 1
 
     Raises
     ------
-    numpy.linalg.LinAlgError
-        M is not positive definite at the start.
+    numpy.linalg.LinAlgError M is not positive definite at the start.
     """
     trail, pace = SearchTrail(statics, q, z), _MotionProgress()
     with told_if_interrupted(trail, "a damped motion"):
@@ -91,7 +92,8 @@ def follow_damped_motion(statics: Statics, q: Array, z: Array, slower: float = 1
 
 @dataclass
 class _MotionProgress:
-    """Progress of a motion: time of the next step, 0 if unknown, the distance so far in lengths, and kinetic energy."""
+    """Progress of a damped motion: time of the next step (0 if unknown), distance so far in lengths of the scene, and
+    sum of the sizes of the steps in the kinetic metric."""
 
     time: float = 0.0
     way: float = 0.0
@@ -100,12 +102,12 @@ class _MotionProgress:
 
 @dataclass(frozen=True)
 class _LinearMotion:
-    """The damped motion at a point, made linear: x' = J x + f for changes x along the basis and of z, scaled alike.
+    """The damped motion at a point, made linear: x' = J x + f for changes x along the basis and of internal states.
 
     Attributes
     ----------
-    point : Point
-    J, f : in changes times ``scale``
+    point : SearchPoint
+    J, f : in changes multiplied by ``scale``
     scale : (free + nz,)
     rate : ratio of the rates of internal states to the rate of the scene
     """
@@ -137,13 +139,14 @@ class _LinearMotion:
         return self._symmetric_phi(f, time, order)
 
     def step(self, time: float) -> Array:
-        """Return the change after a time; for infinite time Newton's step."""
+        """Return the change, (free + nz,), of the linear motion after a time; for infinite time Newton's step."""
         if np.isinf(time):
             return newton_step(self.point, newton_right_side(self.point))
         return self._phi(self.f, time, 1) / self.scale
 
     def error(self, change: Array, reached: SearchPoint, time: float) -> tuple[Array, Array]:
-        """Return the addition of nonlinear forces to a change, and the rates of the changes at the end."""
+        """Return the change, (free + nz,), that nonlinear forces add to a step, and the rates of the changes at the
+        end. ``change`` is the step, ``reached`` the point after it, and ``time`` the duration of the step."""
         free = len(self.point.imbalance)
         there = np.concatenate([self.point.dual @ reached.acceleration, self.rate * reached.rates])
         bent = self.scale * there - self.f - self.J.times(self.scale * change)
@@ -166,7 +169,8 @@ def _linear(point: SearchPoint, slower: float) -> _LinearMotion:
 
 
 def _step(statics: Statics, point: SearchPoint, pace: _MotionProgress, slower: float) -> SearchPoint | None:
-    """Return the next point; None if no step is small enough, since forces jump and hold the motion at the jump."""
+    """Return the next point of the damped motion; None if no step is small enough, since forces jump and hold the
+    motion. ``pace`` is updated in place; ``slower`` is the factor by which rates of internal states are reduced."""
     linear = _linear(point, slower)
     fastest = linear.fastest
     time = pace.time or (_FIRST / fastest if fastest > 0.0 else _FREE)
@@ -235,12 +239,13 @@ _WIDEST, _WORKS = 1.0, 0.1
 
 
 def follow_descent(statics: Statics, q: Array, z: Array) -> Search:
-    """Return the stable rest that steps of decreasing energy reach from q, at constant internal states.
+    """Return the stable rest that steps of decreasing energy reach from q, at constant internal states z.
+
+    If none is reached, the result is the end of the steps, not balanced.
 
     Raises
     ------
-    numpy.linalg.LinAlgError
-        M is not positive definite at the start.
+    numpy.linalg.LinAlgError M is not positive definite at the start.
     """
     trail, widest = SearchTrail(statics, q, z), _WIDEST
     with told_if_interrupted(trail, "decreasing energy"):
@@ -262,8 +267,8 @@ def follow_descent(statics: Statics, q: Array, z: Array) -> Search:
 
 
 def _descend(statics: Statics, point: SearchPoint, widest: float) -> tuple[SearchPoint | None, float]:
-    """Return a point of less energy, displaced by ``widest`` at most, and the bound of this step; None if no step is
-    small enough."""
+    """Return a point of less energy, displaced by at most ``widest`` rad or lengths of the scene, and the bound of this
+    step. The bound is halved until the step works. The point is None if no step is small enough."""
     values, vectors = point.stiffness_blocks.symmetric.spectrum()
     largest, along = np.abs(values).max(initial=0.0), vectors.T @ point.imbalance
     moves = (point.basis @ vectors) / statics.sizes[:, np.newaxis]
@@ -280,7 +285,8 @@ def _descend(statics: Statics, point: SearchPoint, widest: float) -> tuple[Searc
 
 
 def _shift(firm: Array, moves: Array, along: Array, widest: float) -> float:
-    """Return the addition to positive stiffnesses with which no component moves by more than ``widest``, to a tenth.
+    """Return the addition to positive stiffnesses with which no component moves by more than ``widest``, to a tenth; 0
+    if none is needed.
 
     Parameters
     ----------
@@ -308,12 +314,11 @@ _SHORTEST = 1e-4
 
 
 def follow_newton(statics: Statics, q: Array, z: Array) -> Search:
-    """Return the end of Newton's path from q and z.
+    """Return the end of Newton's path from q and z, an equilibrium of any stability if the end is balanced.
 
     Raises
     ------
-    numpy.linalg.LinAlgError
-        M is not positive definite at the start.
+    numpy.linalg.LinAlgError M is not positive definite at the start.
     """
     trail, share = SearchTrail(statics, q, z), 1.0
     with told_if_interrupted(trail, "Newton's steps"):
@@ -330,8 +335,8 @@ def follow_newton(statics: Statics, q: Array, z: Array) -> Search:
 
 
 def _part(statics: Statics, point: SearchPoint, change: Array, share: float) -> tuple[SearchPoint | None, float]:
-    """Return the point after a part of Newton's step, at which a step with the same partials is smaller, and the
-    part."""
+    """Return the point after a part of Newton's step, and the part; None if no part down to 1e-4 will do. The step from
+    that point with unchanged partials must be smaller. ``share`` is the first part that is tried, halved each time."""
     while share > _SHORTEST:
         reached = move(statics, point, share * change)
         if reached is not None:
@@ -356,8 +361,8 @@ def nearest_rest(statics: Statics, q: Array, z: Array, *, any_kind: bool) -> tup
     """Return the end of a damped motion from q and z, and the nearest rest, or None without a rest.
 
     A motion that does not settle within its steps is continued by decreasing energy. Newton's paths are followed if
-    neither settles, or rest of ``any_kind`` will do: unstable too.
-    Distances are measured by the kinetic energy that gets there in unit time.
+    neither settles, or if rest of any kind, unstable too, will do. Distances are measured by the kinetic energy of a
+    motion from the start to the rest in unit time.
 
     Parameters
     ----------
@@ -380,7 +385,8 @@ def nearest_rest(statics: Statics, q: Array, z: Array, *, any_kind: bool) -> tup
 
 
 def left_at_start(statics: Statics, z: Array, damped: Search) -> bool:
-    """Return whether an equilibrium is much nearer to the start than the end of a damped motion."""
+    """Return whether Newton's path from the start leads to an equilibrium much nearer to the start than the end of a
+    damped motion. False for short motions."""
     start = damped.path[0]
     off = difference(statics.factors, start, damped.point.q)
     if not np.any(np.abs(off) > _LONG * statics.sizes):
@@ -393,8 +399,8 @@ def left_at_start(statics: Statics, z: Array, damped: Search) -> bool:
 
 
 def _by_damped_motion(statics: Statics, q: Array, z: Array, *, patient: bool) -> Search:
-    """Return the equilibrium at the end of a damped motion; if internal states prevent it, with slower internal
-    states."""
+    """Return the equilibrium at the end of a damped motion from q and z, or the end of the motion without one. If
+    internal states prevent rest, a second motion has slower internal states."""
     search = Search(examine(statics, q, z), False, 0)
     for slower in _SLOWER if len(z) else (1.0,):
         try:
@@ -407,7 +413,8 @@ def _by_damped_motion(statics: Statics, q: Array, z: Array, *, patient: bool) ->
 
 
 def _by_newton(statics: Statics, z: Array, damped: Search) -> list[Search]:
-    """Return the ends of Newton's iterations from the start, and from slow points of the motion towards rest."""
+    """Return the ends of Newton's paths from the start of a damped motion, and from up to four points of the motion at
+    which forces are locally smallest."""
     path = [*damped.path, damped.point.q]
     forces = [examine(statics, q, z).force for q in path] if not len(z) else []
     slow = [k for k in range(1, len(forces) - 1) if forces[k - 1] > forces[k] < forces[k + 1]]
@@ -422,7 +429,7 @@ def _by_newton(statics: Statics, z: Array, damped: Search) -> list[Search]:
 
 
 def _distance(statics: Statics, search: Search) -> float:
-    """Return the kinetic distance between start and rest, in m kg^(1/2)."""
+    """Return the distance between the start and the end of a search in the kinetic metric, m kg^(1/2)."""
     start = search.path[0]
     way = difference(statics.factors, start, search.point.q)
     return float(np.sqrt(way @ statics.mass(start) @ way))

@@ -52,7 +52,7 @@ class RotatingTriples:
 
 
 def turning_blocks(factors: Sequence[Factor]) -> RotatingTriples:
-    """Return the triples of a configuration's rotations and poses."""
+    """Return the triples of v of all rotations and poses that are in rotating axes; positions of R3xSO3 are not."""
     blocks = []
     for factor in factors:
         if factor.group in ("SO3", "R3xSO3", "SE3"):
@@ -92,7 +92,9 @@ def _cross(first: Array, second: Array) -> Array:
 
 
 def with_turned(K: Matrix, blocks: RotatingTriples, forces: Array, factor: float) -> Matrix:
-    """Return a stiffness (nv, nv) plus a factor times the derivative by q of forces that are constant in the base.
+    """Return a stiffness (nv, nv) plus ``factor`` times the derivative by q of forces that are constant in base axes.
+
+    A whole stiffness gives a whole result, which is a copy.
 
     Parameters
     ----------
@@ -180,7 +182,7 @@ def _unstable(statics: LoadedStatics, rest: LoadedState) -> bool:
 
 
 def _most_unstable(stiffness: TangentStiffness) -> tuple[float, Array]:
-    """Return the most negative stiffness and the displacement of this stiffness, (nv,)."""
+    """Return the most negative stiffness and the displacement along it, (nv,), reproducible if several are equal."""
     values, directions = stiffness.next_to_zero(stiffness.negative + stiffness.neutral)
     lowest = float(np.min(values))
     alike = values <= (1.0 - _ALIKE) * lowest
@@ -190,7 +192,9 @@ def _most_unstable(stiffness: TangentStiffness) -> tuple[float, Array]:
 def _led_off(
     statics: LoadedStatics, rest: LoadedState, value: float, mode: Array
 ) -> tuple[LoadedState, list[Array]] | None:
-    """Return the next rest on one side of a mode with negative stiffness, and configurations on the way."""
+    """Return the next rest on one side of a mode with negative stiffness, and configurations on the way. ``value`` is
+    the stiffness, ``mode`` the displacement (nv,), whose sign is the side. None if the path does not return to the
+    force 0."""
     measure = 1.0 / statics.sizes**2
     led = _held_back(statics, rest, mode * measure, abs(value), _BESIDE * abs(value) * measure)
     start = replace(rest, s=0.0)
@@ -213,8 +217,8 @@ def _led_off(
 
 
 def _held_back(statics: LoadedStatics, rest: LoadedState, force: Array, reach: float, beside: Array) -> LoadedStatics:
-    """Return statics with s times a dead force (nv,), and Newton's matrix with ``beside`` (nv,) added to the
-    diagonal."""
+    """Return statics whose load factor s multiplies a dead force, (nv,), at the load factor of ``rest``. ``beside``,
+    (nv,), is added to the diagonal of Newton's matrix; ``reach`` is the scale of s."""
     blocks = turning_blocks(statics.factors)
     fixed = dead_forces(blocks, rest.q, force, back=False)
 
@@ -262,7 +266,8 @@ class LoadSteps(NamedTuple):
 
 
 def by_load_steps(statics: LoadedStatics, start: LoadedState, limits: StepLimits, *, stable: bool = False) -> LoadSteps:
-    """Return rest under all loads.
+    """Return the rest that is reached by applying the unbalanced forces at the start step by step, from 0 to the full
+    loads.
 
     Parameters
     ----------
@@ -302,7 +307,8 @@ def by_load_steps(statics: LoadedStatics, start: LoadedState, limits: StepLimits
 
 
 def _hold(statics: LoadedStatics, start: LoadedState, first: Balance) -> LoadedStatics:
-    """Return statics with the residual of the start, ``first``, times 1 - s, as an additional load."""
+    """Return statics in which the residual at the start, ``first``, times 1 - s, is balanced by an additional dead
+    load. So s from 0 to 1 leads from the start to rest under the loads."""
     blocks = turning_blocks(statics.factors)
     fixed = dead_forces(blocks, start.q, first.residual, back=False)
 

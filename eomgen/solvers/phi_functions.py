@@ -29,7 +29,7 @@ _ITERATIONS, _CHECKED, _SETTLED = 60, 4, 1e-10
 
 
 def phi(x: Array, order: int) -> Array:
-    """Return phi_k(x) of numbers."""
+    """Return phi_k(x), k = ``order``, elementwise; by a series for |x| < 1."""
     near = np.abs(x) < 1.0
     small, large = np.where(near, x, 0.0), np.where(near, 1.0, x)
     term = np.full(np.shape(x), 1.0 / math.factorial(order))
@@ -91,7 +91,7 @@ class _Stack:
     entries: Array
 
     def __call__(self, f: Array, time: float, order: int) -> Array:
-        """Return time phi_k(time J) f of each block, (blocks, size)."""
+        """Return time phi_k(time J) f for each block, (blocks, size), with k = ``order`` and f of the same shape."""
         if self._nothing:
             return time / math.factorial(order) * f
         if self._band is not None:
@@ -117,7 +117,8 @@ class _Stack:
 
     @cached_property
     def _band(self) -> Array | None:
-        """The band of one large block below its diagonal, (width, size); None if the band is not narrow."""
+        """The lower band of a single large block, (width, size), diagonal first. None for several or small blocks, and
+        if the band is not narrow."""
         count, size = self.entries.shape[:2]
         if count > 1 or size < _LARGE:
             return None
@@ -134,11 +135,13 @@ class _Stack:
 
 
 def _by_lanczos(band: Array, f: Array, time: float, order: int) -> Array | None:
-    """Return time phi_k(time J) f; None if 1 - gamma t J is not positive definite, or without convergence.
+    """Return time phi_k(time J) f, (n,), k = ``order``, for a symmetric banded J, by Lanczos' method.
+
+    None if 1 - gamma t J is not positive definite, or without convergence.
 
     Parameters
     ----------
-    band : of J below its diagonal, (width, n)
+    band : lower band of J, (width, n), diagonal first
     """
     shifted = -_GAMMA * time * band
     shifted[0] += 1.0

@@ -140,7 +140,7 @@ def redundancy(
 
 
 def _refuse_flat(system: ConstrainedSystem, rows: Sequence[int], configurations: Sequence[RowsInMetric]) -> None:
-    """Raise ModelError for equations by formulas whose derivatives vanish at their zeros."""
+    """Raise ModelError if derivatives of equations by formulas, among ``rows``, vanish at their zeros."""
     of_formulas = [row for row in rows if system.names[row].endswith(FORMULA)]
     if flat := [row for row in of_formulas if _vanishes(row, configurations)]:
         listed = ", ".join(system.names[row] for row in flat[:LISTED])
@@ -149,8 +149,8 @@ def _refuse_flat(system: ConstrainedSystem, rows: Sequence[int], configurations:
 
 
 def _vanishes(row: int, at_configurations: Sequence[RowsInMetric]) -> bool:
-    """Return whether a row of B is zero at the first of several configurations, and nearly so at the remaining
-    configurations, which satisfy the row to a tolerance."""
+    """Return whether a row of B is zero at the first configuration, and nearly zero at the further configurations. The
+    further configurations satisfy the constraints only to a tolerance."""
     lengths = [float(np.linalg.norm(at.scaled_rows[row])) for at in at_configurations]
     possible = [float(np.sqrt(at.possible[row] ** 2 @ at.speeds)) for at in at_configurations]
     zero = lengths[0] <= max(REDUNDANT * possible[0], float(at_configurations[0].vanishing[row]))
@@ -178,7 +178,8 @@ def _too_far_away(system: ConstrainedSystem, here: RowsInMetric, rows: Sequence[
 
 
 def _all_new(here: RowsInMetric, rows: Sequence[int]) -> bool:
-    """Return whether much of each row is new at one configuration already."""
+    """Return whether each of the rows clearly adds a condition at one configuration, so that no further one is needed.
+    The new part must be at least ``LITTLE`` of the possible length of a row."""
     if len(rows) == len(here.size) and (shown := here.all_new(LITTLE)) is not None:
         return shown
     natural = here.natural[list(rows)]
@@ -189,7 +190,8 @@ def _all_new(here: RowsInMetric, rows: Sequence[int]) -> bool:
 
 
 def _nearby(system: ConstrainedSystem, q: Array, t: float, count: int) -> list[Array]:
-    """Return consistent configurations near a given one, with displacements along each coordinate."""
+    """Return up to ``count`` consistent configurations near a given one, by pseudo-random displacements of all
+    coordinates. Attempts that cannot be brought onto the constraints are repeated with smaller displacements."""
     rows, generator = RowsInMetric(system, q, t), np.random.default_rng(1)
     configurations: list[Array] = []
     extent = float(np.max(rows.extent, initial=0.0))
@@ -211,7 +213,7 @@ def _nearby(system: ConstrainedSystem, q: Array, t: float, count: int) -> list[A
 
 
 def _remainder(row: Array, basis: Sequence[Array]) -> Array:
-    """Return the part of a row outside the span of the basis (Gram-Schmidt, twice for accuracy)."""
+    """Return the part of a row, (nv,), outside the span of the orthonormal basis (Gram-Schmidt, twice for accuracy)."""
     if not basis:
         return row
     Q = np.array(basis)
@@ -220,7 +222,7 @@ def _remainder(row: Array, basis: Sequence[Array]) -> Array:
 
 
 def left_over(system: ConstrainedSystem, q: Array, rows: Sequence[int], t: float = 0.0) -> dict[int, float]:
-    """Return the violation of each row at a configuration that exceeds rounding, by row.
+    """Return the violations, above rounding, of examined rows at a configuration, by number of the row.
 
     Parameters
     ----------
@@ -241,14 +243,14 @@ def check_left_out(
     """Check that rows left out as redundant still follow from the remaining rows, at a state that satisfies the
     remaining rows.
 
-    Returns a sentence for each deviating row with a violation too small for a contradiction.
+    Returns a sentence for each row with a violation above rounding but too small for a contradiction.
 
     Parameters
     ----------
-    system : ConstrainedSystem
-        With all rows.
+    system : ConstrainedSystem With all rows.
     left_out : names of rows
-    at : in words: the parameters at which this is so
+    q, v, t : the state, left-trivialised, and the time, s
+    at : in words: the parameters of the state, for messages
 
     Raises
     ------
@@ -303,7 +305,7 @@ class NoRankGap(ArithmeticError):
 
 @dataclass(frozen=True)
 class IndependentColumns:
-    """Columns of A: ``kept`` columns, and ``others``, which are A[:, kept] @ coefficients; columns of zeros are
+    """Independent columns ``kept`` of a matrix A, and ``others``, which are A[:, kept] @ coefficients; zero columns are
     neither.
 
     Attributes
@@ -321,12 +323,13 @@ class IndependentColumns:
 
 
 def independent_columns(A: Array) -> IndependentColumns:
-    """Return the independent columns of A, (rows, columns), with rows enough.
+    """Return the independent columns of A, (rows, columns), taken from the left; A needs at least as many rows as its
+    rank.
 
     Raises
     ------
-    NoGap
-        The difference of some columns is near rounding.
+    NoRankGap
+        Some columns are so nearly dependent that rounding hides whether they are.
     """
     size = np.linalg.norm(A, axis=0)
     present = np.flatnonzero(size > ROUNDING * np.max(size, initial=0.0))
@@ -358,7 +361,8 @@ def independent_columns(A: Array) -> IndependentColumns:
 
 
 def short(number: float) -> float:
-    """Return a decimal number or a fraction that a number is up to rounding, else the number."""
+    """Return the decimal number of ten digits, or the fraction, that equals a number up to rounding, else the
+    number."""
     for candidate in (float(f"{number:.{_DIGITS}g}"), float(Fraction(number).limit_denominator(_DENOMINATOR))):
         if abs(candidate - number) <= _SAME * abs(number):
             return candidate

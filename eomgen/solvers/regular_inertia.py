@@ -10,9 +10,9 @@ from eomgen.base.arrays import Array
 def inertia_with_rows(M: Array, B: Array, sizes: Array) -> Array:
     """Return M + B^T w B, (..., nv, nv), with w > 0 by lengths of rows of B (..., rows, nv) and the largest inertia.
 
-    It is positive definite if [M B^T; B 0] is regular: parts without inertia may follow from constraints. Along motions
-    that B allows it is M, so frequencies, and the nearest motions with given B v, do not change (augmented Lagrangians:
-    Glowinski and Le Tallec 1989).
+    The sum is positive definite if [M B^T; B 0] is regular: parts without inertia may follow from constraints. Along
+    motions that B allows the sum is M, so frequencies, and the nearest motions with given B v, do not change (augmented
+    Lagrangians: Glowinski and Le Tallec 1989).
 
     Parameters
     ----------

@@ -26,10 +26,14 @@ _PASSES = 100
 
 
 class RigidBeams:
-    """Configurations in which the beams have the shapes of a given one.
+    """Configurations in which geometrically exact beams have the shapes of a given configuration.
+
+    Nodes after the first node of a beam (followers) move with the first node as a rigid body; ``free`` marks the other
+    velocity components.
 
     Parameters
     ----------
+    beams, factors, angular : beams, factors of the configuration, and whether each velocity component is angular
     q : (nq,) with the shapes
     """
 
@@ -56,7 +60,8 @@ class RigidBeams:
         return result
 
     def _first(self, q: Array) -> list[Array]:
-        """Return for each follower the pose of its beam's first node, (n, 7), in the axes of the node's coordinates."""
+        """Return for each follower node the pose of its beam's first node, (n, 7), in the axes of the node's
+        coordinates. The configurations ``q`` have the shape (n, nq)."""
         poses, followers = self.beams.many_poses(q), self.beams.followers
         if not self.beams.absolute and followers:
             # Pose of the base by any node: the pose in the coordinates' axes compared with the pose in the world.
@@ -80,7 +85,8 @@ class RigidBeams:
         return result.reshape(q.shape)
 
     def velocities(self, q: Array, along: Array) -> Array:
-        """Return velocities (n, nv) with beams moving rigidly, given the velocities of the free coordinates.
+        """Return velocities (n, nv) with beams moving rigidly, given the velocities of the free coordinates, by
+        differences.
 
         Parameters
         ----------

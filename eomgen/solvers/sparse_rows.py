@@ -39,7 +39,7 @@ class SparseRows:
 
     @cached_property
     def inverse(self) -> Any | None:
-        """L^-1; None if M is not positive definite or has large blocks."""
+        """Sparse L^-1 of M = L L^T; None if M is not positive definite or has large blocks."""
         from scipy import sparse  # noqa: PLC0415  # systems without constraints need no SciPy
         from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
 
@@ -83,12 +83,13 @@ class SparseRows:
         return np.where(lengths > 0.0, lengths, 1.0)
 
     def larger(self, turning: Array, straight: Array, angular: NDArray[np.bool_], factor: Array, power: int) -> Array:
-        """Return sum_j max(e_ij, |B_ij|)^power factor_j for each row i.
+        """Return sum_j max(e_ij, |B_ij|)^power factor_j for each row i, (rows,).
 
         Parameters
         ----------
         turning, straight : e_ij of row i in angular and in other columns, (rows,)
         angular : whether a column is angular, (nv,)
+        factor : (nv,)
         """
         total = turning**power * np.sum(factor[angular]) + straight**power * np.sum(factor[~angular])
         least = np.where(angular[self.column], turning[self.row], straight[self.row])
@@ -96,8 +97,8 @@ class SparseRows:
         return np.asarray(total + np.bincount(self.row, more, minlength=len(turning)))
 
     def independent(self, scale: Array, count: int) -> IndependentRows | None:
-        """Return the first ``count`` rows, multiplied by scales, if a part of each row is new next to the earlier rows;
-        else None."""
+        """Return the first ``count`` rows B L^-T, multiplied by ``scale``, factored, if they are clearly independent.
+        None if the new part of a row next to earlier rows is below 1e-4, or if M has no sparse inverse root."""
         from scipy import sparse  # noqa: PLC0415  # systems without constraints need no SciPy
         from scipy.sparse.linalg import splu  # noqa: PLC0415
 
@@ -119,8 +120,8 @@ class SparseRows:
 
 
 class IndependentRows:
-    """Independent rows W = B L^-T with scales, W W^T factored; ``new``: length of the part of each row that is new next
-    to the earlier rows."""
+    """Independent rows W = B L^-T with scales, and factors of W W^T. ``new``, (rows,): length of the part of each row
+    that is orthogonal to all earlier rows."""
 
     def __init__(self, weighed: Any, inverse: Any, factors: Any, new: Array) -> None:
         self.weighed, self.inverse, self.factors, self.new = weighed, inverse, factors, new

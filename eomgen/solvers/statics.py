@@ -203,8 +203,9 @@ class LargestForces:
 
 @dataclass(frozen=True)
 class Search:
-    """End of a search, whether the end is balanced, the number of steps, configurations on the way, and whether forces
-    and constraints are balanced and internal states alone are not."""
+    """End of a search for rest. ``balanced``: whether forces and rates of internal states vanish at the end up to
+    round-off; ``steps``: number of steps; ``path``: configurations on the way; ``states_alone``: whether forces and
+    constraints are balanced, and rates of internal states are not."""
 
     point: SearchPoint
     balanced: bool
@@ -251,7 +252,8 @@ class SearchTrail:
         self._path.append(point.q)
 
     def end(self, *, balanced: bool | None = None) -> Search:
-        """Return the final point of the search; by default marked balanced if Newton's last steps have converged."""
+        """Return the end of the search, after Newton's last steps unless ``balanced`` is False. ``balanced`` marks the
+        result; by default the forces decide."""
         last = self.point if balanced is False else polish(self._statics, self.point)
         reached = self._largest.balances(last) if balanced is None else balanced
         states_alone = not reached and self._largest.rests(last) and not self._largest.balances(last)
@@ -273,7 +275,8 @@ def told_if_interrupted(trail: SearchTrail, way: str) -> Iterator[None]:
 
 
 def examine(statics: Statics, q: Array, z: Array) -> SearchPoint:
-    """Return forces and stiffness at rest at q, z. Raises numpy.linalg.LinAlgError if M is not positive definite."""
+    """Return the quantities of statics at a configuration q and internal states z: forces, stiffness, constraints. q is
+    adapted to counted turns. Raises numpy.linalg.LinAlgError if M is not positive definite, also with constraints."""
     q = statics.followed(q)
     M, B0, sizes = statics.mass(q), statics.jacobian(q), statics.sizes
     try:
@@ -324,15 +327,16 @@ def examine(statics: Statics, q: Array, z: Array) -> SearchPoint:
 
 
 def geometric_rank(B: Array) -> int:
-    """Return the number of independent rows of a constraint Jacobian, (rows, nv), per 1 rad or length of the scene:
-    masses have no part in it."""
+    """Return the number of independent rows of a constraint Jacobian, (rows, nv), whose columns are per rad or per
+    length of the scene; masses have no part in it."""
     lengths = np.linalg.norm(B, axis=1)
     values = np.linalg.svd(B[lengths > 0.0] / lengths[lengths > 0.0, np.newaxis], compute_uv=False)
     return int(np.sum(values > 1e-10 * np.max(values, initial=0.0)))
 
 
 def newton_step(point: SearchPoint, right: Array) -> Array:
-    """Return the least changes along the basis and of z that remove imbalance and rates (``right``) to first order."""
+    """Return Newton's change, (free + nz,), along the basis and of internal states, of least size. ``right``, (free +
+    nz,), are minus the imbalance and the rates; see ``newton_right_side``."""
     by_z, rate_q, rate_z = point.couplings
     matrix = point.stiffness_blocks
     if len(point.z):
@@ -355,7 +359,8 @@ def share_of_turn(statics: Statics, point: SearchPoint, change: Array) -> float:
 
 
 def move(statics: Statics, point: SearchPoint, change: Array) -> SearchPoint | None:
-    """Return the point after changes along the basis and of z, on the constraints; None if the point is not finite."""
+    """Return the point after a change (free + nz,) along the basis and of internal states, brought onto the
+    constraints. None if quantities there are not finite."""
     free = len(point.imbalance)
     increment = point.basis @ change[:free] + point.correction
     if not np.all(np.isfinite(increment)):
@@ -370,7 +375,8 @@ def move(statics: Statics, point: SearchPoint, change: Array) -> SearchPoint | N
 
 
 def onto_constraints(statics: Statics, point: SearchPoint) -> SearchPoint:
-    """Return the point brought onto the constraints, as near as a few corrections come."""
+    """Return the point brought onto the constraints by at most twelve corrections, as long as these reduce the
+    violation."""
     for _ in range(12):
         if np.all(np.abs(point.violation) <= 1e-3 * MET * point.row_sizes):
             break
@@ -382,7 +388,8 @@ def onto_constraints(statics: Statics, point: SearchPoint) -> SearchPoint:
 
 
 def polish(statics: Statics, point: SearchPoint) -> SearchPoint:
-    """Return the point after Newton steps for as long as they halve the imbalance."""
+    """Return the point after at most five Newton steps, for as long as these are small and each at most half the
+    last."""
     left = newton_step(point, newton_right_side(point))
     for _ in range(_POLISHES):
         if (

@@ -51,7 +51,7 @@ class Strains:
         return 0.5 * float(np.einsum("ei,eij,ej->", changes, self.beams.stiffness, changes))
 
     def step(self, q: Array, t: float, violation: Array, *, geometric: bool) -> tuple[Array, Array]:
-        """Return the change of q, (nv,), that meets the rows linearly with the least strain energy, and the
+        """Return the change of q, (nv,), that satisfies the rows linearly with the least strain energy, and the
         multipliers of these rows, (rows,), N or N m: the gradient of the energy plus B^T multipliers is 0.
 
         Parameters
@@ -89,7 +89,8 @@ class Strains:
         return result[: len(scale)] * scale, result[len(scale) :] * weights
 
     def _twists(self, q: Array) -> csr_array:
-        """Return the body twists of both nodes of each element by v, sparse (12 elements, nv), by differences."""
+        """Return the partials of the body twists of both nodes of each element in v, sparse (12 elements, nv), by
+        differences."""
         nv, steps = len(self.system.angular), self.beams.steps(self.system.angular)
         less, more = (
             self.beams.many_poses(update(self.system.factors, np.tile(q, (nv, 1)), sign * np.diag(steps)))
@@ -106,7 +107,9 @@ class Strains:
         return csr_array((np.concatenate(entries), places), shape=(12 * len(self._first), nv))
 
     def at_start(self, q: Array, multipliers: Array) -> StrainedStart:
-        """Return strain energy and largest section force, given the multipliers of the position-level rows, N."""
+        """Return the strain energy at q, and the largest section force with the location of its element.
+        ``multipliers`` are of the position-level rows, N; of constrained strains they are section forces. May be
+        empty."""
         changes = self.changes(q)
         forces = np.einsum("eij,ej->ei", self.beams.stiffness, changes)[:, 3:]
         squares = np.sum(forces**2, axis=1)
@@ -129,7 +132,8 @@ def _along_twists(d: Array) -> Array:
 
 
 def _geometric(d: Array, forces: Array) -> Array:
-    """Return the derivatives of forces on both nodes by d at held section forces (elements, 6), (elements, 12, 6)."""
+    """Return the derivatives by d, (elements, 12, 6), of the forces on both nodes, at constant section forces
+    (elements, 6)."""
     result = []
     for k in range(6):
         moved = d.astype(complex)
@@ -139,7 +143,7 @@ def _geometric(d: Array, forces: Array) -> Array:
 
 
 def _block_diagonal(blocks: Array) -> csr_array:
-    """Return blocks (n, rows, columns) as a sparse matrix."""
+    """Return the sparse block diagonal matrix, (n rows, n columns), of blocks (n, rows, columns)."""
     count, height, width = blocks.shape
     rows = np.repeat(np.arange(count * height), width)
     columns = np.broadcast_to((width * np.arange(count))[:, None, None] + np.arange(width), blocks.shape).ravel()

@@ -55,7 +55,8 @@ class TangentStiffness:
 
     @classmethod
     def at(cls, statics: LoadedStatics, rest: LoadedState) -> TangentStiffness:
-        """Return the stiffness at rest, with internal states eliminated if their Jacobian is regular."""
+        """Return the stiffness at a state of rest, with independent constraint rows. Internal states are eliminated if
+        the Jacobian of their rates is regular."""
         tangents = statics.tangents(rest)
         K = tangents.K
         if tangents.Fz.shape[0]:
@@ -104,8 +105,8 @@ class TangentStiffness:
 
     @cached_property
     def negative(self) -> int:
-        """The number of negative stiffnesses beyond rounding; of groups with a negative determinant if forces have
-        no potential."""
+        """The number of negative stiffnesses under the constraints, beyond rounding. If forces have no potential: the
+        number of groups of coupled components with a negative determinant."""
         if not self.symmetric:
             return sum(sign < 0 for sign, _ in self.determinants(self.groups()))
         return self.below(-self._neutral_stiffnesses[1]) if self.below(0.0) else 0
@@ -117,8 +118,8 @@ class TangentStiffness:
 
     @cached_property
     def _neutral_stiffnesses(self) -> tuple[int, float]:
-        """The number of stiffnesses that are zero up to rounding, and the largest rounding error of these
-        stiffnesses."""
+        """The number of stiffnesses that are zero up to rounding, at most two, and the largest rounding error of
+        these."""
         values, X = self.next_to_zero(_NEUTRAL)
         every = np.abs(X)
         measured = np.einsum("ij,ij->j", every, abs(self.K) @ every)
@@ -127,8 +128,8 @@ class TangentStiffness:
         return int(np.sum(zero)), float(np.max(rounding[zero], initial=0.0))
 
     def below(self, value: float) -> int:
-        """Return the number of eigenvalues of K x = k W x under the constraints below a value; W: see
-        ``next_to_zero``."""
+        """Return the number of eigenvalues of K x = k W x under the constraints below ``value``, with W = diag(1 /
+        sizes^2)."""
         rows = int(self.B.shape[0])
         if value:
             return replace(self, K=plus(self.K, csc_array(diags_array(-value / self.sizes**2)))).below(0.0)
@@ -140,8 +141,8 @@ class TangentStiffness:
         return _negative_pivots(0.5 * (matrix + matrix.T)) - rows
 
     def groups(self, other: TangentStiffness | None = None) -> Components:
-        """Return the group number of each component and row; coupled components have the same group, with couplings
-        here or also in another stiffness."""
+        """Return the group number of each component and constraint row, (nv + rows,). Coupled components have the same
+        group; with ``other``, couplings in another stiffness count, too."""
         pattern = self._coupling if other is None else self._coupling + other._coupling
         _, labels = connected_components(csr_array(pattern), directed=False)
         return np.asarray(labels, np.intp)
@@ -153,10 +154,9 @@ class TangentStiffness:
         return size > _COUPLED
 
     def determinants(self, groups: Components) -> list[tuple[int, float]]:
-        """Return the sign of det K on the null space of B for each group, and a logarithm.
-
-        The logarithm belongs to the determinant of the scaled matrix ``bordered_matrix``, not of K.
-        """
+        """Return for each group the sign of det K on the null space of B, and a logarithm of a magnitude. ``groups``
+        are group numbers (nv + rows,). The logarithm belongs to the determinant of the scaled matrix
+        ``bordered_matrix``, not of K."""
         nv, result = len(self.sizes), []
         for group in range(int(groups.max(initial=-1)) + 1):
             members = np.flatnonzero(groups == group)
@@ -209,7 +209,8 @@ class TangentStiffness:
         return values, X
 
     def _compliance(self) -> Callable[[Array], Array] | None:
-        """Return the map from forces to displacements; an exactly singular stiffness is shifted by a rounding error."""
+        """Return the map from forces to displacements under the constraints; None if there is none. An exactly singular
+        stiffness is shifted by a rounding error."""
         result = compliance(self.K, self.B)
         if result is None:
             diagonal = np.abs(self.K.diagonal())
@@ -240,7 +241,8 @@ class TangentStiffness:
 
 
 def compliance(K: Matrix, B: Matrix) -> Callable[[Array], Array] | None:
-    """Return the map from forces (nv, ...) to constrained displacements; None if the bordered matrix is singular."""
+    """Return the map from forces (nv, ...) to displacements (nv, ...) under constraints B (rows, nv), by the bordered
+    matrix. None if the bordered matrix is singular."""
     nv = K.shape[0]
     solve_bordered = solver(_bordered_matrix(K, whole(B)) if isinstance(K, np.ndarray) else _sparse_bordered(K, B))
     if solve_bordered is None:
@@ -280,10 +282,8 @@ def _independent(B: Matrix, sizes: Array) -> Matrix:
 
 def canonical_direction(directions: Array, sizes: Array) -> Array:
     """Return the direction in a space, (nv,), that depends neither on rounding nor on the choice of the basis (nv, n).
-
     The direction is the projection of the component with the largest part in the space, scaled to a largest component
-    of 1, or of the scene's length; for a single direction this fixes the sign.
-    """
+    of 1 rad, or of the scene's length, by ``sizes`` (nv,); for a single direction this fixes the sign."""
     basis = np.linalg.qr(directions / sizes[:, np.newaxis])[0]
     held = np.sum(basis**2, axis=1)
     first = int(np.flatnonzero(held >= (1.0 - 1e-6) * np.max(held))[0])
@@ -292,8 +292,8 @@ def canonical_direction(directions: Array, sizes: Array) -> Array:
 
 
 def _factors(matrix: csc_array, *, exchanges: bool = True) -> SuperLU[np.float64] | None:
-    """Return sparse factors; None if the matrix is exactly singular. Without ``exchanges`` rows and columns are not
-    permuted, and pivots are on the diagonal."""
+    """Return sparse triangular factors; None if the matrix is exactly singular. Without ``exchanges`` rows and columns
+    are not permuted, and pivots are on the diagonal."""
     try:
         if exchanges:
             return splu(matrix)
@@ -303,8 +303,8 @@ def _factors(matrix: csc_array, *, exchanges: bool = True) -> SuperLU[np.float64
 
 
 def _negative_pivots(matrix: Array) -> int:
-    """Count the negative eigenvalues of a symmetric matrix: one for each negative 1 x 1 pivot, and one for each 2 x 2
-    pivot, which is indefinite."""
+    """Return the number of negative eigenvalues of a symmetric matrix, from the pivots of a factorization. Each
+    negative 1 x 1 pivot counts as one, and each 2 x 2 pivot, which is indefinite."""
     if not matrix.size:
         return 0
     factors, pivots, _ = scipy.linalg.lapack.dsytrf(matrix, lower=1)
@@ -332,7 +332,8 @@ def _parity(order: NDArray[np.intp]) -> int:
 
 
 def _orthonormal(X: Array, W: Matrix) -> Array:
-    """Return a W-orthonormal basis of the column space."""
+    """Return a basis (nv, m), orthonormal in the metric W, of the column space of X; nearly dependent columns are
+    dropped."""
     X = X / np.sqrt(np.maximum(np.einsum("ij,ij->j", X, W @ X), np.finfo(float).tiny))
     values, vectors = np.linalg.eigh(X.T @ (W @ X))
     kept = values > 1e-14 * values[-1]
@@ -341,7 +342,8 @@ def _orthonormal(X: Array, W: Matrix) -> Array:
 
 
 def _ritz(reduced: Array, *, symmetric: bool) -> tuple[Array, Array]:
-    """Return the real eigenvalues nearest to zero of the inverse of a reduced matrix, and the eigenvectors."""
+    """Return the reciprocals of the real eigenvalues of a reduced compliance, nearest to zero first, and the
+    eigenvectors as columns. Complex eigenvalues of a matrix that is not ``symmetric`` are left out."""
     if symmetric:
         inverse, turn = np.linalg.eigh(0.5 * (reduced + reduced.T))
     else:

@@ -21,7 +21,8 @@ _BOUNDED = frozenset(
 
 
 def choose(tape: Tape, condition: Ref, then: Ref, otherwise: Ref) -> Ref:
-    """Record the choice between two derivatives."""
+    """Record the choice between two derivatives: ``then`` if the condition is not zero, else ``otherwise``. If a branch
+    is zero, a number that is zero in this case is noted in ``tape.conditions`` for the result."""
     result = tape.select(condition, then, otherwise)
     if ZERO in (then, otherwise) or tape.conditions:
         holds = _truth(tape, condition) if then != ZERO else ZERO
@@ -35,7 +36,8 @@ def choose(tape: Tape, condition: Ref, then: Ref, otherwise: Ref) -> Ref:
 
 
 def times(tape: Tape, factor: Ref, derivative: Ref) -> Ref:
-    """Record a product, which is zero if one of the factors is."""
+    """Record a product of a factor and a derivative, and note that the product is zero if one of both is zero by a
+    choice."""
     product = tape.mul(factor, derivative)
     known = tape.conditions
     if known and (abs(factor) in known or abs(derivative) in known):
@@ -44,7 +46,7 @@ def times(tape: Tape, factor: Ref, derivative: Ref) -> Ref:
 
 
 def plus(tape: Tape, x: Ref, y: Ref) -> Ref:
-    """Record a sum, which is zero if both terms are."""
+    """Record a sum of two derivatives, and note that the sum is zero if both are zero by a choice."""
     total = tape.add(x, y)
     known = tape.conditions
     if known and abs(x) in known and abs(y) in known:
@@ -53,7 +55,8 @@ def plus(tape: Tape, x: Ref, y: Ref) -> Ref:
 
 
 def guarded_product(tape: Tape, slope: Ref, derivative: Ref) -> Ref:
-    """Record a product that is zero if the derivative is zero by a choice, also for an infinite slope."""
+    """Record slope times derivative, 0 if the derivative is zero by a choice, also for a slope that is infinite or NaN
+    there."""
     condition = tape.conditions.get(abs(derivative))
     if condition is None:
         return times(tape, slope, derivative)
@@ -66,7 +69,8 @@ def guarded_product(tape: Tape, slope: Ref, derivative: Ref) -> Ref:
 
 
 def common_condition(tape: Tape, derivatives: Iterable[Ref]) -> Ref | None:
-    """Return a number that is not zero wherever one of the derivatives is not, None if none is known."""
+    """Return the reference of a number that is not zero in all cases in which one of the derivatives is not zero. None
+    if a derivative has no known condition; ``ZERO`` if all derivatives are structural zeros."""
     total = ZERO
     for ref in derivatives:
         if abs(ref) != ZERO:
@@ -80,7 +84,8 @@ def zero_unless(tape: Tape, condition: Ref | None, derivative: Ref) -> Ref:
 
 
 def may_be_unbounded(tape: Tape, slope: Ref, derivative: Ref) -> bool:
-    """Return whether a slope may be infinite or not a number while a derivative is zero by a choice."""
+    """Return whether a slope may be infinite or not a number while a derivative is zero by a choice. False for a
+    derivative without a noted condition. ``tape.unbounded`` is completed up to the last node."""
     if abs(derivative) not in tape.conditions:
         return False
     known = tape.unbounded
@@ -91,13 +96,14 @@ def may_be_unbounded(tape: Tape, slope: Ref, derivative: Ref) -> bool:
 
 
 def note(tape: Tape, ref: Ref, condition: Ref | None) -> None:
-    """Note that a derivative is zero unless a condition holds."""
+    """Note in ``tape.conditions`` that a derivative is zero if the number ``condition`` is zero. Without a condition,
+    for the condition 1, and for leaves no entry is made; an earlier entry stays."""
     if condition not in (ONE, None) and tape.op[abs(ref)] not in LEAVES:
         tape.conditions.setdefault(abs(ref), condition)
 
 
 def _truth(tape: Tape, condition: Ref) -> Ref:
-    """Return 1 if a condition holds, else 0."""
+    """Return the reference of a number that is 1 if the condition is not zero, else 0."""
     if condition > 0 and tape.op[condition] in (Op.LT, Op.LE):
         return condition
     return tape.call(Op.LT, ZERO, tape.call(Op.ABS, condition))

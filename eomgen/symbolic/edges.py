@@ -42,11 +42,9 @@ class TapeInterface(Protocol):
 
 
 def flat_zero(tape: TapeInterface, x: Ref) -> Ref | None:
-    """Return a number that is zero only if x and all first derivatives of x are zero, or None if none is known.
-
-    Squares, absolute values, max(0, y) and min(0, y), which are 0 beyond the edge, and sums, products and roots of such
-    numbers have one by their structure. The number is never negative.
-    """
+    """Return the reference of a number that is zero only if x and all first derivatives of x are zero; None if none is
+    known. Squares, absolute values, max(0, y) and min(0, y), which are 0 beyond the edge, and sums, products and roots
+    of such numbers have one by their structure. The number is never negative."""
     node = abs(x)
     op, a, b = tape.op[node], tape.a[node], tape.b[node]
     if op in (Op.ADD, Op.SUB):
@@ -108,7 +106,8 @@ def _flat_sum(tape: TapeInterface, node: Ref) -> Ref | None:
 
 
 def quotient(tape: TapeInterface, numerator: Ref, divisor: Ref, x: Ref) -> Ref:
-    """Record numerator / divisor, 0 if x and its first derivatives are zero; the divisor is zero only with x."""
+    """Record numerator / divisor, or 0 if x and its first derivatives are zero; the divisor must be zero only with
+    x."""
     flat = flat_zero(tape, x)
     if flat is None:
         return tape.div(numerator, divisor)

@@ -43,11 +43,9 @@ class Arithmetic:
 
 
 class Evaluation:
-    """References of a tape, ready to be evaluated for any kind of number, again and again.
-
-    Only nodes that the references need are visited, in order, without recursion. A Map runs element by element. A
-    reference that is there many times, as the zeros of a matrix with few entries are, is evaluated once.
-    """
+    """References of a tape, prepared for repeated evaluation with any kind of number. Only nodes that the references
+    need are visited, in order, without recursion. A Map runs element by element. A reference that occurs many times, as
+    the zeros of a matrix with few entries do, is evaluated once."""
 
     def __init__(self, tape: Tape, refs: Iterable[Ref]) -> None:
         """Collect the live operations as steps with slots of their operands."""
@@ -98,10 +96,8 @@ class Evaluation:
         arithmetic: Arithmetic,
         visit: Callable[[int, Any], Any] | None = None,
     ) -> list[Any]:
-        """Return the values of the references; ``leaf`` gives the value of an input symbol.
-
-        ``visit`` is called with every operation and its value, and returns the value for further operations.
-        """
+        """Return the values of the references, in order. ``leaf`` returns the value of an input symbol. ``visit`` is
+        called with the node and the value of every operation, and returns the value for further operations."""
         result = self._distinct(leaf, arithmetic, visit)
         return [result[place] for place in self._places]
 
@@ -111,7 +107,8 @@ class Evaluation:
         arithmetic: Arithmetic,
         visit: Callable[[int, Any], Any] | None = None,
     ) -> list[Any]:
-        """Return the value of each reference once."""
+        """Return the values of the distinct references, in the order of their first occurrence; arguments are as of
+        ``run``."""
         tape, slots = self.tape, self._slots
         rules: dict[int, Callable[..., Any]] = {int(op): rule for op, rule in arithmetic.rules.items()}
         values: list[Any] = []
@@ -151,7 +148,7 @@ class Evaluation:
         return [values[slot] for slot in self._wanted]
 
     def on_arrays(self, inputs: Mapping[str, ArrayLike]) -> NDArray[Any]:
-        """Evaluate over NumPy arrays, as ``evaluate`` does."""
+        """Return the values over NumPy arrays, (..., references), as ``evaluate`` does."""
         arrays: dict[str, NDArray[Any]] = {}
         for name, given in inputs.items():
             array = np.asarray(given)
@@ -193,12 +190,14 @@ def run(
     arithmetic: Arithmetic,
     visit: Callable[[int, Any], Any] | None = None,
 ) -> list[Any]:
-    """Return the values of references for any kind of number, once: see ``Evaluation``."""
+    """Evaluate references of a tape once with any kind of number, and return the values; see ``Evaluation.run``."""
     return Evaluation(tape, refs).run(leaf, arithmetic, visit)
 
 
 def _run_map(repetition: Map, kernel: Evaluation, value: Callable[[Ref], Any], arithmetic: Arithmetic) -> list[Any]:
-    """Return sums, last carries and rows of a Map, elements side by side if the arithmetic can."""
+    """Return the results of a Map in order: sums, final carries, rows of each element. ``value`` returns the value of
+    an outer reference. Elements are evaluated side by side if the arithmetic can and the Map has no carries, else one
+    after the other."""
     shared = [value(ref) for ref in repetition.shared]
     if arithmetic.side_by_side is not None and (repetition.elements or repetition.gather) and not repetition.last:
         return _run_at_once(repetition, kernel, shared, value, arithmetic, arithmetic.side_by_side)
@@ -226,7 +225,8 @@ def _run_at_once(
     arithmetic: Arithmetic,
     side_by_side: Callable[[Sequence[Sequence[Any]]], tuple[list[Any], Callable[[Any], Any]]],
 ) -> list[Any]:
-    """Return the results of a Map whose elements are independent; sums are added in the order of the elements."""
+    """Return the results of a Map without carries, sums, then rows, with all elements evaluated side by side. Sums are
+    added in the order of the elements."""
     constants = [[arithmetic.constant(number) for number in column] for column in repetition.elements]
     gathered = [[value(ref) for ref in slot] for slot in repetition.gather]
     together, apart = side_by_side([*constants, *gathered])

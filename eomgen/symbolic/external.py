@@ -134,14 +134,15 @@ class Call:
         return add_call(target, replace(self, operands=tuple(map(there, self.operands))))
 
     def derivative(self, tape: Tape, wanted: Iterable[int]) -> tuple[Call, tuple[int, ...]]:
-        """Return the call of the slopes along operands, and the columns of each result.
+        """Return the call of the slopes along operands, and the operands (by position) along which slopes are taken.
 
-        All arguments that vary are among the columns, so that slopes along coordinates and along velocities are one
-        call; parameters only if wanted.
+        All arguments that vary are among these, so that slopes along coordinates and along velocities are one call;
+        other arguments and parameters only if in ``wanted``.
 
         Raises
         ------
         HighDerivativeError
+            The call has slopes of the highest order already.
         """
         if len(self.columns) == HIGHEST_ORDER:
             raise HighDerivativeError(
@@ -167,7 +168,8 @@ def add_call(tape: Tape, call: Call) -> list[Ref]:
 
 
 def call_partials(tape: Tape, call: Call, tangents: Sequence[Mapping[int, Ref]]) -> list[dict[int, Ref]]:
-    """Return the tangent of every result of a call from the tangents of the operands."""
+    """Return the tangent {direction: derivative} of every result of a call, from the tangents of the operands. The call
+    of the slopes is recorded on the tape. Raises HighDerivativeError beyond the second order."""
     moving = [place for place, tangent in enumerate(tangents) if tangent]
     if not moving:
         return [{} for _ in range(call.size)]
@@ -184,7 +186,8 @@ def call_partials(tape: Tape, call: Call, tangents: Sequence[Mapping[int, Ref]])
 
 
 def call_adjoints(tape: Tape, call: Call, adjoints: Mapping[int, Ref], active: Sequence[bool]) -> list[tuple[Ref, Ref]]:
-    """Return active operands with adjoints, from the adjoints of results."""
+    """Return pairs (operand, adjoint) for the operands marked in ``active``, from the adjoints by number of the result.
+    The call of the slopes is recorded on the tape. Raises HighDerivativeError beyond the second order."""
     derivative, columns = call.derivative(tape, [place for place, moves in enumerate(active) if moves])
     slopes = add_call(tape, derivative)
     pairs = []
@@ -198,11 +201,8 @@ def call_adjoints(tape: Tape, call: Call, adjoints: Mapping[int, Ref], active: S
 
 
 def call_values(call: Call, operands: Sequence[Any]) -> list[Any]:
-    """Return the results of a call at numbers or arrays, which broadcast.
-
-    Imaginary parts of results are the slopes times the imaginary parts of arguments; NaN if the order of the slopes is
-    above the highest order.
-    """
+    """Return the results of a call, a list, at numbers or arrays, which broadcast. Imaginary parts of results are the
+    slopes times the imaginary parts of arguments; NaN if the order of the slopes is above the highest order."""
     x = np.stack(np.broadcast_arrays(*operands), axis=-1) if operands else np.zeros(0)
     function = call.function
     result: NDArray[Any] = function.evaluate(call.columns, np.ascontiguousarray(x.real))

@@ -39,7 +39,7 @@ class Kernel:
         self._recorded: list[_Rule | tuple[bool, int, int]] | None = None
 
     def instantiate(self, algebra: Algebra, values: Mapping[str, Scalar]) -> list[Scalar]:
-        """Record the kernel on a tape.
+        """Record the kernel on the algebra's tape, and return the results; the same symbols are recorded once.
 
         Parameters
         ----------
@@ -64,8 +64,9 @@ class Kernel:
 
 
 def _step_rule(step: Step) -> _Rule | tuple[bool, int, int]:
-    """Return the function that records a step on a tape from symbol values and earlier references; for a sum or product
-    with two operands, return the kind of operation and both operands' positions."""
+    """Return the function that records a step, called with the tape, the symbols' values and the references of earlier
+    steps. For a sum or product of two operands: (whether it is a sum, position of the first operand, position of the
+    second)."""
     kind, *operands = step
     if kind == "symbol":
         name = str(operands[0])

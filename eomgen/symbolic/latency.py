@@ -34,11 +34,9 @@ SHARE = 0.3
 
 
 def critical_path(tape: Tape, outputs: Iterable[Ref]) -> int:
-    """Return the cycles of the longest chain of operations before the outputs.
-
-    Elements of a Map run side by side and sums wait for one another; a Map with a carry counts as if each element
-    waited for the whole previous element.
-    """
+    """Return the expected processor cycles of the longest chain of operations that the outputs depend on. Elements of a
+    Map run side by side and sums wait for one another; a Map with a carry counts as if each element waited for the
+    whole previous element."""
     outputs = list(outputs)
     ops, a, b = tape.op, tape.a, tape.b
     live = tape.live(outputs)
@@ -79,18 +77,19 @@ def critical_path(tape: Tape, outputs: Iterable[Ref]) -> int:
 
 
 def waits(tape: Tape, outputs: Sequence[Ref]) -> bool:
-    """Return whether operations wait for one another so long that a shorter critical path saves time."""
+    """Return whether the critical path dominates the time of the operations, so that shortening the path saves time.
+    False for large functions, from a weight of 2500 on."""
     weight = tape.counts(outputs).weight
     return weight < _MANY and critical_path(tape, outputs) > _MUCH * SHARE * weight
 
 
 def fastest(tape: Tape, algorithms: Sequence[Sequence[Ref]], ratio: float) -> int:
-    """Return the number of the algorithm with the fewest operations, or of another one that is expected to take less
-    than ``ratio`` of its cycles.
+    """Return the index of the algorithm with the fewest operations, or of another one that takes less than ``ratio`` of
+    that one's expected cycles.
 
     Parameters
     ----------
-    algorithms : the same outputs by each algorithm
+    algorithms : references of the same outputs by each algorithm
     """
     weights = [tape.counts(outputs).weight for outputs in algorithms]
     best = min(range(len(algorithms)), key=weights.__getitem__)

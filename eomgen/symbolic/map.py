@@ -143,10 +143,9 @@ class Map:
         )
 
     def join(self, other: Map) -> Map | None:
-        """Return one loop with the sums of both loops, this loop's first; None if no operation is saved.
-
-        Loops that only sum over the same references are joined; shared subexpressions are computed once.
-        """
+        """Return one loop with the sums of both loops, this loop's first; None if both cannot be joined, or no
+        operation is saved. Loops that only sum over the same references are joined; shared subexpressions are computed
+        once."""
         if not isinstance(other, Map):  # a call of an external function
             return None
         alike = self.count == other.count and set(self.references) == set(other.references)
@@ -175,7 +174,8 @@ class Map:
         return Map(kernel, self.count, tuple(columns), tuple(shared), tuple(slots), sums=tuple(sums), label=both)
 
     def copy_to(self, target: Tape, there: Callable[[Ref], Ref], *, unrolled: bool) -> list[Ref]:
-        """Return the results of the same loop, or of the unrolled operations, on another tape."""
+        """Record the same loop, or the unrolled operations, on another tape, and return the references of all results.
+        ``there`` maps references of the outer tape to references of the other tape."""
         loop = replace(
             self,
             shared=tuple(map(there, self.shared)),
@@ -186,11 +186,8 @@ class Map:
 
     @staticmethod
     def together(loops: Mapping[int, Map]) -> list[tuple[Map, dict[int, int]]]:
-        """Return the loops after joining as many numbered loops as possible.
-
-        Each loop comes with the numbers of the replaced loops, and the positions of the first results of each replaced
-        loop.
-        """
+        """Return the loops after joining as many numbered loops as possible, see ``join``. Each loop comes with a
+        mapping: from the numbers of the replaced loops to the position of the loop's first result."""
         joined: list[tuple[Map, dict[int, int]]] = []
         for number, loop in loops.items():
             for place, (other, starts) in enumerate(joined):
@@ -247,7 +244,7 @@ def add_map(tape: Tape, loop: Map) -> MapResults:
 
 
 def unroll(tape: Tape, loop: Map) -> MapResults:
-    """Record the operations of a Map element after element and return the results; the reference for the loop."""
+    """Record the operations of a Map on the outer tape, element after element, and return the results."""
     sums, carry = [ZERO] * len(loop.sums), list(loop.initial)
     rows: list[tuple[Ref, ...]] = []
     for i in range(loop.count):
@@ -320,7 +317,7 @@ def splice(
 
 
 def record(tape: Tape, op: Op, operands: Sequence[Ref]) -> Ref:
-    """Record an operation, other than a leaf or the result of a Map, by its code."""
+    """Record an operation by its code on the operands, and return the reference; not for leaves, Maps and curves."""
     match op:
         case Op.ADD:
             return tape.add(operands[0], operands[1])

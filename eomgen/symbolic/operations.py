@@ -98,7 +98,7 @@ def _over_root(tape: Any, numerator: float, x: Ref) -> Any:
 
 
 def _arc_jet(jets: Any, x: Sequence[Ref], value: Ref, *, falling: bool) -> Any:
-    """z' sqrt(1 - x^2) = x', or -x' if z falls."""
+    """Return the jet of asin x, or acos x if ``falling``: z' sqrt(1 - x^2) = x', or -x'; ``value`` is z at order 0."""
     low = x[:-1]
     square = jets.add(jets.constant(1.0, len(low)), jets.negative(jets.multiply(low, low)))
     rate = jets.slope_times(jets.rate(x), jets.sqrt(square, jets.tape.call(Op.SQRT, square[0])))
@@ -106,13 +106,13 @@ def _arc_jet(jets: Any, x: Sequence[Ref], value: Ref, *, falling: bool) -> Any:
 
 
 def _arc_series(series: Any, op: Op, x: Any) -> Any:
-    """z' sqrt(1 - x^2) = x', or -x' for acos."""
+    """Return the term of asin x, or acos x: z' sqrt(1 - x^2) = x', or -x'."""
     root = series.sqrt(series.add(series.constant(1.0), series.negative(series.multiply(x, x))))
     return series.over(series.tape.call(op, x.value), x if op is Op.ASIN else series.negative(x), root)
 
 
 def _atan_jet(jets: Any, x: Sequence[Ref], value: Ref) -> Any:
-    """z' (1 + x^2) = x'."""
+    """Return the jet of atan x: z' (1 + x^2) = x'; ``value`` is z at order 0."""
     low = x[:-1]
     square = jets.add(jets.constant(1.0, len(low)), jets.multiply(low, low))
     return jets.integrate(value, jets.divide(jets.rate(x), square))

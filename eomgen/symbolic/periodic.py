@@ -15,7 +15,8 @@ Columns = tuple[tuple[float, ...], ...]
 
 
 def harmonic_sum(columns: Sequence[Sequence[float]], along: Ref, label: str = "") -> Map:
-    """Return the loop that sums a cos(w x) + b sin(w x), ``columns`` a, w and b; ``along`` refers to x."""
+    """Return the loop that sums a cos(w x) + b sin(w x) over all harmonics. ``columns`` are the numbers a, w and b of
+    all harmonics, ``along`` is the reference of x."""
     kernel = Tape()
     inner = Algebra(kernel)
     in_phase, frequency, quadrature = inner.block("element", 3)
@@ -26,7 +27,8 @@ def harmonic_sum(columns: Sequence[Sequence[float]], along: Ref, label: str = ""
 
 
 def harmonics_in(tape: Tape, ref: Ref, symbol: InputSymbol) -> Columns | None:
-    """Return a, w and b of a sum of harmonics of an input; None for any other expression."""
+    """Return the columns a, w and b if a reference is a sum of harmonics a cos(w x) + b sin(w x) of the input
+    ``symbol``. None for any other expression."""
     node = abs(ref)
     if tape.op[node] is not Op.MAP or tape.b[node] != 0:
         return None
@@ -46,11 +48,9 @@ def harmonics_in(tape: Tape, ref: Ref, symbol: InputSymbol) -> Columns | None:
 
 
 def periodic_inputs(tape: Tape, outputs: Iterable[Ref]) -> set[InputSymbol]:
-    """Return the inputs that may be reduced modulo 2 pi without changing any output.
-
-    A node may be shifted by multiples of 2 pi if all its uses are sines and cosines, or sums, differences and integer
-    multiples that may also be shifted. Outputs may not.
-    """
+    """Return the inputs that may be reduced modulo 2 pi without changing any output. A node may be shifted by multiples
+    of 2 pi if all its uses are sines and cosines, or sums, differences and integer multiples that may also be shifted.
+    Outputs may not be shifted."""
     as_it_is = {abs(ref) for ref in set(outputs)}
     periodic = set()
     gathered: set[int] = set()  # by Maps, whose results have the same operands

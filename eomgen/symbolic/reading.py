@@ -105,10 +105,9 @@ def to_latex(
     names: Mapping[InputSymbol, str] | None = None,
     shortest: bool = False,
 ) -> str:
-    """Return a block as display LaTeX: ``name = matrix``, after the intermediates in ``aligned``.
-
-    ``shortest`` multiplies products out in the entries of a block given whole, if the result is shorter.
-    """
+    """Return a block as display LaTeX: ``name = matrix``, after the intermediates in ``aligned``. ``shape``, ``named``
+    and ``names`` are as of ``block_to_sympy``. ``shortest`` multiplies products out in the entries of a block given
+    whole, if the result is shorter."""
     import sympy  # noqa: PLC0415  # as in block_to_sympy
 
     block = block_to_sympy(tape, refs, shape, named=named, names=names)
@@ -126,7 +125,8 @@ def to_latex(
 
 
 def _latex_name(name: str) -> str:
-    """Return ``q_theta2`` as LaTeX, ``q_{\\theta_{2}}``; empty if SymPy sets numbers as indices anyway."""
+    r"""Return a name such as ``q_theta2`` as LaTeX, ``q_{\theta_{2}}``. Empty if no part after an underscore ends in
+    digits, since SymPy sets such names as wanted."""
     import sympy  # noqa: PLC0415  # as in block_to_sympy
 
     head, *below = name.split("_")
@@ -150,7 +150,7 @@ def input_symbol(symbol: InputSymbol) -> sympy.Symbol:
 
 
 def _worth_naming(tape: Tape, refs: Sequence[Ref], live: Sequence[int]) -> set[int]:
-    """Return the operations that are used more than once, or with an expression longer than NAME_LIMIT."""
+    """Return the nodes among ``live`` that are used more than once, or whose expression is longer than NAME_LIMIT."""
     uses = Counter(abs(ref) for ref in refs)
     for node in live:
         uses.update(abs(ref) for ref in tape.operands(node))

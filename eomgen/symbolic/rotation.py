@@ -26,7 +26,7 @@ class MatrixFactor:
         return apply(transpose(self.matrix), x)
 
     def congruence(self, A: Matrix) -> Matrix:
-        """Return R A R^T."""
+        """Return R A R^T, (3, 3); symmetric by structure for a symmetric A."""
         planar = self._planar()
         if planar is not None:
             return planar.congruence(A)
@@ -36,7 +36,7 @@ class MatrixFactor:
         return (B[0], (B[0][1], B[1][1], B[1][2]), (B[0][2], B[1][2], B[2][2]))
 
     def _planar(self) -> PlanarFactor | None:
-        """Return this rotation as a rotation about a coordinate axis; None if there is no such axis, or if the angle is
+        """Return this rotation as a rotation about a coordinate axis. None if there is no such axis, or if the angle is
         a right angle, which costs no operation here."""
         for k in range(3):
             i, j = (k + 1) % 3, (k + 2) % 3

@@ -73,7 +73,7 @@ class Scalar:
 
     @property
     def constant(self) -> float | None:
-        """The number of a constant; None for other references, and for generic constants. None for one of any value."""
+        """The number of a constant; None for other references, and for generic constants."""
         return self.tape.value(self.ref)
 
     @property
@@ -181,7 +181,7 @@ class Algebra:
         return Scalar(self.tape, self.tape.call(op, x.ref, y.ref if y is not None else 0))
 
     def length(self, x: Sequence[Scalar]) -> Scalar:
-        """Return the length of a vector that is not 0 wherever it is used, since its direction is used as well.
+        """Return the Euclidean length of a vector that must not be 0, since values are divided by the length.
 
         Parameters
         ----------
@@ -191,7 +191,8 @@ class Algebra:
         Returns
         -------
         Scalar
-            Its derivatives have no value at 0, unlike a root of squares (``edges``).
+            The length, noted in ``tape.lengths``. Its derivatives have no value at 0, unlike a root of squares
+            (``edges``).
         """
         length = self.call(Op.SQRT, dot(x, x))
         self.tape.lengths.add(abs(length.ref))
@@ -275,19 +276,19 @@ def cross(x: Vector, y: Vector) -> Vector:
 
 
 def apply(A: Matrix, x: Vector) -> Vector:
-    """Return the product of a matrix and a vector.
+    """Return the product of a matrix and a vector in space.
 
     Parameters
     ----------
-    A : sequence of sequences of Scalar
-        Matrix (m, n).
-    x : sequence of Scalar
-        Vector (n,).
+    A : Matrix
+        Matrix (3, 3).
+    x : Vector
+        Vector (3,).
 
     Returns
     -------
-    list of Scalar
-        A x, (m,).
+    Vector
+        A x, (3,).
     """
     return (dot(A[0], x), dot(A[1], x), dot(A[2], x))
 
@@ -297,13 +298,13 @@ def transpose(A: Matrix) -> Matrix:
 
     Parameters
     ----------
-    A : sequence of sequences of Scalar
-        Matrix (m, n).
+    A : Matrix
+        Matrix (3, 3).
 
     Returns
     -------
-    list of lists of Scalar
-        (n, m).
+    Matrix
+        A^T, (3, 3).
     """
     return ((A[0][0], A[1][0], A[2][0]), (A[0][1], A[1][1], A[2][1]), (A[0][2], A[1][2], A[2][2]))
 

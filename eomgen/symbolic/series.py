@@ -33,17 +33,17 @@ class SeriesTerm(NamedTuple):
 
 
 class Series:
-    """Records both functions on a tape, and collects the products and the values kept from order 0.
+    """Records the Taylor recurrences of operations as two functions: the values at order 0, and coefficient k.
 
     Attributes
     ----------
     tape : Tape
         Both functions are recorded here; coefficient k reads the blocks named in this module.
-    left, right : lists of Term
+    left, right : lists of SeriesTerm
         Factors of the products, by number.
     kept : list of Ref
         Values of order 0 that coefficient k reads as components of ``KEPT``.
-    previous : list of Term
+    previous : list of SeriesTerm
         Slopes; coefficient k reads the coefficients k - 1 of slopes as components of ``PREVIOUS``.
     time : Ref, optional
         Coefficient k of time, which has none beyond the first.
@@ -62,7 +62,8 @@ class Series:
     # -- products ----------------------------------------------------------------------------------------------------
 
     def keep(self, value: Ref) -> Ref:
-        """Return the reference by which coefficient k reads a value of order 0."""
+        """Return the reference by which coefficient k reads a value of order 0: an input of ``KEPT``, or the constant
+        itself."""
         if self.tape.number(value) is not None:
             return value
         if value < 0:
@@ -126,7 +127,8 @@ class Series:
         return self.tape.number(ref) is not None or (symbol is not None and symbol.block == KEPT)
 
     def _after(self, rate: Ref, slope: SeriesTerm) -> Ref:
-        """Return coefficient k of z, z' = slope times a rate that does not change in time."""
+        """Return coefficient k of z with z' = slope * rate, for a constant rate; the slope is appended to
+        ``previous``."""
         before = self.tape.input(PREVIOUS, len(self.previous))
         self.previous.append(slope)
         return self.tape.mul(self.tape.mul(self.per_k, self.tape.mul(self.step, rate)), before)
@@ -166,7 +168,7 @@ class Series:
         return SeriesTerm(tape.mul(x.value, y.value), change)
 
     def divide(self, x: SeriesTerm, y: SeriesTerm) -> SeriesTerm:
-        """z y = x."""
+        """Return the term of z = x / y, by z y = x."""
         tape = self.tape
         value, reciprocal = tape.div(x.value, y.value), self.keep(tape.div(ONE, y.value))
         if y.next == ZERO:
@@ -178,7 +180,7 @@ class Series:
         return z
 
     def sqrt(self, x: SeriesTerm) -> SeriesTerm:
-        """z z = x."""
+        """Return the term of z = sqrt(x), by z z = x."""
         tape = self.tape
         value = tape.call(Op.SQRT, x.value)
         half = self.keep(tape.root_slope(x.value, value))
@@ -189,13 +191,13 @@ class Series:
         return z
 
     def sine_and_cosine(self, x: SeriesTerm, *, hyperbolic: bool = False) -> tuple[SeriesTerm, SeriesTerm]:
-        """s' = c x', c' = -s x', or + if hyperbolic."""
+        """Return the terms of sine s and cosine c of x, recorded once: s' = c x', c' = -s x', or + if hyperbolic."""
         if (hyperbolic, x) not in self._pairs:
             self._pairs[hyperbolic, x] = self._pair(x, hyperbolic)
         return self._pairs[hyperbolic, x]
 
     def _pair(self, x: SeriesTerm, hyperbolic: bool) -> tuple[SeriesTerm, SeriesTerm]:
-        """Return the series of sine and cosine of x, circular or hyperbolic."""
+        """Record the terms of sine and cosine of x, circular or hyperbolic, and return both."""
         ops = (Op.SINH, Op.COSH) if hyperbolic else (Op.SIN, Op.COS)
         values = [self.tape.call(op, x.value) for op in ops]
         if x.next == ZERO:
@@ -218,7 +220,7 @@ class Series:
         return sine, cosine
 
     def from_slope(self, value: Ref, x: SeriesTerm, slope: SeriesTerm) -> SeriesTerm:
-        """z' = slope x', with the slope known before z."""
+        """Return the term of z with z' = slope x', for a slope that does not depend on z; ``value`` is z at order 0."""
         if (rate := self.rate(x)) is not None:
             return SeriesTerm(value, self._after(rate, slope))
         number = self.open_product()
@@ -230,7 +232,7 @@ class Series:
         return self.exponential_of(self.tape.call(Op.EXP, x.value), x)
 
     def exponential_of(self, value: Ref, x: SeriesTerm) -> SeriesTerm:
-        """z' = z x'."""
+        """Return the term of z with z' = z x'; ``value`` is z at order 0."""
         if (rate := self.rate(x)) is not None:
             z = SeriesTerm(value, self._after(rate, SeriesTerm(value, ZERO)))
             self.previous[-1] = z
@@ -241,7 +243,7 @@ class Series:
         return z
 
     def tangent(self, x: SeriesTerm, op: Op) -> SeriesTerm:
-        """z' = w x' with w = 1 + z^2, or 1 - z^2 if hyperbolic."""
+        """Return the term of tan x or tanh x (``op``): z' = w x' with w = 1 + z^2, or 1 - z^2 if hyperbolic."""
         tape, sign = self.tape, ONE if op is Op.TAN else -ONE
         value = tape.call(op, x.value)
         slope_value = tape.add(ONE, tape.mul(sign, tape.mul(value, value)))
@@ -252,7 +254,8 @@ class Series:
         return z
 
     def over(self, value: Ref, rate_of: SeriesTerm, w: SeriesTerm) -> SeriesTerm:
-        """z' w = x', with w known before z."""
+        """Return the term of z with z' w = x' (x is ``rate_of``), for a w that does not depend on z; ``value`` is z at
+        order 0."""
         tape = self.tape
         reciprocal = self.keep(quotient(tape, ONE, w.value, w.value))
         if w.next == ZERO:
@@ -264,7 +267,7 @@ class Series:
         return z
 
     def angle(self, y: SeriesTerm, x: SeriesTerm) -> SeriesTerm:
-        """z = atan2(y, x): z' (x^2 + y^2) = x y' - y x'."""
+        """Return the term of z = atan2(y, x), by z' (x^2 + y^2) = x y' - y x'."""
         tape = self.tape
         numerator = ZERO
         for rate, other, sign in ((y, x, ONE), (x, y, -ONE)):
@@ -277,7 +280,7 @@ class Series:
         return self.over(tape.call(Op.ATAN2, y.value, x.value), SeriesTerm(ZERO, numerator), square)
 
     def power(self, x: SeriesTerm, exponent: SeriesTerm) -> SeriesTerm:
-        """x^e = exp(e log x); the value at order 0 is computed by the power."""
+        """Return the term of x^exponent = exp(exponent log x); the value at order 0 is computed by the power."""
         logarithm = self.multiply(exponent, self.over(logarithm_of_base(self.tape, x.value), x, x))
         return self.exponential_of(self.tape.call(Op.POW, x.value, exponent.value), logarithm)
 
@@ -285,14 +288,15 @@ class Series:
         return self.over(self.tape.call(Op.LOG, x.value), x, x)
 
     def curve(self, curve: CurveLike, derivative: int, x: SeriesTerm) -> SeriesTerm:
-        """The rate of a curve is the next derivative times the rate of x; zero beyond the degree."""
+        """Return the term of a derivative (0: the value) of a curve at x; constant from the degree of the polynomials
+        on. The rate is the next derivative times the rate of x."""
         value = self.tape.curve(curve, derivative, x.value)
         if x.next == ZERO or derivative >= curve.coefficients.shape[1] - 1:
             return SeriesTerm(value, ZERO)
         return self.from_slope(value, x, self.curve(curve, derivative + 1, x))
 
     def chosen(self, op: Op, operands: Sequence[SeriesTerm]) -> SeriesTerm:
-        """Functions that are not smooth follow the branch taken at order 0."""
+        """Return the term of an operation that is not smooth; coefficient k follows the branch taken at order 0."""
         tape = self.tape
         values = [term.value for term in operands]
         if op is Op.SELECT:
@@ -308,7 +312,8 @@ class Series:
         return SeriesTerm(value, ZERO)
 
     def _from_derivative(self, number: int, x: SeriesTerm, slope: SeriesTerm) -> Ref:
-        """Coefficient k of z with z' = slope x'; the result contains only coefficients of the slope below k."""
+        """Return coefficient k of z with z' = slope x', from product ``number`` of k x_k and the slope. The result
+        contains only coefficients of the slope below k."""
         tape = self.tape
         last = tape.mul(x.next, self.first(RIGHT, number, slope))
         return tape.add(tape.mul(self.per_k, self.inner(number)), last)
@@ -321,10 +326,9 @@ def record_series(
     given: Mapping[InputSymbol, SeriesTerm],
     known: dict[int, SeriesTerm],
 ) -> list[SeriesTerm]:
-    """Record the recurrence of the outputs of a tape; inputs that are not given are constant in time.
-
-    Maps must have been unrolled. ``known`` holds the nodes that were recorded before, and is completed.
-    """
+    """Record the recurrence of the outputs of a tape, and return the term of each output. ``given`` are the terms of
+    inputs that vary in time; other inputs are constant. Maps must have been unrolled. ``known`` holds the terms of
+    nodes that were recorded before, and is completed in place."""
 
     def term(ref: Ref) -> SeriesTerm:
         return known[abs(ref)] if ref > 0 else series.negative(known[abs(ref)])
@@ -346,7 +350,7 @@ def record_series(
 
 
 def record_term(series: Series, op: Op, operands: Sequence[SeriesTerm]) -> SeriesTerm:
-    """Record one operation that is neither a leaf nor a curve."""
+    """Record one operation that is neither a leaf nor a curve, and return the term; constant for constant operands."""
     tape, x = series.tape, operands[0]
     if all(operand.next == ZERO for operand in operands):
         return SeriesTerm(record(tape, op, [operand.value for operand in operands]), ZERO)

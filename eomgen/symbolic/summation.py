@@ -19,11 +19,11 @@ _SUMS = (_ADD, _SUB)
 
 
 def sums_by_readiness(tape: Tape, outputs: Sequence[Ref]) -> list[Ref]:
-    """Return outputs whose sums take first the terms that are ready first, recorded anew; outputs with loops or calls
-    of external functions are returned as they are.
+    """Return outputs recorded anew, with sums that take first the terms that are ready first.
 
-    A sum that another operation or an output needs, too, remains one term of larger sums. Sums do not depend on names:
-    the same equations have other names in an FMU, and the same bits.
+    Outputs with loops or calls of external functions are returned unchanged. A sum that another operation or an output
+    needs, too, remains one term of larger sums. Sums do not depend on names: the same equations have other names in an
+    FMU, and the same bits.
     """
     live = tape.live(outputs)
     if any(tape.op[node] is _MAP for node in live):
@@ -35,11 +35,12 @@ def sums_by_readiness(tape: Tape, outputs: Sequence[Ref]) -> list[Ref]:
 
 
 class _Order:
-    """New references of nodes, with the cycles at which they are ready.
+    """New references of nodes whose sums are reordered, with the processor cycles at which they are ready.
 
     Parameters
     ----------
     live : nodes of the outputs, in order
+    outputs : references whose sums stay sums of their own
     """
 
     def __init__(self, tape: Tape, live: Sequence[int], outputs: Sequence[Ref]) -> None:
@@ -84,7 +85,7 @@ class _Order:
             self.tape.name(self.new[node], name)
 
     def _terms(self, ref: Ref) -> list[Ref]:
-        """Return the terms of a sum, which are nodes with signs."""
+        """Return the terms of a sum, references with signs; sums that only this sum needs are expanded."""
         node, sign = abs(ref), 1 if ref > 0 else -1
         x, y = self.tape.operands(node)
         terms = []
@@ -93,8 +94,8 @@ class _Order:
         return terms
 
     def _sum(self, node: int) -> tuple[Ref, int]:
-        """Return the new reference of a sum, and when it is ready. A product that the sum alone needs is fused with the
-        addition."""
+        """Return the new reference of a sum, and the cycle at which it is ready. A product that the sum alone needs is
+        fused with the addition."""
         tape, step = self.tape, LATENCIES[_ADD]
         waiting: list[tuple[int, int, bool, Ref]] = []
         for place, ref in enumerate(self._terms(node)):

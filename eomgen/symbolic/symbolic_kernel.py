@@ -59,12 +59,13 @@ _WIDTH = 120
 
 
 def module_of(about: str, table: str, kernels: Mapping[str, Kernel]) -> str:
-    """Return the text of a module that holds kernels by name.
+    """Return the text of a Python module that holds kernels by name.
 
     Parameters
     ----------
     about : docstring of the module
     table : name of the mapping
+    kernels : by name, in the order of the text
     """
     text = f'"""{about}"""\n\n{_HEAD}\n{table}: Mapping[str, Kernel] = {{\n'
     for name, kernel in kernels.items():

@@ -215,7 +215,7 @@ class Tape:
         return self._node(_MUL, x, y)
 
     def div(self, x: Ref, y: Ref) -> Ref:
-        """Return x / y. Raises ZeroDivisionError when y is the constant 0."""
+        """Return x / y, folded if both are constants. Raises ZeroDivisionError if y is the constant 0."""
         if y == ZERO:
             raise ZeroDivisionError("division by a value that is zero by structure")
         if y < 0:
@@ -235,7 +235,8 @@ class Tape:
         return self._node(_DIV, x, y)
 
     def call(self, op: Op, x: Ref, y: Ref = 0) -> Ref:
-        """Apply a function of one or two arguments. Raises ValueError for a constant outside the function's domain."""
+        """Record a function of one or two arguments, folded for constants, and return the reference. Raises ValueError
+        for a constant outside the function's domain."""
         if op in UNARY:
             number = self.value(x)
             if number is not None:
@@ -284,12 +285,13 @@ class Tape:
         return self._node(_CURVE, x, known)
 
     def root_slope(self, x: Ref, root: Ref) -> Ref:
-        """Return the slope of the square root of x, 0 if x and its first derivatives are 0."""
+        """Return the reference of the slope 1 / (2 root) of the square root of x; 0 if x and its first derivatives are
+        0. ``root`` is the reference of the square root."""
         half = self.constant(0.5)
         return self.div(half, root) if root in self.lengths else quotient(self, half, root, x)
 
     def power(self, x: Ref, exponent: int) -> Ref:
-        """Return x to an integer exponent by repeated squaring."""
+        """Return x to an integer exponent, which may be negative, by repeated squaring."""
         if exponent < 0:
             return self.div(ONE, self.power(x, -exponent))
         result, square = ONE, x
@@ -346,7 +348,8 @@ class Tape:
         return (self.a[node], self.b[node])
 
     def live(self, outputs: Iterable[Ref]) -> list[int]:
-        """Return the nodes that the outputs need, in evaluation order (ascending)."""
+        """Return the numbers of all nodes that the outputs depend on, outputs included, in evaluation order
+        (ascending)."""
         needed = bytearray(len(self.op))
         gathered_maps: set[int] = set()
         for ref in set(outputs):  # whole matrices have many zeros
@@ -377,12 +380,12 @@ class Tape:
         return {self.inputs[self.a[node]] for node in self.live(outputs) if self.op[node] is _INPUT}
 
     def blocks_read(self, outputs: Mapping[str, Sequence[Ref]]) -> dict[str, set[str]]:
-        """Return the input blocks that several groups of outputs depend on by structure, by one pass over the tape.
+        """Return the names of the input blocks on which groups of outputs depend by structure, by name of the group.
 
         Parameters
         ----------
         outputs : mapping
-            References of each group by its name.
+            References of each group by the group's name.
         """
         bits = {block: 1 << place for place, block in enumerate(dict.fromkeys(symbol.block for symbol in self.inputs))}
         a, b, references = self.a, self.b, _REFERENCES
@@ -426,7 +429,7 @@ class Tape:
         return self.label_range(node)[2]
 
     def label_range(self, node: int) -> tuple[int, int, str]:
-        """Return the range of nodes with the label of a node, and the label."""
+        """Return (first node, node after the last, label) of the range of nodes that have the label of a node."""
         position = bisect_right(self.blocks, (node, "\U0010ffff")) - 1
         end = self.blocks[position + 1][0] if position + 1 < len(self.blocks) else len(self.op)
         begin, label = self.blocks[position] if position >= 0 else (0, "")
@@ -471,12 +474,14 @@ def dot(tape: Tape, x: Sequence[Ref], y: Sequence[Ref]) -> Ref:
 
 
 def substitute(tape: Tape, outputs: Sequence[Ref], values: Mapping[Ref, Ref]) -> list[Ref]:
-    """Return outputs recorded again with other references in place of some nodes, such as inputs.
+    """Return outputs recorded again on the same tape, with other references in place of some nodes, such as inputs.
+
+    ``values`` maps the replaced references to the new ones.
 
     Raises
     ------
     ValueError
-        Outputs with loops or calls of external functions.
+        The outputs need loops or calls of external functions.
     """
     known = {abs(node): ref if node > 0 else -ref for node, ref in values.items()}
 
@@ -498,7 +503,8 @@ def substitute(tape: Tape, outputs: Sequence[Ref], values: Mapping[Ref, Ref]) ->
 
 
 def record_node(tape: Tape, node: int, operands: Sequence[Ref]) -> Ref:
-    """Record the operation of a node that has operands, but no loop or call, with other operands."""
+    """Record the operation of a node that has operands, but no loop or call, with other operands, and return the
+    reference."""
     op = tape.op[node]
     if op is _CURVE:
         return tape.curve(*tape.curves[tape.b[node]], operands[0])

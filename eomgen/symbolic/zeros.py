@@ -21,7 +21,8 @@ _PRIME, _SAMPLES = 2**31 - 1, 3
 
 
 def vanishing(tape: Tape, refs: Iterable[Ref]) -> set[Ref]:
-    """Return the references whose values are 0 for all inputs and in all cases of laws."""
+    """Return the references whose values are 0 for all inputs, whichever cases of conditions hold. By evaluation at
+    three random samples modulo a prime."""
     distinct = sorted(set(refs))
     residues = _Residues()
     values = run(tape, distinct, residues.leaf, residues.arithmetic)
@@ -29,7 +30,7 @@ def vanishing(tape: Tape, refs: Iterable[Ref]) -> set[Ref]:
 
 
 class _Residues:
-    """Arithmetic modulo the prime, of samples side by side."""
+    """Arithmetic modulo the prime for the evaluation of a tape, with several random samples side by side."""
 
     def __init__(self) -> None:
         """Define all operations modulo a prime, with random residues for unknown values."""
@@ -62,7 +63,7 @@ class _Residues:
         return self._random.integers(1, _PRIME, np.broadcast_shapes(shape, (_SAMPLES,)))
 
     def _unknown(self, function: Any, *operands: Any) -> Any:
-        """Return random numbers for values of a function, the same ones at the same arguments."""
+        """Return random residues for values of a function, the same at equal arguments; arrays broadcast."""
         arguments = [np.asarray(x) % _PRIME for x in operands]
         key = (function, *((x.shape, x.tobytes()) for x in arguments))
         if key not in self._known:
@@ -80,7 +81,7 @@ class _Residues:
         return _product(2 * tangent, divisor), _product(1 - square, divisor)
 
     def _inverse(self, x: Any) -> Any:
-        """Return 1/x; of 0 a random number."""
+        """Return 1/x modulo the prime, elementwise; for 0 a random number."""
         x = np.asarray(x) % _PRIME
         power, result, exponent = x, np.ones_like(x), _PRIME - 2
         while exponent:  # Fermat's theorem

@@ -54,7 +54,8 @@ class _Jumps:
         return cls(np.array(places), start, end - start if curve.outside == "periodic" else 0.0)
 
     def behind(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the number of jumps at or before x."""
+        """Return the number of jumps at or before x, elementwise; over the periods of a periodic curve it may be
+        negative."""
         if not self.period:
             return np.searchsorted(self.places, x, side="right").astype(np.float64)
         turns = np.floor((x - self.start) / self.period)
@@ -63,7 +64,7 @@ class _Jumps:
 
 
 class Branches:
-    """The branches of a system's equations, and the sides of the branches at states.
+    """The branches of a system's equations (comparisons, signs, curves with jumps), and the sides on which states are.
 
     Comparisons within loops over alike elements are left out.
 
@@ -81,7 +82,8 @@ class Branches:
 
     @cached_property
     def _found(self) -> list[tuple[Branch, tuple[Ref, ...], _Jumps | None]]:
-        """Branches with the operands of each, and the jumps of each curve."""
+        """Each branch with the references of the operands, and with the jumps of a curve (None for comparisons and
+        signs)."""
         tape, result = self._tape, []
         for node in tape.live(self._equations):
             op, jumps = tape.op[node], None
@@ -101,12 +103,12 @@ class Branches:
         return [branch for branch, *_ in self._found]
 
     def kinks(self, outputs: slice) -> list[Branch]:
-        """Return continuous operations with slopes that jump: absolute, smallest and largest values.
+        """Return the continuous operations with slopes that jump: absolute, smallest and largest values.
 
         Parameters
         ----------
         outputs : slice
-            Components of the outputs that are looked at besides the equations.
+            Components of the outputs that are looked at in addition to the equations.
         """
         tape, result = self._tape, []
         for node in tape.live([*self._equations, *self._outputs[outputs]]):
@@ -130,8 +132,8 @@ class Branches:
         return result
 
     def sides(self, arguments: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return on which side of each branch arguments are, (n, branches): -1, 0, 1 of comparisons, how many jumps of
-        a curve are passed."""
+        """Return on which side of each branch the arguments (n, branches) are, (n, branches). -1, 0 or 1 for
+        comparisons and signs; for a curve the number of jumps that the argument has passed."""
         result = np.sign(arguments)
         for column, (_, _, jumps) in enumerate(self._found):
             if jumps is not None:

@@ -49,10 +49,10 @@ def cancellation(M: Array, joints: Sequence[slice]) -> Array:
 
 
 def largest_cancellation(M: Array) -> float:
-    """Return an upper bound of ``cancellation`` of one inertia matrix, by a Cholesky factorization; inf if the
-    factorization fails.
+    """Return an upper bound of ``cancellation`` for one inertia matrix, by a Cholesky factorization.
 
-    Components of a joint are eliminated one by one, so pivots are at most the inertias of ``cancellation``.
+    Infinite if the factorization fails. Components of a joint are eliminated one by one, so pivots are at most the
+    inertias of ``cancellation``.
 
     Parameters
     ----------

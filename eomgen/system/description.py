@@ -90,12 +90,14 @@ class WrittenStart:
 
 @dataclass(frozen=True)
 class CoordinateLimit:
-    """A range of one coordinate, beyond which a stop pushes it back.
+    """A range of one coordinate, beyond which a stop pushes the coordinate back.
 
     Attributes
     ----------
     subject : coordinate and joint, for messages: ``the travel of joint slider``
-    coordinate : name among the coordinates q: ``q.slider`` ``q.slider``
+    coordinate : name among the coordinates q: ``q.slider``
+    unit : of the coordinate, ``m`` or ``rad``
+    lower, upper : bounds, formulas of parameters; None for an open end
     stiffness : of the stop, N/m or N m/rad
     """
 
@@ -223,13 +225,15 @@ class ElementStiffness:
 
         Parameters
         ----------
-        forces : (elements, 6) section forces by the matrices
+        values : of the parameters by name
+        forces : (elements, 6) section forces by the matrices of ``matrices``
         """
         bends = [within @ force for (_, within), force in zip(self._of_elements(values), forces, strict=True)]
         return np.asarray(np.linalg.norm(np.array(bends)[:, 3:], axis=1))
 
     def _of_elements(self, values: Mapping[str, float]) -> list[tuple[Array, Array]]:
-        """Return of each element the stiffness and ad C2 ad^T, evaluated once for equal elements."""
+        """Return for each element the stiffness, (6, 6), and ad C2 ad^T, the flexibility by varying forces, (6, 6).
+        ``values`` are the parameters by name. Equal elements are evaluated once."""
         made: dict[object, tuple[Array, Array]] = {}
         result = []
         for rows, length, twist, means in zip(self.stiffness, self.lengths, self.twists, self.compliance, strict=True):
@@ -243,7 +247,9 @@ class ElementStiffness:
 def _of_element(
     rows: _Rows, means: Sequence[_Rows], length: float, twist: Sequence[float], values: Mapping[str, float]
 ) -> tuple[Array, Array]:
-    """Return the stiffness of an element and ad C2 ad^T."""
+    """Return the stiffness of an element, (6, 6), and ad C2 ad^T, the flexibility by forces that vary along the
+    element, (6, 6). ``rows`` are the section stiffness, ``means`` the means of the compliance (or empty), ``twist`` the
+    initial shape."""
 
     def numbers(rows: _Rows) -> Array:
         return np.array([[evaluate(entry, lambda symbol: values[symbol.name]) for entry in row] for row in rows])
@@ -282,10 +288,8 @@ class Solid:
 
 @dataclass(frozen=True)
 class Hinge:
-    """A joint: a pin (rotation) or a rail (translation) along ``axis``, at ``position`` in the parent.
-
-    ``tied``: whether the drawing of the parent extends to the joint.
-    """
+    """Drawing of a joint: a pin (``turns``) or a rail (``slides``) along ``axis``, at ``position``, m, in the parent.
+    ``tied``: whether the drawing of the parent extends to the joint."""
 
     name: str
     type: str
@@ -334,10 +338,9 @@ class Obstacle:
 
 @dataclass(frozen=True)
 class Line:
-    """A force between two named points: a spring if ``elastic``, with the length at rest in m.
-
-    ``path``: names of all points of a line over more points, or with obstacles; empty for a straight line.
-    """
+    """Drawing of a force between two named points, ``first`` and ``second``. ``elastic``: a spring, with ``length`` at
+    rest in m. ``path``: names of all points of a line over more points, or with ``obstacles`` around which the line
+    wraps; empty for a straight line."""
 
     name: str
     first: str
@@ -363,11 +366,12 @@ class Wheel:
     axis: tuple[float, float, float] | None = None
 
     def deep(self, height: float, radius: float, road: float, stiffness: float) -> str:
-        """Return a note on a tyre with a road beyond a quarter of its radius; empty for other tyres.
+        """Return a note on a tyre that starts deeper in the road than a quarter of the radius; empty for other tyres.
 
         Parameters
         ----------
         height, road : of the centre and of the road below the centre, m
+        radius, stiffness : of the tyre, m and N/m
         """
         depth = road + radius - height
         if not depth > 0.25 * radius > 0.0:
@@ -482,7 +486,9 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Simulation:
-    """Defaults of ``simulate``."""
+    """Defaults of ``simulate`` that a scene gives: method with options, step and duration in s, recording, tolerance,
+    and type of numbers (``real``). ``start`` is ``initial`` or ``equilibrium``; ``settings`` are further options of the
+    method by name."""
 
     method: str = "generalized_alpha"
     step: float = 1e-3
@@ -560,7 +566,8 @@ class Description:
         return {item.name: item.value for item in self.parameters if not item.tunable}
 
     def values(self, tunable: Mapping[str, float]) -> dict[str, float]:
-        """Return the values of all parameters."""
+        """Return the values of all parameters by name; parameters that are not in ``tunable`` have the scene's
+        values."""
         return {item.name: tunable.get(item.name, item.value) for item in self.parameters}
 
     def fast_laws(self, given: Collection[str] = ()) -> list[Formula]:

@@ -13,7 +13,8 @@ _COUNTED = 5
 
 
 def line(name: str, sizes: Mapping[str, int], flops: Mapping[str, int]) -> str:
-    """Return ``<System arm: nq 2, nv 2; operations: mass 12, coupling 30, force 20, and 8 more>``."""
+    """Return a line on a system: ``<System arm: nq 2, nv 2; operations: mass 12, coupling 30, force 20, and 8 more>``.
+    ``sizes`` are numbers of coordinates and the like, ``flops`` the operations of functions, both by name."""
     counted = ", ".join(f"{function} {count}" for function, count in list(flops.items())[:_COUNTED])
     if (more := len(flops) - _COUNTED) > 0:
         counted += f", and {more} more"
@@ -27,8 +28,8 @@ def system_page(
     formulas: Iterable[str],
     functions: Iterable[Sequence[object]],
 ) -> str:
-    """Return the HTML page of a system: sizes, formulas (LaTeX), and a table of functions with inputs, operations and
-    meaning."""
+    """Return the HTML text about a system: sizes, formulas, and a table of functions. ``formulas`` are LaTeX;
+    ``functions`` are rows of name, inputs, operations and meaning."""
     return page(
         f"System {name}",
         paragraph(description),
@@ -57,7 +58,9 @@ def model_page(
     coordinates: Iterable[Sequence[object]],
     functions: Iterable[str],
 ) -> str:
-    """Return a page: ``coordinates`` are rows of name, unit and start; the rest comes from the library's layout."""
+    """Return the HTML text about a compiled model, with tables of coordinates, parameters, inputs, outputs and
+    functions. ``coordinates`` are rows of name, unit and start; ``functions`` names the functions in the library, whose
+    data come from the library's ``layout``; ``latex`` is the equation of motion."""
     made = set(functions)
     return page(
         f"Model {name}",

@@ -82,7 +82,7 @@ class NormalSeries:
 
     @property
     def captured(self) -> tuple[float, ...]:
-        """Shares of the variance of g in the first mode, in the first two modes, and so on."""
+        """Shares of the variance of g that the first mode has, the first two modes together, and so on."""
         sums, value = [], 0.0
         for eigenvalue in self.eigenvalues:
             value += eigenvalue
@@ -109,8 +109,8 @@ class Parameter:
 
 @dataclass(frozen=True)
 class RoadUnderWheel:
-    """A random road as an input: ISO 8608 class, speed (m/s), distance (m) behind the first wheel of its track, and
-    seed of the track."""
+    """A random road as an input: ISO 8608 class, speed, m/s, distance from the first wheel of the track back to this
+    wheel, m, and seed of the track."""
 
     road_class: str
     speed: float
@@ -184,7 +184,8 @@ class State:
 
 @dataclass(frozen=True)
 class Definition:
-    """A named expression: as written in the file, and with definitions written out."""
+    """A named expression of a scene: ``text`` as written in the file, ``formula`` with other definitions written
+    out."""
 
     name: str
     text: str
@@ -195,11 +196,8 @@ class Definition:
 
 @dataclass(frozen=True)
 class Output:
-    """A named output: ``values`` are formulas of everything (positions, accelerations and energies included).
-
-    Named energies are the symbols of kind ``energy`` names: see ``kind`` "energy" with name kinetic, potential, total,
-    base_power or power.
-    """
+    """A named output: ``values`` are formulas of all quantities (positions, accelerations and energies included).
+    Energies are symbols of the kind ``energy`` with the name kinetic, potential, total, base_power or power."""
 
     name: str
     values: tuple[Formula, ...]

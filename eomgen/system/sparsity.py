@@ -17,7 +17,7 @@ Places = NDArray[np.int64]
 
 
 def packed_places(pairs: Sequence[tuple[int, int]]) -> str:
-    """Return (row, column) pairs, in order, as text."""
+    """Return (row, column) pairs, in order, as a text: compressed differences of successive pairs in base 64."""
     places = np.array(pairs, dtype=np.int64).reshape(-1, 2)
     changes = np.diff(places, axis=0, prepend=np.zeros((1, 2), np.int64))
     return base64.b64encode(zlib.compress(changes.astype("<i4").tobytes(), 9)).decode("ascii")

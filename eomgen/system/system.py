@@ -73,7 +73,7 @@ def base_place(field_name: str) -> int:
 
 
 def base_component(position: int) -> str:
-    """Return the name of a component of the base struct, ``omega[2]``."""
+    """Return the name of a component of the base struct by index, ``omega[2]``. Raises ValueError beyond the last."""
     for name, size, _ in BASE_LAYOUT:
         if position < size:
             return f"{name}[{position}]"
@@ -95,7 +95,7 @@ class SecondBlocks(NamedTuple):
     direction: Mapping[str, int]
 
     def places(self, block: str) -> dict[str, slice]:
-        """Return the slices of the parts of ``weights`` or ``direction``."""
+        """Return the slices of the parts of ``weights`` or ``direction`` (named by ``block``), by name of the part."""
         result, first = {}, 0
         for name, size in getattr(self, block).items():
             result[name], first = slice(first, first + size), first + size
@@ -105,7 +105,8 @@ class SecondBlocks(NamedTuple):
 def second_blocks(
     *, nv: int, nz: int, nu: int, holonomic: int, rows: int, outputs: int, parameters: int
 ) -> SecondBlocks:
-    """Return the blocks of a system with given numbers of components; ``rows``: of all constraints."""
+    """Return the parts of the blocks of ``second_partials`` for given numbers of components. ``rows`` is the number of
+    all constraint rows, ``holonomic`` of the holonomic rows among these."""
     weights = {"r": nv, "zdot": nz, "Phi": holonomic, "w": rows, "wdot": rows, "y": outputs}
     return SecondBlocks(weights, {"q": nv, "v": nv, "a": nv, "z": nz, "lam": rows, "p": parameters, "u": nu})
 
@@ -250,7 +251,8 @@ class Sample(NamedTuple):
         return (self.parts + self.missing) / self.parts if self.parts else 1.0
 
     def orders_of(self, kind: object) -> dict[Any, Any]:
-        """Return the stored pivot orders of equal stages for one kind of matrix; eliminations add further orders."""
+        """Return the stored pivot orders of equal stages for one kind of matrix, a mapping that eliminations complete.
+        A new empty mapping, which is not stored, for a scene without common orders."""
         return {} if self.orders is None else self.orders.setdefault(kind, {})
 
     def iterations(self, count: int) -> int:
@@ -410,7 +412,7 @@ class System(NamedAttributes):
 
     @property
     def _formulas(self) -> list[str]:
-        """The equations of motion, and the terms of the separated form that are short enough to be read, as LaTeX."""
+        """The equations of motion as LaTeX, then the terms of the separated form with at most 120 operations."""
         facts = self.facts
         whole = equation(
             base=facts.moving_base, constraints=bool(self.multipliers), states=bool(self.nz), inputs=bool(self.nu)
@@ -437,14 +439,16 @@ class System(NamedAttributes):
 
     @property
     def rate_sizes(self) -> dict[str, int]:
-        """Numbers in the blocks of derivatives beyond the second, and of the base's twist beyond the first."""
+        """Numbers of components of the blocks ``a_higher``, ``u_higher`` and ``base_rates``, by name. These hold
+        derivatives beyond the second, and of the base's twist beyond the first."""
         higher = max(self.order - 2, 0)
         base = 6 * self.order if self.facts.moving_base else 0
         return {"a_higher": higher * self.nv, "u_higher": higher * self.nu, "base_rates": base}
 
     @property
     def second_sizes(self) -> dict[str, int]:
-        """Numbers in the blocks of ``second_partials`` and in the weights of Hessians; none unless requested."""
+        """Numbers of components of the blocks ``weights`` and ``direction``, by name; empty unless a function takes
+        these. Functions that do are ``second_partials``, and Hessians, which take the weights alone."""
         sizes = {name: sum(parts.values()) for name, parts in self.second_blocks._asdict().items()}
         if "frame_poses_hessian" in self.functions:
             sizes["weights"] = max(sizes["weights"], 7 * len(self.frames))
@@ -491,11 +495,9 @@ class System(NamedAttributes):
 
     @cached_property
     def turning(self) -> tuple[int, ...]:
-        """Components of q that count up to whole turns only in the holonomic constraints, and in all equations.
-
-        A dependence that is only evaluated at the present angle is left out: a quaternion has a period of two
-        turns.
-        """
+        """Indices of angles in q on which holonomic constraints depend, and which all equations count up to whole turns
+        only. A dependence that is only evaluated at the present angle is left out: a quaternion has a period of two
+        turns."""
         if not self.holonomic:
             return ()
         equations = [f for name, f in self.functions.items() if name not in OBSERVED]
@@ -511,8 +513,8 @@ class System(NamedAttributes):
 
     @cached_property
     def positions(self) -> int:
-        """How many of the first numbers of q the constraints depend on: references of angles come last, and few
-        constraints depend on these."""
+        """Number of leading components of q on which the holonomic constraints depend. It is nq, or nq without the
+        references of angles, which come last, if no constraint depends on these."""
         first = self.nq - len(self.angles)
         rows = (block for f in self.functions.values() for block in f.outputs if block.name == "Phi")
         held = self.tape.depends_on(ref for block in rows for ref in block.refs)
@@ -538,8 +540,8 @@ class System(NamedAttributes):
         """Names from the scene of components of p, u, z, q, v and a, as ``sympy`` uses them.
 
         Parameters, inputs and states have the names in the scene; coordinates are ``q_hinge``, ``v_hinge``,
-        ``a_hinge``, or ``q_ball_0`` and so on for joints of several. A name shared by two components, or in the form of
-        an index in an array (``q0``, ``p_1``), is left out: such a component is named by its index.
+        ``a_hinge``, or ``q_ball_0`` and so on for joints with several components. A name shared by two components, or
+        in the form of an index in an array (``q0``, ``p_1``), is left out: such a component is named by its index.
         """
         names = {InputSymbol("p", index): item.name for index, item in enumerate(self.parameters)}
         names |= {InputSymbol("u", index): item.name for index, item in enumerate(self.inputs)}

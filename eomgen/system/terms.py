@@ -366,7 +366,9 @@ _SECOND_WAY = "by the closed matrix form: a second derivation, for checks"
 def _rate(
     name: str, source: str, orders: tuple[int, int], accelerations: int, inputs: Inputs, description: str
 ) -> Term:
-    """Return the row of derivatives of ``source``; ``accelerations``: orders of a in the arguments, -1 for none."""
+    """Return the Term of time derivatives of ``source``, recorded on request. ``orders`` are the lowest and the highest
+    derivative in the outputs, ``accelerations`` is the highest derivative of a among the arguments (0 for a, -1 for
+    none), ``inputs`` are the further arguments."""
     first, order = orders
     blocks = [*inputs, *("a", "j", "s")[: accelerations + 1], *(("a_higher",) if accelerations > 2 else ())]
     if "u" in inputs:
@@ -436,7 +438,8 @@ ARGUMENTS = ("q", "v", "a", "z", "lam", "u", "p", "t")
 
 
 def _derivatives() -> Iterator[Term]:
-    """Yield the terms of first and second derivatives in all arguments, as nonzeros."""
+    """Yield the terms of first and second derivatives in all arguments, as nonzeros: ``NAME_derivatives``,
+    ``NAME_hessian``."""
     plain = {term.name: term for term in _PLAIN}
     for name, symbol in DIFFERENTIATED.items():
         term = plain[name]
@@ -486,13 +489,14 @@ def nearest_term(name: str) -> str:
 
 
 def takes_nonzeros(there: Collection[str], *, disturbed: bool) -> bool:
-    """Return whether a linear model is made of the nonzeros of partials, which scenes of many components have; without
-    inputs and disturbances these suffice, and whole matrices are not built. Parameters as of ``linear_terms``."""
+    """Return whether a linear model is made of the nonzeros of partials, as of scenes with many components. So it is if
+    ``there``, the functions of the model, has ``iteration`` and no ``partials``, and neither inputs nor disturbances
+    act (``disturbed``): then whole matrices are not built."""
     return "iteration" in there and "partials" not in there and not disturbed
 
 
 def linear_terms(there: Collection[str], *, disturbed: bool, states: bool, moving: bool) -> list[str]:
-    """Return the terms that a linear model needs, if they exist.
+    """Return the names of the terms that a linear model needs, if they exist, in the order of the register.
 
     Parameters
     ----------
@@ -541,11 +545,12 @@ class Selection:
         return cls(None if data["terms"] is None else tuple(data["terms"]), data["start"])
 
     def functions(self, derived: Sequence[str], called: Collection[str], *, implicit: bool) -> list[str]:
-        """Return the selected functions of a derived System, in order.
+        """Return the names of the selected functions of a derived System, in order; all without ``start``.
 
         Parameters
         ----------
-        called : by the steps of the method
+        derived : names of the functions of the System
+        called : names of the functions that steps of the method call
         implicit : whether these steps are implicit: unresolved motions are then found by partials of the residual, of
             which steps have nonzeros or the whole; else states that decay too fast, by partials of the internal states
         """

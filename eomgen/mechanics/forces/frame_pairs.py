@@ -113,8 +113,8 @@ def magnitude(value: Scalar) -> Scalar:
 
 @dataclass(frozen=True)
 class _Side:
-    """One of two frames: the chain of links from the root to the carrying link, the mount of the frame's body, and the
-    position, m, of the frame's origin in link axes."""
+    """One of two frames: the chain of links from the root to the carrying link, the mount of the body, and the frame's
+    origin, m, in link axes."""
 
     frame: Frame
     chain: tuple[int, ...]

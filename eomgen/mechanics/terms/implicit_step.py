@@ -109,8 +109,8 @@ def pattern(entries: Entries) -> tuple[tuple[tuple[int, int], ...], tuple[Ref, .
 
 
 def equations(derivation: Derivation) -> list[Block]:
-    """Return the blocks of the residual, of the constraints and constraint velocities, and of rates of internal states.
-    Blocks that the scene does not have are left out."""
+    """Return the residual block, the blocks of constraints and constraint velocities, and the block of internal-state
+    rates. Blocks that the scene does not have are left out."""
     blocks = derivation.residual()
     if derivation.constraints is not None:
         blocks += [*derivation.constraint(), *derivation.constraint_velocity()]
@@ -140,8 +140,8 @@ def iteration(derivation: Derivation) -> list[Block]:
 
 
 def differentiated_iteration(derivation: Derivation) -> list[Block]:
-    """Return blocks of the nonzeros of K, C, M, and of B and Z of constraints, by forward differentiation. Positions
-    are entered into ``derivation.patterns``. For many bodies of which few carry other bodies: along long branches
+    """Return the nonzeros of K, C, M, and for constraints B and Z, as blocks, by forward differentiation. Positions are
+    entered into ``derivation.patterns``. For many bodies of which few carry other bodies: along long branches
     recursions are cheaper."""
     tape, nv, calculus = derivation.tape, derivation.tree.nv, derivation.constraints
     residual = derivation.residual()[0].refs
@@ -164,8 +164,9 @@ def differentiated_iteration(derivation: Derivation) -> list[Block]:
 
 
 def extended_iteration(derivation: Derivation) -> list[Block]:
-    """Return blocks of the nonzeros of the partials of each step of the recursion, see ``extended_partials``. Positions
-    and owners of the unknowns are entered into ``derivation.patterns`` and ``derivation.inner_owners``."""
+    """Return the nonzeros of the matrices of ``extended_partials``, which has the partials of each recursion step, as
+    blocks. Positions and owners of the unknowns are entered into ``derivation.patterns`` and
+    ``derivation.inner_owners``."""
     with derivation.tape.block("partials of each step of the recursion"):
         partials, derivation.inner_owners = extended_partials(
             derivation.grouped,

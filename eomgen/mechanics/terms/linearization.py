@@ -115,9 +115,9 @@ def constraint_acceleration(derivation: Derivation) -> list[Block]:
 
 
 def joint_velocity_partials(derivation: Derivation) -> list[Block]:
-    """Return the blocks of velocities and accelerations of joints between absolute bodies, and of partials of both. Pv
-    and Pq are partials of the velocities in v and q, Pav and Paq of the accelerations with the accelerations of bodies
-    held; q is left-trivialised."""
+    """Return velocities, accelerations and partials of joints between absolute bodies, as blocks. Pv and Pq are
+    partials of the velocities in v and q, Pav and Paq of the accelerations with the accelerations of bodies held; q is
+    left-trivialised."""
     calculus = joint_velocities(derivation.scene, derivation.tree, derivation.quantities)
     nv, count = derivation.tree.nv, len(calculus.level)
     refs = tuple(entry.ref for row in calculus.jacobian() for entry in row)

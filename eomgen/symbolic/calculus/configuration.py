@@ -49,7 +49,9 @@ def tangent_seeds(tape: Tape, group: str, q: Sequence[Ref], first: int = 0) -> d
 def configuration_seeds(
     tape: Tape, factors: Iterable[tuple[str, int, int, int]], block: str = "q"
 ) -> dict[Ref | InputSymbol, Tangent]:
-    """Return the seeds of a configuration of ``factors`` (group, q_start, q_size, v_start), by components of v."""
+    """Return the seeds of a configuration for ``forward_partials``: {input reference: {velocity component:
+    derivative}}. ``factors`` are (group, q_start, q_size, v_start), groups as in ``tangent_seeds``; ``block`` is the
+    input block of q."""
     seeds: dict[Ref | InputSymbol, Tangent] = {}
     for group, q_start, q_size, v_start in factors:
         seeds |= tangent_seeds(tape, group, [tape.input(block, q_start + k) for k in range(q_size)], v_start)
@@ -81,7 +83,8 @@ def quaternion_jet(tape: Tape, q: Sequence[Ref], omega: Sequence[Jet], order: in
 
 
 def pose_jet(tape: Tape, pose: Sequence[Ref], twist: Sequence[Jet], order: int) -> list[list[Ref]]:
-    """Return the jets of a pose (quaternion, position), given the jets of the body twist (omega, v = R^T x')."""
+    """Return the jets of a pose, seven components (quaternion, position), each with coefficients 0 to ``order``.
+    ``pose`` are the references at order 0, ``twist`` the six jets of the body twist (omega, v = R^T x')."""
     turning = quaternion_jet(tape, pose[:4], twist[:3], order)
     entries = [ref for row in rotation(tape, pose[:4]) for ref in row]
     matrix = jets(tape, entries, dict(zip(pose[:4], turning, strict=True)), order)
@@ -100,11 +103,9 @@ def pose_jet(tape: Tape, pose: Sequence[Ref], twist: Sequence[Jet], order: int) 
 def configuration_jets(
     tape: Tape, factors: Iterable[tuple[str, int, int, int]], velocity: Sequence[Jet], order: int, block: str = "q"
 ) -> dict[Ref | InputSymbol, Jet]:
-    """Return the jets of a whole configuration, as input of ``jets``, given the jets of the left-trivialised velocity.
-
-    ``factors`` are (group, q_start, q_size, v_start), groups as in ``tangent_seeds``; ``velocity`` holds one jet per
-    velocity component, needed up to order - 1.
-    """
+    """Return the jets of a whole configuration by input reference, as input of ``jets``, given jets of the body
+    velocity. ``factors`` are (group, q_start, q_size, v_start), groups as in ``tangent_seeds``; ``velocity`` holds one
+    jet per velocity component, needed up to order - 1. Raises ValueError for an unknown group."""
     result: dict[Ref | InputSymbol, Jet] = {}
     for group, q_start, q_size, v_start in factors:
         q = [tape.input(block, q_start + k) for k in range(q_size)]

@@ -94,14 +94,15 @@ def coefficient(jet: Jet, k: int) -> Ref:
 
 
 class JetAlgebra:
-    """Operations between jets of equal length."""
+    """Operations on jets, lists of Taylor coefficients of equal length, recorded on one tape."""
 
     def __init__(self, tape: Tape) -> None:
         self.tape = tape
         self._sine_cosine: dict[tuple[bool, tuple[Ref, ...]], tuple[list[Ref], list[Ref]]] = {}
 
     def apply(self, op: Op, value: Ref, operands: Sequence[list[Ref]]) -> list[Ref]:
-        """Return the jet of an operation from the jets of the operands; ``value`` is the coefficient of order 0."""
+        """Return the jet of an operation from the jets of the operands. ``value`` is the reference of the result at
+        order 0. Functions that are not smooth follow the branch taken at order 0."""
         tape, x = self.tape, operands[0]
         if op in ELEMENTARY:
             return ELEMENTARY[op].jet(self, x, value)
@@ -133,14 +134,16 @@ class JetAlgebra:
                 return [value] + [ZERO] * (len(x) - 1)
 
     def curve(self, curve: CurveLike, derivative: int, x: Jet) -> list[Ref]:
-        """Return the jet of a curve c(x): c' is the jet of the derivative, one coefficient shorter, times x'."""
+        """Return the jet of a derivative (0: the value) of a curve at the jet x, of equal length. c' is the jet of the
+        next derivative, one coefficient shorter, times x'."""
         value = self.tape.curve(curve, derivative, x[0])
         if not _varies(x):
             return [value] + [ZERO] * (len(x) - 1)
         return self.integrate(value, self.multiply(self.curve(curve, derivative + 1, x[:-1]), self.rate(x)))
 
     def call(self, call: Call, x: Sequence[Jet]) -> list[list[Ref]]:
-        """Return the jets of the results of a call: their rates are slopes, one coefficient shorter, times rates."""
+        """Return the jets of all results if an external function is called with operands whose jets are ``x``. The
+        rates of the results are slopes, one coefficient shorter, times rates of the operands."""
         values = add_call(self.tape, replace(call, operands=tuple(jet[0] for jet in x)))
         moving = [place for place, jet in enumerate(x) if _varies(jet)]
         if not moving:
@@ -181,10 +184,8 @@ class JetAlgebra:
         return z
 
     def slope_times(self, x: Jet, y: Jet) -> list[Ref]:
-        """Return the quotient of a rate x and a number y that is zero at the edge of a domain.
-
-        It is zero if a choice sets the rate to zero, and if y and its rates are zero.
-        """
+        """Return the jet of x / y, for a rate x and a number y that is zero at the edge of a domain. Coefficients are 0
+        if a choice sets the rate to zero, and if y and the rates of y are zero."""
         if not y:
             return []
         reciprocal, z = quotient(self.tape, ONE, y[0], y[0]), list[Ref]()
@@ -220,7 +221,7 @@ class JetAlgebra:
         return [self.tape.constant(value)] + [ZERO] * (length - 1)
 
     def sqrt(self, x: Jet, value: Ref) -> list[Ref]:
-        """Return the jet of z with z z = x, given z at order 0."""
+        """Return the jet of z with z z = x; ``value`` is z at order 0. Zero if x and its first derivatives are zero."""
         if not x:
             return []
         z = [value]
@@ -230,7 +231,7 @@ class JetAlgebra:
         return z
 
     def sine_and_cosine(self, x: Jet, *, hyperbolic: bool = False) -> tuple[list[Ref], list[Ref]]:
-        """Return the jets of sine and cosine, circular or hyperbolic, which are computed together."""
+        """Return the jets of sine and cosine of x, circular or hyperbolic, recorded together once."""
         key = (hyperbolic, tuple(x))
         if key not in self._sine_cosine:
             ops, sign = ((Op.SINH, Op.COSH), 1.0) if hyperbolic else ((Op.SIN, Op.COS), -1.0)
@@ -248,7 +249,8 @@ class JetAlgebra:
         return self._by_slope(x, value, lambda z: z[-1])
 
     def tangent(self, x: Jet, value: Ref, square: float) -> list[Ref]:
-        """Return the jet of z with z' = (1 + square z^2) x', given z at order 0."""
+        """Return the jet of z with z' = (1 + square z^2) x'; ``value`` is z at order 0, ``square`` 1 for tan and -1 for
+        tanh."""
 
         def slope(z: Jet) -> Ref:
             squares = self.tape.mul(self.tape.constant(square), self._square(z, len(z) - 1))
@@ -257,8 +259,8 @@ class JetAlgebra:
         return self._by_slope(x, value, slope)
 
     def _by_slope(self, x: Jet, value: Ref, slope: Callable[[Jet], Ref]) -> list[Ref]:
-        """Return the jet of z with z' = w x'; ``slope`` gives the next coefficient of w, of the jet z as far as
-        known."""
+        """Return the jet of z with z' = w x'; ``value`` is z at order 0. ``slope`` returns the next coefficient of w
+        from the coefficients of z that are known."""
         rate, z, w = [ZERO, *self.rate(x)], [value], list[Ref]()
         for k in range(1, len(x)):
             w.append(slope(z))
@@ -273,7 +275,8 @@ class JetAlgebra:
         return self.slope_times(moment, square)
 
     def _power(self, x: Jet, exponent: Jet, value: Ref) -> list[Ref]:
-        """Return the jet of z = x^e, constant if x and its rates are zero (``flat_zero``)."""
+        """Return the jet of z = x^exponent; ``value`` is z at order 0. Higher coefficients are 0 if x and its rates are
+        zero (``flat_zero``)."""
         tape, number = self.tape, None if _varies(exponent) else self.tape.value(exponent[0])
         flat = flat_zero(tape, x[0]) if number is None or number < len(x) - 1 else None
         if flat is None:

@@ -35,13 +35,14 @@ WeightedGradient = Callable[[Tape, Sequence[Ref], Sequence[Ref], Sequence[Ref]],
 def map_partials(
     tape: Tape, number: int, tangents: Mapping[int, Tangent], forward_partials: ForwardPartials
 ) -> list[Tangent]:
-    """Return the tangent of every result of a Map, in order, from the tangents of nodes.
+    """Return the tangent of every result of a Map or a call, in order, as {direction: derivative}.
 
-    One loop carries all directions. Only if most products would be with zeros (no carries, and few directions reach
-    each element) the loop gives the local partials of each element instead, which are combined outside; or, if fewer
-    directions reach an element than the element gathers numbers, the derivatives of the element along these directions.
-    Derivatives in quantities shared by all elements are combined outside, too, if these quantities are fewer than the
-    directions that change them.
+    ``number`` is the index in ``tape.maps``, ``tangents`` the tangents of nodes, ``forward_partials`` differentiates
+    the kernel. One loop carries all directions. Only if most products would be with zeros (no carries, and few
+    directions reach each element) the loop gives the local partials of each element instead, which are combined
+    outside; or, if fewer directions reach an element than the element gathers numbers, the derivatives of the element
+    along these directions. Derivatives in quantities shared by all elements are combined outside, too, if these
+    quantities are fewer than the directions that change them.
     """
     loop = cast("Map | Call", tape.maps[number])
     if isinstance(loop, Call):
@@ -69,7 +70,9 @@ def map_partials(
 
 
 def map_jets(tape: Tape, number: int, jet: Callable[[Ref], Sequence[Ref]], order: int, jets: Jets) -> list[list[Ref]]:
-    """Return the jet of every result of a Map, in order, from the jets of outer references."""
+    """Return the jet of every result of a Map, in order: coefficients 0 to ``order``. ``number`` is the index in
+    ``tape.maps``, ``jet`` returns the jet of an outer reference, ``jets`` differentiates the kernel. The loop over the
+    further coefficients is recorded on the tape."""
     loop = cast("Map", tape.maps[number])
     outer = {symbol: [jet(ref) for ref in refs] for symbol, refs in _outer(loop).items()}
     loop = replace(
@@ -93,7 +96,9 @@ def map_jets(tape: Tape, number: int, jet: Callable[[Ref], Sequence[Ref]], order
 def map_adjoints(
     tape: Tape, number: int, adjoints: Mapping[int, Ref], weighted_gradient: WeightedGradient
 ) -> list[tuple[Ref, Ref]]:
-    """Return (outer reference, adjoint) for all references that a Map gathers, from {number of result: adjoint}."""
+    """Return pairs (outer reference, adjoint) for all references that a Map reads; a reference may occur several times.
+    ``number`` is the index in ``tape.maps``, ``adjoints`` the adjoints by number of the result; ``weighted_gradient``
+    differentiates the kernel. Carries are recorded in a loop forwards, adjoints in a loop backwards."""
     loop = cast("Map", tape.maps[number])
     kernel = Tape()
     refs = splice(kernel, loop.kernel, loop.kernel_refs, {})
@@ -146,7 +151,8 @@ def map_adjoints(
 
 
 def compact(loop: Map, wanted: Iterable[int]) -> Map:
-    """Return a Map without unused operations; the ``wanted`` carries come first."""
+    """Return a Map without unused operations, inputs and carries. The carries numbered in ``wanted`` come first;
+    further carries stay only if results depend on them."""
     carries = list(wanted)
     needed: set[InputSymbol] = set()
     fresh = loop.kernel.depends_on([*loop.sums, *loop.stacked, *(loop.last[k] for k in carries)])
@@ -178,7 +184,8 @@ def compact(loop: Map, wanted: Iterable[int]) -> Map:
 
 
 class _Growth:
-    """Copy of a Map with further kernel inputs, each the companion (a tangent, a coefficient) of an old one."""
+    """Copy of a Map with further kernel inputs, each a tangent or Taylor coefficient (companion) of an input of the
+    Map."""
 
     def __init__(self, loop: Map) -> None:
         self.loop = loop
@@ -189,8 +196,9 @@ class _Growth:
         self._carried: list[tuple[int, int]] = []
 
     def add_input(self, symbol: InputSymbol, label: int, column: Sequence[Ref]) -> Ref:
-        """Return the kernel reference of companion ``label`` of an input; ``column``: the outer references of the
-        input."""
+        """Return the kernel reference of a new input, companion ``label`` (direction or order) of the input ``symbol``.
+        ``column`` are the outer references of the companion: one for each element, or one if shared or a carry. Zeros
+        and ones are constants, and an equal gathered column is reused."""
         constant = column[0] in (ZERO, ONE) and all(ref == column[0] for ref in column)
         if symbol.block == "carry":
             self._initial.append(column[0])
@@ -215,7 +223,8 @@ class _Growth:
         return sign * self.kernel.input("gather", slot)
 
     def rows(self, tape: Tape, companions: Sequence[Mapping[int, Ref]]) -> list[list[Tangent]]:
-        """Record the loop that computes the companions, and return them for each element."""
+        """Record the loop that computes the companions, and return for each element the companions of all results, by
+        label. ``companions`` are kernel references by label, one mapping for each result."""
         stacked = tuple(ref for row in companions for ref in row.values())
         loop = self.loop
         grown = Map(
@@ -225,7 +234,9 @@ class _Growth:
         return [_label(companions, row) for row in add_map(tape, compact(grown, ())).rows]
 
     def finish(self, tape: Tape, companions: Sequence[Mapping[int, Ref]]) -> list[Tangent]:
-        """Record the loop that computes companions of all results; ``companions`` belong to the kernel references."""
+        """Record the loop that computes companions of all results, and return these by label for each result of the
+        Map, in order. ``companions`` are kernel references by label, one mapping for each of the Map's ``kernel_refs``.
+        Zeros are left out."""
         loop = self.loop
         sums, last, stacked = loop.split_kernel(companions)
         old = len(loop.last)
@@ -257,7 +268,8 @@ class _Growth:
 def _combined_partials(
     tape: Tape, loop: Map, outer: Mapping[InputSymbol, Sequence[Tangent]], forward_partials: ForwardPartials
 ) -> list[Tangent]:
-    """Return the tangents of a Map's results from local partials of each element, combined outside of the loop."""
+    """Return the tangents of a Map's results, in order, from local partials of each element, combined outside of the
+    loop. ``outer`` holds the tangents of the outer references of each kernel input."""
     active = [symbol for symbol, column in outer.items() if any(column)]
     kernel = Tape()
     refs = splice(kernel, loop.kernel, loop.kernel_refs, {})
@@ -303,7 +315,8 @@ class _LocalDirections:
 
 
 def _local_directions(loop: Map, outer: Mapping[InputSymbol, Sequence[Tangent]]) -> _LocalDirections | None:
-    """Return the directions that reach each element; None if shared quantities change too."""
+    """Return the directions that reach each element, numbered so that elements share numbers. ``outer`` holds the
+    tangents of the outer references of each kernel input. None if shared quantities change too."""
     gathered = [column for symbol, column in outer.items() if symbol.block == "gather"]
     if any(any(column) for symbol, column in outer.items() if symbol.block != "gather"):
         return None
@@ -331,7 +344,8 @@ def _partials_along(
     local: _LocalDirections,
     forward_partials: ForwardPartials,
 ) -> list[Tangent]:
-    """Return the tangents of all results by a loop over the local directions of the elements."""
+    """Return the tangents of a Map's results, in order, by a loop over the local directions of the elements. ``outer``
+    holds the tangents of the outer references of each kernel input."""
     growth = _Growth(loop)
     seeds: dict[Ref | InputSymbol, dict[int, Ref]] = {}
     gathered = {symbol: column for symbol, column in outer.items() if symbol.block == "gather"}
@@ -359,7 +373,7 @@ def _partials_along(
 
 
 def _combine(tape: Tape, total: Tangent, partials: Mapping[int, Ref], tangents: Sequence[Tangent]) -> Tangent:
-    """Return total + sum_k partials[k] tangents[k]."""
+    """Return the tangent total + sum_k partials[k] tangents[k], without zeros."""
     result = dict(total)
     for k, partial in partials.items():
         for direction, tangent in tangents[k].items():
@@ -386,7 +400,7 @@ def _outer(loop: Map) -> dict[InputSymbol, tuple[Ref, ...]]:
 
 
 def _moving(loop: Map, moving: set[InputSymbol]) -> list[InputSymbol]:
-    """Return the kernel inputs that depend on given inputs: the given inputs, and dependent carries."""
+    """Return the kernel inputs that depend on the inputs ``moving``: these inputs, and dependent carries, sorted."""
     reached = set(moving)
     sources = [loop.kernel.depends_on([ref]) for ref in loop.last]
     for _ in sources:

@@ -75,7 +75,8 @@ def forward_partials(tape: Tape, outputs: Sequence[Ref], seeds: Seeds) -> list[T
 
 
 def _tangents(tape: Tape, outputs: Sequence[Ref], seeds: Seeds) -> dict[int, Tangent]:
-    """Return the derivatives of the nodes that the outputs need, by node; see ``forward_partials``."""
+    """Return the derivatives {direction: reference} of the nodes that the outputs need, by node; see
+    ``forward_partials``. Nodes without a derivative are absent."""
     seeded = seeds_by_node(tape, seeds)
     tangents: dict[int, Tangent] = {}
     maps: dict[int, list[Tangent]] = {}
@@ -122,7 +123,8 @@ def gradient(tape: Tape, output: Ref, wrt: Sequence[Ref]) -> list[Ref]:
 
 
 def weighted_gradient(tape: Tape, outputs: Sequence[Ref], weights: Sequence[Ref], wrt: Sequence[Ref]) -> list[Ref]:
-    """Differentiate sum_k weights[k] outputs[k] with respect to independent nodes, the weights held constant."""
+    """Return the derivatives of sum_k weights[k] outputs[k] in the nodes ``wrt``, by one reverse sweep. The weights are
+    held constant, and the nodes treated as independent. ``ZERO`` stands for structural zeros."""
     wanted = {abs(ref) for ref in wrt}
     adjoints: dict[int, Ref] = {}
     for output, weight in zip(outputs, weights, strict=True):
@@ -150,7 +152,7 @@ def weighted_gradient(tape: Tape, outputs: Sequence[Ref], weights: Sequence[Ref]
 
 
 def gradient_along(tape: Tape, outputs: Sequence[Ref], weights: Sequence[Ref], seeds: Seeds, size: int) -> list[Ref]:
-    """Differentiate sum_k weights[k] outputs[k] along each of ``size`` directions by one reverse sweep.
+    """Return the derivatives of sum_k weights[k] outputs[k] along each of ``size`` directions, by one reverse sweep.
 
     Parameters
     ----------
@@ -172,7 +174,8 @@ def gradient_along(tape: Tape, outputs: Sequence[Ref], weights: Sequence[Ref], s
 
 
 def _adjoints_of_operands(tape: Tape, node: int, adjoint: Ref, reach: set[int]) -> Iterator[tuple[Ref, Ref]]:
-    """Yield the operands of an operation, each with its share of the adjoint of the result."""
+    """Yield pairs (operand, share of the adjoint) for the operands of a node that are in ``reach``. ``adjoint`` is the
+    adjoint of the node."""
     operands, op = tape.operands(node), tape.op[node]
     if op in CHOICES:
         condition, *branches = _choice(tape, op, operands)
@@ -187,7 +190,8 @@ def _adjoints_of_operands(tape: Tape, node: int, adjoint: Ref, reach: set[int]) 
 
 
 def _adjoints_of(tape: Tape, number: int, adjoints: Mapping[int, Ref], reach: set[int]) -> list[tuple[Ref, Ref]]:
-    """Return references read by a Map or a call, each with an adjoint, from the adjoints of results."""
+    """Return pairs (reference, adjoint) for references that a Map or a call reads, from the adjoints by number of the
+    result. ``number`` is the index in ``tape.maps``; operands of calls outside of ``reach`` are left out."""
     called = tape.maps[number]
     if isinstance(called, Call):
         pairs = call_adjoints(tape, called, adjoints, [abs(ref) in reach for ref in called.operands])
@@ -198,7 +202,7 @@ def _adjoints_of(tape: Tape, number: int, adjoints: Mapping[int, Ref], reach: se
 
 
 def seeds_by_node(tape: Tape, seeds: Seeds) -> dict[int, Tangent]:
-    """Return seeds by node number, with signs of references applied and zeros dropped."""
+    """Return seeds {direction: derivative} by node number, with signs of references applied and zeros dropped."""
     by_node: dict[int, Tangent] = {}
     for key, given in seeds.items():
         ref = tape.input(key.block, key.index) if isinstance(key, InputSymbol) else key
@@ -207,7 +211,8 @@ def seeds_by_node(tape: Tape, seeds: Seeds) -> dict[int, Tangent]:
 
 
 def node_tangent(tape: Tape, node: int, op: Op, tangents: Mapping[int, Tangent]) -> Tangent:
-    """Return the tangent of an operation, given the tangents of the operands."""
+    """Return the tangent {direction: derivative} of an operation, given the tangents by node; empty without
+    derivatives. Zero derivatives are left out."""
     operands = tape.operands(node)
     inner = [signed_tangent(tangents, ref) for ref in operands]
     if not any(inner):
@@ -241,7 +246,8 @@ def _choice(tape: Tape, op: Op, operands: Sequence[Ref]) -> tuple[Ref, Ref, Ref]
 
 
 def _local_partials(tape: Tape, node: int, op: Op, active: Iterable[int]) -> list[tuple[int, Ref]]:
-    """Return (position of operand, partial derivative) for the active operands of a node."""
+    """Return pairs (position of the operand, partial derivative) for the positions ``active`` of a node's operands.
+    Structural zeros are left out. Not for choices."""
     operands = tape.operands(node)
     if op in UNARY:
         return [(0, _slope(tape, node, op, operands[0]))]
@@ -307,10 +313,11 @@ def _accumulate(tape: Tape, adjoints: dict[int, Ref], ref: Ref, adjoint: Ref) ->
 def cut_partials(
     tape: Tape, outputs: Sequence[Ref], seeds: Seeds, cuts: Iterable[Ref], first: int
 ) -> tuple[list[Tangent], list[Tangent], list[int]]:
-    """Differentiate outputs with some nodes held as unknowns, and the definitions of those nodes.
+    """Differentiate outputs with some nodes (cuts) held as independent unknowns, and the definitions of these nodes.
 
     Parameters
     ----------
+    seeds : as of ``forward_partials``
     cuts : references of operations; leaves, repetitions and operations that no output depends on are skipped
     first : direction of the first used cut; used cuts are numbered in the order of the tape
 
