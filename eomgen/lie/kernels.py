@@ -24,10 +24,13 @@ class GroupKernel:
 
     Attributes
     ----------
-    name : str ``update_se3`` and the like.
-    description : str The equation.
+    name : str
+        ``update_se3`` and the like.
+    description : str
+        The equation.
     inputs : tuple of (name, size)
-    tape, refs Recorded operations, and the components of the result.
+    tape, refs
+        Recorded operations, and the components of the result.
     """
 
     name: str

@@ -228,9 +228,10 @@ def group_curve(factors: Sequence[Factor], first: Curve, last: Curve, duration: 
     Parameters
     ----------
     factors : of the configuration
-    first, last : q (n, nq), v (n, nv), a (n, nv) With rotations of less than a full turn in between; the shorter way
-        round is taken.
-    duration, s : (n,) Time between both states, s; fraction of the way, 0 to 1.
+    first, last : q (n, nq), v (n, nv), a (n, nv)
+        With rotations of less than a full turn in between; the shorter way round is taken.
+    duration, s : (n,)
+        Time between both states, s; fraction of the way, 0 to 1.
     """
     q0, v0, a0 = first
     q1, v1, a1 = last

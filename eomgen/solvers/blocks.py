@@ -229,7 +229,8 @@ def inverse_root(M: Matrix) -> Matrix:
 
     Raises
     ------
-    numpy.linalg.LinAlgError M is not positive definite.
+    numpy.linalg.LinAlgError
+        M is not positive definite.
     """
     if not isinstance(M, np.ndarray):
         return _inverse_root(M.shape[0], *(part.tobytes() for part in (M.indices, M.indptr, M.data)))

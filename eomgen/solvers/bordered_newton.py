@@ -184,8 +184,8 @@ def weights(statics: LoadedStatics, rest: LoadedState) -> Array:
 
 
 def direction(statics: LoadedStatics, rest: LoadedState, before: Direction) -> Direction | None:
-    """Return the direction of the path of equilibria at a state of rest, of length 1, on the side of ``before``. None
-    if the bordered matrix is singular."""
+    """Return the direction, of length 1, in which the path of equilibria goes on at a state, on the side of ``before``.
+    None if the bordered matrix is singular."""
     right = np.zeros(len(before.unknowns) + 1)
     right[-1] = 1.0 / statics.reach
     solved = _solution(statics, rest, statics.tangents(rest), before)(right)

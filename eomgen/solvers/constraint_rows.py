@@ -256,7 +256,7 @@ class RowsInMetric:
         return float(np.max(np.abs(self.B[row][self.angular]), initial=0.0)) if self.lengths[row] else 0.0
 
     def has_long_lever(self, row: int) -> bool:
-        """Return whether translations in a row are too small beside its rotations to be resolved, although the row has
+        """Return whether translations in a row are too small against its rotations to be resolved, although the row has
         a full translation (an entry above 0.1)."""
         straight = np.where(self.angular, 0.0, self.B[row])
         if not np.max(np.abs(straight), initial=0.0) > 0.1:

@@ -70,7 +70,8 @@ def follow_damped_motion(statics: Statics, q: Array, z: Array, slower: float = 1
 
     Raises
     ------
-    numpy.linalg.LinAlgError M is not positive definite at the start.
+    numpy.linalg.LinAlgError
+        M is not positive definite at the start.
     """
     trail, pace = SearchTrail(statics, q, z), _MotionProgress()
     with told_if_interrupted(trail, "a damped motion"):
@@ -92,8 +93,8 @@ def follow_damped_motion(statics: Statics, q: Array, z: Array, slower: float = 1
 
 @dataclass
 class _MotionProgress:
-    """Progress of a damped motion: time of the next step (0 if unknown), distance so far in lengths of the scene, and
-    sum of the sizes of the steps in the kinetic metric."""
+    """Progress of a damped motion: time of the next step (0 if unknown), distance so far in scene lengths, and summed
+    step sizes in the kinetic metric."""
 
     time: float = 0.0
     way: float = 0.0
@@ -245,7 +246,8 @@ def follow_descent(statics: Statics, q: Array, z: Array) -> Search:
 
     Raises
     ------
-    numpy.linalg.LinAlgError M is not positive definite at the start.
+    numpy.linalg.LinAlgError
+        M is not positive definite at the start.
     """
     trail, widest = SearchTrail(statics, q, z), _WIDEST
     with told_if_interrupted(trail, "decreasing energy"):
@@ -318,7 +320,8 @@ def follow_newton(statics: Statics, q: Array, z: Array) -> Search:
 
     Raises
     ------
-    numpy.linalg.LinAlgError M is not positive definite at the start.
+    numpy.linalg.LinAlgError
+        M is not positive definite at the start.
     """
     trail, share = SearchTrail(statics, q, z), 1.0
     with told_if_interrupted(trail, "Newton's steps"):

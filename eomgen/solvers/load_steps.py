@@ -217,8 +217,8 @@ def _led_off(
 
 
 def _held_back(statics: LoadedStatics, rest: LoadedState, force: Array, reach: float, beside: Array) -> LoadedStatics:
-    """Return statics whose load factor s multiplies a dead force, (nv,), at the load factor of ``rest``. ``beside``,
-    (nv,), is added to the diagonal of Newton's matrix; ``reach`` is the scale of s."""
+    """Return statics whose load factor s multiplies a dead force, (nv,), at the load factor of ``rest``. The last
+    argument, (nv,), is added to the diagonal of Newton's matrix; ``reach`` is the scale of s."""
     blocks = turning_blocks(statics.factors)
     fixed = dead_forces(blocks, rest.q, force, back=False)
 

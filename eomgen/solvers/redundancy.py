@@ -247,7 +247,8 @@ def check_left_out(
 
     Parameters
     ----------
-    system : ConstrainedSystem With all rows.
+    system : ConstrainedSystem
+        With all rows.
     left_out : names of rows
     q, v, t : the state, left-trivialised, and the time, s
     at : in words: the parameters of the state, for messages

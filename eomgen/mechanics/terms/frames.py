@@ -49,7 +49,8 @@ class FrameMotion:
     Parameters
     ----------
     kinematics : Kinematics
-    reference : str Axes and point of twists: ``body``, ``local_world_aligned`` or ``world``.
+    reference : str
+        Axes and point of twists: ``body``, ``local_world_aligned`` or ``world``.
     """
 
     def __init__(self, kinematics: Kinematics, reference: str) -> None:

@@ -47,8 +47,7 @@ def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str
 
     Parameters
     ----------
-    groups : mapping from body to ``SE3`` or ``R3xSO3``
-        ``SE3`` for bodies that the mapping does not name.
+    groups : mapping from body to ``SE3`` or ``R3xSO3`` ``SE3`` for bodies that the mapping does not name.
 
     Raises
     ------

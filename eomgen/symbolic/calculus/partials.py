@@ -156,8 +156,7 @@ def gradient_along(tape: Tape, outputs: Sequence[Ref], weights: Sequence[Ref], s
 
     Parameters
     ----------
-    seeds : mapping from InputSymbol, or reference of a node, to {direction: derivative}
-        As of ``forward_partials``.
+    seeds : mapping from InputSymbol, or reference of a node, to {direction: derivative} As of ``forward_partials``.
 
     Returns
     -------
