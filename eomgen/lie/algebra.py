@@ -16,7 +16,8 @@ Value = Any
 
 
 class Algebra(Protocol):
-    """Functions on values. A condition is a value that is not zero if it holds."""
+    """Functions on values, arrays or scalars of a tape. A condition is a value that is not zero if the condition
+    holds."""
 
     def sqrt(self, x: Value) -> Value: ...
     def sin(self, x: Value) -> Value: ...
@@ -27,8 +28,7 @@ class Algebra(Protocol):
 
 
 class NumpyAlgebra:
-    """Functions on NumPy arrays of any batch shape, also complex ones for the complex step: comparisons look at real
-    parts."""
+    """Functions on NumPy arrays of any batch shape, also complex ones: comparisons look at real parts."""
 
     def sqrt(self, x: Value) -> Value:
         return np.sqrt(x)

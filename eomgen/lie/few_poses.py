@@ -110,7 +110,7 @@ def differences(first: Array, second: Array) -> Array:
 
 
 def _coefficients(y: Array) -> Array:
-    """Return f6, f8 and f10 of squares of angles, (n, 3)."""
+    """Return f6, f8 and f10, (n, 3), for squares of rotation angles y, (n,)."""
     result = (y[:, np.newaxis] / POLES[0]) ** _POWERS @ _REMAINDERS
     inverse = 1.0 / (np.array(POLES) - y[:, np.newaxis])
     result[:, 0] += 2.0 * np.sum(inverse, axis=1)

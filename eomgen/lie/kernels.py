@@ -87,8 +87,7 @@ def update(group: Group) -> GroupKernel:
 
 
 def tangent(group: Group) -> GroupKernel:
-    """Return the kernel of the 3 x 3 blocks of T(theta) that are neither 0 nor repeated: (0, 0), and on SE(3) also (3,
-    0)."""
+    """Return the kernel of the distinct 3 x 3 blocks of T(theta): (0, 0), and on SE(3) also (3, 0)."""
 
     def blocks(algebra: TapeAlgebra, theta: Sequence[Value]) -> list[Value]:
         T = group.tangent(algebra, theta)
@@ -120,8 +119,7 @@ def bracket(group: Group) -> GroupKernel:
 
 
 def transport(group: Group) -> GroupKernel:
-    """Return the kernel of out = Ad(g)^-1 x, which transforms a twist from the source frame of g to the target
-    frame."""
+    """Return the kernel of out = Ad(g)^-1 x, the twist x of the source frame of g in the target frame."""
 
     def product(_: TapeAlgebra, g: Sequence[Value], x: Sequence[Value]) -> list[Value]:
         return [dot(row, x) for row in group.adjoint(group.inverse(g))]

@@ -29,7 +29,7 @@ _LARGE = 2**18
 
 @dataclass(frozen=True)
 class Factor:
-    """A factor of the configuration group with its slices: ``R`` (1), ``SO3`` (4 of q, 3 of v), ``SE3`` (7, 6)."""
+    """A factor of the configuration group: ``R`` (any size), ``SO3`` (4 numbers of q, 3 of v) or ``SE3`` (7, 6)."""
 
     group: str
     name: str
@@ -279,7 +279,8 @@ def _sum(weights: Sequence[Sequence[float]], parts: Sequence[Array], x: Array, o
 
 
 def _each(factors: Sequence[Factor], matrix: Callable[[Group, Array], Array], theta: Array, x: Array) -> Array:
-    """Return the matrices of the factors at theta (n, nv), times x (n, nv); of R^n they are the identity."""
+    """Return the product of the factors' matrices at theta (n, nv) and x (n, nv); on factors R the matrix is the
+    identity."""
     result = np.array(x, dtype=np.result_type(x, theta))
     for factor in factors:
         if factor.group != "R":

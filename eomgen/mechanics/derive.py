@@ -190,8 +190,7 @@ def _chosen(derivation: Derivation, terms: Sequence[str] | None) -> list[str]:
 
 
 def _existence_facts(derivation: Derivation) -> set[str]:
-    """Return the names of the facts that hold for the scene, on which the existence of terms depends
-    (``system.terms``)."""
+    """Return the names of a scene's facts on which the existence of terms depends, see ``system.terms``."""
     scene = derivation.scene
     constrained = derivation.constraints is not None
     facts = {

@@ -241,8 +241,7 @@ def _limits(scene: Scene) -> Iterator[CoordinateLimit]:
 
 
 def _lengths(scene: Scene) -> Iterator[tuple[Formula, ...]]:
-    """Yield tuples of formulas for lengths, m: positions on bodies, mass centres, free lengths, radii, and travel
-    stops."""
+    """Yield tuples of formulas for lengths, m: positions on bodies, mass centres, free lengths, radii, stops."""
     yield from (point.position for point in scene.points)
     yield from (body.center_of_mass for body in scene.bodies)
     yield from (joint.position for joint in scene.joints)
@@ -258,7 +257,7 @@ def _lengths(scene: Scene) -> Iterator[tuple[Formula, ...]]:
 
 
 def _drawing(scene: Scene) -> Drawing:
-    """Return the visible parts of a scene: solids, hinges, points, lines, links and beams."""
+    """Return the data of pictures: solids, hinges, points, lines, links, beams, shapes, surfaces and ground."""
     carried = {joint.child: joint for joint in scene.joints}
     free = _free_nodes(scene)
     hinged = [joint for joint in scene.joints if joint.child not in free]

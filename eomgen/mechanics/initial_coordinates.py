@@ -105,8 +105,8 @@ def _place_nodes(
 
 
 def _from_first(beam: Cosserat) -> NDArray[np.float64]:
-    """Return the pose, (elements, 7), of each node but the first in the frame of the first; along alike elements by one
-    helix."""
+    """Return the pose, (elements, 7), of each node but the first in the frame of the first node, in the shape without
+    load. Along alike elements the nodes are on one helix."""
     before, poses = np.array([1.0, *(0.0,) * 6]), []
     for twist, alike in groupby(part.twist for part in beam.parts):
         numbers = np.arange(1.0, len(list(alike)) + 1.0)[:, np.newaxis]
@@ -116,7 +116,7 @@ def _from_first(beam: Cosserat) -> NDArray[np.float64]:
 
 
 def _initial_deflection(beam: Beam) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the initial elastic coordinates of a beam and the initial rates."""
+    """Return the initial elastic coordinates of a beam and their rates, zero unless the scene gives them."""
     q: list[float] = []
     v: list[float] = []
     for item in beam.deformations:

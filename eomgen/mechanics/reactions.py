@@ -105,8 +105,7 @@ def _pair_of_its_own(tape: Tape) -> FramePair:
 
 
 def _displacements(tape: Tape) -> Seeds:
-    """Return the partials of the second frame's pose along six directions: rotation, 0 to 2, and translation, 3 to
-    5."""
+    """Return the partials of the second frame's pose along six directions: rotations 0 to 2, translations 3 to 5."""
     seeds: dict[Ref | InputSymbol, dict[int, Ref]] = {}
     for k, i, j in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):  # a turn about k takes axis i to j and axis j to minus i
         for column in range(3):
@@ -239,7 +238,8 @@ class TransmittedWrenches:
 
     @cached_property
     def _net(self) -> list[Wrench]:
-        """Wrench that the joints of each link have to transmit, about the link's origin in link axes."""
+        """For each link the inertia wrench less weight, applied loads and constraint forces, about the link's origin in
+        link axes."""
         forces = list(self.loads.wrenches)
         add_section_forces(self.quantities, self.rows, forces)
         for item in self.scene.constraints:
@@ -377,8 +377,7 @@ class Reactions:
         )
 
     def _to_axes(self, link: int, axes: str) -> Callable[[Vector], Vector]:
-        """Return the function that rotates vectors from a link's axes to the axes of a body or the base, by name, or
-        the world."""
+        """Return the function that rotates vectors from a link's axes to the axes of a body, base or world by name."""
         tree, kinematics = self.wrenches.tree, self.wrenches.quantities.kinematics
         mount = None if axes == WORLD else tree.mounts[axes]
         target = ROOT if mount is None else mount.link

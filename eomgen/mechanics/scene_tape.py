@@ -316,8 +316,7 @@ class Derivation:
 
     @cached_property
     def _partials(self) -> tuple[Block, ...]:
-        """The blocks K, C and M, (nv, nv) each, recorded once: partials of the residual in q (left-trivialised), v and
-        a."""
+        """The blocks K, C and M, (nv, nv) each: partials of the residual in q (left-trivialised), v and a."""
         nv = self.tree.nv
         K, C, M = (inertial_partials if self.tree.rigid else differentiated_partials)(self.grouped, self.motion)
         seeds = configuration_directions(self.tree)
@@ -402,8 +401,7 @@ class Derivation:
         return [self.block("y", (len(values),), values, ", ".join(counts))]
 
     def joint_angles(self) -> list[Block]:
-        """Return the blocks of joint angles counted over revolutions, rad, and of their rates, rad/s, (angles,)
-        each."""
+        """Return the blocks of counted joint angles, rad, and of their rates, rad/s, (angles,) each."""
         angles, rates = (
             [self.quantities(Symbol(kind, *angle)) for angle in counted_angles(self.scene)] for kind in "qv"
         )

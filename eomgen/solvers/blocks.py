@@ -71,7 +71,7 @@ class Blocks:
 
     @cached_property
     def whole(self) -> Array:
-        """(n, n) the matrix."""
+        """The matrix as a dense array, (n, n)."""
         if self.single:
             return np.asarray(self.stacks[0][1][0])
         result = np.zeros((self.size, self.size))

@@ -81,7 +81,7 @@ class Assembly:
     strained: StrainedStart | None = None
 
     def corrections(self, *, given: bool = False) -> list[str]:
-        """Return one sentence for each row that the guess did not meet.
+        """Return one sentence for each row that the guess violated, in position or in velocity.
 
         Parameters
         ----------
@@ -408,8 +408,7 @@ class ConstrainedSamples:
     sizes: Callable[[Array, Chosen], tuple[Array, Array]]
 
     def of(self, samples: Chosen) -> ConstrainedSamples:
-        """Return the system of some of the samples; ``samples`` are their numbers, and they are numbered anew from
-        0."""
+        """Return the system of the samples with the numbers ``samples``, numbered anew from 0."""
         return replace(
             self,
             constraint=lambda q, chosen: self.constraint(q, samples[chosen]),

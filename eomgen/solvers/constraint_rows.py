@@ -280,8 +280,8 @@ class RowsInMetric:
 
     @cached_property
     def reach(self) -> Array:
-        """Displacements per unit of v, (nv,): 1 for translations; for a rotation the largest extent, m, among the rows
-        that the rotation changes."""
+        """Displacements per unit of v, (nv,): 1 for translations; for a rotation the largest extent, m, among the
+        length rows that depend on it, or of the machine."""
         if self._sparse is None:
             row, column = np.nonzero(self.B)
         else:
@@ -413,7 +413,8 @@ def _positive(extent: float) -> float:
 
 
 def _jacobian(system: ConstrainedSystem, q: Array, t: float) -> Any:
-    """Return B, sparse in large systems. Raises ModelError with the names of rows that are not finite."""
+    """Return the constraint Jacobian B, (rows, nv), sparse in large systems. Raises ModelError with the names of rows
+    that are not finite."""
     B = system.jacobian(q, t)
     finite = np.all(np.isfinite(B), axis=1) if isinstance(B, np.ndarray) else np.isfinite(B @ np.ones(B.shape[1]))
     undefined = [name for name, there in zip(system.names, finite, strict=True) if not there]
@@ -463,7 +464,7 @@ NEARER_FRAMES = "the two frames of the constraint near each other, or its first 
 
 
 def long_lever(rows: RowsInMetric, names: Sequence[str], row: int) -> str:
-    """Return in words that rotation moves a row far more than the size of the joined bodies."""
+    """Return a text on how far rotation moves a row, m per rad, compared with the extent of the joined bodies."""
     text = f"turning moves {names[row]} by {rows.lever(row):.3g} m per rad"
     return (
         f"{text}, but the bodies that it joins measure {rows.extent[row]:.3g} m"

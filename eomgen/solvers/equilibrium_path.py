@@ -135,8 +135,7 @@ def follow(
 
 
 def _longest(statics: LoadedStatics, point: PathPoint, limits: StepLimits) -> float:
-    """Return the length of the longest step from a point within ``limits``, in the measure of the path; inf without a
-    bound."""
+    """Return the longest step from a point within ``limits``, in the measure of the path; inf without a bound."""
     along = point.direction
     moves = float(np.max(np.abs(along.unknowns[: len(statics.sizes)]) / statics.sizes, initial=0.0))
     loads = abs(along.s)

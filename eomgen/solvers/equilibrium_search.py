@@ -217,8 +217,9 @@ def _length_of_change(statics: Statics, point: SearchPoint, change: Array) -> fl
 
 
 def _nudge(statics: Statics, point: SearchPoint) -> SearchPoint | None:
-    """Return a point displaced a little from an unstable equilibrium towards less energy; None for a stable
-    equilibrium."""
+    """Return a point displaced by 1e-3 (rad or scene lengths) from an unstable equilibrium along the most negative
+    stiffness. None for a stable equilibrium, for internal states, and for follower forces under which the motion
+    returns."""
     if not len(point.imbalance) or len(point.rates):
         return None
     symmetric, unstable = point.stiffness_blocks.symmetric, -1e3 * SOFT * point.largest_stiffness

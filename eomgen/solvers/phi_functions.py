@@ -69,7 +69,7 @@ def phi_of_matrix(J: Array, f: Array, time: float, order: int) -> Array:
 
 @dataclass(frozen=True)
 class SymmetricPhi:
-    """Functions of a symmetric matrix, at any times."""
+    """The functions phi_k of a symmetric matrix J, at any times; factors of J are computed once."""
 
     J: Blocks
 
@@ -86,7 +86,7 @@ class SymmetricPhi:
 
 @dataclass(frozen=True)
 class _Stack:
-    """Functions of blocks of equal size, (blocks, size, size)."""
+    """The functions phi_k of symmetric blocks of equal size, (blocks, size, size)."""
 
     entries: Array
 

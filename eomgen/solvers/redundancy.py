@@ -93,7 +93,7 @@ def redundancy(
         return [_remainder(at.scaled_rows[row], basis) for at, basis in zip(at_configurations, bases, strict=True)]
 
     def news(row: int, left: Sequence[Array]) -> list[float]:
-        """Return the relative new part of a row, place by place, 0 if there is none."""
+        """Return the new part of a row at each configuration, relative to its possible length; 0 without news."""
         parts = []
         for at, rest in zip(at_configurations, left, strict=True):
             length, natural = float(np.linalg.norm(rest)), float(at.natural[row])
@@ -362,8 +362,7 @@ def independent_columns(A: Array) -> IndependentColumns:
 
 
 def short(number: float) -> float:
-    """Return the decimal number of ten digits, or the fraction, that equals a number up to rounding, else the
-    number."""
+    """Return the ten-digit decimal or the fraction that equals a number up to rounding, else the number."""
     for candidate in (float(f"{number:.{_DIGITS}g}"), float(Fraction(number).limit_denominator(_DENOMINATOR))):
         if abs(candidate - number) <= _SAME * abs(number):
             return candidate

@@ -71,7 +71,7 @@ class RigidBeams:
         return [poses[:, first] for first, _, _ in followers]
 
     def place(self, q: Array) -> Array:
-        """Return configurations (..., nq) with all nodes of a beam placed rigidly relative to the beam's first node."""
+        """Return configurations (..., nq) with the nodes of each beam placed rigidly relative to its first node."""
         result = np.array(q, dtype=float).reshape(-1, q.shape[-1])
         for _ in range(_PASSES):  # a beam may be carried by another one
             before = result.copy()
@@ -113,7 +113,8 @@ class RigidBeams:
         return self.place(update(self.factors, q, whole))
 
     def reduce(self, system: ConstrainedSystem) -> ConstrainedSystem:
-        """Return the system with the free coordinates as unknowns, and without the rows of strains."""
+        """Return the constrained system whose unknowns are the free coordinates, without the rows of constrained
+        strains. Nodes after the first follow in all of its functions."""
         last: list[tuple[bytes, Array]] = []
 
         def basis(q: Array) -> Array:

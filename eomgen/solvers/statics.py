@@ -86,7 +86,7 @@ class Statics:
 
 @dataclass(frozen=True)
 class SearchPoint:
-    """Quantities at a configuration of rest.
+    """Quantities of statics at one configuration of a search for rest.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ class SearchPoint:
     violation : (holonomic,) of the constraints
     correction : (nv,) increment that removes the violation to first order
     rates : (nz,) of the internal states
-    couplings : of the basis and of the internal states
+    couplings : derivatives of forces along the basis by z, of zdot along the basis, and of zdot by z
     rounding() : root sum of squares of the rounding of the imbalance: rounding of terms of forces that cancel
     rate_noise, row_sizes : (nz,) the same of the rates, and (holonomic,) the scales of the rows of constraints
     """
@@ -262,7 +262,7 @@ class SearchTrail:
 
 @contextlib.contextmanager
 def told_if_interrupted(trail: SearchTrail, way: str) -> Iterator[None]:
-    """Add a note on the progress of a search to a KeyboardInterrupt."""
+    """Add a note on a search's progress to a KeyboardInterrupt in the body; ``way`` names the method."""
     try:
         yield
     except KeyboardInterrupt as stop:
@@ -375,8 +375,7 @@ def move(statics: Statics, point: SearchPoint, change: Array) -> SearchPoint | N
 
 
 def onto_constraints(statics: Statics, point: SearchPoint) -> SearchPoint:
-    """Return the point brought onto the constraints by at most twelve corrections, as long as these reduce the
-    violation."""
+    """Return the point brought onto the constraints by at most twelve corrections, while these reduce the violation."""
     for _ in range(12):
         if np.all(np.abs(point.violation) <= 1e-3 * MET * point.row_sizes):
             break
@@ -388,8 +387,7 @@ def onto_constraints(statics: Statics, point: SearchPoint) -> SearchPoint:
 
 
 def polish(statics: Statics, point: SearchPoint) -> SearchPoint:
-    """Return the point after at most five Newton steps, for as long as these are small and each at most half the
-    last."""
+    """Return the point after at most five Newton steps, while these are small and each at most half the last."""
     left = newton_step(point, newton_right_side(point))
     for _ in range(_POLISHES):
         if (

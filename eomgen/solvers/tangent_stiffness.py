@@ -67,7 +67,7 @@ class TangentStiffness:
 
     @cached_property
     def symmetric(self) -> bool:
-        """Whether forces have a potential."""
+        """Whether the stiffness is symmetric up to tolerances, so that forces have a potential."""
         if isinstance(self.K, np.ndarray):
             scaled = self.sizes[:, np.newaxis] * self.K * self.sizes
             roots = np.sqrt(np.abs(np.diagonal(scaled)))
@@ -128,8 +128,7 @@ class TangentStiffness:
         return int(np.sum(zero)), float(np.max(rounding[zero], initial=0.0))
 
     def below(self, value: float) -> int:
-        """Return the number of eigenvalues of K x = k W x under the constraints below ``value``, with W = diag(1 /
-        sizes^2)."""
+        """Return the number of constrained eigenvalues of K x = k W x, W = diag(1 / sizes^2), below ``value``."""
         rows = int(self.B.shape[0])
         if value:
             return replace(self, K=plus(self.K, csc_array(diags_array(-value / self.sizes**2)))).below(0.0)
@@ -271,7 +270,7 @@ def _sparse_bordered(K: Matrix, B: Matrix) -> csc_array:
 
 
 def _independent(B: Matrix, sizes: Array) -> Matrix:
-    """Return linearly independent constraint rows; all rows if the matrix is too large for a dense QR."""
+    """Return independent rows of a constraint Jacobian B (rows, nv); all rows if B is too large for a dense QR."""
     if not B.shape[0] or B.shape[0] * B.shape[1] > _WHOLE**2:
         return B
     _, R, order = scipy.linalg.qr((whole(B) * sizes).T, mode="economic", pivoting=True)
@@ -332,8 +331,7 @@ def _parity(order: NDArray[np.intp]) -> int:
 
 
 def _orthonormal(X: Array, W: Matrix) -> Array:
-    """Return a basis (nv, m), orthonormal in the metric W, of the column space of X; nearly dependent columns are
-    dropped."""
+    """Return a basis (nv, m) of X's column space, orthonormal in the metric W, without nearly dependent columns."""
     X = X / np.sqrt(np.maximum(np.einsum("ij,ij->j", X, W @ X), np.finfo(float).tiny))
     values, vectors = np.linalg.eigh(X.T @ (W @ X))
     kept = values > 1e-14 * values[-1]

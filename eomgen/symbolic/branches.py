@@ -36,8 +36,7 @@ def choose(tape: Tape, condition: Ref, then: Ref, otherwise: Ref) -> Ref:
 
 
 def times(tape: Tape, factor: Ref, derivative: Ref) -> Ref:
-    """Record a product of a factor and a derivative, and note that the product is zero if one of both is zero by a
-    choice."""
+    """Record factor times derivative, and note that the product is zero if one of both is zero by a choice."""
     product = tape.mul(factor, derivative)
     known = tape.conditions
     if known and (abs(factor) in known or abs(derivative) in known):
@@ -55,8 +54,7 @@ def plus(tape: Tape, x: Ref, y: Ref) -> Ref:
 
 
 def guarded_product(tape: Tape, slope: Ref, derivative: Ref) -> Ref:
-    """Record slope times derivative, 0 if the derivative is zero by a choice, also for a slope that is infinite or NaN
-    there."""
+    """Record slope times derivative, 0 if the derivative is zero by a choice, even for an infinite or NaN slope."""
     condition = tape.conditions.get(abs(derivative))
     if condition is None:
         return times(tape, slope, derivative)

@@ -69,7 +69,7 @@ def flat_zero(tape: TapeInterface, x: Ref) -> Ref | None:
 
 
 def _flat_product(tape: TapeInterface, node: Ref) -> Ref | None:
-    """Return ``flat_zero`` of a product."""
+    """Return the result of ``flat_zero`` for a product node."""
     a, b = tape.a[node], tape.b[node]
     if a == b:  # a root of a fourth power has second derivatives, which a selected slope would not have
         return node if tape.op[a] in _FIRST_ORDER or flat_zero(tape, a) is None else None
@@ -83,7 +83,8 @@ def _flat_product(tape: TapeInterface, node: Ref) -> Ref | None:
 
 
 def _flat_sum(tape: TapeInterface, node: Ref) -> Ref | None:
-    """Return ``flat_zero`` of a sum, whose terms must all have one; iterative, since sums may have many terms."""
+    """Return the result of ``flat_zero`` for a sum or difference; None if it is None for one of the terms. Iterative,
+    since sums may have many terms."""
     terms, pending, positive = list[Ref](), [node], True
     while pending:
         ref = pending.pop()
@@ -106,8 +107,7 @@ def _flat_sum(tape: TapeInterface, node: Ref) -> Ref | None:
 
 
 def quotient(tape: TapeInterface, numerator: Ref, divisor: Ref, x: Ref) -> Ref:
-    """Record numerator / divisor, or 0 if x and its first derivatives are zero; the divisor must be zero only with
-    x."""
+    """Record numerator / divisor, 0 if x and its first derivatives are 0; the divisor must be 0 only with x."""
     flat = flat_zero(tape, x)
     if flat is None:
         return tape.div(numerator, divisor)

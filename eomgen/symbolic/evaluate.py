@@ -107,8 +107,7 @@ class Evaluation:
         arithmetic: Arithmetic,
         visit: Callable[[int, Any], Any] | None = None,
     ) -> list[Any]:
-        """Return the values of the distinct references, in the order of their first occurrence; arguments are as of
-        ``run``."""
+        """Return the values of the distinct references, by first occurrence; arguments are as of ``run``."""
         tape, slots = self.tape, self._slots
         rules: dict[int, Callable[..., Any]] = {int(op): rule for op, rule in arithmetic.rules.items()}
         values: list[Any] = []

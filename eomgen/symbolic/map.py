@@ -37,7 +37,7 @@ _CONST, _INPUT, _MAP, _CURVE = Op.CONST, Op.INPUT, Op.MAP, Op.CURVE
 
 
 class MapResults(NamedTuple):
-    """References to the results of a Map: sums, final carries, and rows[element][k]."""
+    """References of the results of a Map: sums, carries after the last element, and rows[element][k]."""
 
     sums: tuple[Ref, ...]
     last: tuple[Ref, ...]
@@ -130,7 +130,8 @@ class Map:
         return len(self.sums) + len(self.last) + self.count * len(self.stacked)
 
     def counts(self) -> Counts:
-        """Operation counts of the whole loop: the kernel's times the number of elements, plus additions of the sums."""
+        """Return the operation counts of the whole loop: the kernel's times the number of elements, plus additions of
+        the sums."""
         one = self.kernel.counts(self.kernel_refs)
         n = self.count
         return Counts(

@@ -231,13 +231,15 @@ FOLD_TWO: dict[Op, Callable[[float, float], float]] = {
 class CurveLike(Protocol):
     """A function of one number that is a table: polynomials between breaks (``formula.curves.Curve`` is one).
 
+    A call with x and the order of a derivative returns values.
+
     Attributes
     ----------
     breaks : (pieces + 1,) array
     coefficients : (pieces, degree + 1) array
         In powers of x - (start of the piece), lowest first.
     outside : ``error``, ``hold`` or ``periodic``
-    held : values before the first and after the last break, if held there.
+    end_values : values before the first and after the last break, if held there
     """
 
     @property

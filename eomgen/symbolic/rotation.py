@@ -13,7 +13,7 @@ from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, multi
 
 @dataclass(frozen=True)
 class MatrixFactor:
-    """A rotation with given matrix."""
+    """A rotation given by a matrix R, (3, 3)."""
 
     matrix: Matrix
 

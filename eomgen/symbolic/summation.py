@@ -62,7 +62,8 @@ class _Order:
         return self.new[ref] if ref > 0 else -self.new[-ref]
 
     def take(self, node: int) -> None:
-        """Record a node, unless it is a part of a larger sum."""
+        """Record a node on the tape again, with reordered sums, and note the cycle at which it is ready. A sum that is
+        a part of a larger sum is not recorded."""
         tape, op = self.tape, self.tape.op[node]
         if op in LEAVES:
             self.new[node], self.ready[node] = node, 0

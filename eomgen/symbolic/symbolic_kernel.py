@@ -82,7 +82,7 @@ def _tuple(entries: Iterable[str]) -> str:
 
 
 def _lines(items: Iterable[str]) -> str:
-    """Return items separated by spaces, in lines of limited width."""
+    """Return the text of items separated by spaces, in indented lines of limited width."""
     lines, indent = [""], " " * 12
     for item in items:
         if lines[-1] and len(indent) + len(lines[-1]) + 1 + len(item) > _WIDTH:

@@ -171,7 +171,8 @@ class Tape:
     # -- arithmetic -----------------------------------------------------------------------------------------------
 
     def add(self, x: Ref, y: Ref) -> Ref:
-        """Return x + y, folded if both are constants."""
+        """Return the reference of x + y, simplified for zeros and equal or opposite operands, and folded for two
+        constants."""
         if abs(x) == ZERO:  # -ZERO results from negated references
             return y if abs(y) != ZERO else ZERO
         if abs(y) == ZERO:
@@ -192,7 +193,7 @@ class Tape:
         return self.add(x, -y) if y != ZERO else x
 
     def mul(self, x: Ref, y: Ref) -> Ref:
-        """Return x y, folded if both are constants."""
+        """Return the reference of x y, simplified for 0, 1 and signs, folded for constants, also in y = c z."""
         if x < 0 or y < 0:
             product = self.mul(abs(x), abs(y))
             return -product if (x < 0) != (y < 0) and product != ZERO else product
@@ -258,7 +259,8 @@ class Tape:
         return self._node(op, x, y)
 
     def select(self, condition: Ref, then: Ref, otherwise: Ref) -> Ref:
-        """Return ``then`` if the condition is not zero, else ``otherwise``; both are always evaluated."""
+        """Return the reference of a choice: ``then`` if the condition is not zero, else ``otherwise``; both are always
+        evaluated. For a constant condition or equal branches it is the branch itself."""
         if then == otherwise:
             return then
         number = self.value(condition)
@@ -348,8 +350,7 @@ class Tape:
         return (self.a[node], self.b[node])
 
     def live(self, outputs: Iterable[Ref]) -> list[int]:
-        """Return the numbers of all nodes that the outputs depend on, outputs included, in evaluation order
-        (ascending)."""
+        """Return the numbers of all nodes that the outputs depend on, outputs included, in ascending order."""
         needed = bytearray(len(self.op))
         gathered_maps: set[int] = set()
         for ref in set(outputs):  # whole matrices have many zeros
@@ -410,7 +411,7 @@ class Tape:
         return {name: {block for block, bit in bits.items() if bit & mask} for name, mask in read.items()}
 
     def counts(self, outputs: Iterable[Ref]) -> Counts:
-        """Count the operations of outputs: a Map's kernel once per element, operations shared by joined Maps once."""
+        """Return the operation counts of outputs: a Map's kernel once per element, operations shared by Maps once."""
         total = Counts()
         live = self.live(outputs)
         tally = Counter([self.op[node] for node in live])

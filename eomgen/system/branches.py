@@ -54,8 +54,7 @@ class _Jumps:
         return cls(np.array(places), start, end - start if curve.outside == "periodic" else 0.0)
 
     def behind(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the number of jumps at or before x, elementwise; over the periods of a periodic curve it may be
-        negative."""
+        """Return the number of jumps at or before x, elementwise; for periodic curves it may be negative."""
         if not self.period:
             return np.searchsorted(self.places, x, side="right").astype(np.float64)
         turns = np.floor((x - self.start) / self.period)

@@ -54,7 +54,7 @@ class LinearParameter:
 
 @dataclass(frozen=True)
 class Coordinates:
-    """The numbers of one factor of the group R.
+    """Names and units of the coordinates of a factor R of the configuration, for messages and random draws.
 
     Attributes
     ----------
@@ -109,7 +109,8 @@ class CoordinateLimit:
     stiffness: Formula
 
     def passed(self, position: float, value: Callable[[Formula], float]) -> str:
-        """Return a sentence on a start beyond the range, empty within; ``value`` evaluates formulas of parameters."""
+        """Return a sentence on a start at ``position`` beyond the range, empty within; ``value`` evaluates formulas of
+        parameters."""
         bounds = [
             math.inf * sign if bound is None else value(bound)
             for bound, sign in ((self.lower, -1.0), (self.upper, 1.0))

@@ -184,8 +184,7 @@ class State:
 
 @dataclass(frozen=True)
 class Definition:
-    """A named expression of a scene: ``text`` as written in the file, ``formula`` with other definitions written
-    out."""
+    """A named expression: ``text`` as written in the scene, ``formula`` with other definitions written out."""
 
     name: str
     text: str

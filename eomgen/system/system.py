@@ -468,7 +468,8 @@ class System(NamedAttributes):
 
     @property
     def second_blocks(self) -> SecondBlocks:
-        """The parts of the blocks of ``second_partials``."""
+        """The numbers of components of the blocks ``weights`` and ``direction`` of ``second_partials``, part by
+        part."""
         return second_blocks(
             nv=self.nv,
             nz=self.nz,

@@ -23,7 +23,7 @@ UNRESISTED = frozenset({"W0134", "W0269"})
 
 @dataclass(frozen=True)
 class Term:
-    """One term.
+    """A term: a function that a System may have, such as ``mass``, with inputs and conditions of existence.
 
     Attributes
     ----------
@@ -86,7 +86,8 @@ REFERENCES: Mapping[str, tuple[str, str]] = {
 
 
 def _frame_terms() -> Iterator[Term]:
-    """Yield the terms of frames, which are recorded on request."""
+    """Yield the terms of frames: poses, Jacobians with rates and drifts for each pair of axes and point, and
+    mobilities."""
     yield Term("frame_poses", ("p", "q", "base"), "quaternion (to world axes) and position of every frame")
     for ending, axes in REFERENCES.values():
         twist = f"twist of every frame against the base, {axes}, angular first"

@@ -53,7 +53,7 @@ class ConstrainedStrains:
         return result
 
     def forces(self, multipliers: Sequence[Scalar]) -> list[Scalar]:
-        """Return the beam's part of B^T lam, (nv,).
+        """Return the beam's part of the generalized constraint forces B^T lam, (nv,), recorded as one loop.
 
         Parameters
         ----------

@@ -130,7 +130,7 @@ def _product(A: Sequence[Sequence[float]], B: Sequence[Sequence[float]]) -> tupl
 
 @dataclass(frozen=True)
 class SineCosine:
-    """Sine and cosine of an angle, up to a common positive factor."""
+    """An angle by sine and cosine, up to a common positive factor."""
 
     sine: Scalar
     cosine: Scalar
@@ -176,7 +176,8 @@ class AbsoluteQuantities(Quantities):
         return super().__call__(symbol)
 
     def coordinate(self, joint: str, index: int = 0) -> Scalar:
-        """Return a joint's travel, m, or angle, rad: over revolutions for counted angles, else in (-pi, pi]."""
+        """Return component ``index`` of a joint's coordinates: a travel, m, or an angle, rad, over revolutions for
+        counted angles, else in (-pi, pi]."""
         reference, measure = self._references.get((joint, index)), self._measure(joint, index)
         if reference is None or isinstance(measure, Scalar):
             return self._wrap(joint, index)

@@ -80,7 +80,8 @@ class _Member:
 
 
 class _KernelSymbols(Quantities):
-    """The formula of a joint in a kernel: its length or its pitch."""
+    """Symbols in the kernel of a loop over joints, in which every formula is the joint's length or pitch,
+    ``number``."""
 
     def __init__(self, algebra: Algebra, number: Scalar) -> None:
         self.algebra, self.number = algebra, number

@@ -83,11 +83,11 @@ class ConstraintRow:
 
 
 class RowGroup(Protocol):
-    """Equations with forces recorded together.
+    """Constraint equations whose forces are recorded together, such as by a loop over joints.
 
     Attributes
     ----------
-    count : how many equations there are
+    count : number of equations
     """
 
     count: int
@@ -99,7 +99,7 @@ class RowGroup(Protocol):
 
 @dataclass
 class ConstraintRows:
-    """Constraint equations; holonomic equations are numbered first."""
+    """Constraint equations at position level (``holonomic``), numbered first, and at velocity level."""
 
     holonomic: list[ConstraintRow] = field(default_factory=list)
     velocity: list[ConstraintRow] = field(default_factory=list)
@@ -258,8 +258,7 @@ class RollingContact:
 
 
 def _contact(quantities: Quantities, item: Constraint, pair: FramePair) -> RollingContact:
-    """Return the contact of a rolling or sliding body with the plane of the first frame (normal z), or with
-    ``item.surface``."""
+    """Return the contact of a rolling or sliding body with ``item.surface``, else the first frame's x-y plane."""
     if item.surface is not None:
         return _contact_with_surface(quantities, item, pair)
     normal = pair.first.axis(2)
@@ -409,7 +408,7 @@ def _curved_size(quantities: Quantities, item: Constraint) -> Scalar:
 
 
 def _body_size(quantities: Quantities, item: Constraint) -> Scalar:
-    """Return the size of the body that rolls or slides, m: summed semi-axes of an ellipsoid, else radius and tube
+    """Return the size, m, of a rolling or sliding body: summed semi-axes of an ellipsoid, else radius and tube
     radius."""
     lengths = item.semi_axes if item.shape == "ellipsoid" else (item.radius, item.tube_radius)
     first, *others = (magnitude(quantities.formula(length)) for length in lengths)
@@ -460,8 +459,7 @@ class Equation:
 
     @cached_property
     def partials(self) -> Mapping[Symbol, Scalar]:
-        """Partials of the residual by symbol: coordinates and positions, or velocities for an equation of
-        velocities."""
+        """Partials of the residual by symbol: coordinates and positions, or velocities at velocity level."""
         moving, target = self.item.moving, self.quantities.algebra.tape
         tape = Tape()
         detached = DetachedSymbols(self.quantities, tape)
@@ -479,7 +477,7 @@ class Equation:
         return {symbol: Scalar(target, ref) for symbol, ref in zip(held.values(), refs, strict=True)}
 
     def forces(self, multiplier: Scalar) -> Iterator[PointForce]:
-        """Yield the forces of a multiplier on the points in the equation, as (link, point in m, force in N) in link
+        """Yield the forces of a multiplier on the points in the equation, (link, point in m, force in N), in link
         axes."""
         kinematics, zero = self.quantities.kinematics, self.quantities.algebra.zero
         for symbol, slope in self.partials.items():
@@ -510,11 +508,9 @@ class Equation:
         return sum(changes, sum(parts[1:], parts[0]))
 
     def scales(self) -> tuple[Scalar, Scalar, Scalar]:
-        """Return size, extent and path length of the row, see ``ConstraintRow``.
-
-        A coordinate counts with its partial: an angle as 1 rad, a travel as the machine, a point as the summands of its
-        position. So the sizes do not vanish at states in which all summands do.
-        """
+        """Return the scalars size, extent and path length of the equation, as of ``ConstraintRow``. A coordinate counts
+        with its partial: an angle as 1 rad, a travel as the machine, a point as the summands of its position. So the
+        sizes do not vanish at states in which all summands do."""
         zero, in_metres = self.quantities.algebra.zero, self.item.unit.startswith("m")
         size, extent, path = self.size, zero, zero
         for symbol, slope in self.partials.items():
@@ -548,7 +544,7 @@ class ConstraintCalculus:
     ----------
     tree : links in joint or absolute coordinates
     rows : n holonomic, then m velocity equations
-    base : the prescribed base
+    base : the prescribed base, whose motion counts in rates
     """
 
     def __init__(self, tree: Tree, rows: ConstraintRows, base: BaseState) -> None:

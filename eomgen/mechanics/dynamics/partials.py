@@ -237,8 +237,7 @@ def inertial_partials(
 def _wrenches(
     algebra: Algebra, screw: Screws, body: RecordedInertia, flow: CompositeMomentum
 ) -> tuple[Wrench, Wrench, Wrench]:
-    """Return the three changes of the inertia wrench of a subtree by q, v and a of a joint column, in axes that move
-    along."""
+    """Return the three changes of the inertia wrench of a subtree by q, v and a of a joint column, in moving axes."""
     by_q = wrench_sum(wrench(algebra, body, screw.spin_origin, screw.spin_field), flow.coriolis(screw.turn))
     by_v = wrench_sum(wrench(algebra, body, screw.rate_origin, screw.rate_field), flow.coriolis(screw.angular))
     return by_q, by_v, wrench(algebra, body, screw.linear, screw.angular)
@@ -370,7 +369,8 @@ class WorkHessian:
     def __init__(
         self, tree: Tree, base: BaseMotion, weights: Sequence[Scalar], base_changes: Mapping[int, Change]
     ) -> None:
-        """Prepare the changes by q, v and a of each joint column, and the sums over outward links."""
+        """Record all entries of the Hessian, by changes by q, v and a of each joint column and sums over outward
+        links."""
         self.base_changes = base_changes
         self.tree, self.entries = tree, dict[tuple[int, int], Scalar]()
         algebra, zero = tree.algebra, tree.algebra.zero_vector

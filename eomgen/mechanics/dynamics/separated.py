@@ -97,8 +97,7 @@ def carried_loads(tree: Tree, loads: Sequence[Wrench], label: str) -> list[Wrenc
 
 
 def field_wrenches(tree: Tree, fields: Sequence[LinkField]) -> list[Wrench]:
-    """Return for each link the wrench that its acceleration field demands, moment first, in link axes about the link's
-    origin."""
+    """Return each link's wrench for its acceleration field, moment first, in link axes about the link's origin."""
     loads = []
     for link, field in zip(tree.links, fields, strict=True):
         with tree.algebra.tape.block(f"inertia forces of link {link.name}"):
@@ -110,8 +109,7 @@ def field_wrenches(tree: Tree, fields: Sequence[LinkField]) -> list[Wrench]:
 
 
 def elastic_rows(tree: Tree, fields: Sequence[LinkField]) -> Rows:
-    """Return the generalized inertia forces of the elastic coordinates as lists by link number; rigid links have
-    none."""
+    """Return the generalized inertia forces of the elastic coordinates as lists by number of the elastic link."""
     rows: Rows = {}
     for index, (link, field) in enumerate(zip(tree.links, fields, strict=True)):
         if link.elastic is not None:
@@ -278,7 +276,7 @@ def _square(tree: Tree) -> Square:
 
 
 def structural(tree: Tree, quantities: Quantities) -> tuple[Square, Square]:
-    """Return K and D of all beams, (nv, nv) each; zero outside of elastic coordinates."""
+    """Return stiffness K and damping D of elastic bodies, (nv, nv) each; zero outside of elastic coordinates."""
     K, D = _square(tree), _square(tree)
     for link in tree.links:
         if link.elastic is not None:

@@ -86,8 +86,7 @@ def offered_by(scene: Scene) -> Offers:
 
 
 def applied_loads(scene: Scene, tree: Tree, quantities: Quantities) -> Loads:
-    """Return all applied loads on the tree, without gravity: force elements, joint forces, and stiffness and damping of
-    beams."""
+    """Return all loads on the tree but gravity: force elements, joint forces, stiffness and damping of beams."""
     loads = no_loads(tree)
     laws = laws_of(scene)
     _add_elements(loads, [law for law in laws if law.before_joints], scene, quantities)

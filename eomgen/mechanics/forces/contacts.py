@@ -17,8 +17,7 @@ from eomgen.symbolic.scalar import Algebra, Scalar
 
 @dataclass(frozen=True)
 class Contact:
-    """Contact force, N or N m, the conservative part of the force without the damper, and the potential of this part,
-    J."""
+    """Contact force, N or N m, the conservative part without the damper, and its potential, J."""
 
     force: Scalar
     elastic: Scalar

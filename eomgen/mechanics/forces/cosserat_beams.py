@@ -165,8 +165,8 @@ def _adjoint(twist: Sequence[float]) -> np.ndarray:
 
 
 def _inverse(algebra: Algebra, matrix: ScalarRows, rows: Sequence[int]) -> list[list[Scalar]]:
-    """Return the inverse of the given rows and columns of a symmetric positive definite matrix, zero in the other rows
-    and columns."""
+    """Return the inverse, (6, 6), of the block of a symmetric positive definite matrix in the rows and columns
+    ``rows``, with zeros in all other rows and columns."""
     left = {(i, j): matrix[i][j] for i in rows for j in rows}
     right = {(i, j): algebra.one if i == j else algebra.zero for i in rows for j in rows}
     for pivot in rows:
@@ -298,16 +298,15 @@ class ElementStrain:
         )
 
     def gap(self, strain: int) -> Scalar:
-        """Return the residual, m, of a constrained strain (index 0 to 5): length times strain less its value by other
-        strains."""
+        """Return the residual, m, of a constrained strain (index 0 to 5): length times (strain - value by other
+        strains)."""
         gap = self.strain[strain]
         if self.section.following:
             gap = gap - dot(self.section.following[strain], self.strain)
         return self.section.length * gap
 
     def held_forces(self, multipliers: Mapping[int, Scalar]) -> list[Scalar]:
-        """Return the section forces, (6,), that multipliers of constrained strains exert, given by index of the
-        strain."""
+        """Return the section forces, (6,), of the multipliers of constrained strains, by index of the strain."""
         result = [multipliers.get(k, self.algebra.zero) for k in _SIX]
         for strain, force in multipliers.items() if self.section.following else ():
             result = [
@@ -317,8 +316,7 @@ class ElementStrain:
         return result
 
     def forces(self) -> list[Scalar]:
-        """Return the elastic and viscous forces on both nodes, (12,), first node first, moment before force, in node
-        axes."""
+        """Return the elastic and viscous wrenches on both nodes, (12,), moment before force, in node axes."""
         elastic, viscous = _product(self.section.stiffness, self.strain), _product(self.section.damping, self.rate)
         return self.node_forces([x + y for x, y in zip(elastic, viscous, strict=True)])
 
@@ -456,8 +454,7 @@ def is_carried(quantities: Quantities, mount: Mount) -> bool:
 
 
 def node_at(quantities: Quantities, mount: Mount) -> SectionFrame:
-    """Return the frame of a node mounted on a link: pose in the axes of ``kinematics.pose``, and twist in axes of the
-    node."""
+    """Return the frame of a node mounted on a link: pose in axes of ``kinematics.pose``, twist in node axes."""
     R, p = quantities.kinematics.pose(mount.link)
     omega, velocity = quantities.kinematics.twist(mount.link)
     back = transpose(mount.orientation)

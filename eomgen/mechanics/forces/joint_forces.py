@@ -12,8 +12,7 @@ from eomgen.symbolic.scalar import Scalar
 
 
 def add_joint(loads: Loads, joint: Joint, quantities: Quantities) -> None:
-    """Add to ``loads``, in place, the efforts of a joint's springs, dampers, stops and friction, with potential and
-    power."""
+    """Add a joint's springs, dampers, stops and friction to ``loads``, in place: efforts, potential and power."""
     tape = quantities.algebra.tape
     _add_spring_and_damper(loads, joint, quantities)
     for stop in joint.stops:
@@ -56,8 +55,7 @@ def _add_stop(loads: Loads, joint: str, stop: Stop, quantities: Quantities) -> N
 
 
 def friction_effort(friction: Friction, rate: Scalar, quantities: Quantities) -> Scalar:
-    """Record the friction effort, N m or N, with the sign of the joint's rate: (Coulomb + Stribeck term) tanh(rate /
-    velocity)."""
+    """Record the friction effort, N m or N, with the rate's sign: (Coulomb + Stribeck term) tanh(rate / velocity)."""
     algebra, formula = quantities.algebra, quantities.formula
     level = formula(friction.coulomb)
     if friction.static is not None and friction.stribeck is not None:

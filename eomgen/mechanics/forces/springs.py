@@ -83,8 +83,7 @@ def _end(quantities: Quantities, name: str) -> _SpringEnd:
 
 
 def _chain(quantities: Quantities, link: int, known: dict[int, Chain]) -> Chain:
-    """Return (kind, number of velocity components) of each link from a link to the base; ``known`` caches the
-    results."""
+    """Return (kind, number of velocity components) of each link from a link to the base; cached in ``known``."""
     if link < 0:
         return ()
     if link not in known:

@@ -49,7 +49,7 @@ class TyreContact:
 
 
 def tyre_contact(quantities: Quantities, tyre: Tyre) -> TyreContact:
-    """Record the contact of a tyre with its road in world axes."""
+    """Record the contact of tyre and road: velocity, slopes of the road, deflection and force, in world axes."""
     algebra, kinematics = quantities.algebra, quantities.kinematics
     at = quantities.at(quantities.points[tyre.center])
     position, velocity = kinematics.position(*at), kinematics.velocity(*at)

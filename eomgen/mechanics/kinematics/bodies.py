@@ -38,8 +38,7 @@ def _link_quaternions(tree: Tree) -> list[list[Scalar]]:
 
 
 def _joint_quaternion(tree: Tree, link: Link, constant: list[Scalar]) -> list[Scalar]:
-    """Return a link's quaternion (w, x, y, z) relative to the parent: ``constant``, then the rotation by the
-    coordinates."""
+    """Return a link's quaternion (w, x, y, z) relative to the parent: ``constant``, then the joint's rotation."""
     algebra = tree.algebra
     q = link.coordinates.q
     if link.turn is not None:
@@ -82,7 +81,7 @@ class Orientations:
         return quaternion_product(self.links[mount.link], parts)
 
     def body(self, name: str) -> list[Scalar]:
-        """Return the quaternion of a body, of the base, or of the world."""
+        """Return the quaternion (w, x, y, z), body to world axes, of the named body, of the base, or of the world."""
         link = self.tree.mounts[name].link
         if link == WORLD:
             return [self.algebra.one, *self.algebra.zero_vector]
@@ -153,8 +152,7 @@ def twists(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:
 
 
 def accelerations(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:
-    """Return inertial angular acceleration and acceleration of the origin of each body, in body axes, (bodies, 6) row
-    by row."""
+    """Return inertial angular and linear acceleration of each body's origin, in body axes, (bodies, 6) row by row."""
     values: list[Scalar] = []
     for body in scene.bodies:
         mount = tree.mounts[body.name]

@@ -58,8 +58,7 @@ def rates_along(tape: Tape, seeds: Mapping[Ref | InputSymbol, Tangent]) -> dict[
 
 
 def rates_of(tape: Tape, seeds: Mapping[Ref | InputSymbol, Tangent], base: BaseState) -> dict[Ref | InputSymbol, Ref]:
-    """Return the time derivatives of t, q and, if moving, the base struct, by reference, for total derivatives at
-    constant v."""
+    """Return the time derivatives of t, q and a moving base, by reference, for total derivatives at constant v."""
     rates = rates_along(tape, seeds)
     return rates | _base_rates(tape, base) if base.moving else rates
 

@@ -48,8 +48,7 @@ class LinkKinematics:
         return self._poses[link]
 
     def twist(self, link: int) -> tuple[Vector, Vector]:
-        """Return angular velocity, rad/s, and velocity of a link's origin, m/s, relative to the reference link, in link
-        axes."""
+        """Return the twist of a link's origin relative to the reference link, in link axes, rad/s and m/s."""
         for index in self._path(link, self._twists):  # type: ignore[arg-type]  # keys only
             item = self.tree.links[index]
             omega, velocity = self._twists[item.parent]

@@ -127,7 +127,8 @@ class SystemMatrices:
     # -- A and its transpose, applied ---------------------------------------------------------------------------------
 
     def outwards(self, x: Columns) -> Columns:
-        """Return A x, per link the sum of x over the path from the root, in link axes."""
+        """Return A x: for each link the sum of x over the links from the root to this link, in its axes at its
+        origin."""
         sums: Columns = []
         for link, row in zip(self.tree.links, x, strict=True):
             above = sums[link.parent] if link.parent != ROOT else None
@@ -140,7 +141,7 @@ class SystemMatrices:
         return sums
 
     def inwards(self, x: Columns) -> Columns:
-        """Return A^T x: per link the sum of x over the subtree, in link axes."""
+        """Return A^T x, for wrenches x: for each link the sum over this and all outward links, in the link's axes."""
         total = [list(row) for row in x]
         for index in reversed(range(len(self.tree.links))):
             link = self.tree.links[index]

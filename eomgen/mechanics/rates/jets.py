@@ -109,8 +109,8 @@ class MotionJets:
         return seeds
 
     def _states(self, seeds: Mapping[Ref | InputSymbol, Jet], order: int) -> Seeds:
-        """Return the jets of the internal states: each coefficient from the previous coefficient, by the laws of the
-        states."""
+        """Return the jets of the internal states up to ``order``, given the jets of all other inputs (``seeds``). Each
+        coefficient follows from the previous coefficient by the rates of the states."""
         symbols = [InputSymbol("z", k) for k in range(self.internal.count)]
         paths: list[list[Ref]] = [[self.tape.input("z", k)] for k in range(len(symbols))]
         for k in range(order if symbols else 0):

@@ -81,7 +81,8 @@ def _sum_of_cross_products(turn: Sequence[Vector], entry: Entry, rows: range, la
 
 
 def _weighted_sum(sources: Sequence[tuple[int, Vector]]) -> Vector:
-    """Return a sum with small integer weights, the plain sum first: the plain sum also occurs at the order below."""
+    """Return the sum of weight * vector over ``sources``, which has pairs (integer weight, vector). The plain sum is
+    recorded first, as it also occurs at the order below."""
     total = sources[0][1]
     for _, vector in sources[1:]:
         total = plus(total, vector)

@@ -48,7 +48,7 @@ class BandedMatrix:
         self.rows[row][row - column] += value
 
     def submatrix(self, kept: Sequence[int]) -> BandedMatrix:
-        """Return the matrix of the given rows and columns, in order."""
+        """Return the matrix of the rows and columns ``kept``, in order, with the same width."""
         result = BandedMatrix(len(kept), self.width)
         for new, row in enumerate(kept):
             for column in range(max(0, new - self.width), new + 1):
@@ -208,7 +208,8 @@ def elements(deformation: Deformation, beam: Beam) -> Elements:
 
 
 def _mesh(count: int, length: Fraction, bending: bool) -> Elements:
-    """Return a mesh with all nodal coordinates as shape functions; slopes are derivatives by x."""
+    """Return a uniform mesh on s = 0 .. 1 with all nodal coordinates as shape functions. Cubic with slopes by x, for a
+    beam of the given length, if ``bending``; else quadratic."""
     if bending:
         scales = (Fraction(1), length / count) * 2
         local = tuple(tuple(scale * entry for entry in row) for scale, row in zip(scales, _CUBIC, strict=True))
@@ -253,8 +254,7 @@ def _number(fraction: Fraction | int) -> Any:
 
 
 def _add(matrix: BandedMatrix, values: list[Any], factor: Any) -> None:
-    """Add factor * values values^T to a matrix, in place; ``values`` are functions at one position, (n,), within the
-    band."""
+    """Add factor * values values^T to a matrix, in place; ``values``, (n,), are functions at one position."""
     present = [dof for dof, value in enumerate(values) if value]
     for dof in present:
         for column in present:

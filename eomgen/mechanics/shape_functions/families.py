@@ -155,10 +155,9 @@ class QuadratureGrid:
         return np.asarray((np.array(before[:-1], dtype=object)[:, None] + within - start).ravel(), dtype=object)
 
     def weights_up_to(self, places: Sequence[Fraction]) -> Array:
-        """Return weights, (p, m), of integrals from the first edge to each place, in double precision.
-
-        The interpolant through the nodes of a panel is integrated up to the place, by Legendre coefficients.
-        """
+        """Return weights, (p, m), with which values at the m nodes give integrals from the first edge to each of p
+        places. In double precision. The interpolant through the nodes of a panel is integrated up to the place, by
+        Legendre coefficients."""
         nodes, weights, _ = (round_to_doubles(part) for part in _rule())
         panels = list(itertools.pairwise(self.edges))
         parts = [

@@ -50,8 +50,7 @@ def times(*factors: Any) -> Fixed:
 
 
 def polynomial(coefficients: Iterable[Any], s: Fixed) -> Fixed:
-    """Return the values of a polynomial at fixed-point positions ``s``; coefficients are plain numbers, constant
-    first."""
+    """Return the values of a polynomial at fixed-point positions ``s``; plain coefficients, constant first."""
     result = np.zeros(s.shape, dtype=object)
     for entry in reversed(list(coefficients)):
         result = times(result, s) + to_fixed(entry)

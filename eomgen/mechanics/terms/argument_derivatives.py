@@ -111,7 +111,8 @@ class _ForwardDynamics:
             self.columns.setdefault(column, {})[row] = ref
 
     def jacobian(self) -> Entries:
-        """Return the nonzeros of f_x by (row, column)."""
+        """Return the nonzeros of the Jacobian of vdot in all arguments by (row, column), by a solution with M for each
+        argument."""
         with self.arguments.derivation.tape.block("solves of the mass matrix for each argument"):
             return {
                 (row, column): ref
@@ -190,7 +191,8 @@ class Arguments:
             self.seeds |= {InputSymbol("base", k): tangent for k, tangent in enumerate(tangents) if tangent}
 
     def jacobian(self, values: Sequence[Ref]) -> Entries:
-        """Return the nonzeros of the Jacobian of values by (row, column)."""
+        """Return the nonzeros of the Jacobian of values by (row, column). Partials of inverse dynamics in q, v and a
+        come from recursion, if that takes fewer operations."""
         tape = self.derivation.tape
         with tape.block("Jacobian in all arguments"):
             tangents = forward_partials(tape, values, self.seeds)

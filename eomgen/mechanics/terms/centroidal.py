@@ -91,8 +91,7 @@ class Centroidal:
 
     @cached_property
     def _columns(self) -> list[Wrench]:
-        """Momentum of all links about the base's origin per unit of each velocity component, in base axes, angular
-        first."""
+        """Momentum about the base's origin per unit of each velocity component, in base axes, angular first."""
         zero = self.algebra.zero_vector
         result: list[Wrench] = [(zero, zero)] * self.tree.nv
         for index, link in enumerate(self.tree.links):
@@ -123,8 +122,7 @@ class Centroidal:
         return _rows(columns)
 
     def drift(self) -> list[Scalar]:
-        """Return dA/dt v for the matrix A of ``momentum``, (6,): the rate of momentum with v held, in world axes,
-        angular first."""
+        """Return dA/dt v for the matrix A of ``momentum``, (6,): the rate of momentum at constant v, in world axes."""
         fields = total_fields(self.tree, zero_base(self.tree), accelerations=False, gravity=False)
         loads = carried_loads(self.tree, field_wrenches(self.tree, fields), "rate of momentum")
         zero = self.algebra.zero_vector

@@ -62,8 +62,7 @@ class FrameMotion:
         self._links = link_columns(self.tree) if reference == "body" else []
 
     def jacobian(self, mount: Mount) -> list[Scalar]:
-        """Return the Jacobian J of the frame's twist relative to the base, (6, nv) row by row, angular first; rad and m
-        per unit of v."""
+        """Return the Jacobian J, (6, nv) row by row, of the frame's twist relative to the base, angular first."""
         if self.reference == "body":
             return jacobian_of_mount(self.tree, self._links, mount)
         point, turn = self._point(mount), self.kinematics.base.orientation
@@ -80,8 +79,7 @@ class FrameMotion:
         return self._differentiate(self.jacobian(mount))
 
     def drift(self, mount: Mount) -> list[Scalar]:
-        """Return dJ/dt v, (6,): the rate of the twist J v with v held, on a moving base included; zeros for frames on
-        the base."""
+        """Return dJ/dt v, (6,): the rate of the twist J v at constant v; zeros for frames on the base."""
         if self.kinematics.carrier.moving or self.reference == "body":
             return self._differentiate(self._twist(mount))
         if mount.link < 0:
@@ -99,7 +97,7 @@ class FrameMotion:
         return [*alpha, *acceleration]
 
     def _twist(self, mount: Mount) -> list[Scalar]:
-        """Return J v, (6,)."""
+        """Return the twist J v of a frame relative to the base, (6,), angular first, in the axes of ``reference``."""
         if mount.link < 0:
             return [self.algebra.zero] * 6
         omega, velocity = self.kinematics.twist(mount.link)

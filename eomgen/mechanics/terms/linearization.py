@@ -263,7 +263,8 @@ class ParameterDirections:
         }
 
     def of(self, refs: Sequence[int], name: str, numerator: str) -> Block:
-        """Return the partials of values, (values, np), as one block."""
+        """Return the partials of values in the tunable parameters, (values, np), as a block of this name. ``numerator``
+        begins the description."""
         tape = self.derivation.tape
         with tape.block(f"partials in the parameters: {numerator}"):
             tangents = forward_partials(tape, refs, self.seeds)
@@ -293,7 +294,8 @@ def second_partials(derivation: Derivation) -> list[Block]:
 
 
 def _values(derivation: Derivation) -> dict[str, Sequence[Ref]]:
-    """Return the weighted rows (residual, rates, constraints, outputs) by the names of ``SecondBlocks.weights``."""
+    """Return the references of the weighted quantities (residual, rates, constraints, outputs) by their names in
+    ``SecondBlocks.weights``; empty for quantities that the scene does not have."""
     (residual,) = derivation.residual()
     result: dict[str, Sequence[Ref]] = {"r": residual.refs, **dict.fromkeys(("zdot", "Phi", "w", "wdot", "y"), ())}
     if derivation.scene.states:

@@ -47,7 +47,7 @@ def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str
 
     Parameters
     ----------
-    groups : mapping from body to ``SE3`` or ``R3xSO3`` ``SE3`` for bodies that the mapping does not name.
+    groups : group of each body, ``SE3`` or ``R3xSO3``; ``SE3`` for bodies that the mapping does not name
 
     Raises
     ------
@@ -130,7 +130,8 @@ def _pose_link(
 def _separate_links(
     algebra: Algebra, name: str, q_start: int, v_start: int, inertia: RecordedInertia, index: int
 ) -> list[FreeLink]:
-    """Return a translating point and the body rotating about this point: R^3 x SO(3), angular velocity first."""
+    """Return the two links of a body on R^3 x SO(3): a translating massless point, and the body rotating about this
+    point. Angular velocity comes first in v; ``index`` is the number of the first link."""
     position = Factor("R", f"{name}.position", q_start + 4, 3, v_start + 3, 3)
     turn = Factor("SO3", f"{name}.orientation", q_start, 4, v_start, 3)
     return [

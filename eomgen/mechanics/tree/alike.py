@@ -77,8 +77,7 @@ def _directions(joint: Joint) -> tuple[object, ...]:
 
 
 def _long(scene: Scene) -> bool:
-    """Return whether a tree is long: more than ``MANY`` velocity components, or squared depths summing to
-    ``LONG_TREE``."""
+    """Return whether a tree has more than ``MANY`` velocity components, or squared depths summing to ``LONG_TREE``."""
     depths, carried = list[int](), dict[str, int]()
     for joint in scene.joints:
         size = joint.kind.v_size if joint.kind.moves and joint.mimic is None else 0

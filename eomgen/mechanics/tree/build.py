@@ -57,11 +57,13 @@ from eomgen.system.description import BASE
 
 
 def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callable[[Formula], Scalar]) -> Tree:
-    """Return the tree with the links of a beam, whose joint is in the tree already.
+    """Return the tree with the links of an elastic body, whose joint is in the tree already; unchanged for a rigid
+    body.
 
-    The beam's link does not move relative to the parent: columns of the joint are zero, and elastic coordinates deform
-    the beam. So the frame of the beam, and with it the shape integrals, are the frame and the integrals of the body for
-    any axes of the joint.
+    There is a link for the beam, and one for each station to which the scene attaches something and that deforms. The
+    beam's link does not move relative to the parent: columns of the joint are zero, and elastic coordinates deform the
+    beam. So the frame of the beam, and with it the shape integrals, are the frame and the integrals of the body for any
+    axes of the joint.
     """
     if body.beam is None:
         return tree
@@ -137,8 +139,7 @@ def _station_positions(scene: Scene, body: str, number: Callable[[Formula], Scal
 
 
 def attached_along(scene: Scene, body: str) -> Iterable[tuple[str, Formula]]:
-    """Yield (label, x) of every joint, point, force element and constraint frame on a body; x is a formula, in body
-    axes."""
+    """Yield (label, x) of every joint, point, force element and constraint frame on a body; x is a formula."""
     for joint in scene.joints:
         if joint.parent == body:
             yield f"joint {joint.name}", joint.position[0]

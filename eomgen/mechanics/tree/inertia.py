@@ -66,8 +66,7 @@ class RecordedInertia:
         return RecordedInertia(self.mass + other.mass, plus(self.first, other.first), second, self.added + other.added)
 
     def transform(self, R: Matrix, p: Vector) -> RecordedInertia:
-        """Return the integrals about another frame, in which this frame has the orientation R, (3, 3), and the origin
-        p, (3,), m."""
+        """Return the integrals about another frame, in which this frame has orientation R, (3, 3), and origin p, m."""
         first = apply(R, self.first)
         added = tuple(
             AddedMass(apply(R, item.position), multiply(multiply(R, item.matrix), transpose(R))) for item in self.added
@@ -75,7 +74,7 @@ class RecordedInertia:
         return RecordedInertia(self.mass, first, multiply(multiply(R, self.second), transpose(R)), added).shift(p)
 
     def shift(self, p: Vector) -> RecordedInertia:
-        """Return the integrals about a parallel frame, in which this origin is at p, (3,), m."""
+        """Return the integrals about a parallel frame, in which the origin of this frame is at p, (3,), m."""
         first = plus(self.first, scaled(self.mass, p))
         d, e = self.first, first
         entry = {(i, j): self.second[i][j] + (p[i] * e[j] + p[j] * d[i]) for i in range(3) for j in range(i, 3)}

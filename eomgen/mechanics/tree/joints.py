@@ -114,8 +114,7 @@ def _link_axes(joint: Joint) -> tuple[tuple[Direction, ...], Direction, Directio
 
 
 def frame_of(joint: Joint) -> tuple[Direction, ...]:
-    """Return the columns of a frame in child axes, (3, 3), as rows of a matrix: z is the joint's axis, x the second
-    axis, if any."""
+    """Return a frame in child axes, (3, 3), with columns x, y, z: z is the joint's axis, x the second axis, if any."""
     if joint.kind.second_key:
         return tuple(zip(joint.second_axis, perpendicular(joint.axis, joint.second_axis), joint.axis, strict=True))
     return rows(frame_about(np.array(joint.axis)))
@@ -257,10 +256,8 @@ def joint_coordinates(
     given: Mapping[tuple[str, int], Scalar],
 ) -> tuple[tuple[Factor, ...], dict[str, JointCoordinates]]:
     """Return the factors of the configuration in joint order, and the coordinates of moving joints and beams by name.
-
-    ``elastic`` gives the number of elastic coordinates of a body; elastic coordinates follow the coordinates of the
-    body's joint. ``given`` holds values in place of components of q, v and a.
-    """
+    ``number`` gives the value of a formula. ``elastic`` gives the number of elastic coordinates of a body, which follow
+    the coordinates of the body's joint. ``given`` holds values in place of components of q, v and a."""
     moving = {joint.name: joint for joint in joints if joint.kind.moves}
     factors: list[Factor] = []
     q_start = v_start = 0
