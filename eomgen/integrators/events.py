@@ -98,7 +98,8 @@ _FLAGS: Mapping[str, Callable[[EventRow], bool]] = {
 
 
 def event_data(rows: Sequence[EventRow], modes: Sequence[Mode]) -> dict[str, Any]:
-    """Return the events and modes as JSON types; empty without events."""
+    """Return the events and modes of a scene as data of the templates, JSON types only; empty without events. Keys:
+    rows, modes, flags (one number for each event), and limits of the log and of steps."""
     if not rows:
         return {}
     return {
@@ -115,7 +116,7 @@ def event_data(rows: Sequence[EventRow], modes: Sequence[Mode]) -> dict[str, Any
 
 
 def event_state(rows: Sequence[EventRow], modes: Sequence[Mode]) -> tuple[Field, ...]:
-    """Return the members of a stepper's state that events need."""
+    """Return the members of a stepper's state that events and modes need; none without events."""
     if not rows:
         return ()
     count, group = len(rows), "event_state"
@@ -153,8 +154,11 @@ CONTROLLER_FAILURE = (
 def sample_data(
     rows: Sequence[SampleRow], controllers: Sequence[SampledController] = (), states: Sequence[str] = ()
 ) -> dict[str, Any]:
-    """Return the sampled states as JSON types: ``clocks``, each a period and the first time in s, ``rows``, and
-    ``controllers`` unless empty. ``set_at`` of a row is the level at which the term gives its value, -1 if a controller
+    """Return the sampled states as data of the templates, JSON types only.
+
+    Keys: ``clocks``, each a period and the first time in s; ``rows`` with the index of their clock; ``closest``, how
+    far a sample may be moved, s; and if there are any, ``controllers``, and ``from_caller``: whether the caller gives
+    functions. ``set_at`` of a row is the level of evaluation at which the term gives its value, -1 if a controller
     does.
 
     Parameters
@@ -185,7 +189,8 @@ _FINEST, _ROUNDING, _MOST_TICKS = 10**9, 1e-12, 2**32 - 1
 
 
 def controller_data(system: System) -> dict[str, Any]:
-    """Return the samples of a controller alone, as ``sample_data`` does, with clocks in whole ticks.
+    """Return the samples of a controller alone, as ``sample_data`` does, with clocks in whole ticks and the key
+    ``tick``.
 
     ``tick``, s, is the longest time that divides all periods and first times; 0 without sampled states.
 
@@ -216,7 +221,9 @@ def _controller_data(
     numbers: Mapping[str, int],
     clocks: Sequence[tuple[float, float]],
 ) -> dict[str, Any]:
-    """Return the data of a sampled controller for the stepper: names, states, clock and C function."""
+    """Return the data of a sampled controller for the templates: names, indices of its states, clock and C function.
+    `rows` are all sampled states, `numbers` the index of each internal state by name, `clocks` pairs of period and
+    first time in s."""
     by_state = {row.state: row for row in rows}
     given = [by_state[numbers[name]] for name in item.value_states]
     return {
@@ -252,12 +259,15 @@ MARGIN = 32.0
 def jump_data(
     discontinuities: tuple[Discontinuity, ...], order: int, *, by_differences: bool = False
 ) -> dict[str, Any]:
-    """Return the times that matter to a method of an order: ``once``; ``first`` and ``period`` of waves.
+    """Return the times at which forces jump within a step so that a method of an order loses accuracy.
 
-    Empty if there are none.
+    A mapping: ``once``, times in s; ``periodic``, pairs of first time and period; ``margin`` and ``blur``, the distance
+    that steps keep from these times. Empty if there are none.
 
     Parameters
     ----------
+    discontinuities : of the system, with the order of the derivative that jumps
+    order : of the method
     by_differences : whether the method finds accelerations that constraints prescribe by differences of velocities
     """
     those = [item for item in discontinuities if item.order + 1 < order + (by_differences and item.constraint)]

@@ -33,11 +33,10 @@ _LONGEST_STRETCH = 64
 
 
 def harmonics_data(system: System) -> dict[str, Any] | None:
-    """Return the C data for inputs at the times of a grid; None unless every given input is a sum of harmonics, and if
-    steps may leave the grid: at jumps, samples and events.
-
-    Inputs with the same frequencies form a group with common sines and cosines.
-    """
+    """Return the data of the templates for inputs that are sums of harmonics, evaluated at the times of the step grid.
+    None unless every given input is a sum of harmonics or constant and one has many, and if steps may leave the grid:
+    at jumps, samples and events. Inputs with the same frequencies form groups of up to four with common sines and
+    cosines."""
     if system.discontinuities or system.sampled or system.events:
         return None
     constant: list[list[float]] = []
@@ -71,7 +70,8 @@ def harmonics_data(system: System) -> dict[str, Any] | None:
 
 
 def _stretch(count: int) -> int:
-    """Return the number of harmonics between storages of sums: a part of all."""
+    """Return the number of harmonics that are summed before the sums are stored: the largest allowed divisor of
+    `count`."""
     return max(
         size for size in range(_MULTIPLE, _LONGEST_STRETCH + 1, _MULTIPLE) if count % size == 0 or size == _MULTIPLE
     )

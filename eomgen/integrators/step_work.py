@@ -36,7 +36,7 @@ class Work:
 
 
 def work_of_system(solver: Mapping[str, Any], size: int) -> tuple[Work, ...]:
-    """Return the work of one matrix and of one right side.
+    """Return the work of assembling and of factoring one matrix, and of one substitution: three ``Work`` items.
 
     Parameters
     ----------
@@ -66,7 +66,8 @@ def work_of_system(solver: Mapping[str, Any], size: int) -> tuple[Work, ...]:
 
 
 def _operations_of_groups(data: Mapping[str, Any]) -> tuple[int, int]:
-    """Return additions and multiplications of an elimination with sums, from rows or from tables of the elimination."""
+    """Return additions and multiplications of the factorization without subtraction, from the data of the elimination.
+    The data have either every row ("unrolled"), or tables of kinds of rows."""
     if "unrolled" in data:
         rows = data["unrolled"]
         updates = sum(len(taken["updates"]) for row in rows for taken in row["taken"])
@@ -90,7 +91,7 @@ def _operations_of_groups(data: Mapping[str, Any]) -> tuple[int, int]:
 
 
 def _operations_of_sources(data: Mapping[str, Any]) -> tuple[int, int]:
-    """Return additions and multiplications that sources on links add to the substitution."""
+    """Return additions and multiplications that right sides given as forces on links add to one substitution."""
     additions = multiplications = 0
     for position, row in enumerate(data.get("unrolled", ())):
         for _, number, earlier in row.get("sources", ()):
@@ -131,12 +132,13 @@ def work_of_kernel(kernel: Mapping[str, Any], times: int) -> Work:
 
 
 def work_of_groups(method: Mapping[str, Any], calls: Mapping[str, int]) -> tuple[Work, ...]:
-    """Return the work of functions on the groups and of the coordinates that just move.
+    """Return the work of a step's group functions, and of updating coordinates that are numbers; items of 0 times are
+    left out.
 
     Parameters
     ----------
     method : ``Program.method``
-    calls : how often a step calls ``update`` of the whole configuration, ``bracket`` ...
+    calls : number of calls in a step by function, as ``update`` of the whole configuration or ``bracket``
     """
     runs = method["lie"]["runs"]
     result: list[Work] = []

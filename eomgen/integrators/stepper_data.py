@@ -42,10 +42,14 @@ _GROUPS = {
 
 
 def method_data(method: Family, system: System, step: float = 1e-3, samples: Any = None) -> dict[str, Any]:
-    """Return ``Program.method``: JSON types only.
+    """Return the data of a method for the C templates of a system's stepper, ``Program.method``, as JSON types.
+
+    Keys common to all families (order, inputs, state, settings, bounds, statuses, rows, events ...), and the family's
+    own.
 
     Parameters
     ----------
+    method : Family
     system : System
         Checked for the needs of the method first.
     step : float
@@ -136,7 +140,9 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
 
 
 def _state(method: Family, system: System, sizes: Sizes) -> list[Field]:
-    """Return the members of the state in order; steps copy all before the conditions, which are last."""
+    """Return the members of a stepper's state in the order of the C struct. These are common ones, the method's,
+    events', counters and statistics; inputs and parameters, with which accelerations were evaluated, are last. Steps
+    copy all members before these."""
     beyond = "remainders of counted angles, below the digits of q; initialize clears them"
     counted = (
         Field("steps", "steps of the time grid", 0, "long"),
@@ -192,7 +198,8 @@ def _check_functions(method: Family, system: System) -> None:
 
 
 def _lie_data(factors: Sequence[Factor], called: Sequence[GroupFunction]) -> dict[str, Any]:
-    """Return the factors as runs, with neighbouring factors R merged, and the group functions needed."""
+    """Return the factors of the configuration as data of the templates, and the code of group functions. Keys:
+    ``runs``, with neighbouring factors R merged into one, and ``kernels``, the functions `called` of every group."""
     runs: list[dict[str, Any]] = []
     for factor in factors:
         last = runs[-1] if runs else None

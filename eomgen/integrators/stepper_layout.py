@@ -33,12 +33,15 @@ def default_settings(data: Mapping[str, Any]) -> dict[str, float]:
 
 
 def checked_setting(data: Mapping[str, Any], name: str, value: float) -> float:
-    """Return a caller's or a scene's value of a setting.
+    """Return a caller's or a scene's value of the setting `name` as a float, after checks.
+
+    `data` is ``Program.method``.
 
     Raises
     ------
     UsageError
-        The method has no such setting, or the value is invalid.
+        The method has no such setting, or the value is negative, 0 if it has to be positive, or not whole if it has to
+        be.
     """
     rows = {item["name"]: item for item in data["settings"]}
     known = [other for other in rows if other != "step" and other not in data["parameters"]]

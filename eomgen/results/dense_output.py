@@ -109,8 +109,9 @@ def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Bet
 def _between(
     rows: Rows, factors: Sequence[Factor], t: Array, index: Index, by_velocity: bool
 ) -> tuple[Array, Array, Array, Array]:
-    """Interpolate q, v, a and z between the rows ``index`` and ``index + 1``; velocities by accelerations if
-    ``by_velocity``."""
+    """Return q, v, a and z at times t (n,) s, between the rows ``index`` (n,) and ``index + 1``. q follows the curve in
+    the algebra; v and a by a cubic through v and a if ``by_velocity``, else v is the rate of q, and a a cubic through
+    rows."""
     after = index + 1
     duration = rows.t[after] - rows.t[index]
     s = np.clip((t - rows.t[index]) / duration, 0.0, 1.0)
@@ -127,7 +128,8 @@ def _between(
 
 
 def _through_neighbours(t: Array, values: Array, at: Array, index: Index) -> Array:
-    """Return values by the cubic through the four rows nearest."""
+    """Return values (n, size) at times `at` (n,) by the cubic through the four rows about row ``index`` (n,); of fewer
+    rows, through all. `t` (nt,) and `values` (nt, size) are the rows."""
     count = min(4, len(t))
     start = np.clip(index - 1, 0, len(t) - count)
     nodes = [t[start + k] for k in range(count)]
@@ -142,7 +144,8 @@ def _through_neighbours(t: Array, values: Array, at: Array, index: Index) -> Arr
 
 
 def _check_turns(rows: Rows, factors: Sequence[Factor], index: Index) -> None:
-    """Raise UsageError if a body may turn by half a turn between two rows: the way round would be a guess."""
+    """Raise UsageError if a body may turn by half a turn between one of the rows `index` and the next row, by its
+    angular velocities: the way round would be a guess."""
     duration = rows.t[index + 1] - rows.t[index]
     for factor in factors:
         if factor.group == "R":
@@ -161,11 +164,9 @@ def _check_turns(rows: Rows, factors: Sequence[Factor], index: Index) -> None:
 
 
 def largest_errors(rows: Rows, metadata: Mapping[str, Any]) -> dict[str, float]:
-    """Return the largest errors of ``state_at`` at the rows left out when every third row is used: q in the algebra, v,
-    a, z.
-
-    Halfway between two rows the velocities of a quintic are better than elsewhere, so every second row would not do.
-    """
+    """Return the largest errors of ``state_at`` at left-out rows, by name: q (in the algebra), v, a, and z if there are
+    any. Every third row is used; halfway between two rows the velocities of a quintic are better than elsewhere, so
+    every second row would not do. Raises UsageError for fewer than seven rows."""
     if len(rows.t) < 7:
         raise UsageError(
             Problem("interpolation_error", f"seven rows are needed, not {len(rows.t)} [E1267]", "a longer run")

@@ -244,7 +244,7 @@ class ErrorEstimate:
 
     @classmethod
     def from_file(cls, arrays: Mapping[str, Array], summary: Mapping[str, Any]) -> Self:
-        """Return the estimate written as ``arrays`` and ``summary``."""
+        """Return the estimate whose ``arrays`` and ``described`` were written to a file."""
         stored: dict[str, Any] = {"outputs_at": {}}
         for name, array in arrays.items():
             group, _, member = name.partition(".")

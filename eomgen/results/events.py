@@ -90,7 +90,8 @@ class Events:
         return replace(self, names=names, counts=counts, **blocks)
 
     def columns(self, names: Mapping[str, list[str]]) -> dict[str, Array]:
-        """Return the table as columns (n,) by name; ``names``: of the components of q, v and z."""
+        """Return the table of events as columns (n,) by name: ``t``, states ``before`` and ``after`` each event, and
+        modes. `names` has the names of the components by letter: q, v and z."""
         columns: dict[str, Array] = {"t": self.t}
         for block in BLOCKS[:-1]:
             letter, _, before = block.partition("_")
@@ -134,7 +135,8 @@ NO_EVENTS = Events((), np.empty(0), _NOTHING, _NOTHING, _NOTHING, _NOTHING, _NOT
 
 
 def events_from(described: Mapping[str, Any], arrays: Mapping[str, Array]) -> Events:
-    """Return the events of a stored solution. Raises KeyError if an array is missing."""
+    """Return the events of a stored solution from ``to_dict`` data and ``arrays``. Raises KeyError if an array is
+    missing."""
     names = tuple(str(item["name"]) for item in described["list"])
     blocks = {name: arrays[name] for name in ("t", *BLOCKS)}
     modes = described["modes"]

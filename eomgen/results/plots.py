@@ -104,7 +104,9 @@ def drawings(solution: RecordedSolution, folder: Path) -> list[Callable[[], list
 
 
 def _draw(solution: RecordedSolution, folder: Path, kind: str, curves: list[PlottedCurve]) -> list[Path]:
-    """Draw the curves of a kind in the file of the kind."""
+    """Draw the curves of a kind (``coordinates``, ``states`` ...) in the file of the kind, and return its path in a
+    list. Poses of beam nodes and small rotations are drawn as displacements and rotation vectors; curves beyond the
+    largest number of panels are left out."""
     if kind == "coordinates":
         curves = _rotations(_nodes_as_displacements(curves))
     elif kind == "velocities":
@@ -161,7 +163,7 @@ def draw_chosen(solution: RecordedSolution, names: Sequence[str], over: str | No
 def _figure(
     solution: RecordedSolution, panels: Sequence[Sequence[PlottedCurve]], abscissa: PlottedCurve | None, heading: str
 ) -> Any:
-    """Return a figure of panels for a file."""
+    """Return a figure of panels for a file, over time or over the curve `abscissa`, with a heading."""
     figure = new_figure(_size(len(panels)), placed=True)
     axes = _subplots(figure, len(panels))
     _fill(axes, solution, panels, abscissa)
@@ -178,8 +180,8 @@ def _heading(solution: RecordedSolution, abscissa: PlottedCurve | None, left_out
 def _chosen_panels(
     solution: RecordedSolution, names: Sequence[str], abscissa: PlottedCurve | None
 ) -> tuple[list[list[PlottedCurve]], str]:
-    """Return the panels of chosen curves without the abscissa, and words on outputs that are left out. Raises
-    UsageError for none, and for too many."""
+    """Return the panels of the curves that names mean, without the abscissa, and words on outputs that are left out.
+    Raises UsageError if no curve is left, and for too many panels."""
     curves, left_out = (chosen_curves(solution, names), "") if abscissa is None else _over(solution, names, abscissa)
     panels = _panels(curves)
     if not panels:
@@ -191,11 +193,9 @@ def _chosen_panels(
 
 
 def _over(solution: RecordedSolution, names: Sequence[str], abscissa: PlottedCurve) -> tuple[list[PlottedCurve], str]:
-    """Return the curves over an abscissa, and words on outputs that are left out.
-
+    """Return the curves to draw over an abscissa, and words on outputs that are left out; empty words if none are.
     Without names, over an output of an included file, as one corner of a vehicle, outputs with the same prefix are
-    drawn: over the travel of one wheel, the camber of another wheel is a tangle.
-    """
+    drawn: over the travel of one wheel, the camber of another wheel is a tangle."""
     curves = [curve for curve in chosen_curves(solution, names) if curve.name != abscissa.name]
     prefix = "" if names or not abscissa.output else _prefix(abscissa.output, list(solution.outputs))
     drawn = [curve for curve in curves if curve.output.startswith(prefix)]
@@ -282,7 +282,7 @@ def _by_nodes(curves: Sequence[PlottedCurve]) -> list[list[PlottedCurve]]:
 
 
 def plot(solution: RecordedSolution, names: Sequence[str], axes: object = None, over: str | None = None) -> list[Any]:
-    """Draw curves of a solution; see ``Solution.plot``."""
+    """Draw curves of a solution on new axes of pyplot or on a caller's, and return the axes; see ``Solution.plot``."""
     abscissa = None if over is None else only_curve(solution, over, "plot over")
     if axes is not None:
         chosen = chosen_curves(solution, names) if abscissa is None else _over(solution, names, abscissa)[0]
@@ -327,7 +327,7 @@ def chosen_curves(solution: RecordedSolution, names: Sequence[str], asked_by: st
 
 
 def _no_curve(name: str, kinds: Mapping[str, Sequence[PlottedCurve]], asked_by: str) -> UsageError:
-    """Return the error for a name without a curve, with the nearest names."""
+    """Return the error for a name without a curve, with the nearest known names; `asked_by` names the call."""
     curves, output = [curve for group in kinds.values() for curve in group], str(name).partition("[")[0]
     known = [*kinds, *dict.fromkeys(curve.output or curve.name for curve in curves)]
     of_output = " or ".join(curve.name for curve in curves if curve.output == output)
@@ -364,7 +364,8 @@ def only_curve(solution: RecordedSolution, name: str, asked_by: str) -> PlottedC
 
 
 def _by_kind(solution: RecordedSolution) -> dict[str, list[PlottedCurve]]:
-    """Return all curves of a solution by kind."""
+    """Return all curves of a solution by kind: coordinates, velocities, accelerations, states, inputs, outputs and
+    energy."""
     names, units = solution.metadata.get("names", {}), solution.metadata.get("units", {})
     of_columns = solution.units()
     accelerated = [of_columns.get(name, "") for name in names.get("a", [])]
@@ -442,7 +443,8 @@ def _panels(curves: Sequence[PlottedCurve]) -> list[list[PlottedCurve]]:
 
 
 def _pack(curves: Sequence[PlottedCurve], words: int = 1) -> list[list[PlottedCurve]]:
-    """Return panels of curves; curves whose names have equal first words are together, if they fit in one panel."""
+    """Return panels of curves with the same unit; curves whose names have the same first words are together, if they
+    fit. `words` is the number of first words that are compared; larger families are divided by one word more."""
     families: dict[tuple[str, ...], list[PlottedCurve]] = {}
     for curve in curves:
         families.setdefault(tuple(_WORDS.split(curve.name)[:words]), []).append(curve)
@@ -564,7 +566,8 @@ def _turns(values: Array) -> int:
 
 
 def _panel(axis: Any, t: Array, panel: Sequence[PlottedCurve], *, beside: bool = True) -> None:
-    """Draw the curves of a panel with labels, legend and limits."""
+    """Draw the curves of a panel over t (nt,) on one axis, with labels, legend and limits; `beside`: the legend is
+    beside."""
     outputs = {curve.output: curve.description for curve in panel}
     alone = len(outputs) == 1
     size = max((float(np.ptp(curve.values)) for curve in panel if len(curve.values)), default=0.0)
@@ -614,7 +617,8 @@ def _label(panel: Sequence[PlottedCurve], alone: bool) -> str:
 
 
 def _thin(t: Array, values: Array) -> tuple[Array, Array]:
-    """Return the smallest and the largest value of every bin if there are more points than can be seen."""
+    """Return times and values of fewer points that look the same: the smallest and the largest value of every bin. All
+    points if they are few; every n-th point if t does not increase."""
     if len(t) <= 2 * _POINTS:
         return t, values
     size = -(-len(t) // _POINTS)

@@ -51,14 +51,14 @@ BATCH = 8192
 def poses_and_scenery(
     model: CompiledModel, t: Array, q: Array, p: Array, inputs: Callable[[Array], Mapping[str, Array]] | None = None
 ) -> PosesAndScenery:
-    """Return the poses of all bodies, and of the base if the base moves, with all other elements of a picture.
+    """Return the poses of all bodies by name, (nt, 7), and of the base if the base moves, with data of a picture. `t`
+    (nt,) are in s, `q` is (nt, nq), `p` (np,) or (nt, np). The data are added by products, whose functions stand in the
+    register ``eomgen.scenery``. The term ``poses`` is compiled if the model lacks it.
 
     Parameters
     ----------
     inputs : callable, optional
         From times (nt,) to the inputs there, which move roads; without it such roads are left out.
-
-    Products add data of a picture by functions in the register ``eomgen.scenery``.
     """
     parts = [slice(start, start + BATCH) for start in range(0, len(t), BATCH)]
     model = model.having(("poses",))

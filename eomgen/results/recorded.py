@@ -111,7 +111,8 @@ class MotionWithModel(Protocol):
 
 
 def model_of(solution: MotionWithModel, call: str, need: str) -> ModelOfRun:
-    """Return the model of the run of a solution. Raises UsageError for a stored solution, with a call and its need."""
+    """Return the model of the run of a solution. Raises UsageError for a stored solution, which has none; `call` and
+    `need` are the call that needs the model, and words on its need, for the message."""
     if solution.model is None:
         fault = f"{need} the model and the inputs of the run, which a stored solution does not hold [E1296]"
         hint = "model.attach(solution), with inputs={...} for the functions and tables that drove the run"
@@ -125,7 +126,7 @@ _LEFT_OUT = ("a.", "multipliers")
 
 
 def html(solution: RecordedSolution) -> str:
-    """Return message, method, estimated error and columns of a run."""
+    """Return a page of HTML for notebooks: message, method, estimated error, energy balance and columns of a run."""
     data = solution.metadata
     settings = ", ".join(f"{name} {value:.4g}" for name, value in data.get("settings", {}).items())
     outcome = [

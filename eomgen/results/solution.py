@@ -139,7 +139,8 @@ class Solution(SolutionMethods):
         return list({*super().__dir__(), *_LATER, *(name for owner, name in others().methods if owner == "Solution")})
 
     def _unknown(self, name: str) -> NoReturn:
-        """Raise the error for an attribute that a solution does not have, with the output of this name."""
+        """Raise the error for an attribute `name` that a solution does not have; for an output's name, its hint is
+        ``["name"]``."""
         there = not name.startswith("_") and vars(self).keys() & {"metadata", "_evaluated"}
         named: Mapping[str, Any] = self.metadata if there else {}
         if name in named.get("outputs", ()):
@@ -519,7 +520,8 @@ class Solution(SolutionMethods):
         return whole._with(seen._replace(poses=poses))
 
     def _check_end(self, later: Solution) -> None:
-        """Raise UsageError if a part of a run with the same method and settings does not go on from this part."""
+        """Raise UsageError if `later` does not go on from the end of this solution: it begins as early, or its first q,
+        v or z differs from the row at its time. Not checked without such a row, or with events."""
         begins = float(later.t[0])
         if len(self.t) > 1 and begins <= self.t[0]:
             fault = (
@@ -663,7 +665,8 @@ class Solution(SolutionMethods):
         return self
 
     def _poses_or_none(self) -> PosesAndScenery | None:
-        """Return the poses that are known or can be had without compiling."""
+        """Return poses and scenery if known or available without compilation; None otherwise, or if their evaluation
+        fails."""
         if "poses_and_scenery" not in vars(self) and not (self.model is not None and self.model.has_poses):
             return None
         try:

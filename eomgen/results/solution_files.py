@@ -55,7 +55,7 @@ def columns_of(solution: RecordedSolution) -> dict[str, Array]:
 
 
 def column_named(solution: RecordedSolution, name: str) -> Array:
-    """Return a column, or an output, (nt,) or (nt, size); components of outputs also without ``output.``.
+    """Return a column (nt,) or an output, (nt,) or (nt, size), by name; components of outputs also without ``output.``.
 
     Raises
     ------
@@ -120,7 +120,8 @@ class SavedSolution(RecordedSolution, Protocol):
 def write_all(
     solution: SavedSolution, seen: PosesAndScenery | None, loads: Mapping[str, SectionLoads], path: Path
 ) -> None:
-    """Write a solution as ``.npz``, with poses and section loads if known. Raises FileError."""
+    """Write a solution as ``.npz``: states, outcome, metadata, and poses `seen` and section `loads` by beam if known.
+    Raises FileError."""
     events = solution.events.arrays() if solution.events.counts else {}
     poses = seen.poses if seen else {}
     of_sections = {f"{beam}.{name}": array for beam, item in loads.items() for name, array in item.named().items()}
@@ -147,7 +148,8 @@ def write_columns(solution: RecordedSolution, path: Path) -> None:
 def read_all(
     path: Path,
 ) -> tuple[dict[str, Any], dict[str, Array], PosesAndScenery | None, dict[str, SectionLoads]]:
-    """Return attributes and inputs of a solution, and poses and loads of sections if the file has these.
+    """Return attributes of the stored solution by name, its inputs, poses with scenery or None, and section loads by
+    beam.
 
     Raises
     ------
@@ -196,7 +198,8 @@ def _by_body(poses: Array, names: Sequence[str], path: Path, fault: str) -> dict
 
 
 def _loads(arrays: Mapping[str, Array], rows: tuple[int, ...], path: Path) -> dict[str, SectionLoads]:
-    """Return the loads of the sections of each beam. Raises FileError if the loads do not fit the times."""
+    """Return the section loads of each beam from the arrays ``beam.field`` of a file. Raises FileError if their first
+    dimension is not `rows`, the shape of the times."""
     beams: dict[str, dict[str, Array]] = {}
     for name, array in arrays.items():
         beam, _, field = name.rpartition(".")
@@ -330,7 +333,8 @@ def _events(events: Events) -> dict[str, Any]:
 
 
 def _struct(arrays: Mapping[str, T]) -> dict[str, T]:
-    """Return values by names that MATLAB takes as fields."""
+    """Return a mapping with its names changed to valid names of MATLAB's fields: letters, digits, underscores, 31 at
+    most."""
     named: dict[str, T] = {}
     for name, array in arrays.items():
         field = re.sub(r"\W", "_", name)[:_MATLAB_NAME]

@@ -31,11 +31,14 @@ OF_OTHERS = {"alpha": "hht", "beta": "newmark", "gamma": "newmark", "order": "ta
 def choose_method(
     model: CompiledModel, initial: Mapping[str, Any] | None, p: Array, t: float, step: float
 ) -> tuple[str, str]:
-    """Return the method for a run, and a sentence that says why.
+    """Return the name of the method for a run with ``method = "auto"``, and a sentence with the reason of the choice.
+
+    Explicit, if such a method runs on the scene, forces are smooth, and the step resolves the largest eigenvalue at the
+    start; otherwise generalized-alpha.
 
     Parameters
     ----------
-    initial, p, t : initial values, parameters and time at the start of the run
+    initial, p, t : initial values by name, parameters (np,) and time in s at the start of the run
     step : s
     """
     facts = model.library.layout["facts"]
@@ -63,7 +66,8 @@ def _chosen(name: str, why: str) -> tuple[str, str]:
 
 
 def _explicit(facts: Facts) -> str | None:
-    """Return the first explicit method with fixed steps that runs on a system."""
+    """Return the name of the first explicit method with fixed steps that runs on a system with these facts; None
+    without one."""
     for family in (family for family in BUILT_IN if not family.implicit):
         for row in family.names():
             method = method_named(row.name)

@@ -24,8 +24,18 @@ _GIVEN_UP = 4.0
 
 
 def bound_steps(outcome: JudgedRun, execution: Execution, beginning: RunStart) -> JudgedRun:
-    """Return the outcome of the run with bounded steps, if the steps pass over a law and the bound is affordable; its
-    checkpoints replace the checkpoints of the first run."""
+    """Return the outcome of the run repeated with a largest step, if adaptive steps pass over a law of time.
+
+    The run itself is returned if no law is passed over, or if runs with bounds would take too many steps. Up to three
+    smaller bounds are tried; a bound at which the run fails is left, with a hint in the finding. Checkpoints of the
+    repeated run replace the checkpoints of the first run.
+
+    Parameters
+    ----------
+    outcome : of the first run
+    execution : by which the run is repeated
+    beginning : start of the run
+    """
     run, taken = outcome.run, own_steps(outcome.statistics)
     short = _STEPS / max(1, run.model.nv + run.model.nz)
     if taken > short:  # then the examination, which repeats the run, takes long as well
@@ -63,5 +73,5 @@ def bound_steps(outcome: JudgedRun, execution: Execution, beginning: RunStart) -
 
 
 def _with_checkpoints(outcome: JudgedRun, execution: Execution, beginning: RunStart) -> JudgedRun:
-    """Return the outcome of a run again if another run has overwritten its checkpoints."""
+    """Return the outcome of a run, executed again if it writes checkpoints, which another run has overwritten."""
     return outcome if outcome.writer is None else execution.outcome(outcome.run, beginning)

@@ -69,7 +69,7 @@ class Checkpoint:
     start: Mapping[str, Array] = field(default_factory=dict)
 
     def save(self, path: Path) -> None:
-        """Write the file under a temporary name in the same folder, then rename the file. Raises FileError."""
+        """Write the checkpoint to a file: under a temporary name in the same folder, then renamed. Raises FileError."""
         arrays: dict[str, Any] = {"state": self.state, "workspace": self.workspace}
         arrays |= {f"input.{name}": value for name, value in self.inputs.items()}
         arrays |= {f"start.{name}": value for name, value in self.start.items()}
@@ -77,7 +77,8 @@ class Checkpoint:
 
     @classmethod
     def load(cls, path: Path) -> Checkpoint:
-        """Read a checkpoint. Raises FileError for anything else."""
+        """Return the checkpoint in a file. Raises FileError if the file cannot be read, is not a checkpoint, is
+        incomplete, or has another version of the format."""
         arrays, run = read_arrays(path, _KIND, "a file that simulate(checkpoint=...) wrote")
         if run.pop("kind", None) != _KIND:
             raise FileError(
@@ -104,7 +105,9 @@ class Checkpoint:
         return cls(run, np.asarray(arrays["state"], dtype=float), workspace, groups["input"], groups["start"])
 
     def check(self, path: Path, scene: str, library: Library) -> None:
-        """Raise ModelError if the checkpoint belongs to another model or to another compilation of this model."""
+        """Raise ModelError if the checkpoint belongs to another model or to another compilation of this model. `path`
+        of the file is named in the error, `scene` is the model's name, and `library` has the stepper that would go
+        on."""
         hint = (
             f"the model that wrote it, or a new run from its state: np.load({path.name!r}) holds start.t, start.q and"
             " start.v"
@@ -149,15 +152,16 @@ def checkpoint_of(run: Run, library: Library, stepper: Stepper) -> Checkpoint:
 
 
 class CheckpointWriter:
-    """Writer of the checkpoints of a run at their due times.
+    """Writer of the checkpoints of a run at their due times, to one file that each checkpoint replaces.
 
     Parameters
     ----------
     path : Path
+        The file.
     every : int or None
-        Steps between two, or one a minute.
+        Number of steps between two checkpoints; None: one checkpoint a minute.
     describe : callable
-        From the stepper to a Checkpoint.
+        Returns the Checkpoint of a stepper's present state.
     """
 
     def __init__(self, path: Path, every: int | None, describe: Callable[[Stepper], Checkpoint]) -> None:
@@ -170,7 +174,8 @@ class CheckpointWriter:
         return None if self.every is None else self.every - done % self.every
 
     def look(self, stepper: Stepper, done: int, *, final: bool = False) -> None:
-        """Write a checkpoint if one is due. A disk that fails in the middle of a run does not end the run."""
+        """Write a checkpoint of the stepper if one is due after `done` steps, or if `final`. A file that cannot be
+        written does not end the run: the reason is kept as ``problem``. No state is written twice."""
         due = time.monotonic() - self._when >= SECONDS_BETWEEN if self.every is None else done % self.every == 0
         if done != self._last and (due or final):
             try:
@@ -187,7 +192,8 @@ class CheckpointWriter:
 def checkpoint_writer(
     run: Run, library: Library, path: str | os.PathLike[str] | None, every: int | None
 ) -> CheckpointWriter | None:
-    """Return the writer of the checkpoints of a run; None without a path. Raises UsageError."""
+    """Return the writer of the checkpoints of a run to `path`, `every` so many steps; None without a path. Raises
+    UsageError for `every` without a path, for anything but a path, and for a wrong number of steps."""
     if path is None:
         if every is not None:
             raise UsageError(
@@ -238,7 +244,8 @@ class SimulatorState:
         return f"<SimulatorState of {self.scene} at t = {self.t:.9g} s>"
 
     def check(self, scene: str, library: Library) -> None:
-        """Raise ModelError if the state belongs to another model, method or compilation than a simulator's."""
+        """Raise ModelError if the state belongs to another model, method or compilation than the scene name and library
+        given."""
         hint = "the model, method and compiler that made it, or start(initial={'q': state.q, 'v': state.v})"
         fault = ""
         if self.scene != scene:

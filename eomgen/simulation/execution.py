@@ -96,8 +96,9 @@ class Execution:
 def _trajectory(
     run: Run, stepper: Stepper, state: InitialState | None, progress: Progress | None, writer: CheckpointWriter | None
 ) -> Trajectory:
-    """Return the trajectory of a run from a state; None: the present state of the stepper. Raises UsageError if the
-    stepper refuses its settings."""
+    """Return the recorded trajectory of a run from a state; None: from the present state of the stepper. A start that
+    fails gives one row with NaN accelerations, and its status. `progress` is called with (steps done, all steps);
+    `writer` writes a first checkpoint before the steps. Raises UsageError if the stepper refuses its settings."""
     grid, model, inputs = run.grid, run.model, run.driven
     if state is not None:
         status = stepper.initialize(grid.start, state.q, state.v, stepper.first_inputs(inputs, grid), state.z)

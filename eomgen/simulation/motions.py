@@ -52,7 +52,8 @@ class Motions:
         return iter(self._columns)
 
     def now(self, name: str, p: Array, t: float) -> Array:
-        """Return position, rate and acceleration, (3,), of a motion at parameters (np,) and a time in s."""
+        """Return position, rate and acceleration, (3,), of a motion at parameters (np,) and a time in s. Values at the
+        end of the last step, if kept in ``reached``, are returned as they are."""
         if name in self.reached:
             return self.reached[name]
         begin, *coefficients = p[self._columns[name]].tolist()
@@ -75,9 +76,12 @@ class Motions:
         return given
 
     def begin(self, p: Array, t: float, duration: float, given: Mapping[str, Target]) -> Array:
-        """Return parameters (np,) with which all motions go to their targets, a time in s ahead.
+        """Return parameters (np,) with which all motions go from time t to their targets at t + `duration`, s, by
+        quintics.
 
-        Functions are left for ``go_on``; motions at rest without a target rest.
+        `given` has the targets by name. Motions with functions as targets keep their parameters, which ``go_on`` sets
+        step by step; motions at rest without a target rest. `p` (np,) are the present parameters, which are not
+        changed.
 
         Raises
         ------
@@ -98,8 +102,13 @@ class Motions:
         return moved
 
     def go_on(self, p: Array, t: float, step: float, functions: Mapping[str, Target]) -> tuple[Array, dict[str, Array]]:
-        """Return parameters (np,) for motions that follow functions over a step in s, and the values at the end of the
-        step."""
+        """Return parameters (np,) for motions that follow functions over one step, and the targets at the end of the
+        step.
+
+        Each motion goes by a quintic from its values at time t to the position, rate and acceleration, (3,), that its
+        function of t gives at t + step, s; the second result has these by name. `p` (np,) are the present parameters,
+        not changed.
+        """
         moved, ends = p.copy(), {}
         for name, function in functions.items():
             ends[name] = value_at(name, function, t + step)
@@ -107,7 +116,9 @@ class Motions:
         return moved, ends
 
     def start(self, p: Array, t: float, given: Mapping[str, Target]) -> Array:
-        """Return parameters (np,) for motions that start at given targets, at a time in s."""
+        """Return parameters (np,) for motions that begin at given targets at time t in s, and keep the targets as
+        ``reached``. `given` has position, rate and acceleration by name, or functions of t that are evaluated at t. The
+        acceleration stays constant until ``begin`` or ``go_on`` sets the next piece."""
         moved = p.copy()
         for name, target in given.items():
             x, v, a = self.reached[name] = value_at(name, target, t)
@@ -160,7 +171,8 @@ class RecordedMotions:
 
 
 def value_at(name: str, target: Target, t: float) -> Array:
-    """Return position, rate and acceleration, (3,), that a target or a function of t says. Raises UsageError."""
+    """Return position, rate and acceleration, (3,), from a target of the motion `name`: three numbers, or a function of
+    t. Raises UsageError if the function fails, or for anything but three finite numbers."""
     if not callable(target):
         return read_target(name, target)
     try:
@@ -172,7 +184,8 @@ def value_at(name: str, target: Target, t: float) -> Array:
 
 
 def read_target(name: str, target: ArrayLike, when: str = "") -> Array:
-    """Return position, rate and acceleration, (3,). Raises UsageError for anything else."""
+    """Return a target of the motion `name` as a new array (3,): position, rate and acceleration. Raises UsageError for
+    anything but three finite numbers; `when` is a phrase about the time for the message."""
     where = f"motion {name}"
     array = numbers(where, target)
     if array.shape != (3,):
@@ -184,7 +197,7 @@ def read_target(name: str, target: ArrayLike, when: str = "") -> Array:
 
 
 def refuse_as_inputs(given: object, motions: Collection[str]) -> None:
-    """Raise UsageError if motions are among the given inputs."""
+    """Raise UsageError if `given` is a mapping of inputs that has the name of a motion."""
     for name in motions:
         if isinstance(given, Mapping) and name in given:
             fault = "this is a motion, which its caller gives with rate and acceleration from step to step [E2022]"

@@ -31,7 +31,9 @@ if TYPE_CHECKING:
 
 
 def run_metadata(run: Run) -> dict[str, Any]:
-    """Return scene, version, method, settings, parameters, and names and units of all columns."""
+    """Return the part of a solution's ``metadata`` that is known before the run, as JSON data. Keys: scene, version,
+    method, its parameters, kinds or numbers of inputs, settings, time grid, parameters, names and units of all columns,
+    outputs, factors of the configuration, fingerprint and profile of the library."""
     model, settings, layout = run.model, run.settings, run.model.library.layout
     return {
         "scene": model.name,
@@ -153,7 +155,9 @@ class RecordedRow:
 def recorded_solution(
     run: Run, rows: Sequence[RecordedRow], statistics: Mapping[str, Any], notes: Sequence[str], stopped: str
 ) -> Solution:
-    """Return rows as a solution with inputs that are linear between rows."""
+    """Return rows that a caller of a Simulator recorded as a Solution, with outputs and energies evaluated at the rows.
+    Inputs are linear between rows, and there is no error estimate. `statistics` are the counts of the stepper, `notes`
+    go into the metadata, and `stopped` describes the event that stopped the motion, or is empty."""
     model = run.model
     t = np.array([row.t for row in rows])
     q, v, a, z, multipliers, u, p = (

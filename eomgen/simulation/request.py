@@ -104,14 +104,15 @@ class RunRequest(NamedTuple):
         return Run(model, chosen.name, chosen.method, settings, self.p, signals, grid, every, [], begun, controllers)
 
     def initial_state(self, run: Run) -> tuple[InitialState, list[Message], list[str]]:
-        """Return the initial state of the run, a sentence for each change of the requested state, and notes on its
-        doubts."""
+        """Return the initial state of a run on the constraints, messages on changed values, and notes on doubts about
+        the state."""
         changed = bool(self.initial) or self.changed
         return start_of(run, self.initial, equilibrium_start=self.at_rest, changed=changed)
 
     @property
     def start_description(self) -> str:
-        """Description of the start in words."""
+        """Description of the start for the metadata: the scene's initial values or equilibrium, or values that a caller
+        gave."""
         if self.at_rest:
             return "equilibrium near the initial values given" if self.initial else "the scene's equilibrium"
         of_scene = str(self.model.functions.library.layout["defaults"]["start"])

@@ -126,7 +126,8 @@ def resume(
 
 
 def _controllers(library: Library, given: Mapping[str, Controller] | None) -> CallerControllers | None:
-    """Return the caller's functions. Raises UsageError if a function may keep data outside of the internal states."""
+    """Return the caller's controller functions, checked against the library; None without sampled controllers of the
+    caller. Raises UsageError if a function may keep data outside of the internal states, which no checkpoint holds."""
     functions = read_controllers(given, library.layout)
     if functions is not None and (names := functions.undeclared_names):
         fault = f"the function of {names} may keep something that no checkpoint holds [E2004]"
@@ -157,7 +158,9 @@ def _same_parameters(model: CompiledModel, known: Array, given: Parameters) -> N
 
 
 def _inputs(saved: Checkpoint, given: Mapping[str, Signal] | None) -> dict[str, Signal]:
-    """Return the inputs of the run: the tables and numbers in the file, and the functions given again."""
+    """Return the inputs of a resumed run by name: tables and numbers from the checkpoint, and functions from the
+    caller. Raises UsageError for functions that are missing, for numbers and tables that differ from the checkpoint's,
+    and for inputs that the first part left to the scene. A longer table that begins with the stored one replaces it."""
     asked = dict(given or {})
     kinds = saved.run["inputs"]
     problems = []

@@ -41,8 +41,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class StepsBetween:
-    """States between rows, by steps from the rows with the settings, inputs and parameters (modes among them) of a
-    run."""
+    """Function of states between the rows of a run: each state is the end of one step from the row before.
+
+    Attributes
+    ----------
+    library : with the compiled stepper
+    settings : of the stepper, by name
+    parameters : function from times to parameters, (..., np), with the modes of events
+    signals : inputs of the run; None if the compiled code evaluates all inputs
+    controllers : the caller's functions; None without any
+    """
 
     library: Library
     settings: Mapping[str, float]
@@ -51,7 +59,11 @@ class StepsBetween:
     controllers: CallerControllers | None = None
 
     def __call__(self, rows: Rows, t: Array, index: Index) -> tuple[Array, Array, Array, Array]:
-        """Return q, v, a and z at times t (n,), each by a step from the row of its index.
+        """Return q, v, a and z at times t (n,) in s, with shapes (n, nq), (n, nv), (n, nv) and (n, nz).
+
+        Each state comes from a step that starts at the last row before its time; `index` (n,) has the rows before the
+        times, except that a time on the next row has that row's values. Times up to the row's time have the row's
+        values.
 
         Raises
         ------
@@ -84,8 +96,9 @@ class StepsBetween:
 
 
 def between_of(run: Run, library: Library, events: Events | None) -> StepsBetween | None:
-    """Return the function of states between the rows of a run with these events; None if states between rows are
-    interpolated"""
+    """Return the function of states between the rows of a run with these events. None if the method's states between
+    rows are interpolated, or if a controller's function of the caller is not there or keeps memory that the scene does
+    not declare."""
     if run.method.dense_output != "steps":
         return None
     called = called_by(library.layout)
@@ -97,8 +110,17 @@ def between_of(run: Run, library: Library, events: Events | None) -> StepsBetwee
 
 @dataclass(frozen=True)
 class RunModel:
-    """A model with the inputs (None if formulas of the scene give all inputs), the parameters (np,) and the events of a
-    run, or with the motions that a caller gave; ``alike`` returns findings that runs at other steps share."""
+    """A model with the data of one run, by which a solution evaluates outputs, poses and states between rows.
+
+    Attributes
+    ----------
+    parameters : (np,) of the run
+    signals : inputs of the run; None if formulas of the scene give all inputs
+    between : function of states between rows; None: interpolation
+    events : recorded events, which change modes among the parameters
+    motions : motions that a caller prescribed from step to step; their parameters depend on time
+    alike : returns the findings that runs with other steps share
+    """
 
     model: CompiledModel
     parameters: Array
@@ -128,7 +150,8 @@ class RunModel:
         return dict(zip(model.inputs, np.ascontiguousarray(table.T), strict=True))
 
     def given_at(self, state: StateArrays) -> tuple[Array | None, Array]:
-        """Return the inputs of the run (..., nu) and the parameters at the times of a state (...)."""
+        """Return inputs (..., nu) and parameters, both at the times (...) of a state; inputs are None if formulas give
+        all."""
         if self.signals is None:
             return None, self.present(state)
         u = self.signals.rows(state.t.ravel()).reshape(*state.t.shape, self.model.nu)
@@ -140,7 +163,8 @@ class RunModel:
         return self.model.outputs(state.q, state.v, state.a, state.t, u, z=state.z, parameters=p)
 
     def section_loads(self, state: StateArrays, multipliers: Array) -> Mapping[str, SectionLoads]:
-        """Return strains and loads along geometrically exact beams in states, with their multipliers (nt, rows)."""
+        """Return strains and loads along the geometrically exact beams by name, at states with constraint multipliers
+        (nt, rows)."""
         u, p = self.given_at(state)
         given = {"a": state.a, "z": state.z, "multipliers": multipliers, "parameters": p}
         return section_loads(self.model, state.q, state.v, state.t, u, **given)
@@ -165,7 +189,7 @@ def run_model(
 
 @checked_call(u="inputs", run="solution")
 def attach(model: CompiledModel, solution: Solution, inputs: Mapping[str, Signal] | None = None) -> Solution:
-    """Return a solution of this model with the model at hand, as ``simulate`` returned it.
+    """Return a copy of a solution that has this model, so that outputs, poses and linear models can be evaluated again.
 
     Parameters
     ----------
@@ -219,7 +243,10 @@ def attach(model: CompiledModel, solution: Solution, inputs: Mapping[str, Signal
 
 
 def _inputs(known: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Signal]:
-    """Return the inputs of a run: numbers of the solution, functions and tables from the caller."""
+    """Return the inputs of a run by name, from the solution and from the caller. `known` has, by name, the number that
+    the solution holds, or the kind (``function`` or ``table``) of an input that the caller has to give again in
+    `given`. Raises UsageError for all inputs that are missing, differ from the run's number, or were left to the scene
+    in the run."""
     problems = []
     for name, value in known.items():
         if isinstance(value, str) and name not in given:

@@ -203,7 +203,9 @@ def simulate(
 
 
 def _begin(request: RunRequest, chosen: ChosenStepper, run: Run, choice: str) -> RunStart:
-    """Return the start of a run, and add the corrections of its initial state to the run."""
+    """Return the start of a run: its initial state on the constraints, doubts, and `choice`, the reason of ``auto``.
+    Corrections of the initial state are appended to ``run.corrections``. The start of an earlier run with the chosen
+    stepper is used again if the caller gives no parameters, initial values and inputs."""
     if request.changed or request.initial or run.signals.given:
         state, corrections, doubts = request.initial_state(run)
     else:

@@ -58,7 +58,8 @@ class StepEvent(NamedTuple):
 
 
 def _no_assignment(name: str) -> UnknownAttribute:
-    """Return the error of a quantity that is read, and set otherwise."""
+    """Return the error raised if a caller assigns to a quantity of a Simulator that ``set_state`` changes: `name`, q, v
+    or t."""
     hint = "set_state(t=...)" if name == "t" else f'set_state({{"{name}": ...}})'
     return UnknownAttribute(Problem("", f"{name} of a Simulator is read, and not assigned to [E2029]", hint))
 
@@ -87,7 +88,9 @@ class Simulator(NamedAttributes):
     """
 
     def __init__(self, run: Run, library: Library, motions: Motions) -> None:
-        """Make the stepper of a run whose steps a caller takes."""
+        """Make the stepper of a run without a state; ``begin`` initialises the motion. `run` has the method, settings,
+        parameters (np,) and inputs, `library` the compiled stepper. The scene's prescribed `motions` are kept and
+        changed by later steps."""
         method = library.layout["method"]
         self._run, self._library = run, library
         self._stepper = Stepper(library, run.settings, run.parameters, run.controllers)
@@ -124,7 +127,7 @@ class Simulator(NamedAttributes):
         end: StepInputs = None,
         motions: Mapping[str, Target] | None = None,
     ) -> None:
-        """Take n steps with the same inputs.
+        """Take n steps with the same inputs; an event that stops the motion ends the steps early.
 
         Parameters
         ----------
@@ -276,7 +279,7 @@ class Simulator(NamedAttributes):
         self.set_parameters({name: value})
 
     def set_parameters(self, values: Mapping[str, float]) -> None:
-        """Change several tunable parameters at once.
+        """Change several tunable parameters from now on; all other parameters keep their values.
 
         Parameters
         ----------
@@ -320,7 +323,7 @@ class Simulator(NamedAttributes):
             As ``initial`` of ``simulate``: ``{"q": q, "v": v}``, ``{"hinge": {"velocity": 1.0}}``; variables that are
             not given stay as they are. The state is brought onto the constraints; ``notes`` says how.
         t : float
-            S.
+            Time of the new state, s; the present time by default.
 
         Raises
         ------
@@ -359,7 +362,10 @@ class Simulator(NamedAttributes):
             self._rule(p)
 
     def begin(self, t: float, state: InitialState, notes: Sequence[str]) -> None:
-        """Start at a state that meets the constraints; the last step of ``start`` and ``set_state``.
+        """Initialise the motion at a state that meets the constraints, and clear the found events, the stop and the
+        counts.
+
+        ``start`` and ``set_state`` call this method last. The stepper keeps its former memory if the state is refused.
 
         Parameters
         ----------
@@ -369,6 +375,13 @@ class Simulator(NamedAttributes):
             q, v and z that meet the constraints.
         notes : sequence of str
             Kept as ``notes``.
+
+        Raises
+        ------
+        UsageError
+            The stepper refuses its settings.
+        NumericalError
+            The motion cannot start at this state.
         """
         before = self._stepper.memory
         try:
@@ -381,7 +394,10 @@ class Simulator(NamedAttributes):
         self._begun = state
 
     def _initialize(self, t: float, state: InitialState, first: Array, last: Array) -> None:
-        """Start with inputs that go from first to last over a step, if given."""
+        """Initialise the compiled stepper at a state and time `t` in s, with the inputs at the times of a first step.
+        Inputs that the caller gave to the last step go linearly from `first` to `last`, both (nu,), over the step;
+        otherwise functions and formulas of inputs are evaluated, and `first` and `last` are not used. Raises UsageError
+        if the stepper refuses its settings, and NumericalError if the motion cannot start."""
         stepper, table = self._stepper, None
         if self._given:
             shares = stepper.input_times[:, np.newaxis]
@@ -673,7 +689,9 @@ class Simulator(NamedAttributes):
         return p
 
     def _rule(self, p: Array) -> None:
-        """Let parameters (np,) hold for the scene's formulas of inputs, and have prescribed laws checked again."""
+        """Set the parameters (np,) with which the scene's formulas of inputs are evaluated, in the run and its input
+        signals. Prescribed laws of time are checked again before the next step. The stepper's own parameters are not
+        changed."""
         formulas = scene_inputs(self.model, p.copy())
         self._signals = replace(self._signals, formulas=formulas)
         self._run = replace(self._run, parameters=p.copy(), signals=replace(self._run.signals, formulas=formulas))
@@ -684,7 +702,9 @@ class Simulator(NamedAttributes):
         return replace(self._run, signals=self._signals).driven
 
     def _inputs_of(self, name: str, u: StepInputs) -> Array:
-        """Return inputs that are all given, (nu,)."""
+        """Return the inputs as an array of finite numbers (nu,), from an array, a number for one input, or a mapping of
+        all names. Raises UsageError, with the argument's `name`, if inputs are missing, of another shape or not
+        finite."""
         if isinstance(u, Mapping):
             given: Any = self._checked_signals(u)
             u = [given[key] for key in self.model.inputs] if len(given) == self.model.nu else None
@@ -707,8 +727,10 @@ class Simulator(NamedAttributes):
         return array
 
     def _steps(self, u: StepInputs, n: int, end: StepInputs) -> None:
-        """Take n steps with inputs of the caller. Raises UsageError after a stop, and for inputs that the method cannot
-        take."""
+        """Take n steps with the caller's inputs `u`, held, or linear to `end` at the end of the last step. With u =
+        None, the inputs follow the signals of the start; a mapping replaces some of these. The first steps after a
+        start initialise the stepper anew if u is given. Sets the found events. Raises UsageError after a stop, for
+        inputs that are wrong, or for `end` if the method holds its inputs, and NumericalError for a failed step."""
         if self._stopped:
             hint = "restore(state) of before, or set_state"
             raise UsageError(Problem("step", f"the motion was {self._stopped} [E2043]", hint))
@@ -744,8 +766,11 @@ class Simulator(NamedAttributes):
 
     @contextmanager
     def _moving(self, given: Mapping[str, Target] | None, duration: float) -> Iterator[Mapping[str, Target]]:
-        """Let motions go to their targets within a time in s; the body of the context takes steps over that time, with
-        the targets that are functions."""
+        """Set the parameters of prescribed motions so that motions reach their targets after `duration` in s: a context
+        manager. The body of the context takes the steps; the yielded mapping has the targets that are functions of t,
+        by name. Afterwards the values at the targets are kept for the next call, unless an event stopped the motion.
+        Raises UsageError for wrong targets, or for targets with an adaptive method. Raises ModelError and restores the
+        former state if rows of constraints that were left out do not follow from the others any more."""
         moves = self._motions
         if not moves:
             moves.check(given)
@@ -771,7 +796,9 @@ class Simulator(NamedAttributes):
                 raise
 
     def _go_on(self, u: StepInputs, n: int, end: StepInputs, functions: Mapping[str, Target]) -> None:
-        """Take n steps as ``_steps``, one by one if motions follow functions of time."""
+        """Take n steps with inputs `u` and `end` as in ``_steps``: one by one if motions follow functions of time.
+        `functions` has these motions, name -> function of t; each motion goes to its value at the end of every step.
+        The events of all steps are collected, and a stop by an event ends the steps."""
         if not functions:
             self._steps(u, n, end)
             return
@@ -791,8 +818,9 @@ class Simulator(NamedAttributes):
         self._found = events
 
     def _take(self, p: Array) -> None:
-        """Continue the motions with parameters (np,): rate and acceleration of a motion are continuous, so that methods
-        that carry accelerations from step to step need no new evaluation."""
+        """Set the parameters of the motions, in the stepper and its state, to the values in parameters (np,). Position,
+        rate and acceleration of a motion are continuous, so that methods that carry accelerations from step to step
+        need no new evaluation. Laws of time stay checked unless a law that follows a motion may jump or bend."""
         columns = self._motions.columns
         self._stepper.parameters[columns] = p[columns]
         if "p" in self._places:
@@ -813,7 +841,9 @@ class Simulator(NamedAttributes):
         return read
 
     def _look_ahead(self, n: int, given: Mapping[str, CheckedSignal]) -> None:
-        """Check curves and prescribed motions for the next steps, and for some more if the laws last longer."""
+        """Check that curves and prescribed laws of time last for the next n steps, with the inputs `given` by name.
+        Many further steps are checked in advance if the laws last longer; then the next calls only count these down.
+        Raises UsageError if a law does not last for n steps."""
         if self._cleared >= n:
             self._cleared -= n
             return
@@ -834,7 +864,9 @@ class Simulator(NamedAttributes):
                 return
 
     def _judge(self, status: int) -> None:
-        """Raise the error of a step that failed; a stop by an event is none."""
+        """Raise the error of a step that ended with a stepper status other than 0: NumericalError with the diagnosis.
+        An exception of a controller's function is raised instead, and UsageError for inputs that are not finite. A stop
+        by an event raises no error: its description is kept as ``stopped``."""
         if self._stepper.controllers is not None:
             self._stepper.controllers.raise_failure()
         if status == INPUT_NOT_FINITE:

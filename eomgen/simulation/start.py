@@ -51,8 +51,7 @@ def start(
 ) -> Simulator:
     """Return a simulator at an initial state, to be stepped by the caller.
 
-    Arguments default to the scene's values, as in ``simulate``, which has the same options. A simulator makes none
-    of
+    Arguments default to the scene's values, as in ``simulate``, which has the same options. A simulator makes none of
     the checks of a whole run: energies, growth and the discretisation error are left to the caller.
 
     Parameters

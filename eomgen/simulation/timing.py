@@ -29,11 +29,11 @@ PART, COUNT = 0.9999, 20_000
 
 @dataclass(frozen=True)
 class StepTimes:
-    """Processor's times of steps, s, one call from Python for each.
+    """Processor's times of steps, s, each step by one call from Python.
 
     Attributes
     ----------
-    seconds : (steps,)
+    seconds : (steps,) of the steps, their calls included
     calls : (steps,), of calls that take no step: the overhead of the call, the clock and the machine
     """
 
@@ -78,10 +78,12 @@ def _quantiles(seconds: Array) -> str:
 def step_times(
     model: CompiledModel, solution: Solution, inputs: Mapping[str, Signal] | None = None, count: int = COUNT
 ) -> StepTimes:
-    """Repeat a run, step by step on one core, until ``count`` steps have been timed.
+    """Repeat a run, step by step on one core, until ``count`` steps have been timed, and return the times.
 
     Parameters
     ----------
+    model : CompiledModel
+        Model of the solution.
     solution : Solution
         Of a run of whole steps with this model that reached the end.
     inputs : mapping
@@ -163,8 +165,9 @@ class RepeatedRun:
         return took
 
     def seconds_of_steps(self) -> tuple[Array, int]:
-        """Return the processor's time for each step, s, (steps,), with the time of its call, and the largest number of
-        iterations of a step."""
+        """Return the processor's time of each step with its call, s, (steps,), and the largest number of Newton
+        iterations. The run is repeated from its start, one call from Python for each step. The number of iterations is
+        0 if the method counts none. Raises NumericalError if the run stops."""
         self._begin()
         taken, per_step = np.empty(self.steps), self._stepper.sizes["rows_per_step"]
         counts = self._stepper.places.get("newton_iterations")
@@ -202,7 +205,8 @@ class RepeatedRun:
 
 @contextmanager
 def one_core() -> Iterator[None]:
-    """Keep this thread on its present core, if the operating system allows."""
+    """Keep this thread on the first core that it may use, for the body of the context; without effect if the operating
+    system cannot restrict threads to cores."""
     if not hasattr(os, "sched_setaffinity"):
         yield
         return

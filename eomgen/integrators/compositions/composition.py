@@ -30,8 +30,10 @@ ROUNDING = 1e-13
 
 
 def word_defects(alternating: Sequence[float], letters: int) -> list[Array]:
-    """Return for every number of letters up to ``letters`` the defects of words of a step's series against
-    exp(h (A + B)); array n has 2^n words, as binary numbers.
+    """Return the differences between the series of a step in words of A and B and the series of exp(h (A + B)).
+
+    Element n of the list has the 2^n words of n letters, numbered as binary numbers with B as 1, up to ``letters``
+    letters.
 
     Parameters
     ----------
@@ -187,7 +189,8 @@ class Composition:
         return self._by_level(np.asarray(steps), len(self.levels)) if self.levels else _matrices(self.parts(), steps)
 
     def _by_level(self, steps: Array, level: int) -> Array:
-        """Return the matrices of the oscillator for steps of a level of a recursion; 0: leapfrogs."""
+        """Return the matrices (..., 2, 2) of the oscillator q'' = -q for steps (...) of a level of a recursion; 0:
+        leapfrogs."""
         if level == 0:
             other: Part = "kick" if self.first == "drift" else "drift"
             return _matrices([(self.first, 0.5), (other, 1.0), (self.first, 0.5)], steps)
@@ -239,7 +242,8 @@ class Composition:
 
 
 def _matrices(parts: Iterable[tuple[Part, float]], steps: Array) -> Array:
-    """Return the matrices by which drifts and kicks in turn change (q, p) of the oscillator q'' = -q."""
+    """Return the matrices (..., 2, 2) by which drifts and kicks in turn change (q, p) of the oscillator q'' = -q.
+    `parts` are pairs of drift or kick and fraction of a step; `steps` (...) are in 1/omega."""
     matrices = np.broadcast_to(np.eye(2), (*np.shape(steps), 2, 2)).copy()
     for part, fraction in parts:
         moved = np.asarray(steps) * fraction
@@ -256,7 +260,8 @@ def _rounding(values: Sequence[float]) -> float:
 
 
 def _bisect(beyond: Callable[[Array], Array], inside: float, outside: float) -> float:
-    """Return the zero of a function between two steps."""
+    """Return a step between `inside`, at which a function is 0 or less, and `outside`, at which it is positive, at its
+    zero."""
     for _ in range(60):
         middle = (inside + outside) / 2
         if beyond(np.asarray(middle)) > 0:

@@ -56,7 +56,9 @@ def leapfrog_recursion(order: int, forward: int, first: Part = "drift", name: st
 
 @functools.lru_cache(maxsize=16)
 def _recursion(order: int, forward: int) -> tuple[tuple[float, ...], tuple[tuple[float, ...], ...]]:
-    """Return the fractions of a recursion, half steps of adjacent leapfrogs merged, and the sizes of its levels."""
+    """Return the fractions of drifts and kicks of a leapfrog recursion, and the step sizes of its levels. Half
+    steps of adjacent leapfrogs are merged. `order` is even; `forward` leapfrogs stand on either side of a backward
+    one."""
     levels = []
     with localcontext() as context:
         context.prec = _DIGITS
@@ -89,7 +91,8 @@ def _five_kicks(outer: Decimal, kick: Decimal, drift: Decimal, second: Decimal) 
 
 
 def _merge_leapfrogs(*half: Decimal) -> tuple[float, ...]:
-    """Return the fractions of leapfrogs of these sizes, the last one in the middle, adjacent drifts merged."""
+    """Return the fractions of drifts and kicks of a symmetric product of leapfrogs, adjacent drifts merged. `half` has
+    the sizes of the first leapfrogs, up to the middle one."""
     sizes = [*half, *half[-2::-1]]
     halves = [Decimal(0), *(size / 2 for size in sizes), Decimal(0)]
     drifts = [before + after for before, after in itertools.pairwise(halves)]
@@ -98,8 +101,8 @@ def _merge_leapfrogs(*half: Decimal) -> tuple[float, ...]:
 
 
 def _even_kicks(drifts: tuple[Decimal, ...], kicks: tuple[Decimal, ...]) -> tuple[float, ...]:
-    """Return an even number of kicks between drifts from the first of each; the remaining fractions follow from the
-    sums."""
+    """Return the symmetric fractions of a step with an even number of kicks between drifts. `drifts` and `kicks` are
+    the first independent ones; the remaining fractions follow from the sums, which are 1."""
     given = [*kicks, Decimal("0.5") - sum(kicks, Decimal(0))]
     pairs = [value for pair in zip(drifts, given, strict=True) for value in pair]
     return _symmetric(*pairs, 1 - 2 * sum(drifts, Decimal(0)))

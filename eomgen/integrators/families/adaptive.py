@@ -64,7 +64,7 @@ def longest_setting(longest: float) -> Setting:
 
 
 def step_state(sizes: Sizes) -> tuple[Field, ...]:
-    """Return the state of the choice of the next step."""
+    """Return the members of a stepper's state by which the size of the next adaptive step is chosen."""
     fields = [
         Field("own_step", "size of the next adaptive step, s; 0: none yet", group="control", member="step"),
         Field(
@@ -86,7 +86,7 @@ STEP_GROUPS: tuple[tuple[str, str], ...] = (("control", "Data for the size of th
 
 
 def step_statistics() -> tuple[Field, ...]:
-    """Return the counters of the method's own steps."""
+    """Return the statistics of adaptive steps as members of the state: counts, extreme steps and estimated errors."""
     return (
         Field("own_steps", "adaptive steps", 0, "long"),
         Field("rejections", "adaptive steps that were repeated with smaller ones", 0, "long"),
@@ -104,7 +104,7 @@ def step_statistics() -> tuple[Field, ...]:
 
 
 def step_statuses() -> tuple[Status, ...]:
-    """Return the failures of a choice of steps."""
+    """Return the failures of adaptive steps: a step that is too small, and too many steps within one row."""
     small = "the step became too small for the time to move on: the motion has a singularity near, or forces jump"
     stiff = "the tolerance is too small for this order, or the motion is stiff"
     many = f"{MOST_STEPS} steps were not enough for one row: {stiff}"
@@ -115,7 +115,8 @@ def step_statuses() -> tuple[Status, ...]:
 
 
 def step_data(order: int) -> Mapping[str, Any]:
-    """Return the data for the templates of the choice of steps; ``order``: of local errors per step, in the step."""
+    """Return the data of the templates for the choice of adaptive steps; ``order``: power of the step in the local
+    error."""
     return {
         "own_steps": True,
         "own_order": order,

@@ -94,7 +94,8 @@ class CorrectedPredictor(OneFactorization):
         return {**linear_system(system, step / 2, samples, guarded=True), "input_times": [0.0, 1.0]}
 
     def work(self, system: System, method: Mapping[str, Any]) -> tuple[Work, ...]:
-        """Return the work of a step that forms and factors a matrix."""
+        """Return the work of a step that forms and factors a matrix: calls of model functions, and the stepper's
+        operations. `method` is ``Program.method``."""
         from eomgen.integrators.step_work import (  # noqa: PLC0415
             Work,
             work_of_groups,

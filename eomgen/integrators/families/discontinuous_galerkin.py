@@ -132,7 +132,8 @@ class DiscontinuousGalerkin(OneFactorization):
 
     @property
     def _lag(self) -> list[list[float]]:
-        """By L_0 to L_p: 1, integrated by -P/gamma, and (P - A)/gamma applied to L_p."""
+        """Two lists of coefficients of the polynomials L_0 to L_p: 1 integrated by -P/gamma, and (P - A)/gamma applied
+        to L_p."""
         operators = self.operators
         apart = [
             [x - y for x, y in zip(*rows, strict=True)]
@@ -170,7 +171,8 @@ class DiscontinuousGalerkin(OneFactorization):
         return (*super().statuses(constrained, angles), rotation_too_large(angles), GROWTH_STATUS)
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
-        """Return nodes, operators and the linear system for the stepper."""
+        """Return the data of the templates for a system: the linear system of a step, nodes, operators and passes.
+        `step` in s and `samples` give the numbers by which pivots are planned."""
         result = self.operators
         return {
             **linear_system(system, float(self.gamma) * step, samples, guarded=True, turned=True),
@@ -189,7 +191,8 @@ class DiscontinuousGalerkin(OneFactorization):
         }
 
     def work(self, system: System, method: Mapping[str, Any]) -> tuple[Work, ...]:
-        """Return the work of a step: calls of functions, and the stepper's own operations."""
+        """Return the work of one step: calls of the model's functions, and operations of the stepper.
+        `method` is ``Program.method``."""
         from eomgen.integrators.step_work import (  # noqa: PLC0415
             Work,
             work_of_groups,
@@ -243,7 +246,9 @@ class DiscontinuousGalerkin(OneFactorization):
 
 
 def _pass_work(nodes: int, plain: int, v: int, z: int, forces: int) -> tuple[int, int]:
-    """Return additions and multiplications of a pass without its sums, products and substitutions."""
+    """Return additions and multiplications of a pass, except sums over nodes, products with M and K, and substitutions.
+    `plain` is the number of coordinates in R, `v` and `z` the numbers of velocities and internal states, and `forces`
+    the number of components of a right side."""
     added = plain + 2 * (v - plain) + forces + v + 2 * z
     return nodes * added, nodes * (plain + bool(plain) + v + z)
 

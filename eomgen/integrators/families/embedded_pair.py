@@ -155,7 +155,8 @@ class EmbeddedRungeKutta(Family):
         return (SINGULAR_MASS, NOT_FINITE, BAD_ARGUMENT, *step_statuses())
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
-        """Return tableau, error weights and extension for the stepper."""
+        """Return the data of the templates: tableau, error weights b - b_hat, continuous extension, and control of
+        steps."""
         pair = self.pair
         return {
             **step_data(pair.embedded_order),

@@ -41,9 +41,9 @@ class MethodName:
 
     Attributes
     ----------
-    make : makes the method from given parameters
-    parameters : of ``simulate`` and of scenes, accepted ones
-    aliases : other names for the same
+    make : function from the parameters, as keywords, to the method
+    parameters : names of the parameters that ``simulate`` and scenes may give
+    aliases : other names of the same method
     idle : parameters without effect, which are not a mistake
     differs : facts of a scene without each of which another method of the family does the same
     by_tolerance : name of the method for a given tolerance; empty: this method

@@ -47,7 +47,8 @@ class Operators:
 
 
 def operators(degree: int, gamma: Fraction) -> Operators:
-    """Return the matrices for polynomials of a degree from 1 on."""
+    """Return nodes and matrices of time-discontinuous Galerkin steps for polynomials of a degree >= 1. `gamma` is the
+    eigenvalue of the operator of the first pass, in shares of a step."""
     nodes = right_radau_nodes(degree + 1)
     size = len(nodes)
     powers = [[node**k for k in range(size)] for node in nodes]
@@ -61,7 +62,8 @@ def operators(degree: int, gamma: Fraction) -> Operators:
 
 @cache
 def right_radau_nodes(size: int) -> tuple[Fraction, ...]:
-    """Return the zeros of P_s - P_{s-1} on (0, 1], Legendre's polynomials shifted there; the last one is 1."""
+    """Return the `size` nodes of Radau's quadrature on (0, 1], increasing; the last one is 1. These are the zeros of
+    P_s - P_{s-1}, Legendre's polynomials shifted to (0, 1]."""
 
     def difference(x: Fraction) -> Fraction:
         before, now = Fraction(1), 2 * x - 1
@@ -83,7 +85,7 @@ def laguerre(degree: int, x: Fraction) -> list[Fraction]:
 
 
 def root(function: Callable[[Fraction], Fraction], low: Fraction, high: Fraction) -> Fraction:
-    """Return the zero between two places with function values of two signs, to 256 binary places."""
+    """Return a zero of a function between two places at which its signs differ, rounded down to 256 binary places."""
     rising = function(high) > 0
     below, above = math.floor(low * 2**_PLACES), math.ceil(high * 2**_PLACES)
     while above - below > 1:
@@ -96,7 +98,8 @@ def root(function: Callable[[Fraction], Fraction], low: Fraction, high: Fraction
 
 
 def stability_series(operators: Operators, gamma: Fraction, passes: int, order: int) -> list[Fraction]:
-    """Return the coefficients of z^0 to z^order of the passes applied to 1 with y' = z y in a step of length 1."""
+    """Return the coefficients of z^0 to z^order of the value after one step of length 1 for y' = z y from y = 1. The
+    step takes a number of `passes`, with the operators of nodes and eigenvalue `gamma`."""
     size = len(operators.nodes)
     values = [[Fraction(1)] + [Fraction(0)] * order for _ in range(size)]
     for number in range(passes):
@@ -129,7 +132,7 @@ def product(left: Sequence[Sequence[Fraction]], right: Sequence[Sequence[Fractio
 
 
 def inverse(matrix: Sequence[Sequence[Fraction]]) -> Matrix:
-    """Return the inverse of a regular matrix."""
+    """Return the inverse of a regular square matrix, by elimination with exact fractions."""
     size = len(matrix)
     rows = [[*row, *(Fraction(int(i == j)) for j in range(size))] for i, row in enumerate(matrix)]
     for k in range(size):

@@ -106,7 +106,7 @@ def _decimal_fraction(number: float) -> Fraction:
 
 
 def _differs(form: str, variant: str) -> tuple[SceneFact, ...]:
-    """Return the facts of a scene for which this form and variant differ from the plain method."""
+    """Return the facts of a scene (constraints, rotations) for which form and variant differ from the plain method."""
     of_form: tuple[SceneFact, ...] = ("constraints",) if form == INDEX_3 else ()
     return of_form if variant == "F0" else (*of_form, "rotations")
 
@@ -167,7 +167,7 @@ class GeneralizedAlpha(Family):
         self._check()
 
     def _take(self, case: Coefficients) -> None:
-        """Set order, source, needs and spectral radius from a named case."""
+        """Set order, source, needs and spectral radius of this method to the values of a named case."""
         values: dict[str, object] = {"order": case.order, "source": f"{case.source}; {_SOURCE}"}
         values["rho_inf"] = case.radius_at_infinity
         if not case.unconditionally_stable:
@@ -190,7 +190,8 @@ class GeneralizedAlpha(Family):
         raise UsageError(Problem("method.rho_inf", fault, hint))
 
     def warnings(self, constrained: bool) -> tuple[str, ...]:
-        """Return sentences on coefficients that are not stable for all steps or scenes."""
+        """Return sentences on coefficients that are not stable for all steps or scenes; empty for coefficients that
+        are."""
         if self.form == INDEX_3 and not constrained:
             return ()
         if self.case is not None and not self.case.unconditionally_stable:
@@ -211,7 +212,7 @@ class GeneralizedAlpha(Family):
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
-        """Return the optimal method in both forms and all variants, then the named cases in both forms."""
+        """Return the names of the optimal method in both forms and all variants, and of named cases in both forms."""
         rows: list[MethodName] = []
         for form, middle in ((STABILISED, ""), (INDEX_3, "_index3")):
             for variant in ("F0", "F1", "F2", SPATIAL):
@@ -331,7 +332,8 @@ class GeneralizedAlpha(Family):
         )
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
-        """Return the settings of the stepper with meanings and ranges."""
+        """Return the settings of the stepper with default, meaning and range: coefficients, tolerances, limits of
+        iterations."""
         below = f" (index 3: below {INDEX_3_REFUSED_RHO:g})" if self._index_3(sizes) else ""
         meaning = {
             "rho_inf": f"spectral radius at infinite frequency, 0 to 1{below}",
@@ -385,7 +387,8 @@ class GeneralizedAlpha(Family):
         )
 
     def choices(self, sizes: Sizes) -> Mapping[str, bool]:
-        """Return whether one number gives all coefficients, and the additions of the variant to a step."""
+        """Return facts for the templates by name: whether rho_inf gives all coefficients, and the additions of the
+        variant."""
         return {
             "by_radius": self.case is None,
             "offset": self.variant != "F0",
@@ -394,7 +397,8 @@ class GeneralizedAlpha(Family):
         }
 
     def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
-        """Return the statistics of runs with constraints."""
+        """Return the statistics that the stepper counts beyond the common ones with constraints; none without
+        constraints."""
         if not sizes.lam:
             return ()
         raw = (
@@ -425,7 +429,8 @@ class GeneralizedAlpha(Family):
         )
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
-        """Return unknowns, solver and hooks for the stepper."""
+        """Return the data of the templates of generalized-alpha for a system: unknowns, linear solver, hooks and
+        options. `step` in s and `samples`, or else the system's tape, give the numbers by which pivots are planned."""
         from eomgen.integrators.harmonics import harmonics_data  # noqa: PLC0415
         from eomgen.integrators.newton.matrix import Unknowns  # noqa: PLC0415
         from eomgen.integrators.newton.sample_matrices import samples_of  # noqa: PLC0415
@@ -513,7 +518,8 @@ class GeneralizedAlpha(Family):
         return (1 - self.rate_alpha_m) / (self.rate_gamma * (1 - self.alpha_f))
 
     def _check(self) -> None:
-        """Check order, stability and the spectral radius of the coefficients."""
+        """Check order, stability and spectral radius of coefficients from rho_inf. Raises UsageError; cases are not
+        checked here."""
         if self.case is not None:
             return
         hold("order 2: gamma = 1/2 + alpha_f - alpha_m", self.gamma == Fraction(1, 2) + self.alpha_f - self.alpha_m)
@@ -556,13 +562,10 @@ def _named_case(name: str, form: str, **given: float | None) -> GeneralizedAlpha
 
 
 def _factorization_cost(system: System, solver: Solver) -> list[float]:
-    """Return the cost of forming and factoring the iteration matrix, and of an iteration with old factors, by operation
-    counts.
-
+    """Return the operations to form and factor the iteration matrix, and of an iteration with old factors: two numbers.
     Substitution waits for earlier results, and group operations take roots and quotients: both weigh more than their
     operation counts. Fronts wait less for memory: right sides are loaded and stored for each front, and so are factors
-    (3.2 iterations by instructions with a chain of 100 hinges).
-    """
+    (3.2 iterations by instructions with a chain of 100 hinges)."""
     residual = "equations" if len(system.multipliers) or len(system.initial_z) else "residual"
     turns = sum(1 for factor in system.factors if factor.group != "R")
     waits = 4 if solver.fronts is None else 1

@@ -154,7 +154,9 @@ def exact(where: str, value: object) -> Fraction:
 def _damping(
     name: str, alpha: float | None, rho_inf: float | None, largest: Fraction, text: str, reason: str
 ) -> Fraction:
-    """Return alpha, checked, from ``alpha`` or from the spectral radius at infinite frequency."""
+    """Return alpha of the case `name` as an exact fraction, from ``alpha`` or from the radius ``rho_inf`` at infinity.
+    Raises UsageError for an alpha outside 0 to `largest`, whose name is `text`, with the reason, or for a wrong
+    radius."""
     if alpha is not None:
         value = exact("method.alpha", alpha)
         if not 0 <= value <= largest:

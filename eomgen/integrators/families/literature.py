@@ -33,11 +33,12 @@ class Paper:
 
 
 def _article(key: str, authors: str, title: str, place: str, **more: str) -> Paper:
-    """Return an article.
+    """Return a journal article as a Paper.
 
     Parameters
     ----------
     place : journal, volume, first page or number with the last page if known, and year, separated by bars
+    more : further fields of BibTeX
     """
     journal, volume, pages, year = place.split("|")
     fields = {"author": authors, "title": title, "journal": journal, "volume": volume, "pages": pages, "year": year}

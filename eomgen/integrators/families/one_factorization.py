@@ -107,7 +107,8 @@ def matrix_functions(system: System) -> set[str]:
 def linear_system(
     system: System, gain: float, samples: Any, *, guarded: bool = False, turned: bool = False
 ) -> dict[str, Any]:
-    """Return the linear system of a step as data of a method.
+    """Return the linear system of a step as data of the templates: unknowns, solver, pivots, products, hooks and right
+    sides.
 
     Parameters
     ----------
@@ -143,7 +144,7 @@ def linear_system(
 
 
 def _remainders(sizes: Sizes) -> tuple[Field, ...]:
-    """Return the members of a state for ``common/compensated.c.jinja``."""
+    """Return the members of a stepper's state for the rounding lost by sums of q, v and z; sizes of 0 are left out."""
     members = (
         Field(f"{name}_remainder", f"rounding lost by sums of {name}", size)
         for name, size in (("q", sizes.q), ("v", sizes.v), ("z", sizes.z))
@@ -154,11 +155,10 @@ def _remainders(sizes: Sizes) -> tuple[Field, ...]:
 def _products(
     unknowns: Unknowns, packing: Packing, groups: Sequence[Sequence[int]], links: Sequence[tuple[int, int]]
 ) -> list[dict[str, Any]]:
-    """Return the terms of each row in the product of M with one vector, and of K with another vector.
-
-    Terms are (number, column, None), and within a group (number, column, row): of the difference of two components,
-    with the row sum of K in place of its diagonal. Terms of links occur once, in the row of the link.
-    """
+    """Return the terms of each row in the product of M with one vector and of K with another, as one mapping for each
+    row. Keys: ``row``, and ``M`` and ``K`` with terms [number, column, None], number the index among the nonzeros.
+    Within a `groups` element a term is [number, column, row], which multiplies the difference of two components, and
+    the row sum of K stands in place of its diagonal. Terms of `links` occur once, in an additional row of the link."""
     by_row: dict[int, dict[str, list[list[int | None]]]] = {}
     group_of = {k: number for number, group in enumerate(groups) for k in group}
 

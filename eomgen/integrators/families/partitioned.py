@@ -55,7 +55,7 @@ NEAR_PART, SINGULAR_PART = 0.03, 3e-4
 
 
 def partition_state(sizes: Sizes) -> tuple[Field, ...]:
-    """Return the members of a state for the partition."""
+    """Return the members of a stepper's state for coordinate partitioning, and for passing singular positions."""
     largest = "largest value so far of the smallest pivot of B_D, rows and columns weighted by inertia"
     return (
         Field("dependent", "velocity components that follow from the others, in increasing order", sizes.lam, "long"),
@@ -89,7 +89,7 @@ PARTITION_STATISTICS = (
 
 
 def partition_statuses(angles: bool) -> tuple[Status, ...]:
-    """Return the failures of steps with a partition."""
+    """Return the failures of steps with coordinate partitioning; `angles`: whether angles are counted over turns."""
     slipped = "the correction of the dependent coordinates did not converge, whichever they are"
     singular = (
         "the constraints are singular here or within the step, whichever coordinates depend on the others, "
@@ -106,7 +106,8 @@ def partition_statuses(angles: bool) -> tuple[Status, ...]:
 
 
 def partition_data(system: System) -> Mapping[str, Any]:
-    """Return the data for the templates of coordinate partitioning. Raises ModelError for more rows than components."""
+    """Return the data of the templates for coordinate partitioning: unknowns, units of rows, and limits of pivots.
+    Raises ModelError if there are more constraint rows than velocity components."""
     nv, nl = velocities(system.factors), len(system.multipliers)
     if nl > nv:
         fault = f"there are {nl} constraint rows for {nv} velocity components: some repeat others [E0346]"

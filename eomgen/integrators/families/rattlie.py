@@ -155,7 +155,8 @@ class Rattlie(Family):
         )
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
-        """Return unknowns, solver and hooks for the stepper."""
+        """Return the data of the templates for a system: unknowns, linear solver and hooks. `step` in s and `samples`,
+        or else the system's tape, give the numbers by which pivots are planned."""
         from eomgen.integrators.newton.matrix import Unknowns  # noqa: PLC0415
         from eomgen.integrators.newton.sample_matrices import samples_of  # noqa: PLC0415
         from eomgen.integrators.newton.solver import make_solver, solver_data  # noqa: PLC0415

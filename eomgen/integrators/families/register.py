@@ -70,7 +70,8 @@ Row = tuple[type[Family], MethodName]
 
 @cache
 def families_of_others() -> tuple[type[Family], ...]:
-    """Return the families of installed distributions. Raises UsageError naming the distribution of a broken one."""
+    """Return the families of methods that installed distributions add by entry points. Raises UsageError naming the
+    distribution if an entry lacks parts of a Family or takes a name that is used."""
     names = {family.family for family in BUILT_IN}
     known = set(method_names())
     families = []
@@ -172,7 +173,7 @@ def method_names() -> Mapping[str, str]:
 
 
 def check_needs(method: Method, facts: Facts) -> None:
-    """Raise ModelError naming every need of the method that the system does not meet."""
+    """Raise ModelError naming every need of the method that the facts of a system do not meet."""
     problems = [
         Problem(
             "method",
@@ -195,7 +196,9 @@ def canonical_name(name: str, tolerance: float | None = None) -> str:
 
 
 def method_named(name: str, rho_inf: float | None = Simulation.rho_inf, **parameters: float | None) -> Method:
-    """Return a method with its parameters; None leaves a choice to the method, parameters of other methods are ignored.
+    """Return a method by any of its names, with its parameters.
+
+    None as a value leaves the choice to the method; parameters that the method does not have are ignored.
 
     Raises
     ------
@@ -227,8 +230,10 @@ _SAYING_THE_SAME = ({"rho_inf", "alpha", "beta", "gamma"}, {"order", "tolerance"
 
 
 def method_parameters(name: str, given: Mapping[str, float | None], scene: Mapping[str, Any]) -> dict[str, float]:
-    """Return the parameters of a method: given parameters, else parameters of the scene, if the method has them. If a
-    given parameter determines others (``rho_inf``), the scene's values of these are not taken.
+    """Return the parameters of a method by name: given ones, else values of the scene that the method has.
+
+    None in `given` means not given. If a given parameter determines others, as ``rho_inf`` does, the scene's values of
+    these are not taken.
 
     Raises
     ------
@@ -255,9 +260,12 @@ def method_parameters(name: str, given: Mapping[str, float | None], scene: Mappi
 def without_effect(name: str, scene: Simulation) -> list[str]:
     """Return one sentence for each parameter of a scene that the scene's own method does not take.
 
+    Empty if the run has another method than the scene.
+
     Parameters
     ----------
-    name : of the method of the run; other methods than the scene's take the options that they have
+    name : of the method of the run
+    scene : method and parameters of the scene
     """
     if scene.method != AUTO and canonical_name(scene.method, scene.tolerance) != name:
         return []

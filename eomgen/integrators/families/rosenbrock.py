@@ -189,7 +189,8 @@ class Rosenbrock(OneFactorization):
         }
 
     def work(self, system: System, method: Mapping[str, Any]) -> tuple[Work, ...]:
-        """Return the work of a step: calls of functions, and the stepper's own operations."""
+        """Return the work of one step: calls of the model's functions, and operations of the stepper.
+        `method` is ``Program.method``."""
         from eomgen.integrators.step_work import Work, work_of_groups, work_of_products, work_of_system  # noqa: PLC0415
 
         un, solver = method["unknowns"], method["solver"]
@@ -232,8 +233,9 @@ class Rosenbrock(OneFactorization):
 
 
 def _work_of_rows(method: Mapping[str, Any], of_positions: int, of_velocities: int, stages: int) -> Iterator[Work]:
-    """Yield the work of constraints without the linear systems and groups, for given numbers of corrections of a
-    step."""
+    """Yield the work that constraints add to a step: calls of constraint functions and operations on rows.
+    `of_positions` and `of_velocities` are the numbers of corrections in a step. Linear systems and group functions are
+    not included."""
     from eomgen.integrators.step_work import Work  # noqa: PLC0415
 
     v, lam, held = method["unknowns"]["v"], method["unknowns"]["lam"], method["positions_held"]

@@ -133,8 +133,8 @@ def check_order(stage_weights: Mapping[Tree, Coefficients], b: Coefficients, ord
 
 
 def stage_weights_of(A: Sequence[Coefficients], c: Coefficients, order: int) -> dict[Tree, Coefficients]:
-    """Return Phi_i of every rooted tree up to an order: the product over the branches at the root of sum_j A_ij
-    Phi_j."""
+    """Return the stage weights (Phi_i for each stage i) of every rooted tree up to an order, by tree. Phi_i is the
+    product, over the branches at the root, of sum_j A_ij Phi_j of the branch; c_i for a leaf as a branch."""
     weights: dict[Tree, Coefficients] = {(): (Fraction(1),) * len(c)}
     moved: dict[Tree, Coefficients] = {(): c}
     for tree in (tree for vertices in range(2, order + 1) for tree in rooted_trees(vertices)):

@@ -108,10 +108,14 @@ def eliminate(
     diagonal_first: bool = False,
     sample: Sample = WHOLE,
 ) -> Elimination:
-    """Choose the pivots; of many stages, a stage leaves the same columns to the next one as its example did.
+    """Return the symbolic factorization of a sparse matrix, with pivots chosen stage by stage at sample values.
+
+    Stages of equal structure repeat the choice of the first; of many stages, a stage leaves the same columns to the
+    next one as its example did.
 
     Parameters
     ----------
+    size : number of rows and columns
     samples : mapping from (row, column) to (n,) values
         Every entry that is not zero by structure, at n states of the system.
     stages : sequence of (rows, columns), optional
@@ -120,7 +124,7 @@ def eliminate(
     constrained : whether there are rows of constraints, for messages.
     diagonal_first : whether diagonal pivots are preferred among pivots of equal fill, so that their signs are the
         inertia of the matrix.
-    sample : of the scene that is meant
+    sample : of the scene that is meant; keeps the choices for later eliminations
 
     Raises
     ------
@@ -195,10 +199,15 @@ _Candidate = tuple[float, bool, float, int, int]
 
 
 class _ActiveSubmatrix:
-    """Submatrix that remains in an elimination: for each row the place of its entries in an array of scaled samples,
-    and for each column its rows.
+    """The submatrix that remains in an elimination, at all samples.
 
-    Place 0 is reserved, not an entry.
+    Attributes
+    ----------
+    rows : for each row, the place of each entry in ``values`` by column
+    columns : for each column, its rows
+    values : (places, n) scaled samples; place 0 is reserved, not an entry
+    group : for each unknown the number of its group, -1 for none
+    rows_of_stage, columns_of_stage : candidates of pivots
     """
 
     def __init__(
@@ -209,7 +218,8 @@ class _ActiveSubmatrix:
         diagonal_first: bool,
         alike: float,
     ) -> None:
-        """Take all entries, with scaled samples."""
+        """Store all entries of a matrix of `size` rows, equilibrated; see ``eliminate`` for the arguments. `alike`:
+        part of the largest entry from which candidates of pivots count as equal."""
         self.diagonal_first, self.grouped, self.alike = diagonal_first, bool(groups), alike
         self.group = [-1] * size
         for number, group in enumerate(groups):
@@ -238,7 +248,9 @@ class _ActiveSubmatrix:
         return len(rows), len(columns), tuple(sorted(nonzeros))
 
     def pivot(self, thresholds: Sequence[float]) -> tuple[int, int] | None:
-        """Return the best pivot in the stage, None if no candidate is large enough in its column."""
+        """Return row and column of the pivot with the least fill in the stage; None if no candidate is large enough.
+        Candidates are at least a threshold times the largest entry of their column in every sample; smaller
+        `thresholds` are tried if there is none. A few short rows and columns are searched before all."""
         rows, columns = self.rows_of_stage, self.columns_of_stage
         best: _Candidate | None = None
         for row in sorted(rows, key=lambda k: (len(self.rows[k]), k))[:_SEARCHED]:
@@ -276,7 +288,9 @@ class _ActiveSubmatrix:
         return of_column[threshold].get(row, 0.0)
 
     def _sizes_in(self, column: int, threshold: float) -> dict[int, float]:
-        """Return the size of each entry of a column that can be a pivot of the stage."""
+        """Return by row the smallest ratio, over the samples, of an entry of a column to the largest entry of the stage
+        there. Only entries that can be a pivot are included: at least `threshold` times the largest in every sample,
+        and not zero."""
         all_rows = self.columns[column]
         near = [row for row in all_rows if row in self.rows_of_stage]
         own = np.abs(self.values[[self.rows[row][column] for row in near]])
@@ -301,7 +315,8 @@ class _ActiveSubmatrix:
         return candidate if best is None or candidate < best else best
 
     def _sums(self, row: int) -> dict[int, Array]:
-        """Return the sums of a row over the columns of each group, without the diagonal."""
+        """Return the sums (n,) of a row over the columns of each group, by group. The diagonal is left out if the row
+        belongs to a group, whose sum stands there."""
         result: dict[int, Array] = {}
         for column, place in self.rows[row].items():
             group = self.group[column]
@@ -314,7 +329,9 @@ class _ActiveSubmatrix:
         return own - self._sums(row).get(self.group[row], 0.0) if self.group[row] >= 0 else own
 
     def eliminate(self, row: int, column: int) -> tuple[list[int], list[int]]:
-        """Eliminate with a pivot; return the remaining rows and columns that the pivot changes."""
+        """Subtract the pivot row from all rows below, and remove row and column of the pivot from the submatrix.
+        Returns the sorted rows that change, and the sorted columns of the pivot row. Rows with a group keep sums
+        without subtraction."""
         pivot_row, group = self.rows[row], self.group[row]
         for changed in pivot_row:
             self.sizes.pop(changed, None)

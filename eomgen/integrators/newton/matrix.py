@@ -138,7 +138,8 @@ def pack(patterns: Mapping[str, Sequence[MatrixIndex]]) -> Packing:
 
 
 def with_end_jacobian(packing: Packing) -> Packing:
-    """Return the packing with B at the end of a step after the other numbers, for the rows of Phi."""
+    """Return the packing with further numbers for B at the end of a step, which follow all other numbers, for rows of
+    Phi."""
     first = packing.blocks.get("B", (0, 0))[0]
     moved = {index: packing.size + number - first for index, number in packing.nonzeros["B"].items()}
     blocks = {**packing.blocks, "B_end": (packing.size, len(moved))}
@@ -146,7 +147,8 @@ def with_end_jacobian(packing: Packing) -> Packing:
 
 
 def dense(nonzero: Mapping[str, Sequence[MatrixIndex]], nv: int) -> Packing:
-    """Return the packing of the function ``partials``; the matrices named are among its outputs."""
+    """Return the packing of the function ``partials``, whose outputs are whole matrices (nv, nv) one after the other.
+    `nonzero` has the nonzeros of each matrix by name, in the order of the outputs."""
     nonzeros: dict[str, dict[MatrixIndex, int]] = {name: {} for name in _MATRICES}
     blocks: dict[str, tuple[int, int]] = {}
     for number, (name, pattern) in enumerate(nonzero.items()):
@@ -162,7 +164,7 @@ def with_sums(packing: Packing, patterns: Mapping[str, Sequence[MatrixIndex]]) -
 
 
 def _append_matrices(packing: Packing, patterns: Mapping[str, Sequence[MatrixIndex]], names: Iterable[str]) -> Packing:
-    """Return the packing with the nonzeros of further matrices after the other numbers."""
+    """Return the packing with the nonzeros of further matrices `names`, by their patterns, after the other numbers."""
     nonzeros, blocks, size = dict(packing.nonzeros), dict(packing.blocks), packing.size
     for name in names:
         pattern = patterns.get(name, ())
@@ -214,9 +216,14 @@ def iteration_terms(
     *,
     every_tangent: bool = False,
 ) -> NonzeroTerms:
-    """Return the terms of the matrix above; ``every_tangent``: also with blocks of T that the matrix does not need.
+    """Return the terms of the iteration matrix at the head of this module, in the numbers of a packing.
 
-    ``groups``: coordinates over which the diagonal holds row sums instead.
+    Parameters
+    ----------
+    unknowns : of the step
+    factors : of the configuration; rotations have blocks of T
+    groups : coordinates over which the diagonal holds row sums instead
+    every_tangent : whether blocks of T that the matrix does not need are included
     """
     terms = NonzeroTerms()
     columns = _tangent_rows(factors, terms, packing, every_tangent)
@@ -271,7 +278,8 @@ def iteration_terms(
 def _add_products(
     terms: NonzeroTerms, unknowns: Unknowns, packing: Packing, moved: Mapping[str, Mapping[MatrixIndex, int]]
 ) -> None:
-    """Add the products with B^T of the rows of constraints, in the columns of eta."""
+    """Add to the terms, in place, the products of constraint rows with B_n^T, in the columns of eta. `moved` has the
+    nonzeros of B and Z times T, by matrix."""
     by_column: dict[int, list[tuple[int, int]]] = {}
     start = packing.blocks["B"][0]
     for (constraint, column), number in packing.nonzeros["B"].items():
@@ -291,8 +299,9 @@ def _add_products(
 def _tangent_rows(
     factors: Sequence[Factor], terms: NonzeroTerms, packing: Packing, every: bool
 ) -> dict[int, list[tuple[int, int]]]:
-    """Return for each velocity component the nonzeros of the component's row of T: (column, number); empty if T is
-    1."""
+    """Return by velocity component the nonzeros of its row of T, as pairs (column, number of the tangent), for
+    rotations and poses. Blocks that no matrix needs are left out unless `every`. The blocks used are appended to
+    ``terms.tangents``."""
     needed = {column for name in ("K", "B", "Z", "Fq") for _, column in packing.nonzeros[name]}
     rows: dict[int, list[tuple[int, int]]] = {}
     for number, factor in enumerate(factors):
@@ -315,7 +324,8 @@ def _times_tangent(
     terms: NonzeroTerms,
     first: int,
 ) -> dict[MatrixIndex, int]:
-    """Return the nonzeros of a matrix times T."""
+    """Return the nonzeros of a matrix times T, from (row, column) to the number of the value. Entries in columns
+    without T keep their numbers. Products are appended to ``terms.moved`` and numbered from `first` on."""
     result: dict[MatrixIndex, int] = {}
     sums: dict[MatrixIndex, list[tuple[int, int]]] = {}
     for (row, column), number in nonzeros.items():
@@ -333,9 +343,14 @@ def _times_tangent(
 def evaluate_terms(
     terms: NonzeroTerms, numbers: Array, tangents: Array, B_n: Array, weights: Sequence[float] | Array
 ) -> dict[MatrixIndex, Array]:
-    """Return the entries for samples: numbers (n, size), tangents (n, tangent size), nonzeros of B_n (n, size).
+    """Return the values (n,) of all matrix entries at n samples, by (row, column).
 
-    ``weights``: of all samples, or (n, weights) of each.
+    Parameters
+    ----------
+    numbers : (n, size), of the packing
+    tangents : (n, tangent size), blocks of T
+    B_n : (n, nonzeros of B)
+    weights : (weights,) of all samples, or (n, weights) of each, in the order of ``WEIGHTS``
     """
     moved = np.zeros((len(terms.moved), len(numbers)))
     for at, pairs in _summands(terms.moved):
@@ -355,8 +370,8 @@ def evaluate_terms(
 
 
 def _summands(rows: Sequence[Sequence[tuple[int, int]]]) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Yield the first terms of all rows, then the second terms, and so on: the rows that have such a term, and the
-    terms."""
+    """Yield, for the first terms of all rows, then the second terms and so on, the rows with such a term and the terms
+    (m, 2)."""
     sizes = np.fromiter(map(len, rows), np.intp, len(rows))
     flat = np.fromiter(chain.from_iterable(chain.from_iterable(rows)), np.intp).reshape(-1, 2)
     starts = np.cumsum(sizes) - sizes
@@ -366,7 +381,7 @@ def _summands(rows: Sequence[Sequence[tuple[int, int]]]) -> Iterator[tuple[NDArr
 
 
 def tangent_numbers(factors: Sequence[Factor], terms: NonzeroTerms, theta: Array) -> Array:
-    """Return the numbers of T's blocks, (n, tangent size), at increments (n, nv)."""
+    """Return the numbers of the blocks of T in ``terms.tangents``, (n, tangent size), at increments theta (n, nv)."""
     result = np.zeros((len(theta), terms.tangent_size))
     alike: dict[tuple[str, int], list[tuple[int, int]]] = {}
     for number, start in terms.tangents:

@@ -43,8 +43,9 @@ _ALONG = {"K_sum": "q", "C_sum": "v"}
 
 
 def with_row_sums(system: System) -> System:
-    """Return a system with the groups that relative springs join, and the function ``row_sums`` if sums are not
-    zero."""
+    """Return a system with the groups of coordinates that relative springs and dampers join, and with functions for
+    them: ``row_sums``, if sums are not zero, and for small systems ``relative_forces``, the residual without the forces
+    of links, and these. The system itself is returned if it has constraints, inner unknowns or no such group."""
     matrix = "iteration" if "iteration" in system.functions else "partials"
     forces = "equations" if system.facts.internal_states else "residual"
     if system.multipliers or system.inner_owners or not {matrix, forces} <= set(system.functions):
@@ -73,7 +74,7 @@ def with_row_sums(system: System) -> System:
 
 
 def _entries(system: System, function: Function) -> dict[str, dict[MatrixIndex, Ref]]:
-    """Return the references of the nonzeros of K, C and M."""
+    """Return tape references to the nonzeros of K, C and M in a function of partials, by matrix and (row, column)."""
     blocks = {block.name: block.refs for block in function.outputs}
     result: dict[str, dict[MatrixIndex, Ref]] = {}
     for name in ("K", "C", "M"):
@@ -85,7 +86,7 @@ def _entries(system: System, function: Function) -> dict[str, dict[MatrixIndex, 
 
 
 def _coordinates(system: System) -> dict[int, int]:
-    """Return the number in q of each velocity component that is the rate of one coordinate."""
+    """Return the index in q of each velocity component that is the rate of one coordinate, by component."""
     return {
         factor.v_start + k: factor.q_start + k
         for factor in system.factors
@@ -95,7 +96,8 @@ def _coordinates(system: System) -> dict[int, int]:
 
 
 def _join_groups(entries: Mapping[str, Mapping[MatrixIndex, Ref]], coordinates: Mapping[int, int]) -> list[list[int]]:
-    """Return the groups that symmetric entries of K and C join, unless M couples them."""
+    """Return the groups of two or more components that equal off-diagonal entries of K and C join, unless M couples
+    them. `entries` are the references of K, C and M; `coordinates` the components that are rates of coordinates."""
     symmetric = (
         (row, column)
         for name in ("K", "C")
@@ -120,8 +122,10 @@ def _sum_mutual_forces(
     groups: Sequence[Sequence[int]],
     coordinates: Mapping[int, int],
 ) -> tuple[list[list[int]], dict[str, dict[int, Ref]], set[Ref]]:
-    """Return the groups whose mutual forces do not see a common motion, by block the row sums of all rows, and the
-    mutual forces."""
+    """Return groups whose mutual forces do not change with a common motion, their row sums, and all mutual forces. Row
+    sums are references by block (K_sum, C_sum) and component. A mutual force is a summand of the residual that depends
+    on several coordinates of the group. `summands` has the summands of each component's residual. Operations are added
+    to the tape."""
     seeds: dict[Ref | InputSymbol, dict[int, Ref]] = {}
     for number, group in enumerate(groups):
         for k in group:
@@ -151,7 +155,8 @@ def _sum_mutual_forces(
 
 
 def _summands(tape: Tape, ref: Ref) -> list[Ref]:
-    """Return the summands of a reference, in order."""
+    """Return the summands of a reference on the tape, with signs and in order; nested sums and differences are
+    resolved."""
     result: list[Ref] = []
     left = [ref]
     while left:
@@ -168,7 +173,8 @@ def _summands(tape: Tape, ref: Ref) -> list[Ref]:
 def _dependencies(
     tape: Tape, terms: Sequence[Ref], members: Mapping[int, Sequence[int]], coordinates: Mapping[int, int]
 ) -> dict[int, int]:
-    """Return for each operation the coordinates of groups on which the result depends, as a set of bits."""
+    """Return for each operation below some terms the coordinates of groups on which it depends, as bits of an integer.
+    Bit k is set for the component k of `members` if its coordinate or velocity is used."""
     bits = {InputSymbol("q", coordinates[k]): 1 << k for k in members}
     bits |= {InputSymbol("v", k): 1 << k for k in members}
     result: dict[int, int] = {}
@@ -191,8 +197,8 @@ def _dependencies(
 
 
 def _resisting(system: System, groups: Sequence[Sequence[int]]) -> list[list[int]]:
-    """Return the groups with no positive entry of K and C off the diagonal in any sample, but for rounding, and with
-    some below zero."""
+    """Return the groups whose off-diagonal entries of K and C are nowhere positive in samples, and in part negative.
+    Rounding does not count. So springs and dampers resist relative motion."""
     samples = samples_of(system)
     member = {k: number for number, group in enumerate(groups) for k in group}
     worst, least = np.full(len(groups), -np.inf), np.zeros(len(groups))
@@ -240,8 +246,19 @@ def _links(
     group: Sequence[int],
     mutual: set[Ref],
 ) -> dict[tuple[int, int], list[Ref]] | None:
-    """Return for each pair of rows that K or C couple the mutual force, opposite in the second; None if
-    some mutual force is another, or K or C is not symmetric."""
+    """Return the mutual forces of each pair of rows (smaller first) that K or C couple; the force is opposite in the
+    second.
+
+    None if some mutual force does not act on two rows of such a pair in opposite directions, or if K or C is not
+    symmetric.
+
+    Parameters
+    ----------
+    entries : references of K, C and M
+    summands : of the residual of each component
+    group : components
+    mutual : references of mutual forces
+    """
     members = set(group)
     inside = {
         name: {index: ref for index, ref in entries[name].items() if index[0] != index[1] and set(index) <= members}
@@ -271,7 +288,10 @@ def _with_forces_apart(
     summands: Mapping[int, Sequence[Ref]],
     links: Mapping[tuple[int, int], Sequence[Ref]],
 ) -> System:
-    """Return the system with the function that gives the residual without the forces of links, and these."""
+    """Return the system with the function ``relative_forces``: the residual without the forces of links, and these
+    forces. The block ``mutual`` has one force for each pair of rows in `links`, the sum of its references. `forces` is
+    the function with the whole residual, `summands` its summands by component. The pairs are kept as
+    ``System.links``."""
     tape = system.tape
     apart = {abs(ref) for terms in links.values() for ref in terms}
 

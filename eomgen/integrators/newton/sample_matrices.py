@@ -77,15 +77,16 @@ def _packing_of_partials(system: Any) -> Packing:
 
 
 def at_both_ends(samples: SampledPartials) -> SampledPartials:
-    """Return samples with B at the end of a step after the other numbers, in the order of
-    ``matrix.with_end_jacobian``."""
+    """Return samples with the values of B once more after the other numbers, for B at the end of a step. The order is
+    the one of ``matrix.with_end_jacobian``."""
     start, count = samples.packing.blocks.get("B", (0, 0))
     numbers = np.hstack([samples.numbers, samples.numbers[:, start : start + count]])
     return replace(samples, packing=with_end_jacobian(samples.packing), numbers=numbers)
 
 
 def samples_of(system: Any) -> SampledPartials:
-    """Evaluate the system's tape at the initial state and at random states; non-finite samples are dropped."""
+    """Return the partials of a system at its initial state and at a few random states, evaluated on the tape. Random
+    samples that are not finite are dropped; the initial state stays, with zeros for such numbers."""
     packing = packing_of(system)
     normal = random.Random(1).gauss  # numpy.random takes a thirtieth of the time to a first step to import
     q0, v0 = np.array(system.initial_q, float), np.array(system.initial_v, float)
@@ -129,11 +130,13 @@ def _scales(system: Any) -> Array:
 
 
 def _away(system: Any, inputs: dict[str, Any], turns: Array, spins: Array, scale: Array) -> tuple[Array, Array]:
-    """Return q and v of states some way off the initial one; states that cannot be brought onto the constraints are
-    dropped.
+    """Return q (n, nq) and v (n, nv) of states off the initial one, on the constraints.
+
+    States that cannot be brought onto the constraints are dropped.
 
     Parameters
     ----------
+    inputs : parameters, time, inputs and base for the tape
     turns, spins : (n, nv)
         Increments of q and of v before their correction by the constraints.
     scale : (nv,)
@@ -169,8 +172,15 @@ def _away(system: Any, inputs: dict[str, Any], turns: Array, spins: Array, scale
 
 
 class _ScaledRows:
-    """Rows of B, an array or a sparse array, whose columns are scaled by ``scale``, and whose largest entries ``rows``
-    brings to 1."""
+    """Constraint rows B of one sample, a dense or sparse array, scaled for least-norm solutions.
+
+    Attributes
+    ----------
+    B : (rows, nv), as given
+    scale : (nv,), by which columns are multiplied
+    rows : (rows,), by which rows are multiplied then, so that their largest entry is 1
+    matrix : the scaled B
+    """
 
     def __init__(self, B: Any, scale: Array) -> None:
         self.scale, self.B, self.dense = scale, B, isinstance(B, np.ndarray)
@@ -206,7 +216,7 @@ class _ScaledRows:
 
 
 def _rows_of(system: Any, values: Any) -> Any:
-    """Return B from its nonzero entries; a sparse array if B is large."""
+    """Return B (rows, nv) of a system from the values of its nonzeros; a sparse array if B is large."""
     rows, columns = np.array(system.patterns["B"]).T
     shape, numbers = (len(system.multipliers), system.nv), np.asarray(values, float)
     if shape[0] * shape[1] > _DENSE:
@@ -219,7 +229,7 @@ def _rows_of(system: Any, values: Any) -> Any:
 
 
 def _drivers(system: Any) -> dict[str, Any]:
-    """Return parameters, time, inputs and base at the start."""
+    """Return parameters, time 0, inputs, internal states and base motion at the start, by block name, for the tape."""
     known: dict[str, Any] = {"p": np.array([parameter.value for parameter in system.parameters]), "t": np.zeros(1)}
     known["u"], known["z"] = np.zeros(system.nu), np.array(system.initial_z, float)
     for name, block in (("inputs", "u"), ("base", "base")):
@@ -229,7 +239,9 @@ def _drivers(system: Any) -> dict[str, Any]:
 
 
 def _consistent(system: Any, inputs: dict[str, Any]) -> dict[str, Any]:
-    """Return accelerations and multipliers that are consistent with the initial state, for all samples."""
+    """Return accelerations a (n, nv) and multipliers lam (n, rows) that are consistent with the initial state. The same
+    values are repeated for all n samples. Empty without constraints, for large systems, and without the functions that
+    are needed. `inputs` has all blocks of the samples."""
     nl, nv = len(system.multipliers), system.nv
     forces = "equations" if "equations" in system.functions else "residual"
     if not nl or nv + nl > _SOLVED or not {forces, "constraint_bias", "iteration"} <= set(system.functions):

@@ -26,7 +26,10 @@ _SMALL = 1e-6
 
 
 def pivot_signs(solver: Solver, samples: SampledPartials, gain: float) -> dict[str, Any]:
-    """Return the data of ``newton/growth.c.jinja`` for a solver that was made ``at_start``.
+    """Return the signs that the pivots of a solver made ``at_start`` have without growth, as data of
+    ``growth.c.jinja``.
+
+    `gain` is gamma times the step, s; `samples` are needed for inner unknowns only.
 
     Returns
     -------
@@ -65,7 +68,8 @@ def _small_pivots(solver: Solver, samples: SampledPartials, gain: float) -> Arra
 
 
 def _pivots(entries: dict[MatrixIndex, float], rows: tuple[int, ...], columns: tuple[int, ...]) -> Array:
-    """Return the pivots of a sparse matrix that is eliminated in a given order; zero from a breakdown on."""
+    """Return the pivots (n,) of a sparse matrix that is eliminated in the order of rows and columns. Pivots are zero
+    from the first on that vanishes or is not finite. `entries` has the values by (row, column)."""
     row_at = {row: position for position, row in enumerate(rows)}
     column_at = {column: position for position, column in enumerate(columns)}
     by_row: list[dict[int, float]] = [{} for _ in rows]
@@ -89,7 +93,7 @@ def _pivots(entries: dict[MatrixIndex, float], rows: tuple[int, ...], columns: t
 
 
 def _parity(order: tuple[int, ...]) -> int:
-    """Return 1 for an even permutation, -1 for an odd one."""
+    """Return 1 for an even permutation of 0 to n - 1, -1 for an odd one."""
     seen, sign = [False] * len(order), 1
     for start in range(len(order)):
         place, length = start, 0

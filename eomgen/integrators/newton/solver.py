@@ -45,8 +45,15 @@ _DENSE_ADVANTAGE = 4.0
 
 @dataclass(frozen=True)
 class Solver:
-    """Terms of the matrix, and its elimination, None for a dense matrix; ``fronts`` if stages of the elimination
-    repeat; ``growth``: length of the scene that is meant, relative to the derived scene."""
+    """Terms of a step's matrix and the way in which templates factor it.
+
+    Attributes
+    ----------
+    unknowns, packing, terms : of the matrix, see ``newton.matrix``
+    elimination : order and fill of the sparse factorization; None for a dense matrix
+    fronts : the same as fronts, if stages of the elimination repeat; else None
+    growth : length of the scene that is meant, relative to the derived scene
+    """
 
     unknowns: Unknowns
     packing: Packing
@@ -92,9 +99,10 @@ def make_solver(
     turned: bool = False,
     sample: Sample = WHOLE,
 ) -> Solver:
-    """Choose the pivots by samples of the matrix.
+    """Return the linear solver of an implicit step: matrix terms, and pivots chosen by samples of the matrix.
 
-    The pivots must also serve for consistent accelerations.
+    The pivots must also serve for consistent accelerations. Written-out code, tables, fronts or a dense matrix are
+    chosen by the number of operations. Raises ModelError if the matrix is singular at the samples.
 
     Parameters
     ----------
@@ -167,12 +175,10 @@ def _pivots(
     diagonal_first: bool,
     sample: Sample,
 ) -> Elimination:
-    """Choose pivots that serve at all samples, or if only the scene's own state is singular, at all other samples.
-
-    Rings of a gimbal that are aligned in the scene, and links of a linkage that lie in one line, do not matter for runs
-    that start elsewhere. ``values`` are entries at ``count`` samples for a step, the scene's state first, and, if
-    required, the same for accelerations. Constraints that repeat each other do so at all samples.
-    """
+    """Return an elimination whose pivots serve at all samples, or if only the scene's own state is singular, at all
+    others. Rings of a gimbal that are aligned in the scene, and links of a linkage that lie in one line, do not matter
+    for runs that start elsewhere. ``values`` are entries at ``count`` samples for a step, the scene's state first, and,
+    if required, the same for accelerations. Raises ModelError if no pivots serve; `constrained` is for its message."""
     size = unknowns.matrix_size
     try:
         return eliminate(
@@ -231,11 +237,9 @@ def _power(size: float, digits: int) -> float:
 
 
 def _weighed_jacobian(unknowns: Unknowns, samples: SampledPartials) -> Array:
-    """Return the nonzeros (n, size) of B with columns times 1/M_ii at the first sample, by which eta moves positions.
-
-    Inertias count at least as half of the digits of the largest one: products of rows of B, whose condition is the one
-    of M, keep the digits of heavy parts.
-    """
+    """Return the nonzeros of B at n samples, (n, nonzeros), times 1/M_ii of their columns at the first sample. In this
+    way eta, multipliers of the velocity constraints, moves positions. Inertias count at least as half of the digits of
+    the largest one: products of rows of B, whose condition is the one of M, keep the digits of heavy parts."""
     start, count = samples.packing.blocks.get("B", (0, 0))
     numbers, diagonal = _inertia_numbers(unknowns, samples.packing), np.zeros(unknowns.v)
     for component, number in enumerate(numbers):
@@ -289,6 +293,8 @@ def solver_data(
 ) -> dict[str, Any]:
     """Return the solver as data of templates, JSON types: sizes, terms in the order of stored entries, and the
     elimination.
+
+    The key ``elimination`` is missing for a dense matrix.
 
     Parameters
     ----------
@@ -361,7 +367,7 @@ def _grouped_columns(solver: Solver) -> list[list[int]]:
 
 
 def _sort(indices: Iterable[MatrixIndex], elimination: Elimination | None) -> list[MatrixIndex]:
-    """Return the entries row by row in the order of elimination."""
+    """Return the (row, column) of entries row by row in the order of elimination; sorted without an elimination."""
     if elimination is None:
         return sorted(indices)
     row_at = {row: position for position, row in enumerate(elimination.rows)}
@@ -370,7 +376,10 @@ def _sort(indices: Iterable[MatrixIndex], elimination: Elimination | None) -> li
 
 
 def _elimination_data(elimination: Elimination, indices: Sequence[MatrixIndex], growth: float) -> dict[str, Any]:
-    """Number the factors row by row: L, reciprocal pivot, U."""
+    """Return an elimination as data of the templates, with its factors numbered row by row: L, reciprocal pivot, U.
+    `indices` are the (row, column) of the stored matrix entries in order. Small eliminations are written out under
+    ``unrolled``, one mapping for each row: entries that are loaded, earlier rows that are subtracted, and slots of L, U
+    and pivot. Larger ones have tables of kinds of rows."""
     start, diagonal = [0], []
     slots: list[dict[int, int]] = []
     for position in range(elimination.size):
@@ -429,11 +438,10 @@ def _elimination_data(elimination: Elimination, indices: Sequence[MatrixIndex], 
 def _kinds_of_rows(
     elimination: Elimination, entry_start: Sequence[int], entry_columns: Sequence[int]
 ) -> dict[str, list[int]]:
-    """Return the kind of each row: rows of one kind have factors and entries at equal distances from the diagonal.
-
-    ``begin`` and ``entry_begin`` are the places of the first distance of each kind, and the number of all distances at
-    the end; ``left`` is the number of factors to the left of the diagonal.
-    """
+    """Return tables of the kinds of rows: rows of one kind have factors and entries at equal distances from the
+    diagonal. ``kind_of`` has the kind of each row. ``begin`` and ``entry_begin`` are the places of the first distance
+    of each kind in ``distance`` (of factors) and ``entry_distance`` (of matrix entries), and the number of all
+    distances at the end; ``left`` is the number of factors to the left of the diagonal."""
     kinds: dict[tuple[tuple[int, ...], tuple[int, ...]], int] = {}
     kind_of = []
     for row, (lower, upper) in enumerate(zip(elimination.lower, elimination.upper, strict=True)):
@@ -459,10 +467,18 @@ def _elimination_of_groups(
     *,
     written_out: bool,
 ) -> dict[str, Any]:
-    """Return the further data of an elimination with groups: places of sums after the factors, and rows of sums.
+    """Return further data for an elimination with groups of unknowns: numbers of factors and sums, and the written-out
+    rows.
 
     A row with a group has the sum over this group, d over the pivot; other rows have the sums needed by rows of groups
     below. Tables have sums by position, and add sums of other groups if required.
+
+    Parameters
+    ----------
+    data : of the elimination without groups
+    slots : for each row, the slot of each of its factors by column
+    entry : from row and column to the index of the matrix entry, -1 for fill
+    written_out : whether rows are written out under ``unrolled``
     """
     if not written_out:
         return {"factors": data["factors"] + elimination.size, "sums": elimination.size}
@@ -503,7 +519,8 @@ def _elimination_of_groups(
 
 
 def _asked_groups(elimination: Elimination) -> list[set[int]]:
-    """Return the groups of rows below that need a sum of each row."""
+    """Return for each row the groups of later rows from which the row is subtracted, and which need its sum over the
+    group."""
     asked: list[set[int]] = [set() for _ in elimination.groups]
     for position, across in enumerate(elimination.lower):
         for earlier in across:
@@ -513,7 +530,7 @@ def _asked_groups(elimination: Elimination) -> list[set[int]]:
 
 
 def _columns_of(elimination: Elimination, position: int, number: int) -> list[int]:
-    """Return the columns of a group in a row above the diagonal."""
+    """Return the columns to the right of the diagonal in the row at a position that belong to the group `number`."""
     return [column for column in elimination.upper[position] if elimination.groups[column] == number]
 
 
@@ -524,7 +541,9 @@ def _loads_of_row(
     at: Mapping[int, int],
     sums: Mapping[int, int],
 ) -> list[list[int]]:
-    """Return slots of a row with the entries of the matrix that they hold first; a group keeps a sum for a diagonal."""
+    """Return pairs of a slot of the row at a position and the matrix entry that is loaded into it, -1 for fill. In a
+    row of a group, the slot of its sum is loaded with the diagonal entry. `at` has the slots by column, `sums` by
+    group."""
     own = elimination.groups[position]
     summed = [column for column in at if column != position or own < 0]
     loads = [[at[column], entry(position, column)] for column in summed]
@@ -536,7 +555,9 @@ def _loads_of_row(
 def _rows_taken(
     elimination: Elimination, position: int, slots: Sequence[Mapping[int, int]], sums: Sequence[Mapping[int, int]]
 ) -> list[dict[str, Any]]:
-    """Return the earlier rows that are subtracted from a row, with the slots that each changes."""
+    """Return the earlier rows that are subtracted from the row at a position, as mappings. Keys: ``slot`` of the factor
+    of L, ``pivot``, and ``updates``, pairs of the slot that changes and the slot that is multiplied. `slots` has the
+    slots of each row by column, `sums` by group."""
     at, own = slots[position], elimination.groups[position]
     taken = []
     for earlier in elimination.lower[position]:
@@ -549,8 +570,10 @@ def _rows_taken(
 
 
 def _add_sources(data: dict[str, Any], links: Sequence[tuple[int, int]], *, unknowns: int) -> None:
-    """Add ``sources`` to the rows: the far end of each link, the component of the right side with sign, 0 for none, and
-    the earlier rows that contribute to the link."""
+    """Add the key ``sources`` to the written-out rows of an elimination, in place, for right sides given as forces on
+    links. Each source is [column at the far end of the link, number of the right side's component from 1 with a sign, 0
+    for none, earlier rows that contribute to the link]. `unknowns` is the number of components before the
+    links."""
     at = {column: position for position, column in enumerate(data["columns"])}
     number = {(at[i], at[j]): unknowns + k + 1 for k, (i, j) in enumerate(links)}
     number |= {(j, i): -k for (i, j), k in number.items()}
@@ -567,7 +590,9 @@ def _add_sources(data: dict[str, Any], links: Sequence[tuple[int, int]], *, unkn
 
 
 def _fronts_data(fronts: Fronts, elimination: Elimination, size: int, rights: int) -> dict[str, Any]:
-    """Return an elimination by fronts as data for the stepper."""
+    """Return an elimination by fronts as data of the templates: sizes, orders, kinds of fronts and a table of all
+    fronts. `size` is the number of unknowns, `rights` the number of rows with right sides. Rows of the table are padded
+    to equal length."""
     row_at = {row: position for position, row in enumerate(elimination.rows)}
     column_at = {column: position for position, column in enumerate(elimination.columns)}
     width = max(len(row) for row in fronts.table)
@@ -588,7 +613,8 @@ def _fronts_data(fronts: Fronts, elimination: Elimination, size: int, rights: in
 
 
 def _entry(position: int, column: int, entry_start: Sequence[int], entry_columns: Sequence[int]) -> int:
-    """Return the index of the matrix entry at (row, column), -1 for fill-in."""
+    """Return the index of the stored matrix entry at the row of a position and a column, -1 for fill. `entry_start` has
+    the first entry of each row, `entry_columns` the column of each entry."""
     for entry in range(entry_start[position], entry_start[position + 1]):
         if entry_columns[entry] == column:
             return entry

@@ -38,12 +38,16 @@ _MANY, _SPARSE = 20, 0.25
 def stages_of_tree(
     unknowns: Unknowns, factors: Sequence[Factor], owners: Sequence[int], packing: Packing
 ) -> list[Stage]:
-    """Return the stages of a long tree: link after link, tips first, each link with the quantities of its recursion.
+    """Return the stages of elimination of a long tree, as pairs of equal row and column indices.
+
+    Link after link, tips first, each with the inner unknowns of its recursion; before and after them internal states.
 
     Parameters
     ----------
+    factors : of the configuration, roots first
     owners : for each inner unknown, a velocity component of the link; links of a joint of several coordinates share a
         factor
+    packing : of the partials
     """
     link_of = [0] * unknowns.v
     for factor in factors:
@@ -60,9 +64,11 @@ def stages_of_tree(
 
 
 def stages(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing, growth: float = 1.0) -> list[Stage]:
-    """Return rows and columns of the iteration matrix, stage by stage.
+    """Return the stages of elimination as pairs of row and column indices of the iteration matrix.
 
-    ``growth``: ratio of the lengths of the scene that is meant and the scene that is derived.
+    A stage has one body, with the constraints that it can take up; bodies with the fewest neighbours come first.
+    Internal states that touch few bodies come before, others after all bodies. ``growth``: ratio of the lengths of the
+    scene that is meant and the scene that is derived.
     """
     body_of = joined_components(unknowns.v, _sharing(unknowns, factors, packing))
     bodies: dict[int, list[int]] = {}
@@ -115,8 +121,9 @@ def stages(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing, grow
 
 
 def _fill(neighbours: Mapping[int, set[int]], *, by_degree: bool) -> int:
-    """Return the sum of squared neighbour counts at the elimination of each body, in order or with the fewest
-    neighbours first."""
+    """Return the sum of squared neighbour counts at the elimination of each body: a measure of the fill. Bodies go in
+    the order of their numbers, or if `by_degree` with the fewest neighbours first. `neighbours` by body is not
+    changed."""
     left = {body: set(others) for body, others in neighbours.items()}
     queue = [(len(others) if by_degree else 0, body) for body, others in left.items()]
     heapify(queue)
@@ -136,7 +143,8 @@ def _fill(neighbours: Mapping[int, set[int]], *, by_degree: bool) -> int:
 
 
 def _sharing(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing) -> list[MatrixIndex]:
-    """Return pairs of components of one body."""
+    """Return pairs of velocity components that belong to one body: of a factor, or joined by an entry of M. Without
+    constraints, entries of large sparse inertia matrices, as of finite elements, join no components."""
     of_factors = list(_body_pairs(factors))
     inertia = packing.nonzeros["M"]
     if unknowns.lam:
@@ -150,11 +158,11 @@ def _sharing(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing) ->
 def _internal_states(
     unknowns: Unknowns, packing: Packing, body_of: Sequence[int], few: int
 ) -> tuple[list[int], list[int], list[set[int]]]:
-    """Return the internal states eliminated before all bodies, the states after the bodies, and the unknowns coupled
-    with the first states.
+    """Return the rows of internal states eliminated before all bodies, of states after, and the sets of bodies joined.
 
     States that depend on each other go together. The bodies coupled with a state become neighbours at the elimination
-    of the state, which is cheap only for a ``few``.
+    of the state, which is cheap only for a ``few``: such states go first, and the third result has their sets of
+    bodies.
 
     Parameters
     ----------
@@ -193,8 +201,9 @@ def _add_constraint(unknowns: Unknowns, constraint: int, rows: list[int], column
 
 
 def _body_pairs(factors: Sequence[Factor]) -> Iterator[MatrixIndex]:
-    """Yield pairs of components that suffice to join a body's components: the first component of a factor with each
-    other component, and a rotation's last component with the first of the position stored after the rotation."""
+    """Yield pairs of velocity components that suffice to join the components of each body. These are the first
+    component of a factor with each other one, and the last component of a rotation with the first of the position
+    stored after the rotation."""
     rotations = {(factor.q_start + 4, factor.v_start + 3) for factor in factors if factor.group == "SO3"}
     for factor in factors:
         yield from ((factor.v_start, factor.v_start + k) for k in range(1, factor.v_size))
@@ -203,8 +212,8 @@ def _body_pairs(factors: Sequence[Factor]) -> Iterator[MatrixIndex]:
 
 
 def joined_components(size: int, pairs: Iterable[MatrixIndex]) -> list[int]:
-    """Return for each component the smallest index of the components joined with it, directly or through other
-    components."""
+    """Return for each of `size` components the smallest index among the components joined with it by pairs. Pairs join
+    directly or through other components."""
     first = list(range(size))
 
     def find(k: int) -> int:
@@ -293,7 +302,8 @@ def _rows_below(elimination: Elimination) -> list[list[int]]:
 
 
 def _with_right_side(elimination: Elimination, below: Sequence[Sequence[int]], sided: int | None) -> list[bool]:
-    """Return a flag for each position, whether its right side can differ from zero."""
+    """Return for each position of an elimination whether its right side can differ from zero. `below` has the later
+    rows that a row is subtracted from; only the first `sided` rows of the matrix have right sides, None: all."""
     live = [sided is None or row < sided for row in elimination.rows]
     for position, rows in enumerate(below):
         if live[position]:
@@ -317,7 +327,7 @@ def _kinds_of_work(works: Iterable[Mapping[str, Any]]) -> tuple[list[Mapping[str
 
 
 def make_fronts(elimination: Elimination, entries: Sequence[MatrixIndex], sided: int | None = None) -> Fronts:
-    """Split an elimination into fronts at the ends of its stages.
+    """Return an elimination as fronts: one front for the pivots of each stage, with equal fronts described once.
 
     Parameters
     ----------
@@ -369,7 +379,16 @@ class _Front:
         front_of: Sequence[int],
         live: Sequence[bool],
     ) -> None:
-        """Collect pivots, border and entries of a front."""
+        """Collect pivots, factors, entries and targets of later fronts for one stage.
+
+        Parameters
+        ----------
+        start, pivots : position of the first pivot, and positions of all
+        below : for each position, the later rows that its row is subtracted from
+        entries : matrix entries by position
+        starts, front_of : first position of each front, and front of each position
+        live : for each position, whether the right side can differ from zero
+        """
         self.start, self.pivots = start, pivots
         self.live = {pivot: live[pivot] for pivot in pivots}
         self.upper = {pivot: elimination.upper[pivot] for pivot in pivots}
@@ -437,7 +456,9 @@ class _Front:
         fronts: Sequence[_Front],
         front_of: Sequence[int],
     ) -> dict[str, Any]:
-        """Return the work on a row, from which the rows of ``earlier`` pivots are taken."""
+        """Return the work on the row at a position of the elimination, in the terms of ``work``. `earlier` pivots of
+        this front are subtracted from the row; `entry` has the local numbers of matrix entries. A row of a later front
+        gets the contributions there as ``targets``."""
         own = row in self.pivots
         upper = [(row, k) for k in (row, *self.upper[row])] if own else []
         outside = {index: k for k, index in enumerate(index for index in self.targets if index[0] == row)}
@@ -467,7 +488,9 @@ class _Front:
         }
 
     def _forward(self) -> list[Any]:
-        """Return the terms subtracted from each row, rows of the front first, since later rows use them."""
+        """Return the forward substitution of a front: for each row its local index and pairs of factor and pivot to
+        subtract. Rows of the front come first, since later rows use them. Rows whose right side stays zero are left
+        out."""
         terms: dict[int, list[list[int]]] = {pivot: [] for pivot in self.pivots if self.live[pivot]}
         for pivot in self.pivots:
             for row in self.below[pivot] if self.live[pivot] else ():

@@ -81,8 +81,10 @@ class Machines:
 
 @contextmanager
 def connect_cluster(cluster: object, workers: int | None) -> Iterator[Machines]:
-    """Connect to a cluster: ``dask`` for processes of this machine, the address or the file of a scheduler, a client,
-    or a cluster object that gives a client.
+    """Yield the machines of a cluster, connected for the body of the context.
+
+    `cluster` is ``dask`` for processes of this machine, as many as `workers`, the address or the file of a scheduler, a
+    client, or a cluster object that gives a client. Workers must have the same eomgen.
 
     Raises
     ------
@@ -103,7 +105,8 @@ def connect_cluster(cluster: object, workers: int | None) -> Iterator[Machines]:
 
 
 def _client(distributed: Any, cluster: object, workers: int | None, stack: ExitStack) -> tuple[Any, str]:
-    """Return a client, closed with the stack if created here, and the name of the cluster."""
+    """Return a Dask client for a cluster as in ``connect_cluster``, and a name for messages. Clients and processes that
+    are created here are closed with the stack. Raises UsageError or FileError."""
     if isinstance(cluster, distributed.Client):
         if cluster.asynchronous:
             fault = "the client is asynchronous, and this call waits [E0641]"
@@ -210,7 +213,9 @@ class _ClusterEnsemble:
         self._codes: set[str] = {work.model.library.digest}
 
     def parts(self, first: int) -> Iterator[SampleBlock]:
-        """Yield parts in order; afterwards the cluster has no parts left, after any end."""
+        """Yield the blocks of samples in order from sample `first` on; parts run on the cluster ahead. Solutions of
+        kept samples are written on the way. After any end, parts left on the cluster are cancelled, and notes are
+        set."""
         distributed = importlib.import_module("distributed")
         from eomgen.products.ensembles.worker import SourceDelivery, run_part  # noqa: PLC0415  # Dask is imported if it is asked for
 
@@ -247,7 +252,7 @@ class _ClusterEnsemble:
             self._machines.notes = self._notes()
 
     def _count(self) -> int:
-        """Return the number of threads of the cluster, which may grow and shrink."""
+        """Return the number of threads of the cluster, asked every two seconds; warns once if there are no workers."""
         if (now := time.monotonic()) - self._asked > _SELDOM or not self._threads:
             self._threads, self._asked = sum(self._client.nthreads().values()), now
             if not self._threads and not self._lonely:
@@ -265,7 +270,8 @@ class _ClusterEnsemble:
         return max(1, wanted - wanted % _FIRST if wanted > _FIRST else wanted)
 
     def _take_result(self, begin: int, count: int, status: str, result: Any) -> EnsemblePart:
-        """Return the result of a part. Raises EomgenError if there is none."""
+        """Return the result of the part with `count` samples from `begin` on, and note its time, code and way. Raises
+        the worker's error of eomgen, or FileError if the part has no result; `status` is Dask's."""
         where = f"cluster {self._machines.name}"
         if isinstance(result, Refusal):
             raise result.kind([replace(item, where=f"{where}: {item.where}".rstrip(": ")) for item in result.problems])

@@ -118,7 +118,7 @@ def _say_failures(result: Ensemble) -> None:
 
 
 def _why_unranked(result: Ensemble) -> str:
-    """Return the reason why no ranking of the variations is drawn."""
+    """Return a sentence on the reason for which the ensemble has no figure of sensitivities."""
     try:
         result.sensitivity(f"{result.columns[0]}.max")
     except UsageError as error:
@@ -127,7 +127,8 @@ def _why_unranked(result: Ensemble) -> str:
 
 
 def _read_variations(texts: tuple[str, ...]) -> dict[str, str]:
-    """Return distributions by name. Raises UsageError."""
+    """Return the texts of distributions by name, from texts ``NAME=DISTRIBUTION``. Raises UsageError for another form,
+    and for a name that varies twice."""
     result: dict[str, str] = {}
     for text in texts:
         name, equals, how = (part.strip() for part in text.partition("="))
@@ -152,7 +153,8 @@ def _read_samples(path: Path) -> dict[str, list[float | str]]:
 
 
 def _cell(where: str, word: str) -> float | str:
-    """Return a number, or a number with a unit unchanged. Raises FileError."""
+    """Return the number in a cell of a table, or its text if it is a number with a unit. Raises FileError for other
+    texts."""
     try:
         return float(word)
     except ValueError:

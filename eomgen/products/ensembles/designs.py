@@ -158,7 +158,8 @@ def note_on_balance(name: str, samples: int) -> str:
 
 
 def grid_design(names: Sequence[str], distributions: Sequence[Distribution]) -> Design:
-    """Return all combinations of the levels of lists; the last list varies fastest.
+    """Return the design of all combinations of the levels of lists; the last list varies fastest. `names` are for
+    messages.
 
     Raises
     ------

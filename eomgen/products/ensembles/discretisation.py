@@ -53,7 +53,8 @@ class EnsembleJudgement:
         notes: Sequence[str] = (),
         last: Sequence[str] = (),
     ) -> None:
-        """Take the run without variations, whether estimates are wanted, and notes before and after all others."""
+        """Keep the samples and the run without variations for later; `notes` come before all others, `last` after.
+        `estimates` and `interrupted`: whether errors are to be estimated, and whether Ctrl-C ended the ensemble."""
         self._asked = work, nominal, estimates, interrupted
         self._other_notes = notes, last
 
@@ -89,7 +90,8 @@ class EnsembleJudgement:
 
 
 def _further_doubts(work: SampleRunner, nominal: Solution) -> list[str]:
-    """Return notes of products on as many outputs as samples pay for."""
+    """Return notes of products on outputs of the ensemble, on one output for every eight samples, since notes cost
+    runs."""
     outputs = [name.removeprefix("output.") for name in work.columns if name.startswith("output.")]
     chosen = outputs[: work.design.samples // _FOR_EACH]
     varied = [item.name.partition(".")[2] if item.block == "process" else item.name for item in work.options.items]
@@ -109,10 +111,8 @@ def _doubts(nominal: Solution) -> str:
 
 
 def sample_errors(work: SampleRunner, nominal: Solution, *, examined: bool) -> tuple[SampleErrors, list[str]]:
-    """Return the estimated errors of the run without variations and, if ``examined``, of a few samples of ``work``.
-
-    The second result has the warnings of these samples that the run without variations has not, the first of each kind.
-    """
+    """Return the estimated errors of the run without variations and, if ``examined``, of a few samples of ``work``. The
+    second result has the warnings of these samples that the run without variations has not, one of each kind."""
     began = time.perf_counter()
     solutions = _with_estimates(work) if examined else {}
     estimates = {number: solution.error for number, solution in solutions.items()}
@@ -152,7 +152,8 @@ def _with_estimates(work: SampleRunner) -> dict[int, Solution]:
 
 
 def _column_error(estimates: Sequence[ErrorEstimate], attribute: str, component: int) -> float:
-    """Return the largest error of a column over runs; NaN if no run has an estimate."""
+    """Return the largest error of a column over runs with estimates; NaN if none is known. `attribute` is q, v, z,
+    multipliers or ``output.`` with a name, and `component` the index there."""
     kind, _, name = attribute.partition(".")
     errors = []
     for estimate in estimates:
@@ -243,10 +244,8 @@ def _percent(share: float) -> str:
 
 
 def _spectrum(model: CompiledModel, process: NormalSeries, start: float, end: float) -> tuple[Array, Array]:
-    """Return frequencies (n,) in Hz and the variance at each, (n,), of a process within a run.
-
-    Modes are tapered, and exact for the sum of modes; a translated process has harmonics of these, and is realised.
-    """
+    """Return frequencies (n,) in Hz and the variance at each, (n,), of a random process from start to end in s. Modes
+    are tapered, and exact for the sum of modes; a translated process has harmonics of these, and is realised."""
     low, high = process.window
     speed = process.speed or 1.0
     points = max(len(mode.x) for mode in process.modes) * (end - start) * speed / (high - low)

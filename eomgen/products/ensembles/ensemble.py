@@ -451,7 +451,8 @@ class Ensemble:
 
 
 def _draw(ensemble: Ensemble, folder: Path) -> list[Path]:
-    """Draw all plots of an ensemble and return the files."""
+    """Draw fan chart, scatter plots and ranking of an ensemble into a folder; return the files, none if no sample
+    succeeded."""
     if not ensemble.done or ensemble.done == len(ensemble.failed):
         return []
     files = [save_figure(_fans(ensemble), folder / "fan.png")]
@@ -489,7 +490,7 @@ def _fans(ensemble: Ensemble) -> Any:
 
 
 def _scatter(ensemble: Ensemble) -> Any:
-    """Return a figure of results against varied quantities."""
+    """Return a figure of the largest values of columns against varied quantities, a panel for each pair."""
     results = _drawn_results(ensemble)
     varied = ensemble.varied[:_PANELS]
     figure = new_figure((0.8 + 2.9 * max(len(varied), 2), 0.6 + 2.5 * len(results)))
@@ -509,7 +510,7 @@ def _scatter(ensemble: Ensemble) -> Any:
 
 
 def _rankings(ensemble: Ensemble) -> Any | None:
-    """Return the figure of rankings; None if there are too few samples for one."""
+    """Return a figure of the shares of varied quantities in variances of results; None if there are too few samples."""
     rankings = []
     for result in _drawn_results(ensemble):
         try:

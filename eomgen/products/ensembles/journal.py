@@ -24,12 +24,19 @@ _KIND = "part of an ensemble"
 
 
 class BlockJournal:
-    """Blocks that are done, in a folder or, without one, in memory.
+    """The finished blocks of an ensemble, in a folder or, without one, in memory.
 
     Parameters
     ----------
     described : inputs of the samples; samples of another description are not resumed
     resume : whether to go on with the samples of the folder
+
+    Attributes
+    ----------
+    done : number of finished samples
+    failed : the failed ones among them
+    reduction : statistics read from the folder; None for a new ensemble
+    notes : on damaged files
 
     Raises
     ------
@@ -90,7 +97,8 @@ class BlockJournal:
         self.failed = [FailedSample(item["number"], item["reason"], item["values"]) for item in data["failed"]]
 
     def keep(self, block: SampleBlock) -> None:
-        """Append a block: values, extremes and failures of the samples."""
+        """Append a finished block: its values, extremes and failures go to a file of the folder, or stay in memory.
+        Rows over time, which are reduced, are not kept."""
         if self._folder is None:
             self._kept.append(
                 replace(block, rows=block.rows[:0].copy())
@@ -108,7 +116,8 @@ class BlockJournal:
         return [(first, count) for first, count in self._parts if not self._is_whole(first, count)]
 
     def _is_whole(self, first: int, count: int) -> bool:
-        """Return whether the part of some samples can be read, by a comparison of checksums."""
+        """Return whether the file of the block with `count` samples from number `first` on can be read; checksums are
+        compared."""
         try:
             arrays, data = read_arrays(self._path(first), _KIND, "another folder")
             return data["first"] == first and len(arrays["values"]) == len(arrays["extremes"]) == count
@@ -116,7 +125,8 @@ class BlockJournal:
             return False
 
     def replace(self, block: SampleBlock) -> None:
-        """Write a part again whose samples are reduced already."""
+        """Write the file of a block anew, whose samples are in the statistics already, and note that they were run
+        again."""
         last = block.first + len(block.values) - 1
         self._write_part(block)
         self.notes.append(
@@ -132,7 +142,8 @@ class BlockJournal:
         )
 
     def write(self, reduction: Reduction) -> None:
-        """Write the statistics of all kept blocks."""
+        """Write the statistics of all kept blocks, with numbers of samples and failures, to the folder, if there is
+        one."""
         if self._folder is None:
             return
         failed = [

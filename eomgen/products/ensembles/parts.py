@@ -54,7 +54,8 @@ class RemoteSource:
 
     @classmethod
     def of(cls, ensemble: str, work: SampleRunner) -> RemoteSource:
-        """Return the source of samples. Raises UsageError for a model that was made by hand."""
+        """Return the source of the samples of a runner, to be sent to other processes; `ensemble` is an identity.
+        Raises UsageError for a model that was made by hand."""
         make, arguments = work.model.__reduce__()[:2]
         return cls(
             ensemble,
@@ -106,7 +107,8 @@ class WorkerState:
         self.stop = threading.Event()
 
     def run(self, first: int, values: Array) -> EnsemblePart | Refusal | None:
-        """Run the samples from this number on, with varied quantities (n, d); None if stopped."""
+        """Run the samples from number `first` on, with varied quantities (n, d), in this process. Returns a Refusal if
+        they cannot be run at all, and None if ``stop`` was set."""
         try:
             model = self._make_model()
             with tempfile.TemporaryDirectory(prefix="eomgen-runs-") as folder:
@@ -130,7 +132,8 @@ class WorkerState:
         return EnsemblePart(block, solutions, seconds, model.library.digest, work.how)
 
     def _make_model(self) -> CompiledModel:
-        """Return the model. Raises EomgenError if the model cannot be made here, or differs from the sender's model."""
+        """Return the model of the ensemble, made at the first call. Raises EomgenError if the model cannot be made
+        here, or if eomgen's version or the C differs from the sender's."""
         with self._making:
             if self._model is None:
                 if self._shipment.version != __version__:

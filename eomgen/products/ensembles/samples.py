@@ -39,8 +39,9 @@ class LaneRunner:
     runs: SideBySide
 
     def tables(self, values: Array) -> SideBySideResults:
-        """Return columns (samples, columns, rows) of samples with the values (samples, varied), and a mask of the
-        samples that have to be run alone."""
+        """Run samples with the values (samples, varied) side by side, and return their columns (samples, columns,
+        rows). Alone, to be repeated, are also samples with refused parameters or starts, and with laws that cannot be
+        followed."""
         parameters, alone = self._parameters(values)
         inputs = self._input_tables(values, parameters) if self.runs.needs_input_tables else self._held_inputs(values)
         starts, refused = self._starts(values, parameters)
@@ -86,7 +87,8 @@ class LaneRunner:
         return inputs
 
     def _starts(self, values: Array, parameters: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """Return initial states (samples, nq + nv + nz) on the constraints, and a mask of failed corrections."""
+        """Return initial states (samples, nq + nv + nz) on the constraints, or at rest, and a mask (samples,) of those
+        that failed."""
         model, common = self.model, self.options.common
         changed = bool(common.get("initial")) or common.get("parameters") is not None
         changed = changed or any(item.block != "inputs" for item in self.options.items)
@@ -104,8 +106,8 @@ class LaneRunner:
         return np.concatenate([result.q, result.v, z], axis=1), refused | ~result.met
 
     def _guesses(self, values: Array, parameters: Array, *, asked: bool) -> tuple[Array, NDArray[np.bool_]]:
-        """Return initial states (samples, nq + nv + nz) as given, and a mask of refused states; ``asked``: before a
-        correction onto constraints."""
+        """Return initial states (samples, nq + nv + nz) before a correction onto constraints, and a mask of refused
+        ones. `asked`: whether the states differ from the model's own start, which is on the constraints already."""
         model, common = self.model, self.options.common.get("initial")
         first = initial_state(model, common, self.runs.run.parameters, asked=asked)
         starts = np.repeat(np.concatenate([first.q, first.v, first.z])[np.newaxis], len(values), axis=0)
@@ -124,8 +126,9 @@ class LaneRunner:
         return starts, refused
 
     def _starts_one_by_one(self, values: Array, parameters: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """Return starts and refused samples, with a check of the redundant constraint rows, or a search for rest, for
-        each sample."""
+        """Return starts (samples, nq + nv + nz) and a mask of refused samples, by the same search as in a run alone,
+        for each. Needed for starts at rest, and for constraint rows that may be redundant at the scene's parameters
+        only."""
         model = self.model
         starts = np.tile(np.concatenate([model.initial_q, model.initial_v, model.initial_z]), (len(values), 1))
         refused = np.zeros(len(values), dtype=bool)
@@ -235,7 +238,7 @@ class SampleRunner:
     _made: LaneRunner | str | None = field(default=None, init=False, repr=False)
 
     def block(self, first: int, count: int) -> SampleBlock | None:
-        """Return a block of samples; None if stopped."""
+        """Run `count` samples from number `first` on, and return them as a block; None if ``stop`` is set meanwhile."""
         values = self.design.values(first, count)
         rows, extremes = self._unknown(count)
         failed: list[FailedSample] = []
@@ -274,7 +277,8 @@ class SampleRunner:
         return "" if self._made is None else how_run(self._made)
 
     def _side_by_side(self, first: int, values: Array, rows: Array, extremes: Array) -> list[int]:
-        """Run samples (n, d) side by side and fill the rows and extremes; return samples that have to run alone."""
+        """Run samples with values (n, d) side by side, fill their rows and extremes in place, and return the indices of
+        samples that have to run alone: failures, samples whose solutions are kept, or all if lanes are not possible."""
         lanes = self.lanes
         if isinstance(lanes, str):
             return list(range(len(values)))
@@ -326,8 +330,9 @@ class SampleRunner:
             raise _StoppedError
 
     def _one(self, number: int, values: Array, rows: Array, extremes: Array) -> str:
-        """Run one sample and fill the rows (columns, times) and extremes (columns, 3); return the reason of a
-        failure."""
+        """Run one sample alone with values (d,), and fill rows (columns, times) and extremes (columns, 3) in place.
+        Returns the reason of a failure, empty for success. A kept sample's solution is written to the folder. Raises
+        FileError for the disk."""
         try:
             solution = simulate(
                 self.model, *self.span, **self.options.of(values), error_estimate=False, progress=self._look
@@ -349,7 +354,8 @@ class SampleRunner:
         return ""
 
     def _fill(self, table: Array, end: float, rows: Array, extremes: Array) -> None:
-        """Fill rows (columns, times) and extremes (columns, 3) of the columns (columns, rows) of a run until a time."""
+        """Fill rows (columns, times) and extremes (columns, 3), in place, from the columns (columns, rows) of a run. A
+        run that an event stopped at `end` in s has rows up to this time only."""
         extremes[:] = extremes_of(table)
         if table.shape[1] == len(self.times):
             rows[:] = table[:, self.thinned]

@@ -133,7 +133,8 @@ class SideBySide:
 
     @property
     def together(self) -> int:
-        """Number of samples that are evaluated together: whole groups of lanes, within a part of the memory."""
+        """Number of samples that are evaluated together: a multiple of the lanes, limited by the size of their rows in
+        memory."""
         numbers = (self.run.grid.whole // self.run.every + 3) * self.width
         if self.needs_input_tables:
             numbers += len(self._input_times) * self.model.nu
@@ -197,8 +198,8 @@ class SideBySide:
         return driven.row if isinstance(driven, HeldRows) else None
 
     def unfollowed_laws(self, parameters: Array) -> NDArray[np.bool_]:
-        """Return a mask of the parameters (n, np) at which a drive, or the law of the base, cannot be followed, (n,);
-        samples with the common run's parameters of these laws are not checked again."""
+        """Return a mask (n,) of the samples with parameters (n, np) at which a drive, or the base, cannot be followed.
+        Samples with the common run's parameters of these laws are not checked again."""
         names, run = list(self.model.parameters), self.run
         in_laws = {symbol.name for law in self.model.description.laws for symbol in symbols(law.formula)}
         places = [names.index(name) for name in in_laws.intersection(names)]
@@ -246,7 +247,10 @@ class SideBySide:
         return np.concatenate([state.q, state.v, state.z])
 
     def tables(self, parameters: Array, inputs: Array | None, starts: Array) -> SideBySideResults:
-        """Return columns of runs, and which of these have to be made alone.
+        """Run samples side by side, and return their columns and a mask of the runs that have to be repeated alone.
+
+        Alone are runs that fail a cheap check: status, constraints, growth, energy, beams, or numbers that are not
+        finite.
 
         Parameters
         ----------
@@ -305,7 +309,8 @@ class SideBySide:
         return np.append(chosen, count - 1) if chosen[-1] != count - 1 else chosen
 
     def _present(self, parameters: Array, modes: Array) -> Array:
-        """Return parameters (lanes, np), or (lanes, rows, np) if modes (lanes, rows, modes) change some."""
+        """Return the parameters at the rows: (lanes, rows, np) with modes (lanes, rows, modes), or (lanes, np) without
+        modes. NaN modes, after the failure of a lane, leave the parameters as they are."""
         if not modes.shape[2]:
             return parameters
         present = np.repeat(parameters[:, np.newaxis], modes.shape[1], axis=1)
@@ -314,7 +319,8 @@ class SideBySide:
         return present
 
     def _at_rows(self, inputs: Array) -> Array:
-        """Return inputs at the rows of the run, (lanes, rows, nu)."""
+        """Return inputs at the recorded rows, (lanes, rows, nu), from held inputs (lanes, nu) or tables (lanes, table
+        rows, nu)."""
         grid = self.run.grid
         steps = np.arange(0, grid.whole + 1, self.run.every)
         if steps[-1] != grid.steps:
@@ -333,8 +339,9 @@ class SideBySide:
         return States(rows[:, 0], *(_columns_of(rows, ends[k], ends[k + 1]) for k in range(5)))
 
     def _prescribe(self, states: States, present: Array, inputs: Array | None) -> PrescribedInputs:
-        """Return inputs and the base at states of lanes, with parameters of ``_present`` and inputs (lanes * rows, nu)
-        that are held; evaluated once if all lanes have the same parameters and times."""
+        """Return inputs and base motion at states of all lanes. `present` are parameters of ``_present``; `inputs`
+        (lanes * rows, nu) replace values by formulas unless NaN. Evaluated once if all lanes have the same parameters
+        and times."""
         lanes, common, places = len(present), self.run.parameters, self._read_by_drivers
         t = states.t.reshape(lanes, -1)
         if (present[..., places] == common[places]).all() and (t == t[0]).all():
@@ -366,8 +373,8 @@ class SideBySide:
         return known[1]
 
     def _columns(self, rows: Array, present: Array, inputs: Array | None) -> Array:
-        """Return columns (lanes, columns, rows) of rows (lanes, rows, width), with parameters of ``_present`` and
-        inputs (lanes, rows, nu)."""
+        """Return the asked columns (lanes, columns, rows) of rows (lanes, rows, width): states, inputs, outputs and
+        energies. `present` are parameters of ``_present``, `inputs` (lanes, rows, nu) or None."""
         lanes, count, width = rows.shape
         states = self._states(rows.reshape(-1, width))
         result = np.empty((lanes, len(self.columns), count))
@@ -395,7 +402,8 @@ class SideBySide:
         return result
 
     def _grows(self, rows: Array) -> NDArray[np.bool_]:
-        """Return a mask of the lanes whose velocities grow late in the run; False for steps chosen by their errors."""
+        """Return a mask of the lanes whose velocities in the last quarter exceed all earlier ones several times. False
+        for methods that choose their steps by errors. `rows` are (lanes, rows, width)."""
         if self.run.method.chooses_steps:
             return np.zeros(len(rows), dtype=bool)
         nq, nv = self.model.nq, self.model.nv
@@ -434,7 +442,9 @@ class SideBySide:
         return result
 
     def _gains_energy(self, rows: Array, present: Array) -> NDArray[np.bool_]:
-        """Return a mask of the lanes of a model without power that gain energy."""
+        """Return a mask of the lanes whose total energy grows by much of the energies at work, looked at in a few rows.
+        False if forces may have power, or without the term energy. `rows` are (lanes, rows, width), `present`
+        parameters."""
         lanes, count, width = rows.shape
         if "energy" not in self.model.functions or not self.model.library.layout["facts"]["conservative"]:
             return np.zeros(lanes, dtype=bool)
@@ -490,13 +500,15 @@ def side_by_side(
     *,
     initial_varies: bool,
 ) -> SideBySide | str:
-    """Return the setup of runs side by side, or the reason for runs one after the other.
+    """Return the setup of runs side by side; or in words, the reason for which runs have to be made one after the
+    other.
 
     Parameters
     ----------
     options : of ``simulate``, that all runs have
     varied_inputs : names of inputs with different values in the runs, held over each run; different laws are among the
         options
+    alike : method, grid and places of columns, from the run without variations
     columns : of solutions, that are looked at
     initial_varies : whether runs have different initial states
     """

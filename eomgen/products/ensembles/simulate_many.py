@@ -259,8 +259,8 @@ def simulate_many(
 
 
 def _block(samples: int, work: int, numbers: int) -> int:
-    """Return the number of samples of a block at most, from the work and the kept size of one sample: the same on every
-    machine, since so many samples are reduced together."""
+    """Return the largest number of samples of a block for a design of `samples`: the same on every machine. `work`
+    counts the evaluations times degrees of freedom of one sample, `numbers` the kept numbers of one sample."""
     worth = min(-(-_WORTH_A_BLOCK // max(work, 1)), _LARGEST_OF_SHORT_RUNS, _NUMBERS_OF_A_BLOCK // numbers)
     shared = worth if samples <= worth else min(worth, -(-samples // _FEW_BLOCKS))
     return max(1, shared, min(_LARGEST_BLOCK, -(-samples // _BLOCKS)))
@@ -268,7 +268,8 @@ def _block(samples: int, work: int, numbers: int) -> int:
 
 @contextmanager
 def _alone(folder: Path | None) -> Iterator[None]:
-    """Keep other ensembles out of a folder. Raises FileError if another ensemble uses the folder."""
+    """Keep other ensembles out of a folder, which is made, for the body of the context; without effect for None. Raises
+    FileError if another ensemble uses the folder."""
     if folder is None:
         yield
         return
@@ -282,8 +283,9 @@ def _alone(folder: Path | None) -> Iterator[None]:
 def _reduce(
     blocks: Iterator[SampleBlock], journal: BlockJournal, reduction: Reduction, total: int, report: Progress | None
 ) -> bool:
-    """Reduce blocks one by one, and return whether Ctrl-C ended the reduction; finished blocks are kept after any
-    end."""
+    """Add blocks of samples to the reduction and the journal one by one; return whether Ctrl-C ended this before
+    `total` samples. The journal is written from time to time, at the end and after an error; `report` is called with
+    the numbers of finished and of all samples."""
     written, seldom = time.monotonic(), _SELDOM
     interrupted = False
     reducer = ThreadPoolExecutor(1)  # Ctrl-C ends the main thread's work, and a block is reduced whole or not at all
@@ -365,8 +367,8 @@ def _on_threads(
 def _rest(
     model: CompiledModel, items: Sequence[Variation], options: Mapping[str, Any], pilot: Solution
 ) -> dict[str, Any]:
-    """Return the options by which samples look for rest from the equilibrium of the run without variations; empty for
-    other starts, and if initial states vary, near which samples look for theirs."""
+    """Return options with which samples look for static equilibrium near the equilibrium of the run without variations.
+    Empty for starts that are not at equilibrium, and if initial states vary, near which samples look for theirs."""
     of_scene = str(model.library.layout["defaults"]["start"])
     varies = any(item.block in ("q", "v", "z") for item in items)
     if varies or not starts_at_equilibrium(options.get("start"), options.get("initial") is not None, of_scene):
@@ -411,7 +413,8 @@ def _make_design(
 
 
 def _columns(pilot: Solution, wanted: Sequence[str] | None) -> list[str]:
-    """Return the columns to record; by default the outputs, else the first coordinates. Raises UsageError."""
+    """Return the names of the columns to record; by default all outputs, else the first coordinates. An output's name
+    stands for all its components. Raises UsageError for unknown names and for none."""
     known = [name for name in pilot.columns() if name != "t"]
     if wanted is None:
         outputs = [name for name in known if name.startswith("output.")]
@@ -495,7 +498,8 @@ def _description(
     block: int,
     options: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """Return the data that the samples depend on, as JSON data."""
+    """Return all that the numbers of samples depend on, as JSON data: a folder with another description is refused.
+    Inputs, a table and the motion without variations are included as digests."""
     data = pilot.metadata
     how = {name: item.text if isinstance(item, Distribution) else item for name, item in (vary or {}).items()}
     digest = "" if table is None else _digest([design.values(0, design.samples)])

@@ -73,7 +73,8 @@ class Reduction:
         return result
 
     def _reduce(self, block: Array) -> None:
-        """Merge samples, (samples, columns, times)."""
+        """Merge a block (samples, columns, times) into moments, envelope and kept numbers; NaN are left out. Kept
+        numbers are condensed to centroids if there are too many."""
         columns, times = self.count.shape
         rows = np.ascontiguousarray(block.reshape(len(block), -1).T)  # sums over samples run along memory
         there = np.isfinite(rows)
@@ -124,7 +125,7 @@ class Reduction:
         self._joint_count = total
 
     def _condense(self) -> None:
-        """Bring the kept numbers into the centroids."""
+        """Replace the kept numbers and the present centroids by new centroids, which takes memory in parts."""
         rows = self._gather()
         cells, size = len(rows), max(1, _KEPT // (8 * (rows.shape[1] + self._centroids.shape[1])))
         parts = [
@@ -152,7 +153,8 @@ class Reduction:
         return _over(self._products, (self._joint_count - 1.0)[:, np.newaxis, np.newaxis])
 
     def quantiles(self, column: int, probabilities: Array) -> Array:
-        """Return quantiles of a column, (probabilities, times): of kept numbers linear between order statistics."""
+        """Return quantiles of the column with an index, (probabilities, times), NaN without samples. Kept numbers are
+        interpolated between order statistics, centroids by their mean places in the order."""
         result = np.full((len(probabilities), self.count.shape[1]), np.nan)
         for time, (values, weights) in enumerate(self._distributions(column)):
             if len(values):
@@ -165,8 +167,8 @@ class Reduction:
         return result
 
     def histogram(self, column: int, time: int, edges: Array) -> Array:
-        """Return the probabilities between edges, (edges - 1,), of a column at a time; a value on an edge is below
-        it."""
+        """Return the probabilities (edges - 1,) between edges, increasing, of a column at a time, both by index. A
+        value on an edge counts below the edge; NaN without samples."""
         values, weights = self._distributions(column)[time]
         if not len(values):
             return np.full(len(edges) - 1, np.nan)
@@ -219,7 +221,8 @@ def _merge(centroids: Array, weights: Array, rows: Array) -> tuple[Array, Array]
 
 
 def _condense(values: Array, weights: Array) -> tuple[Array, Array]:
-    """Return the centroids of sorted values with weights, (cells, n) each, and their weights: (cells, centroids)."""
+    """Return centroids and weights, (cells, centroids), of sorted values with weights, (cells, n) each; empty ones are
+    NaN."""
     known = np.where(weights > 0.0, values, 0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
         share = (np.cumsum(weights, axis=1) - 0.5 * weights) / weights.sum(axis=1, keepdims=True)
@@ -320,7 +323,9 @@ def _standard(ranks: Array) -> Array:
 
 
 def _sobol(asked: int, names: list[str], result: str, results: Array) -> Ranking:
-    """Return Sobol' indices: first-order indices by Saltelli and others (2010), total indices by Jansen (1999)."""
+    """Return Sobol' indices of a result: first-order indices by Saltelli and others (2010), total indices by Jansen
+    (1999). `results` are (samples,), in the order of the design ``saltelli`` of `asked` samples. Raises UsageError if
+    one is missing."""
     dimensions = len(names)
     n = asked // (dimensions + 2)
     if len(results) < asked or not np.all(np.isfinite(results)):

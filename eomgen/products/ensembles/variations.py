@@ -45,12 +45,12 @@ def laws_that_vary(model: CompiledModel) -> list[str]:
 
 def law_of(model: CompiledModel, name: str, where: str) -> int:
     """Return the index of the input that ``seed.NAME`` or ``scale.NAME`` varies; waves are counted after all inputs.
-
-    Raises UsageError if the law has no seed or no scale.
+    Raises UsageError if there is no such law, or no seed or factor of it can vary.
 
     Parameters
     ----------
     name : ``seed.NAME`` or ``scale.NAME``
+    where : argument or option with the name, for messages
     """
     kind, _, of = name.partition(".")
     index = {item.name: k for k, item in enumerate(model.description.inputs)}.get(of)
@@ -98,8 +98,8 @@ def has_variables(model: CompiledModel, index: int) -> bool:
 
 
 def variables_of_seed(model: CompiledModel, index: int, seed: float) -> dict[str, float]:
-    """Return the values that a seed gives the parameters of the random process or the waves at a place, as of
-    ``law_of``; none of a road, which has no parameters."""
+    """Return the values of parameters that a seed draws for the random process or the waves at an index of ``law_of``,
+    by name. Empty for a road, which has no parameters."""
     inputs = model.description.inputs
     if index >= len(inputs):
         names = _waves(model)[index - len(inputs)].variables
@@ -132,7 +132,7 @@ def is_whole(values: Array) -> bool:
 
 
 def check_seeds(name: str, how: Distribution) -> None:
-    """Raise UsageError if seeds are not whole numbers from 0 on."""
+    """Raise UsageError if a distribution of the seeds `name` has other values than whole numbers from 0 on."""
     least = how.quantiles(np.array([_SMALLEST])) if not how.levels else np.array(how.levels)
     if not how.whole or np.min(least) < 0.0:
         fault = f"a seed is a whole number from 0 on, and {how.text} has others [E0694]"
@@ -140,7 +140,8 @@ def check_seeds(name: str, how: Distribution) -> None:
 
 
 def check_tracks(model: CompiledModel, seeds: Mapping[str, int]) -> None:
-    """Raise UsageError if seeds, by name with the indices of inputs, belong to wheels in the same track."""
+    """Raise UsageError if two seeds, by name with the indices of their inputs, belong to wheels in the same track. A
+    track is a class of road with a seed in the scene, and all its wheels follow one seed."""
     of_track: dict[tuple[str, int], str] = {}
     for name, index in seeds.items():
         if model.description.inputs[index].series is not None:
@@ -156,15 +157,14 @@ def check_tracks(model: CompiledModel, seeds: Mapping[str, int]) -> None:
 def laws_of(
     model: CompiledModel, p: Array, seeds: Mapping[str, float], factors: Mapping[str, float]
 ) -> dict[str, LawOverTime]:
-    """Return the laws over time of the inputs that seeds and factors change. All wheels of a track have the seed of the
-    track.
+    """Return by input the laws over time that differ from the scene's by seeds of roads or by factors.
+
+    All wheels of a track have the seed of the track.
 
     Parameters
     ----------
-    model : CompiledModel
-        The model with the inputs.
     p : (np,) ndarray
-        Parameters.
+        Parameters, for formulas of the scene.
     seeds, factors : mapping from str to float
         Seeds of roads and factors of inputs, by the names of varied quantities.
     """
@@ -211,8 +211,8 @@ def _own(model: CompiledModel, t: Array, p: Array, index: int) -> Array:
 
 
 def _sum(waves: Array, t: Array) -> Array:
-    """Return a sum of harmonics, (n,), at times t (n,): row by row, so that the bits do not depend on the number of
-    rows."""
+    """Return the sum of harmonics (n,) at times t (n,) s; `waves` has rows of amplitude, frequency in rad/s and phase.
+    Summed row by row, so that the bits do not depend on the number of rows."""
     amplitude, frequency, phase = waves.T
     values, room = np.empty(len(t)), np.empty((_TOGETHER, len(amplitude)))
     for first in range(0, len(t), _TOGETHER):
@@ -290,7 +290,8 @@ def find_variation(model: CompiledModel, name: str, where: str = "vary") -> Vari
 def read_varied(
     model: CompiledModel, vary: Mapping[str, str | Distribution]
 ) -> tuple[list[Variation], list[Distribution]]:
-    """Return the varied quantities with distributions. Raises UsageError."""
+    """Return the varied quantities and their distributions, in the order of a mapping from names to distributions or
+    texts. Raises UsageError for unknown names, wrong distributions, wrong seeds, and two seeds of one track."""
     if not isinstance(vary, Mapping):
         fault = f"a mapping from names to distributions is needed, not {type(vary).__name__} [E0700]"
         raise UsageError(Problem("vary", fault, 'vary={"mass": "normal(1, 0.1)"}'))
@@ -366,7 +367,8 @@ def _values_of(column: Array) -> Quantiles:
 
 
 def _column(item: Variation, values: ArrayLike) -> Array:
-    """Return a column of a table, (samples,), in the unit of the varied quantity. Raises UsageError."""
+    """Return a column of a table, (samples,), in the unit of the varied quantity; texts may have units. Raises
+    UsageError."""
     where, array = f"table {item.name}", np.asarray(values)
     if array.ndim == 1 and array.dtype.kind in "OU" and any(isinstance(value, str) for value in array):
         return np.array([read_number(f"{where}[{k}]", str(array[k]), item.unit, "1.5") for k in range(len(array))])
@@ -413,7 +415,8 @@ class VariedOptions:
     rest: Mapping[str, Any] = field(default_factory=dict)
 
     def of(self, values: Array) -> dict[str, Any]:
-        """Return the options of the sample with values (d,) of the varied quantities."""
+        """Return the options of ``simulate`` for the sample with values (d,) of the varied quantities, in the order of
+        items. Includes parameters, inputs, laws of inputs and the initial state that differ from the common options."""
         by_block: dict[str, dict[str, float]] = {}
         for item, value in zip(self.items, values.tolist(), strict=True):
             by_block.setdefault(item.block, {})[item.name] = value

@@ -12,7 +12,8 @@ _ROOMS: dict[str, WorkerState] = {}
 
 
 class SourceDelivery(WorkerPlugin):
-    """Brings a shipment to each worker once, also to workers that join later, and removes it at the end."""
+    """Plugin of Dask that brings the source of an ensemble's samples to each worker, also to workers that join later,
+    and removes it at the end."""
 
     def __init__(self, shipment: RemoteSource) -> None:
         self._shipment = shipment

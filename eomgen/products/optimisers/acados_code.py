@@ -76,7 +76,7 @@ class AcadosFunctions:
 
 @dataclass(frozen=True)
 class _Sizes:
-    """Sizes of the arguments of acados.
+    """Numbers of the arguments x, u, z and p of acados' functions, with the family of these functions.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ class _Sizes:
     p: int
 
     def dense(self, texts: Texts, *names: str) -> list[dict[str, Any]]:
-        """Return inputs that are full vectors or matrices."""
+        """Return the descriptions of inputs that are full vectors or matrices, by their names in acados."""
         sizes = {"x": (self.x, 1), "xdot": (self.x, 1), "u": (self.u, 1), "z": (self.z, 1), "p": (self.p, 1)}
         sizes |= {"Sx": (self.x, self.x), "Su": (self.x, self.u), "lam": (self.x, 1)}
         sizes["multiplier"] = self.x + self.z, 1
@@ -145,7 +145,8 @@ def _expl_ode_hess(sizes: _Sizes, texts: Texts) -> dict[str, Any]:
 
 
 def _implicit(sizes: _Sizes, texts: Texts, blocks: Sequence[str], *, value: bool = True) -> dict[str, Any]:
-    """Return values, if asked for, and sparse blocks of the Jacobian."""
+    """Return the description of a function of the implicit equations: its values, unless `value` is false, and then
+    sparse blocks of the Jacobian in the arguments `blocks`."""
     equations, outputs, gathered = sizes.family.known_equations, [], []
     if value:
         outputs.append(texts.argument("f", dense(sizes.x + sizes.z)))
@@ -159,7 +160,8 @@ def _implicit(sizes: _Sizes, texts: Texts, blocks: Sequence[str], *, value: bool
 
 
 def _impl_dae_hess(sizes: _Sizes, texts: Texts) -> dict[str, Any]:
-    """Return the entry of acados' function for the Hessian of the implicit equations times multipliers."""
+    """Return the description of acados' function for the Hessian of multipliers times the implicit equations, as one
+    sparse symmetric matrix in (x, xdot, z, u)."""
     lower = sizes.family.known_equations.lower
     width, off = sizes.family.known_equations.width, lower.rows != lower.columns
     rows, columns = (
@@ -210,9 +212,7 @@ _DISCRETE: _Entries = {
 
 def implicit(program: Program, functions: Sequence[Exported]) -> Equations | None:
     """Return 0 = (qdot - v, residual, zdot - rates, accelerations of constraints) in (x, xdot, z, u), x = (q, v, z).
-
-    The variables z of acados are the multipliers of the constraints.
-    """
+    The variables z of acados are the multipliers of the constraints. None without the functions that are needed."""
     nq, nv, states, rows = program.input_size("q"), *(program.sizes[name] for name in ("v", "z", "lam"))
     by_name, nx = {function.name: function for function in functions}, nq + nv + states
     needed = [*(("residual",) if rows else ("inverse_dynamics",)), *(("internal_rate",) if states else ())]
@@ -227,12 +227,13 @@ def implicit(program: Program, functions: Sequence[Exported]) -> Equations | Non
 
 
 def families(program: Program, method: str | None) -> list[AcadosFunctions]:
-    """Return the functions of acados that a model has; ``method``: of discrete steps.
+    """Return the families of acados' functions that a model has: explicit, implicit, discrete; ``method``: of discrete
+    steps.
 
     Raises
     ------
     ModelError
-        A model without any: with sampled states, or with angles that are counted over turns.
+        A model with sampled states, or with angles that are counted over turns.
     """
     if names := program.angles:
         fault = f"acados integrates states that are smooth, and the turns of {', '.join(names)} are counted [E0935]"
@@ -249,20 +250,20 @@ def families(program: Program, method: str | None) -> list[AcadosFunctions]:
 
 
 def _model_files(program: Program, prefix: str, names: Sequence[str]) -> dict[str, str]:
-    """Return the C of some functions of a model under a prefix."""
+    """Return the C files of the functions `names` of a model under a prefix, text by name."""
     kept = tuple(function for function in program.functions if function.name in {*names, "base"})
     whole = generate_files(replace(program, prefix=prefix, functions=kept, uniform=True))
     return {name: text for name, text in whole.items() if name not in ("main.c", "README.md", MANIFEST)}
 
 
 def _file(ending: str, shared: Mapping[str, Any], firsts: Iterable[str], seconds: Iterable[str]) -> str:
-    """Return a file of acados.
+    """Return the text of one C file of acados.
 
     Parameters
     ----------
-    ending : of the name
-    shared : names for the template that all files of the family have
-    firsts, seconds : files of the model's functions and their first derivatives, and of second derivatives
+    ending : of the name, such as ``expl_ode_fun``
+    shared : values for the template that all files of the family have
+    firsts, seconds : names of files with the model's functions and first derivatives, and with second derivatives
     """
     family, sizes, texts = shared["family"], shared["sizes"], Texts()
     entry, second = family.entries[ending](sizes, texts), ending.endswith("_hess")
@@ -279,7 +280,9 @@ def _file(ending: str, shared: Mapping[str, Any], firsts: Iterable[str], seconds
 
 
 def files_of(program: Program, method: str | None) -> dict[str, str]:
-    """Return the folder of a Program: files of acados, the model's C, a Python module, README.md and the manifest."""
+    """Return the folder of a Program for acados, text by name: C of acados' functions and of the model, a Python
+    module, README.md and the manifest. Raises UsageError if the terms have no dynamics, and ModelError as
+    ``families``."""
     made, prefix = families(program, method), program.prefix
     if not made:
         fault = "no dynamics for acados are among the terms [E0937]"
@@ -327,7 +330,8 @@ def files_of(program: Program, method: str | None) -> dict[str, str]:
 
 
 def needed_terms(terms: Sequence[str] | None) -> list[str]:
-    """Return the terms that the folder needs: of the named functions, all that there are by default.
+    """Return the terms of a model that the folder needs: each named function with first and second derivatives, and
+    rates of internal states; all that there are by default.
 
     Raises
     ------

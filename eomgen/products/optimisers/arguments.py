@@ -32,7 +32,9 @@ def arguments_of(name: str) -> list[str]:
 def run_arguments(
     q: Array, v: Array, parameters: object, inputs: object, array: Callable[[str, Any], Array]
 ) -> dict[str, Any]:
-    """Return the arguments of a run in which derivatives are taken, nested; ``array`` makes each. Raises UsageError."""
+    """Return the arguments of a run in which derivatives are taken: ``q`` and ``v``, or None, and ``parameters`` and
+    ``inputs`` by name. `array` makes an array from a name and a value. Raises UsageError for parameters or inputs that
+    are no mapping."""
     arguments: dict[str, Any] = {"q": None if q is None else array("q", q), "v": None if v is None else array("v", v)}
     for block, values in (("parameters", parameters), ("inputs", inputs)):
         if not (values is None or isinstance(values, Mapping)):
@@ -91,7 +93,8 @@ class ModelArguments:
             raise ModelError(Problem(self.place, fault, hint))
 
     def parameters(self, named_values: Mapping[str, Any], array: Callable[[str, Any], Array]) -> list[Array]:
-        """Return the tunable parameters in order, from values by name; ``array`` makes each. Raises UsageError."""
+        """Return all tunable parameters in order, from some values by name and the scene's values. `array` makes each
+        from a name and a value. Raises UsageError for unknown names."""
         names = self.evaluator.parameter_names
         for name in named_values:
             if name not in names:
@@ -186,7 +189,8 @@ def gradient_in_components(arrays: Any, factors: Sequence[Factor], q: Array, gra
 
 
 def bracket(arrays: Any, d: Array) -> Array:
-    """Return the matrix of the bracket with d: (..., 3, 3) of a rotation, (..., 6, 6) of a pose, angular first."""
+    """Return the matrix of the Lie bracket [d, x] in x, for d (..., 3) of a rotation or (..., 6) of a pose, angular
+    part first. `arrays` is ``jax.numpy`` or ``torch``."""
     zero = arrays.zeros_like(d[..., 0])
 
     def crossing(x: Array) -> Array:

@@ -38,7 +38,7 @@ MOST_SECOND_DERIVATIVES = 20_000
 
 @dataclass
 class Texts:
-    """Sparsity patterns and integer tables of the generated C, equal ones declared once."""
+    """Sparsity patterns and integer tables of one generated C file, by number; equal ones are stored once."""
 
     patterns: list[tuple[int, ...]] = field(default_factory=list)
     tables: list[tuple[int, ...]] = field(default_factory=list)
@@ -58,7 +58,9 @@ class Texts:
     def component_derivatives(
         self, exported: Exported, first: bool = True, second: bool = True
     ) -> dict[str, Any] | None:
-        """Return the products that give first and second derivatives in the components of q, with numbers of tables."""
+        """Return the products that give derivatives in components of q, with their tables replaced by numbers and
+        sizes. None for functions without quaternions. `first` and `second`: whether tables of first and of second
+        derivatives are kept."""
         if exported.components is None:
             return None
         written = {name: first if name == "first" else second for name in exported.components["tables"]}
@@ -89,7 +91,8 @@ def symbol_of(program: Program, name: str) -> str:
 
 
 def _functions_of(program: Program, exported: Exported, texts: Texts) -> list[dict[str, Any]]:
-    """Return the functions of CasADi of one function: value, Jacobian, gradient, Hessian."""
+    """Return descriptions, for the template, of the functions of CasADi that belong to one function: value, Jacobian,
+    gradient, Hessian, and derivatives of rows. Patterns and tables are added to `texts`."""
     symbol, (output, rows) = symbol_of(program, exported.name), exported.output
     is_step = exported.name == "step"
     inputs = list[dict[str, Any]]()
@@ -153,8 +156,10 @@ def _functions_of(program: Program, exported: Exported, texts: Texts) -> list[di
 def _row_functions(
     exported: Exported, entry: Callable[..., dict[str, Any]], arguments: tuple[list[Any], Any, list[Any]], texts: Texts
 ) -> list[dict[str, Any]]:
-    """Return the CasADi functions for second derivatives of each row: derivatives along a direction, their Jacobians,
-    and the Jacobian of the Jacobian. Empty if there are many numbers, since these would be written as tables.
+    """Return descriptions of the CasADi functions for second derivatives of single rows: derivative along a direction,
+    its Jacobian, and the Jacobian of the Jacobian.
+
+    Empty if there are many numbers, since these would be written as tables.
 
     Parameters
     ----------
@@ -205,7 +210,8 @@ def _row_functions(
 
 
 class _Blocks:
-    """Blocks of a function's derivatives, in order."""
+    """Results of one CasADi function that are blocks of derivatives: sparsity (``outputs``) and origin of the numbers
+    (``blocks``) of each, in order."""
 
     def __init__(self, texts: Texts) -> None:
         self.texts = texts
@@ -247,11 +253,12 @@ class _Blocks:
         return [{name: self.texts.table(table) for name, table in tables.items()}] if count else []
 
     def add_sums(self, name: str, number: int, shape: tuple[int, int], numbers: Sequence[Places]) -> None:
-        """Note second derivatives of single rows that are multiplied by the direction ``number`` of a sum."""
+        """Note second derivatives of rows for the block `name`, multiplied by the direction of the argument `number`
+        and summed. `numbers` are as in ``add_rows``; ``end_sums`` adds the block."""
         self.sums.setdefault(name, []).append((number, *numbers))
 
     def end_sums(self, name: str, shape: tuple[int, int]) -> None:
-        """Add the block of the sums of this name."""
+        """Add the block (rows, columns) whose entries are the sums noted under this name."""
         rows, width = shape
         parts = self.sums[name]
         flat = np.unique(np.concatenate([row + rows * column for _, row, column, _, _ in parts]))
@@ -285,11 +292,12 @@ def exported_functions(program: Program) -> list[Exported]:
 
 
 def files_of(program: Program, method: str | None) -> dict[str, str]:
-    """Return the folder of a Program: the model's C, ``<prefix>_casadi.c``, README.md and the manifest.
+    """Return the files of a Program for CasADi, text by name: the model's C, ``<prefix>_casadi.c``, README.md, the
+    manifest. Raises UsageError if the terms name no function with derivatives.
 
     Parameters
     ----------
-    method : of the function ``step``
+    method : of the function ``step``; None: the default
     """
     program = twice_differentiated(program)
     functions = exported_functions(program)
@@ -344,7 +352,8 @@ def check_named(terms: Sequence[str] | None) -> None:
 
 
 def needed_terms(terms: Sequence[str] | None) -> list[str]:
-    """Return the terms that the folder needs: of the named functions, all that there are by default.
+    """Return the terms of a model that the folder needs: each named function with first and second derivatives. All
+    functions with derivatives by default, except functions that are written by name alone.
 
     Raises
     ------

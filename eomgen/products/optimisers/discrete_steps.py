@@ -70,7 +70,7 @@ class Slot(NamedTuple):
 
 
 class StepTerm(NamedTuple):
-    """factor h^power values, h the length of the step."""
+    """The term factor h^power times some values in a sum, with h the length of the step."""
 
     factor: float
     value: Slot
@@ -78,7 +78,15 @@ class StepTerm(NamedTuple):
 
 
 class ChainNode(NamedTuple):
-    """Number of a function, -1 of a sum; result; values of the arguments, or terms."""
+    """One operation of a step: a function of the chain, by number, or with the number -1 a sum.
+
+    Attributes
+    ----------
+    function : number in ``StepChain.functions``; -1 of a sum
+    result : values that the node computes
+    arguments : values of the function's arguments; empty of a sum
+    terms : of a sum; empty of a function
+    """
 
     function: int
     result: Slot
@@ -109,7 +117,7 @@ class ChainFunction(NamedTuple):
 
 
 class StepChain:
-    """A step as a chain of nodes.
+    """One step of a method as a chain of nodes on an array of numbered values.
 
     Parameters
     ----------
@@ -118,6 +126,14 @@ class StepChain:
     title : of the method
     along : arguments of differentiation in addition to x, among u, p, t and h
     unknowns : numbers of unknowns of implicit equations, by name
+
+    Attributes
+    ----------
+    values, unknowns : places of the arguments x, u, p, t, h, and of the unknowns, by name
+    nodes, functions : operations in order, and the functions that they call
+    equations : values that are zero in a solution
+    guesses : pairs of an unknown and the values with which its iteration begins
+    end : (q, v, z) at the end
     """
 
     def __init__(
@@ -128,7 +144,8 @@ class StepChain:
         along: Sequence[str],
         unknowns: Mapping[str, int],
     ) -> None:
-        """Number the arguments and unknowns of a step in one array of values."""
+        """Number the arguments of differentiation, the unknowns and the held arguments in one array of values, without
+        nodes."""
         self.program, self.model, self.title = program, functions, title
         self.nq, self.nv, self.nz = program.input_size("q"), program.sizes["v"], program.sizes["z"]
         self.nl, self.nx = program.sizes["lam"], program.input_size("q") + program.sizes["v"] + program.sizes["z"]
@@ -161,8 +178,9 @@ class StepChain:
         return slot
 
     def call(self, name: str, **slots: Slot) -> Slot:
-        """Return the result of a function of the model; inputs and parameters are the step's, and accelerations
-        and multipliers zero unless given."""
+        """Append the call of a function of the model, and return its result's values. `slots` are the values of its
+        arguments by block; inputs, parameters and time are the step's, and accelerations and multipliers zero unless
+        given."""
         exported = self.model[name]
         values = {**self.values, "a": self.zero.part(0, self.nv), "lam": self.zero.part(0, self.nl), **slots}
         return self._node(
@@ -179,7 +197,8 @@ class StepChain:
         return slot
 
     def sum(self, *terms: StepTerm, into: Slot | None = None) -> Slot:
-        """Return a sum."""
+        """Append a sum of terms of equal size, and return its values, new ones or `into`. No node is appended for size
+        0."""
         slot = self._new(terms[0].value.size) if into is None else into
         if slot.size:
             self.nodes.append(ChainNode(-1, slot, (), terms))
@@ -190,7 +209,7 @@ class StepChain:
         return self._new(size)
 
     def pad(self, part: Slot, start: int, size: int) -> Slot:
-        """Return values, zero but for some."""
+        """Return `size` values that are zero but for `part` from the index `start` on; part itself if of that size."""
         if part.size == size:
             return part
         whole = self.room(size)
@@ -204,7 +223,10 @@ class StepChain:
         return self.sum(StepTerm(1.0, self.values["t"]), StepTerm(share, self.one, 1))
 
     def _by_factor(self, name: str, size: int, first: Slot, second: Slot, *, of_q: bool) -> Slot:
-        """Return a function of a group for each rotation and pose; of plain numbers the sum, or the second argument."""
+        """Append a function of the group for each rotation and pose of the configuration, and return the values of all
+        factors. `first` has components of q, or with `of_q` false of v, `second` of v. For plain numbers the result is
+        the sum, or without `of_q` the second argument. `name` is of ``group_functions``, `size` the number of
+        results."""
         result = self._new(size)
         for factor in self.program.factors:
             coordinates = int(factor["q_start"]), int(factor["q_size"])
@@ -238,7 +260,7 @@ class StepChain:
         return self._by_factor(name, self.nv, increment, vector, of_q=False)
 
     def ends_with(self, q: Slot, v: Slot, z: Sequence[StepTerm]) -> None:
-        """Set the end of the step."""
+        """Set the end of the step from q, v and a sum of terms for z."""
         self.end = self._new(self.nx)
         self.sum(StepTerm(1.0, q), into=self.end.part(0, self.nq))
         self.sum(StepTerm(1.0, v), into=self.end.part(self.nq, self.nv))
@@ -286,7 +308,8 @@ class StepChain:
 
     @cached_property
     def first(self) -> dict[str, int]:
-        """Places of the parts of the memory, after the Jacobian and the Hessian of the step; ``work``: the size."""
+        """Index of the first number of each part of the memory, behind the step's Jacobian and Hessian; ``work``: the
+        size of all."""
         widest = max((sum(function.exported.sizes.values()) for function in self.functions), default=0)
         scratch = max((function.exported.work for function in self.functions), default=0)
         parts = {"end": self.nx, "W": self.count, "D": self.count * self.nn, "J": self.numbers, "scratch": scratch}
@@ -296,7 +319,8 @@ class StepChain:
         return dict(zip((*parts, "work"), places, strict=True))
 
     def export(self) -> Exported:
-        """Return the step with the patterns of both derivatives, by the chain rule on structural nonzeros."""
+        """Return the step as a function with the patterns of its Jacobian and Hessian, by the chain rule on structural
+        nonzeros; of implicit steps with the inverse of the equations' Jacobian."""
         ny, along = self.ny, np.zeros((self.count, self.nn), bool)
         along[: self.nn] = np.eye(self.nn, dtype=bool)
         second = np.zeros((self.nn, self.nn), bool)
@@ -339,11 +363,9 @@ class StepChain:
 
 
 def inverse_pattern(matrix: Nonzero) -> Nonzero:
-    """Return the nonzeros of the inverse of a matrix with these nonzeros and otherwise any numbers.
-
-    With rows in an order that makes the diagonal nonzero, an entry of the inverse is nonzero if a path of nonzeros
-    leads from the row to the column.
-    """
+    """Return the nonzeros of the inverse of a square matrix with these nonzeros and otherwise any numbers. All are
+    nonzero if the matrix is singular by structure. With rows in an order that makes the diagonal nonzero, an entry of
+    the inverse is nonzero if a path of nonzeros leads from the row to the column."""
     size = len(matrix)
     owner = [-1] * size  # column -> row
 
@@ -391,20 +413,23 @@ def why_no_step(program: Program) -> str:
 def chain_of(
     program: Program, functions: Sequence[Exported], method: str | None, along: Sequence[str]
 ) -> StepChain | None:
-    """Return one step of a method, or None of a model whose functions do not suffice, or with sampled states or angles
-    that are counted over turns, if no method is asked for.
+    """Return one step of a method as a chain of functions.
+
+    None, if no method is named, of a model whose functions do not suffice, or with sampled states or angles that are
+    counted over turns.
 
     Parameters
     ----------
+    functions : of the model, with derivatives
     method : name; None: ``default_method``
     along : arguments of differentiation in addition to x, among u, p, t and h
 
     Raises
     ------
     UsageError
-        A method without such steps, or none of this model.
+        A method without such steps, or none of this model; terms that the steps need are missing.
     ModelError
-        A method is asked for, and no step of the model is a function of the state.
+        A method is named, and no step of the model is a function of the state.
     """
     reason = why_no_step(program)
     if reason and method is not None:
@@ -440,7 +465,8 @@ def chain_of(
 
 
 def _reason(method: Any, recorded: bool, rows: int, holonomic: int) -> str:
-    """Return why no step of a method is recorded, as the end of a message."""
+    """Return why steps of a method have no derivatives in C, as the end of a message; empty if no reason is known.
+    `recorded`: whether they have them for scenes of another kind; `rows` and `holonomic` count constraints."""
     if recorded:  # for scenes of another kind
         kind = "constraints on positions" if holonomic else "constraints" if rows else "no constraints"
         return f" for scenes with {kind}"
@@ -452,7 +478,7 @@ _Functions = Mapping[str, Exported]
 
 
 def _runge_kutta(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> StepChain:
-    """Return a step of an explicit Runge-Kutta method in the Lie algebra, whose increments start at zero."""
+    """Return the chain of an explicit Runge-Kutta step in the Lie algebra, whose increments start at zero."""
     chain = StepChain(program, functions, method.title(constrained=False), along, {})
     slopes: list[tuple[Slot, Slot, Slot]] = []
 
@@ -476,7 +502,8 @@ def _runge_kutta(program: Program, functions: _Functions, method: Any, along: Se
 
 
 def _composition(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> StepChain:
-    """Return a step of a symplectic composition of kicks and drifts."""
+    """Return the chain of a step of a symplectic composition of kicks and drifts. Raises ModelError if accelerations
+    depend on velocities."""
     accelerations = functions["forward_dynamics"]
     of_v = accelerations.slices.get("v", slice(0, 0))
     if np.any((of_v.start <= accelerations.jacobian.columns) & (accelerations.jacobian.columns < of_v.stop)):
@@ -494,10 +521,9 @@ def _composition(program: Program, functions: _Functions, method: Any, along: Se
 
 
 def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> StepChain:
-    """Return a step of generalized-alpha from (q, v, z), with accelerations that are consistent at the start.
-
-    Constraints on positions have the stabilised form: positions and velocities at the end meet the constraints.
-    """
+    """Return the chain of a step of generalized-alpha from (q, v, z), with accelerations that are consistent at the
+    start. Constraints on positions have the stabilised form: positions and velocities at the end meet the constraints.
+    Unknowns are consistent accelerations at a few times, then vdot, multipliers and internal states at the end."""
     step: LinearStep = method.linear_step
     nv, nz, rows = program.sizes["v"], program.sizes["z"], program.sizes["lam"]
     holonomic = program.sizes["holonomic"]
@@ -553,7 +579,9 @@ def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence
 def _add_rates(
     chain: StepChain, step: LinearStep, rates: Sequence[Slot], rate_share: float, end: Mapping[str, Slot]
 ) -> None:
-    """Add the equations of internal states at the end of a step of generalized-alpha."""
+    """Add the equations of internal states at the end of a generalized-alpha step to the chain. `rates` are the rates
+    at the start and further times, `rate_share` the time of the algorithmic rate in shares of a step, and `end` has the
+    values at the end by block."""
     m, f, gamma = step.rate_alpha_m, step.alpha_f, step.rate_gamma
     of_start = 1.0 - gamma - gamma * m / (1.0 - m)  # of the algorithmic rate at the start
     rate = chain.rate_of_states(**end)
@@ -565,7 +593,8 @@ def _add_rates(
 
 
 def _predict(chain: StepChain, start: Mapping[str, Slot], k: int, part: float) -> dict[str, Slot]:
-    """Return the state a part of the step after the start, with the accelerations of the start."""
+    """Return q, v and z at the share `part` of a step after the start, by the accelerations of the start, as values by
+    block. `start` has the values at the start, `k` is the number of the time, for the unknown of z."""
     moved = chain.sum(StepTerm(part, chain.v, 1), StepTerm(0.5 * part * part, start["a"], 2))
     state = {"q": chain.update(chain.q, moved), "v": chain.sum(StepTerm(1.0, chain.v), StepTerm(part, start["a"], 1))}
     return state | ({"z": _predicted_states(chain, start, chain.unknowns[f"z_{k}"], part)} if chain.nz else {})
@@ -592,11 +621,10 @@ def _components_of_positions(program: Program, functions: _Functions) -> list[in
 
 
 def _stabilise(chain: StepChain, weighed: Sequence[int]) -> Slot:
-    """Return W B^T eta at the start of a step, W = diag(1/M_ii), zero for components without such constraints.
-
+    """Return W B^T eta at the start of a step, (nv,), W = diag(1/M_ii), zero for components without such constraints.
     The residual is linear in accelerations and multipliers, so M e_i x_i and B^T eta are differences of residuals, and
-    M_ii x_i = (B^T eta)_i are equations of unknowns x. A component without inertia has the weight 1, as in the stepper.
-    """
+    M_ii x_i = (B^T eta)_i are equations of unknowns x, which are added. A component without inertia has the weight 1,
+    as in the stepper. `weighed` are the components with constraints."""
     eta, shift, nv = chain.unknowns["eta"], chain.unknowns["shift"], chain.nv
     exported = chain.model["residual"]
     first = exported.slices["a"].start if "a" in exported.slices else exported.jacobian.shape[1]
@@ -618,8 +646,8 @@ def _stabilise(chain: StepChain, weighed: Sequence[int]) -> Slot:
 
 
 def _variational(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> StepChain:
-    """Return a step of RATTLie, with momenta along half an increment each, and impulses of the constraints at both
-    ends."""
+    """Return the chain of a RATTLie step: momenta are moved along half an increment from each end to the middle, and
+    constraints have impulses at both ends. Unknowns are mean velocity, velocity at the end, both impulses and z."""
     nv, nz, rows = program.sizes["v"], program.sizes["z"], program.sizes["lam"]
     unknowns = {"mean": nv, "first": rows, "v": nv, "last": rows, "z": nz}
     chain = StepChain(program, functions, method.title(constrained=True), along, unknowns)

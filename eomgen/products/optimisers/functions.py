@@ -35,7 +35,7 @@ class Pattern:
     places: Places
 
     def block(self, rows: slice, columns: slice) -> Pattern:
-        """Return the block of some rows and columns."""
+        """Return the pattern of a block of the matrix, with rows and columns counted from its corner; places stay."""
         inside = (rows.start <= self.rows) & (self.rows < rows.stop)
         inside &= (columns.start <= self.columns) & (self.columns < columns.stop)
         shape = rows.stop - rows.start, columns.stop - columns.start
@@ -63,7 +63,8 @@ def column_order(shape: tuple[int, int], rows: Places, columns: Places, places: 
 
 
 def symmetric(width: int, low: Places, left: Places) -> Pattern:
-    """Return the pattern of a symmetric matrix from rows and columns of its lower triangle, in both triangles."""
+    """Return the pattern of both triangles of a symmetric matrix from rows `low` and columns `left` of its lower
+    triangle. Places are the indices of the nonzeros in the lower triangle."""
     numbers, off = np.arange(len(low)), low != left
     rows, columns = np.concatenate([low, left[off]]), np.concatenate([left, low[off]])
     return column_order((width, width), rows, columns, np.concatenate([numbers, numbers[off]]))
@@ -125,7 +126,9 @@ class Exported:
 
 
 def plain(program: Program, name: str) -> Exported:
-    """Return a function of the model, whose derivatives are functions of the model."""
+    """Return the function `name` of a model with the patterns of its first and second derivatives. Derivatives are in
+    components of q if the configuration has rotations; arguments on which neither value nor derivatives depend are left
+    out."""
     function = program.function(name)
     terms = [term for term in (name, f"{name}_derivatives", f"{name}_hessian") if term in program.function_names]
     taken = {block for term in terms for block in program.function(term).inputs}
@@ -174,7 +177,7 @@ class _Map:
 
 
 def _map_of(program: Program, rest: int) -> _Map:
-    """Return the map of a configuration, and of ``rest`` further arguments."""
+    """Return the map from components of q, and of `rest` further arguments, to directions of v and these arguments."""
     result = _Map({}, [], [], 1, 0)
     for factor in program.factors:
         q, v, group = int(factor["q_start"]), int(factor["v_start"]), str(factor["group"])
@@ -249,13 +252,15 @@ def in_components(program: Program, tangent: Exported) -> Exported:
 def _collect(
     products: Iterable[tuple[tuple[int, int], int, int]],
 ) -> tuple[dict[tuple[int, int], int], list[tuple[int, int, int]]]:
-    """Return the numbers of the places of a matrix, and (number, factor, factor) of each product that is added."""
+    """Return numbers for the distinct (row, column) of products, by first use, and (number, left, right) for each
+    product. A product is given as ((row, column), left, right)."""
     known: dict[tuple[int, int], int] = {}
     return known, [(known.setdefault(entry, len(known)), left, right) for entry, left, right in products]
 
 
 def _columns(program: Program, sizes: Mapping[str, int]) -> Places:
-    """Return the column of each direction of ``ARGUMENTS``, -1 for none."""
+    """Return for each direction of all arguments in the order of ``ARGUMENTS`` its column among the arguments in
+    `sizes`, -1 for arguments that are not there. q has as many directions as v."""
     every = {block: 1 if block == "t" else program.input_size({"q": "v"}.get(block, block)) for block in ARGUMENTS}
     start, column, places = 0, 0, np.full(sum(every.values()), -1)
     for block, size in every.items():
@@ -303,6 +308,11 @@ class Equations:
     functions : (function, first row, sign) of each function
     places : first column of each of q, v, a, z, lam, u, p and t in which the rows are differentiated
     implicit : whether rows of rates are xdot less the rate, xdot in the columns after x
+
+    Attributes
+    ----------
+    parts : rows that are one function
+    jacobian, lower : patterns of the Jacobian, and of the Hessian's lower triangle
     """
 
     def __init__(
@@ -314,7 +324,7 @@ class Equations:
         *,
         implicit: bool = False,
     ) -> None:
-        """Collect the rates of q and the rows of the functions, with the places of results and derivatives."""
+        """Collect the rows of all functions and the patterns of both derivatives."""
         self.nq, self.nv, self.nz = program.input_size("q"), program.sizes["v"], program.sizes["z"]
         self.nx = self.nq + self.nv + self.nz
         self.sizes = dict(sizes)
@@ -349,7 +359,8 @@ class Equations:
         self.jacobian, self.lower = self._jacobian(linear), self._lower()
 
     def _jacobian(self, linear: Sequence[tuple[int, int, int]]) -> Pattern:
-        """Return the Jacobian of the parts, and of (row, column, sign) of rates that are single arguments."""
+        """Return the pattern of the Jacobian of all rows. `linear` has (row, column, sign) of rates that are single
+        arguments."""
         first, places = 0, list[tuple[Any, ...]]()
         for part in self.parts:
             jacobian = part.function.jacobian
@@ -360,7 +371,8 @@ class Equations:
         return _gather((self.height, self.width), places)
 
     def _lower(self) -> Pattern:
-        """Return the lower triangle of the Hessian of the parts."""
+        """Return the pattern of the lower triangle of the Hessian of weighted rows, in the arguments of
+        differentiation."""
         first, places = 0, list[tuple[Any, ...]]()
         for part in self.parts:
             hessian = part.function.lower
@@ -399,10 +411,12 @@ def _gather(shape: tuple[int, int], parts: Sequence[tuple[Any, ...]]) -> Pattern
 
 
 def rates(program: Program, functions: Sequence[Exported], along: Sequence[str]) -> Equations | None:
-    """Return the rates of x = (q, v, z), None of a model without forward dynamics.
+    """Return the rates of x = (q, v, z) as equations; None with sampled states, or without the functions that are
+    needed.
 
     Parameters
     ----------
+    functions : of the model, with derivatives
     along : arguments in which rates are differentiated in addition to x, among u, p and t
     """
     nq, nv, nz = program.input_size("q"), program.sizes["v"], program.sizes["z"]
@@ -424,7 +438,7 @@ def rates(program: Program, functions: Sequence[Exported], along: Sequence[str])
 
 
 def exported_group_function(function: GroupFunction) -> Exported:
-    """Return a function of a group with patterns."""
+    """Return a function of rotations or poses in the form of the model's functions, with patterns of derivatives."""
     width = sum(function.sizes.values())
     rows, columns = np.array(function.jacobian).T
     low, left = np.array(function.hessian).T

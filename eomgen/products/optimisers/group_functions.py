@@ -87,7 +87,8 @@ _FUNCTIONS: Mapping[str, tuple[tuple[str, str], str, Callable[..., list[Value]]]
 
 @cache
 def group_function(name: str, group_name: str) -> GroupFunction:
-    """Return a function of a group.
+    """Return a function of rotations or poses with both derivatives, as statements in C; made once for each pair of
+    names.
 
     Parameters
     ----------

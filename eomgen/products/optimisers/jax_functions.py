@@ -314,7 +314,8 @@ class JaxFunctions:
         return self._jax.numpy.stack(self._scene.parameters(values, self._array))
 
     def _array(self, name: str, value: Any) -> Array:
-        """Return an array of float64."""
+        """Return an argument as a JAX array of float64. Raises UsageError for complex numbers, no numbers, or JAX set
+        to float32."""
         _check_precision(self._jax)
         try:
             array = self._jax.numpy.asarray(np.array(value) if value is None else value)
@@ -325,7 +326,8 @@ class JaxFunctions:
         return array.astype(float)
 
     def _inputs(self, arguments: Mapping[str, Any]) -> Array:
-        """Return the inputs that the formulas of the scene give at t, whose derivatives are refused."""
+        """Return the inputs (nu,) that the formulas of the scene give at t and the parameters among arguments; zero
+        without formulas. Derivatives of these inputs are refused."""
         if "inputs" not in self._scene.evaluator.functions:
             return np.zeros(self._scene.sizes["u"])
         jnp = self._jax.numpy
@@ -353,7 +355,8 @@ class JaxFunctions:
         return self._calls[term]
 
     def _samples(self, sizes: Mapping[str, int]) -> list[Array]:
-        """Return arguments of some samples near the initial state, (samples, size) each, to compare lanes with."""
+        """Return arguments of some samples near the initial state, (samples, size) each, in the order of `sizes`, the
+        sizes by block. Results of lanes are compared with results of the model at these."""
         generator = np.random.default_rng(1)
         values = {block: generator.uniform(-0.5, 0.5, (_COMPARED, size)) for block, size in sizes.items()}
         fixed = {"t": np.zeros(1), "p": self._scene.defaults["p"], "q": self._scene.evaluator.initial_q}
@@ -370,10 +373,9 @@ class JaxFunctions:
         return functions.sizes["weights"]
 
     def _differentiable(self, name: str) -> Callable[..., Array]:
-        """Return a term as a function of the arguments in the order of ``ARGUMENTS``, with two derivatives.
-
-        Tangents are of one sample: ``_primitive`` maps these over batches.
-        """
+        """Return the term `name` as a function of JAX arrays in the order of ``arguments_of``, with first and second
+        derivatives. Third derivatives raise UsageError. Tangents are of one sample: ``_primitive`` maps these over
+        batches."""
         jnp, blocks = self._jax.numpy, arguments_of(name)
         sizes = self._scene.directions(ARGUMENTS)
         firsts = dict(zip(sizes, np.cumsum([0, *sizes.values()]).tolist(), strict=False))
@@ -468,7 +470,7 @@ class JaxFunctions:
 
 
 class _Function:
-    """A term as a function of JAX arrays.
+    """A term as a function of JAX arrays, with its rule of derivatives.
 
     Parameters
     ----------
@@ -491,7 +493,8 @@ class _Function:
         return sum(self._terms(self._name).outputs[:1])  # none of a term without nonzeros
 
     def values(self, package: Any, arguments: Sequence[Array]) -> Array:
-        """Return the values of arguments; a moving base follows the law of the scene."""
+        """Return the values (..., size) of the term at arguments (..., size) in order; a moving base follows the law of
+        the scene. `package` is JAX."""
         blocks, call = dict(zip(self._blocks, arguments, strict=True)), self._terms(self._name)
         if "base" in call.inputs:
             base = self._terms("base")
@@ -506,10 +509,9 @@ def _leading(arguments: Iterable[Array]) -> tuple[int, ...]:
 
 @functools.cache
 def _primitive() -> Any:
-    """Return the primitive of JAX for all functions of all models.
-
-    Rules of ``custom_jvp`` are lost in reverse derivatives of ``lax.scan``, and the ones of a primitive are not.
-    """
+    """Return the primitive of JAX, made once, that evaluates all functions of all models, with rules for batches and
+    tangents. Rules of ``custom_jvp`` are lost in reverse derivatives of ``lax.scan``, and the rules of a primitive are
+    not."""
     package = _package()
     core, ad, batching, mlir = (
         import_module(f"jax.{name}")
@@ -549,7 +551,8 @@ def _primitive() -> Any:
 
 
 def _map(package: Any, function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function mapped over the first axis of all arguments; axes of length 1 are constant."""
+    """Return a function that maps another over the first axis of all arguments; axes of length 1 count as constant. If
+    all are constant, the result has an axis of length 1 as well."""
 
     def map_arguments(*arguments: Array) -> Any:
         constant = [argument.shape[0] == 1 for argument in arguments]
@@ -571,13 +574,18 @@ def _refusal(where: str, fault: str, remedy: str) -> Callable[..., Any]:
 
 
 class _TermCall:
-    """One term of a model for XLA.
+    """One compiled term of a model as a call from programs of JAX.
 
     Parameters
     ----------
     functions : of the model
     term : name
-    samples : function that returns arguments by sizes, to compare lanes with
+    samples : function from sizes by block to arguments, at which lanes are compared with the model
+
+    Attributes
+    ----------
+    inputs, outputs : names of the arguments, sizes of the results
+    address : of the C description of the term, which programs of JAX hold
     """
 
     def __init__(self, functions: Functions, term: str, samples: Callable[[Mapping[str, int]], list[Array]]) -> None:
@@ -630,7 +638,8 @@ class _TermCall:
         choice: Choice,
         _: RunningCompilers,
     ) -> None:
-        """Compile the term in lanes, and use the lanes if they have the bits of the model and are faster."""
+        """Compile the term in lanes, and use the lanes from then on if they have the bits of the model and are faster.
+        `operations` counts the operations of a call. Failures are logged, and leave the term without lanes."""
         lanes = LaneCompanions.of(self._library)
         try:
             companion = lanes.expect(term, operations, _COMPARED, Choice.NOW)
@@ -661,7 +670,8 @@ def _check_precision(package: Any) -> None:
 
 @functools.cache
 def _package() -> Any:
-    """Return JAX, with the handler registered."""
+    """Return the package JAX, imported and with the C handler registered once. Raises UsageError if JAX is not
+    installed."""
     missing = Problem("jax", "the package jax is not installed [E0949]", "pip install 'eomgen[jax]'")
     package = optional_package("jax", missing)
     _, address = _handler()
@@ -671,7 +681,7 @@ def _package() -> Any:
 
 @functools.cache
 def _handler() -> tuple[Any, Any]:
-    """Return ``ffi``, and the address of the handler of calls."""
+    """Return cffi's ``ffi`` of the handler that XLA calls, and the handler's address; compiled at the first call."""
     package = import_module("jaxlib")
     header = import_module("jax").ffi.include_dir()
     text = environment().get_template("optimisers/xla.c.jinja")

@@ -30,8 +30,8 @@ class Runs:
     """
 
     def __init__(self, model: Model, options: Mapping[str, Any], nest: Mapping[str, Any]) -> None:
-        """Check the shapes of the arguments, and name the quantities by which a run is differentiated. Raises
-        UsageError."""
+        """Check the shapes of the arguments, and name the quantities by which runs are differentiated; no run is made
+        yet. Raises UsageError for wrong shapes."""
         self._model, self._options = model, options
         self.factors = model.evaluator.factors
         by = list(nest["parameters"])
@@ -68,7 +68,7 @@ class Runs:
         return result | {block: {name: next(remaining) for name in names} for block, names in self._names.items()}
 
     def learn_shapes(self, values: Mapping[str, Any]) -> None:
-        """Set ``columns`` and ``shape`` by the run of some values."""
+        """Make the run of some nested values, and set ``columns`` and ``shape`` of its table."""
         run, first = self._run(values), 0
         for name, array in run.outputs.items():
             size = int(np.prod(array.shape[1:], dtype=int))
@@ -77,7 +77,8 @@ class Runs:
         self.shape = len(run.t), first
 
     def _run(self, values: Mapping[str, Any]) -> Any:
-        """Return the run of some values, kept for the adjoint that follows."""
+        """Return the run with derivatives, of ``sensitivities``, for nested values; the last one is kept for its
+        adjoint."""
         parts = [values["q"], values["v"], *values["parameters"].values(), *values["inputs"].values()]
         key = b"".join(np.asarray(part).tobytes() for part in parts if part is not None)
         if self._last[1] is None or self._last[0] != key:
@@ -100,7 +101,8 @@ class Runs:
         return np.concatenate([array.reshape(len(array), -1) for array in run], axis=1)
 
     def gradient(self, values: Mapping[str, Any], weights: Any) -> dict[str, Any]:
-        """Return the gradient of weights . outputs, by one adjoint; in q left-trivialised."""
+        """Return the gradient of the sum of weights (rows, components) times outputs, by one adjoint, nested as the
+        values. In q it is left-trivialised, (nv,)."""
         run, table = self._run(values), np.asarray(weights)
         entries = dict(zip(run.by, run.gradients([self.by_output(table)])[0], strict=True))
         by_input = {

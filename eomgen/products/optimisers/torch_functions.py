@@ -242,7 +242,8 @@ class TorchFunctions:
         return package.stack(package.broadcast_tensors(*self._scene.parameters(values, self._array)), -1)
 
     def _broadcast(self, name: str, blocks: Mapping[str, Tensor]) -> list[Tensor]:
-        """Return tensors with equal leading axes. Raises UsageError for sizes that do not fit."""
+        """Return tensors by block with equal leading axes, in order; t has leading axes alone. Raises UsageError for
+        sizes that do not fit; `name` is the term, for messages."""
         package, leading = self._operators.package, dict[str, Any]()
         for block, tensor in blocks.items():
             if block == "t":
@@ -262,7 +263,8 @@ class TorchFunctions:
         return [tensor.expand((*shape, *tensor.shape[len(leading[block]) :])) for block, tensor in blocks.items()]
 
     def _inputs_of_scene(self, t: Tensor, p: Tensor) -> Tensor:
-        """Return the inputs that the formulas of the scene give at t, whose derivatives are refused."""
+        """Return the inputs (..., nu) that the formulas of the scene give at t (...) and parameters (..., np).
+        Derivatives of these are refused; zero without formulas."""
         if "inputs" not in self._scene.evaluator.functions:
             return t.new_zeros((*t.shape, self.inputs))
         inputs: Tensor = self._operators.inputs(self._number, "inputs", t, p)
@@ -366,7 +368,7 @@ class TorchFunctions:
         return self._tensor(_sums(products[..., order], np.bincount(pattern.rows, minlength=self._scene.sizes["v"])))
 
     def curvature(self, name: str, tensors: Sequence[Tensor], weights: Tensor, along: Tensor) -> Tensor:
-        """Evaluate the change of J^T weights . along in each direction, (..., directions).
+        """Evaluate the change of the scalar (J^T weights) . along, for a change of the arguments along each direction.
 
         The Hessian is the symmetric part of second derivatives on rotations: X_k X_j f = H_kj + [X_k, X_j] f/2.
 
@@ -426,13 +428,14 @@ class TorchFunctions:
         return self._operators.package.from_numpy(np.array(array, float))
 
     def _places(self, name: str, pattern: Sparsity) -> Any:
-        """Return the direction of each column of a pattern."""
+        """Return for each column of a pattern of derivatives its index among the directions of all arguments of the
+        term."""
         directions = self._scene.directions(arguments_of(name))
         firsts = dict(zip(directions, np.cumsum([0, *directions.values()]).tolist(), strict=False))
         return np.concatenate([firsts[block] + np.arange(directions[block]) for block in pattern.arguments]).astype(int)
 
     def _keywords(self, name: str, tensors: Sequence[Tensor]) -> dict[str, Any]:
-        """Return the arguments of a call of the model; arguments without numbers are left out."""
+        """Return the tensors of a term as arrays by keyword of the model's method; arguments of size 0 are left out."""
         arrays = {block: tensor.numpy(force=True) for block, tensor in zip(arguments_of(name), tensors, strict=True)}
         arrays["parameters"] = arrays.pop("p")
         return {block: array for block, array in arrays.items() if block == "t" or array.shape[-1]}
@@ -442,7 +445,7 @@ class TorchFunctions:
         return pattern, self._model.derivatives(name, **self._keywords(name, tensors), sparse=True)
 
     def _by_columns(self, name: str, pattern: Sparsity, products: Any) -> Tensor:
-        """Return the sums of the columns of a pattern, (..., directions)."""
+        """Return the sums of products (..., nonzeros) over the rows of each column of a pattern, (..., directions)."""
         result = np.zeros((*products.shape[:-1], self.size(name)))
         result[..., self._places(name, pattern)] = _sums(products, np.diff(pattern.starts))
         return self._tensor(result)
@@ -453,7 +456,8 @@ _MODELS: list[TorchFunctions] = []
 
 
 def _sums(products: Any, counts: Any) -> Any:
-    """Return the sums of consecutive products, (..., sums), by the number of products of each, which may be zero."""
+    """Return sums of consecutive products (..., products), as many for each as `counts` says, which may be zero: (...,
+    sums)."""
     result = np.zeros((*products.shape[:-1], len(counts)))
     filled = np.flatnonzero(counts)
     if len(filled):
@@ -473,7 +477,8 @@ class TorchOperators(NamedTuple):
 
 @functools.cache
 def _operators() -> TorchOperators:
-    """Return PyTorch with the operators. Raises UsageError without PyTorch."""
+    """Return PyTorch with operators for values, inputs of scenes and runs, with rules of derivatives and batches, made
+    once. Raises UsageError without PyTorch."""
     missing = Problem("torch", "the package torch is not installed [E0954]", "pip install 'eomgen[torch]'")
     package: Any = optional_package("torch", missing)
 

@@ -62,8 +62,17 @@ class Span:
 
 @dataclass(frozen=True)
 class ComparisonRun:
-    """Rows of a comparison run, parameters at the rows, events; reason for an early end, empty at the end or at an
-    event; counts of the stepper."""
+    """The result of a comparison run.
+
+    Attributes
+    ----------
+    rows : (n, width), none if the run cannot start
+    parameters : (np,), or (n, np), at the rows
+    stopped : reason for an early end; empty at the end and at an event that stops the motion
+    interrupted : whether Ctrl-C ended the run
+    events : of the run; None without events
+    statistics : counts of the stepper
+    """
 
     rows: Array
     parameters: Array
@@ -100,13 +109,15 @@ def comparison_run(
     every: int | None = None,
     progress: Progress | None = None,
 ) -> ComparisonRun:
-    """Run over a span with another step or tolerance; record rows at the common times of this run and the span.
+    """Return the result of a run over a span with another step or tolerance, with rows at times common to run and span.
 
     Parameters
     ----------
     multiple : ratio of the steps, as 2, 4 or 1/2; relative to the span if the run's step is longer than the span
+    tolerance : of the comparison run; None for the run's own
     largest : bound on the method's own steps, s, if it chooses them
     every : steps between the rows; by default the common rows
+    progress : called with (steps done, all steps)
     """
     model = run.model
     changed = {} if tolerance is None else {"tolerance": tolerance}
@@ -168,8 +179,17 @@ def planned_steps(run: Run, steps: int) -> int:
 
 
 class ComparedMotion(NamedTuple):
-    """Rows (n, width) of a run, its outputs at the rows, the reason if the run stopped early, its events, the times of
-    the events that changed the motion, s, and the counts of the stepper."""
+    """The motion of a run that is compared with another run.
+
+    Attributes
+    ----------
+    rows : (n, width)
+    outputs : values at the rows by name, (n, ...)
+    stopped : reason if the run stopped early; else empty
+    events : of the run; None without events
+    changes : (m,) s, times of the events that change the motion
+    statistics : counts of the stepper
+    """
 
     rows: Array
     outputs: Mapping[str, Array]
@@ -193,10 +213,16 @@ class MotionDifference(NamedTuple):
 
 
 class ComparisonRuns:
-    """Comparison runs of one run, and the difference between two motions.
+    """A run, and the comparison runs that are made of it when asked for.
 
     Attributes
     ----------
+    run : with settings, inputs and grid
+    span : the compared rows
+    own : the run's own motion at these rows
+    size : size of the motion, by which differences are divided
+    parts : of steps, as the stepper ends steps at jumps and samples
+    events : whether the library has events
     single : whether the run is in single precision
     last_place : the unit in the last place of 1
     rounding : the part of the motion that rounding may be
@@ -213,7 +239,9 @@ class ComparisonRuns:
         statistics: Mapping[str, int | float],
         at_rows: AtRows | None = None,
     ) -> None:
-        """Take the rows of a run, with the outputs, sizes and parts of steps by which other runs are compared."""
+        """Choose the compared rows of a run, and evaluate outputs, the size of the motion and the parts of steps there.
+        `rows` (n, width) are recorded, with parameters (np,) or (n, np); `progress` is called with (steps done, all
+        steps); `at_rows` returns outputs or energies at all rows if these are known, None: they are evaluated."""
         self.run, self._library, self._progress = run, library, progress
         self._recorded = rows, parameters
         self.events = "events" in library.layout["method"]
@@ -258,7 +286,8 @@ class ComparisonRuns:
         return SAME_TIME * self.step
 
     def beginning(self, count: int) -> ComparisonRuns:
-        """Return the comparison runs of the first rows, with errors relative to the motion of the whole run."""
+        """Return the comparison runs of the first `count` steps between rows, with errors relative to the whole run's
+        motion."""
         rows, parameters = (recorded[: count + 1] for recorded in self._recorded)
         parameters = parameters if self._recorded[1].ndim > 1 else self._recorded[1]
         first = ComparisonRuns(self.run, self._library, rows, parameters, self._progress, None, self.own.statistics)
@@ -266,10 +295,8 @@ class ComparisonRuns:
         return first
 
     def at(self, *, multiple: float = 1.0, tolerance: float | None = None, largest: float = math.inf) -> ComparedMotion:
-        """Return the motion with another step or tolerance, and own steps up to ``largest``, s.
-
-        Raises NoEstimateError if the run was interrupted.
-        """
+        """Return the motion of a run over the same span at a multiple of the step, another tolerance, or both.
+        `largest` bounds the steps that the method chooses, s. Raises NoEstimateError if the user interrupts the run."""
         before = self._steps
         self._steps += math.ceil(self.span.steps / multiple)
         report = progress_after(self._progress, before, max(self._all, self._steps))
@@ -288,7 +315,7 @@ class ComparisonRuns:
         return motion._replace(stopped=result.stopped, statistics=result.statistics)
 
     def same(self, apart: MotionDifference) -> bool:
-        """Return whether differences are rounding of a motion that is more than that."""
+        """Return whether all differences are below rounding although the run moves."""
         return not self.size.still and float(shares(apart.kinds, self.size).max(initial=0.0)) < self.rounding
 
     def same_count(self, other: ComparedMotion) -> bool:
@@ -305,11 +332,9 @@ class ComparisonRuns:
         return self.parts.ratio(self.step, multiple * self.step, times)
 
     def apart(self, first: ComparedMotion, second: ComparedMotion) -> MotionDifference:
-        """Return the differences of two motions at their common times.
-
-        Rows at an event that changes the motion are left out, since rounding decides on which side of the event a row
-        lies.
-        """
+        """Return the absolute differences of two motions by kind at their common times. Rows at an event that changes
+        the motion are left out, since rounding decides on which side of the event a row lies. Outputs without a finite
+        value in both motions differ by 0."""
         times = first.rows[:, 0], second.rows[:, 0]
         after = np.searchsorted(times[1], times[0] - self._same)
         result = np.flatnonzero(after < len(times[1]))

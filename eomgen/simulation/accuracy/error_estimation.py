@@ -95,7 +95,8 @@ class ErrorEstimation:
     progress: Progress | None = None
 
     def run_progress(self, run: Run, steps: int) -> Progress | None:
-        """Return the callback that reports the progress of the run, of which ``steps`` steps are left."""
+        """Return the callback that reports the progress of the run, whose total includes the planned comparison runs.
+        `steps` is the number of steps of the run that are left. None without a callback."""
         more = planned_steps(run, steps)
         return progress_after(self.progress, 0, run.grid.steps + more)
 
@@ -111,7 +112,10 @@ class ErrorEstimation:
         at_rows: AtRows | None = None,
         rates: Callable[[], FastestRates] | None = None,
     ) -> ErrorEstimate:
-        """Return the estimate for a run.
+        """Return the estimated discretisation error of a finished run, by runs of the same motion at other steps or
+        tolerances.
+
+        No error is raised: an estimate that cannot be made has ``available`` False and the reason.
 
         Parameters
         ----------
@@ -218,7 +222,7 @@ def _by_tolerance(runs: ComparisonRuns) -> ErrorEstimate:
 def _that_bounds(runs: ComparisonRuns, *, bound: bool) -> float:
     """Return the multiple of the step for a comparison run whose longest adaptive step is shorter than the intervals
     between jumps, samples or input rows, or without such bounds shorter than the run's own steps; 0 if the run would
-    need too many steps."""
+    need too many steps. `bound` says whether there are jumps, samples or input rows."""
     part = runs.step if runs.run.driven else (runs.parts.end - runs.parts.start) / (len(runs.parts.ends) + 1)
     if not bound:
         part = _largest_step(runs)
@@ -242,7 +246,9 @@ def _fixed_gain(gain: float, order: float) -> Array:
 
 
 def _by_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates] | None = None) -> ErrorEstimate:
-    """Estimate errors by runs at multiples of the step: 2 and 4 times, and shorter steps if these do not suffice."""
+    """Return the estimate from runs at 2 and 4 times the step, and from shorter steps if these do not suffice. `rates`
+    returns the fastest rates along the run; None if none are known. Raises NoEstimateError if the runs give no
+    estimate."""
     order = float(runs.run.method.order)
     halvings = runs.own.statistics.get("halvings", 0)
     if runs.span.steps == 1 or (halvings and runs.span.steps < _FEW_STEPS):
@@ -299,8 +305,10 @@ def _laws_within_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates] |
 
 
 def _with_first_rows(runs: ComparisonRuns, result: ErrorEstimate, order: float) -> ErrorEstimate:
-    """Return an estimate with the errors at the first rows of the run, which decays leave before the first compared
-    row."""
+    """Return an estimate of all rows with errors of the run's first rows put in front, from a run at half the step.
+    Errors that decay soon after the start are missing in `result`, whose compared rows are sparse. The largest
+    errors are taken over both. `order` is the method's order. `result` is returned if the run at half the step
+    stops."""
     first = runs.beginning(_FIRST_ROWS)
     shorter = first.at(multiple=0.5)
     apart = first.apart(first.own, shorter)
@@ -416,10 +424,9 @@ def _by_shorter_steps(runs: ComparisonRuns, order: float) -> ErrorEstimate:
 
 
 def _refinement(runs: ComparisonRuns, multiples: tuple[float, float, float]) -> float:
-    """Return the ratio of steps by which differences between three runs show an order: 2 if steps are doubled.
-
-    If parts of steps grow by other ratios r and s, the differences grow by r^p (s^p - 1) / (r^p - 1).
-    """
+    """Return the ratio of steps by which the differences between three runs show an order: 2 if steps are doubled.
+    `multiples` are the steps of the three runs as multiples of the run's step, increasing. If parts of steps grow by
+    other ratios r and s, the differences grow by r^p (s^p - 1) / (r^p - 1)."""
     order = float(runs.run.method.order)
     end = np.array([runs.parts.end])
     first, second, third = (float(runs.ratio(multiple, end)[0]) ** order for multiple in multiples)

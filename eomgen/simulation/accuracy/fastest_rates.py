@@ -55,8 +55,8 @@ _HALF_OF_DIGITS = math.ldexp(1.0, -_HALVINGS)
 
 
 class Rate(NamedTuple):
-    """A rate of the equations, 1/s, at a time, s, with the velocity or the kind of states in words; by default of a run
-    without decay and growth."""
+    """A rate of the equations, 1/s, at a time in s, with the name of its velocity or kind of states. The default stands
+    for a motion without decay and growth."""
 
     rate: float = 0.0
     time: float = math.nan
@@ -81,7 +81,9 @@ class FastestRates(NamedTuple):
 
 
 def fastest_rates(run: Run, rows: Array, parameters: Array) -> FastestRates:
-    """Return the fastest rates along a run.
+    """Return the fastest rates of decay and growth in the equations along a run.
+
+    Rates are 0 if the run has one row, or if the equations give no numbers at some state.
 
     Parameters
     ----------
@@ -126,7 +128,8 @@ class _RateSearch:
         return self._p if self._p.ndim == 1 else self._p[row]
 
     def _accelerations(self, row: int, v: Array) -> Array:
-        """Return accelerations at velocities (m, nv), all else as at a row."""
+        """Return accelerations (m, nv) at velocities (m, nv), with time, q, z, inputs and parameters of one row. The
+        remaining budget of evaluations falls by m."""
         states = self._states
         self._left -= len(v)
         with np.errstate(all="ignore"):
@@ -143,7 +146,9 @@ class _RateSearch:
     # -- laws within steps -----------------------------------------------------------------------------------------
 
     def _steepest(self) -> list[tuple[int, int]]:
-        """Return the steps, and the velocities, whose accelerations change most, relative to the velocities."""
+        """Return pairs of a step's first row and a velocity's column with the largest changes of acceleration in a
+        step. Changes are relative to the largest velocity of the column; steps at which the velocity passes zero come
+        first."""
         t, _, v, a, *_ = self._states
         size = np.abs(v).max(axis=0)
         kicks = np.abs(np.diff(np.where(np.isfinite(a), a, 0.0), axis=0)) * np.diff(t)[:, np.newaxis]
@@ -165,7 +170,10 @@ class _RateSearch:
         return reached
 
     def _within(self, step: int, column: int) -> tuple[Rate, Rate, Rate]:
-        """Return the decay to a level that holds the velocity, the growth, and the steepest slope within a step."""
+        """Return three rates of the slope of one acceleration over its velocity, within the step after row `step`.
+        These are the decay to a level that holds the velocity, the growth if the acceleration has both signs, and the
+        steepest slope of either sign. All are 0 if the budget is spent, if the velocity is held by constraints, or if
+        the slope is as steep at both ends."""
         none, v = Rate(), self._states.v
         if self._left < _HALVINGS:
             return none, none, none
@@ -201,7 +209,8 @@ class _RateSearch:
         )
 
     def _way(self, row: int, column: int) -> Array | None:
-        """Return the change of velocities, (nv,), along with one of them, on the tangent; None if it is held."""
+        """Return the change of all velocities, (nv,), on the tangent of the constraints if one of them changes by 1.
+        None if constraints hold this velocity."""
         basis = self._free_directions(row)
         way: Array = basis @ basis[column]
         return way / way[column] if way[column] > _HALF_OF_DIGITS else None
@@ -209,8 +218,9 @@ class _RateSearch:
     # -- eigenvalues at rows ---------------------------------------------------------------------------------------
 
     def _lasting(self, row: int) -> Rate | None:
-        """Return the decay at a row; if it is too fast for the method there, the slower decay of this row and the next:
-        a method is not stable if its steps stay in a steep law, and one step passes through a law at rest."""
+        """Return the decay of velocities at a row; None if it is not known. If it is too fast for the method there,
+        return the slower decay of this row and a neighbour: a method is unstable only if its steps stay in a steep law,
+        and one step passes through a law at rest."""
         here = self._at_row(row)
         if here is None or here.rate * self._run.settings["step"] <= self._run.method.real_stability:
             return here
@@ -219,8 +229,9 @@ class _RateSearch:
         return here if other is None else min(here, other, key=lambda one: one.rate)
 
     def _at_row(self, row: int) -> Rate | None:
-        """Return the fastest decay of velocities at a row, on the tangent of the constraints, from eigenvalues of the
-        accelerations' derivatives: by partials, or by central differences without partials."""
+        """Return the fastest decay of velocities at a row: the largest -Re of eigenvalues of da/dv on the tangent, or
+        0. Derivatives come from partials, or from central differences without partials. None if the budget of
+        evaluations is spent, or if the derivatives are not finite or missing."""
         model = self._model
         if self._left < 2 * model.nv and row:
             return None

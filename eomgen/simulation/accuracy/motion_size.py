@@ -68,7 +68,8 @@ def whole_turns(run: Run, rows: Array, parameters: Array) -> NDArray[np.bool_]:
 
 
 def _equations(run: Run, rows: Array, parameters: Array, place: int, shift: float) -> list[Array]:
-    """Return forces, rates and constraints at rows with one number of q shifted, (n, size) each."""
+    """Return forces, rates of internal states and constraints at rows (n, width) if q[place] is increased by `shift`. A
+    list of arrays (n, size), one for each of the functions that the model has; `parameters` are (np,), or (n, np)."""
     model = run.model
     t, q, v, a, _, z = states_of(rows, model)
     q[:, place] += shift
@@ -158,7 +159,7 @@ class MotionSize:
 
 
 def columns_of(model: CompiledModel, rows: Array) -> Kinds:
-    """Return rows (n, width) of the record as arrays by kind, which are views."""
+    """Return columns of recorded rows (n, width) by name: q, v, multipliers and z, as views (n, size)."""
     states = states_of(rows, model, views=True)
     return {"q": states.q, "v": states.v, "multipliers": states.multipliers, "z": states.z}
 
@@ -173,16 +174,18 @@ def components_of(model: CompiledModel) -> RunNames:
 def differences(
     model: CompiledModel, first: Array, second: Array, outputs: tuple[Mapping[str, Array], Mapping[str, Array]]
 ) -> Kinds:
-    """Return absolute differences between rows (n, width) of two runs; quaternions of either sign are the same
-    rotation."""
+    """Return absolute differences between rows (n, width) of two runs at the same times, as arrays (n, size) by kind.
+    Kinds are q, increment (the group difference, (n, nv)), v, z, multipliers and ``output.`` with each name; `outputs`
+    are the outputs of both runs at the rows. Quaternions of either sign are the same rotation."""
     return differences_of(model.factors, columns_of(model, first), columns_of(model, second), outputs)
 
 
 def differences_of(
     factors: Sequence[Factor], one: Kinds, other: Kinds, outputs: tuple[Mapping[str, Array], Mapping[str, Array]]
 ) -> Kinds:
-    """Return absolute differences between the columns of two runs, by kind; quaternions of either sign are the same
-    rotation."""
+    """Return absolute differences between the columns of two runs, by kind as in ``differences``. `one` and `other`
+    have q, v, z and multipliers as arrays (n, size), `outputs` the outputs of both runs at these rows. Quaternions of
+    either sign are the same rotation."""
     apart = {name: np.abs(one[name] - other[name]) for name in ("v", "z", "multipliers")}
     increment = product.difference(factors, one["q"], other["q"])
     apart["increment"] = np.abs(increment, out=increment)
@@ -326,10 +329,9 @@ def size_of(
 def _at_work(
     model: RunNames, column: Kinds, outputs: Sequence[tuple[str, Array]], inertial: Mapping[str, float]
 ) -> dict[str, float]:
-    """Return by unit the largest value of a run: of coordinates, velocities, inertial forces and outputs.
-
-    Forces and multipliers also count as moments at a lever of 1 m, and moments as forces.
-    """
+    """Return by unit the largest magnitude of coordinates, velocities, inertial forces, multipliers and outputs in a
+    run. `column` has arrays (n, size) by kind, `outputs` pairs of unit and values (n, ...), `inertial` the largest
+    inertial force by unit. Forces and multipliers also count as moments at a lever of 1 m, and moments as forces."""
     q, v = _largest(column["q"]), _largest(column["v"])
     of_units = [*zip(model.q_units, q.tolist(), strict=True), *zip(model.v_units, v.tolist(), strict=True)]
     of_forces = [(_FORCES[0], column["multipliers"]), *outputs]
@@ -347,8 +349,9 @@ def _largest(values: Array) -> Array:
 
 
 def shares(apart: Kinds, size: MotionSize, kinds: Sequence[str] = ("increment", "z")) -> Array:
-    """Return differences as fractions of the motion, (n, components of all these kinds); infinite if a difference is
-    not finite, or if coordinates or internal states rest in one run and move in the other run."""
+    """Return the differences of some kinds, divided by the size of the motion, side by side: (n, components of these
+    kinds). Infinite if a difference is not finite, or if coordinates or internal states rest in one run and move in the
+    other."""
     result = []
     for kind in kinds:
         with np.errstate(all="ignore"):
@@ -363,8 +366,9 @@ def shares(apart: Kinds, size: MotionSize, kinds: Sequence[str] = ("increment", 
 
 
 def _measure(size: Array, units: Sequence[str] = (), floor: Array | float = 0.0) -> Array:
-    """Return sizes for divisions: at least a part of the largest size of the unit, and at least the floor; infinite if
-    no component of the unit moves."""
+    """Return divisors (size,) for relative errors from the sizes of components. Each is at least a thousandth of the
+    largest size with the same unit (`units`; without units, of all), and at least the floor; infinite if both are
+    zero."""
     largest: dict[str, float] = {}
     for one, unit in zip(size.tolist(), units, strict=True) if units else ():
         largest[unit] = max(largest.get(unit, 0.0), one)
@@ -407,7 +411,9 @@ def _reach(q: Array, q_units: Sequence[str], units: Sequence[str]) -> Array:
 
 
 def _coordinate_sizes(model: RunNames, increment: Array) -> Array:
-    """Return the sizes of the components in q from the sizes of the increment; references of angles have size 1."""
+    """Return the sizes of the numbers in q, (nq,), from the sizes (nv,) of the increment. A joint coordinate has its
+    own size, a quaternion four times the size of the rotation, a position the size of its increment; other numbers have
+    size 1."""
     size = np.ones(len(model.q_units))
     for factor in model.factors:
         own = increment[factor.v]

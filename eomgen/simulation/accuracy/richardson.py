@@ -42,8 +42,8 @@ class Pair(NamedTuple):
     Attributes
     ----------
     apart : of the run from another one
-    gain : from the order to the error of the run as a part of that, (n, 1)
-    words : which runs these were
+    gain : function from the order to the factors (n, 1) by which differences give errors of the run
+    words : which runs these were, for the estimate's description
     near, far : differences that determine the order, as |x_2h - x_h| and |x_4h - x_2h|; of tolerances there are none
     refinement : ratio of the steps of neighbouring runs
     """
@@ -57,8 +57,9 @@ class Pair(NamedTuple):
 
 
 def gain_by(ratio: Array) -> Callable[[float], Array]:
-    """Return the gain if the steps of the other run are longer by an effective ratio, (n,); a ratio below 1 means
-    shorter steps, and 1 means equal steps, whose differences do not bound the error: the gain is infinite."""
+    """Return the function from an order to factors (n, 1) that turn differences of two runs into errors of the first
+    run. `ratio` (n,) is the effective ratio of the other run's steps to the run's steps, at each row. Factors are 1 /
+    |ratio^order - 1|; of equal steps, whose differences do not bound the error, infinite."""
 
     def gain(order: float) -> Array:
         with np.errstate(divide="ignore"):
@@ -77,8 +78,9 @@ def gain_of_longer(order: float) -> float:
 
 
 def estimate(runs: ComparisonRuns, pair: Pair, declared: float) -> ErrorEstimate:
-    """Return the estimate from differences; ``declared`` is the order of the method, NaN if the method chooses its
-    steps."""
+    """Return the error estimate from the differences of a pair of runs. Each kind of columns uses the observed order,
+    at least 1 and at most `declared`, the order of the method; NaN if the method chooses its steps. In single
+    precision, errors are at least the accumulated rounding."""
     size = runs.size
     errors, orders = {}, {}
     rounding = _accumulated_rounding(runs, pair.apart.t) if runs.single else {}
@@ -121,7 +123,8 @@ def estimate(runs: ComparisonRuns, pair: Pair, declared: float) -> ErrorEstimate
 
 
 def _largest_state(size: MotionSize, errors: Kinds, share: Array, times: Array) -> LargestError:
-    """Return the largest error of coordinates and internal states relative to their motions, ``share`` (n, nv + nz)."""
+    """Return the largest error of coordinates and internal states relative to their motions. `errors` has arrays (n,
+    size) by kind, `share` (n, nv + nz) the errors as parts of the motion, `times` (n,) are in s."""
     row, component = np.unravel_index(int(np.argmax(share)), share.shape)
     first = errors["increment"].shape[1]
     column = errors["increment"][:, component] if component < first else errors["z"][:, component - first]
@@ -163,14 +166,10 @@ def _accumulated_rounding(runs: ComparisonRuns, times: Array) -> Kinds:
 
 
 def _lost_increments(runs: ComparisonRuns, factor: Factor, times: Array) -> Array:
-    """Return the part of coordinates, (n, size), that sums of increments have lost at times (n,).
-
-    Increments that hardly change are rounded alike, so that their errors add up in proportion to the steps.
-
-    Coordinates are compared with the integral of the run's own velocities by the corrected trapezoidal rule, less the
-    difference to the rule at twice the distance of rows (Davis, Rabinowitz: Methods of Numerical Integration, 1984,
-    2.9).
-    """
+    """Return the part of a joint's coordinates, (n, size), that sums of increments have lost to rounding at times (n,).
+    Increments that hardly change are rounded alike, so that their errors add up in proportion to the steps. Coordinates
+    are compared with the integral of the run's own velocities by the corrected trapezoidal rule, less the difference to
+    the rule at twice the distance of rows (Davis, Rabinowitz: Methods of Numerical Integration, 1984, 2.9)."""
     t, q, v, a, *_ = states_of(runs.own.rows.astype(float), runs.run.model)
     q, v, a = q[:, factor.q], v[:, factor.v], np.nan_to_num(a[:, factor.v])
 

@@ -28,8 +28,8 @@ from eomgen.toolchain.library import Library
 
 
 class StepStates:
-    """Quantities of a run at times (m,) within steps (m,), or at the rows; each quantity is evaluated at its first
-    use."""
+    """States, inputs and motions of points on a run's path at given times; each quantity is evaluated at its first use.
+    `t` (m,) are the times in s and `steps` (m,) the indices of the rows at the beginnings of their steps."""
 
     def __init__(self, path: StepPath, t: Array, steps: NDArray[np.intp]) -> None:
         self._path, self.t, self.steps = path, t, steps
@@ -58,7 +58,8 @@ class StepStates:
         return result
 
     def at_point(self, symbol: Symbol) -> Array:
-        """Return one component (m,) of a point's, a body's or a load's motion."""
+        """Return the values (m,) of a formula's symbol that stands for one component of the motion of a point, body or
+        load."""
         body, point, own_axes = self._path.points[symbol]
         kind = symbol.name if symbol.kind == "local" else symbol.kind
         key = kind, body, point, own_axes
@@ -68,12 +69,12 @@ class StepStates:
 
 
 class StepPath:
-    """Interpolant of the steps of a run, with laws and rates of the equations along it.
+    """Interpolated motion along the steps of a run, with values of the scene's formulas and of the equations there.
 
     Parameters
     ----------
-    rows : (n, width), at the ends of steps
-    parameters : (np,), or (n, np)
+    rows : (n, width), recorded rows at the ends of steps
+    parameters : (np,), or (n, np), at the rows
     inputs : (n, nu), if known
     """
 
@@ -105,7 +106,8 @@ class StepPath:
 
     @cached_property
     def fast_inputs(self) -> dict[int, Formula]:
-        """Formulas of inputs that may be fast, by column."""
+        """Formulas of inputs that may change fast within a step, by column of the inputs, if evaluable along the path.
+        Inputs that the caller gives are left out, and so are formulas of other inputs."""
         known = {
             item.name: item.formula
             for item in self.run.model.description.inputs
@@ -126,7 +128,9 @@ class StepPath:
         return StepStates(self, times, steps)
 
     def between(self, times: Array, steps: NDArray[np.intp]) -> tuple[Array, Array, Array]:
-        """Return q, v and z at times (m,) within steps (m,)."""
+        """Return q (m, nq), v (m, nv) and z (m, nz) at times (m,) in s, within the steps that begin at rows `steps`
+        (m,). Coordinates follow quintics, or the Hermite interpolant on the group, internal states cubics; states that
+        are sampled are constant between samples."""
         t, q, v, a, z = self.states
         h = (t[steps + 1] - t[steps])[:, np.newaxis]
         s = np.clip((times - t[steps])[:, np.newaxis] / h, 0.0, 1.0)
@@ -151,8 +155,8 @@ class StepPath:
         return q_there, v_there, z_there
 
     def knows(self, formula: Formula) -> bool:
-        """Return whether a formula is one of time, coordinates, velocities, states, inputs, parameters, points of
-        bodies and places of loads."""
+        """Return whether a formula can be evaluated along the path. Its symbols have to be times, coordinates,
+        velocities, states, inputs, parameters, points of bodies or places of loads."""
         own = ("time", "parameter")
         return all(
             symbol.kind in own or (symbol.kind, symbol.name) in self._places or self._on_body(symbol)
@@ -160,7 +164,8 @@ class StepPath:
         )
 
     def _on_body(self, symbol: Symbol) -> bool:
-        """Return whether a symbol is a quantity of a place on a body whose motion is compiled, and keep the place."""
+        """Return whether a symbol is a position, velocity or rotation of a point on a body that can be evaluated. The
+        library has to have poses and twists. Body, point and axes of the symbol are kept in ``points``."""
         model = self.run.model
         if symbol in self.points:
             return True
@@ -181,7 +186,12 @@ class StepPath:
         return True
 
     def motion(self, kind: str, body: str, point: tuple[Formula, ...], blocks: StepStates, *, own_axes: bool) -> Array:
-        """Return the position or velocity of a point of a body, or its rotation vector or angular velocity, (m, 3)."""
+        """Return a vector (m, 3) of a body's motion at the times of blocks: of kind position, velocity, rotation or
+        else.
+
+        Other kinds: ``angular_velocity``, rad/s. A rotation is the vector log R. `point` has the coordinates of a point
+        on the body as formulas. Vectors are in inertial axes, or with `own_axes` in axes of the body, except rotations.
+        """
         model, (q, v, _) = self.run.model, blocks.states
         given: dict[str, Any] = {"t": blocks.t, "parameters": blocks.p}
         pose = model.pose(body, q, **given)
@@ -201,7 +211,7 @@ class StepPath:
         return self._places[symbol.kind, symbol.name] + symbol.index
 
     def values(self, formula: Formula, blocks: StepStates) -> Array:
-        """Return a formula at blocks, (n,)."""
+        """Return the values (m,) of a formula at the times of blocks."""
         description, tunable = self.run.model.description, list(self.run.model.parameters)
         letters = {"q": 0, "v": 1, "state": 2}
 
@@ -219,7 +229,8 @@ class StepPath:
         return np.broadcast_to(evaluate_batch(formula, value_of, along_motion=True), blocks.t.shape)
 
     def rates(self, blocks: StepStates, states: tuple[Array, Array, Array] | None = None) -> Array:
-        """Return accelerations and rates of internal states, (n, nv + nz), at other states (q, v, z) if given."""
+        """Return accelerations and rates of internal states, (m, nv + nz), at the times, inputs and parameters of
+        blocks. `states` are other q, v and z with m rows each to evaluate them at; None: the states of the blocks."""
         model = self.run.model
         q, v, z = states or blocks.states
         given = {"u": blocks.u if model.nu else None, "z": z, "parameters": blocks.p}
@@ -251,7 +262,14 @@ _MOST, _PIECES = 20_000, 8
 
 
 class StepRows(NamedTuple):
-    """Rows (n, width), parameters, (np,) or (n, np), and indices of the last rows of pieces, except the last piece."""
+    """Rows of the ends of steps of a run, in one piece or in several.
+
+    Attributes
+    ----------
+    rows : (n, width), as recorded rows
+    parameters : (np,), or (n, np), at the rows
+    breaks : indices of the last rows of all pieces but the last one
+    """
 
     rows: Array
     parameters: Array
@@ -387,7 +405,8 @@ def crosses_jumps(run: Run, rows: Array, parameters: Array, sizes: Array) -> boo
 
 
 def _places(run: Run, key: str, places_of: Callable[[Formula], Iterator[Formula]]) -> list[Formula]:
-    """Return the expressions at whose zeros the formulas of a model have corners or jumps, times alone left out."""
+    """Return the expressions at whose zeros formulas of a model have corners or jumps, except expressions of time
+    alone. `places_of` lists these expressions of one formula. The result is kept in the library under `key`."""
     kept = run.model.library.kept
     if key not in kept:
         every = [place for formula in run.model.description.formulas for place in places_of(formula)]
@@ -397,14 +416,16 @@ def _places(run: Run, key: str, places_of: Callable[[Formula], Iterator[Formula]
 
 
 def _crossings(path: StepPath, place: Formula) -> NDArray[np.intp]:
-    """Return the indices of the rows after which an expression changes its sign."""
+    """Return the indices of the rows after which an expression changes its sign before the next row."""
     signs = np.sign(path.values(place, path.at_rows))
     return np.flatnonzero(signs[1:] * signs[:-1] < 0.0)
 
 
 def _jumps(path: StepPath, place: Formula | None, steps: NDArray[np.intp], least: Array) -> bool:
-    """Return whether rates jump within steps by more than the least that counts, (nv + nz,): at the zeros of an
-    expression, or without one at the largest change of the rates."""
+    """Return whether accelerations or rates of internal states jump within one of some steps. Each step, by the index
+    of its first row, is cut into smaller and smaller intervals: about a sign change of the expression `place`, or with
+    None about the largest change of the rates. A jump has a change above `least` (nv + nz,) that is much steeper than
+    the average over the step."""
     step, (low, high) = path.run.settings["step"], (path.states.t[steps + k] for k in (0, 1))
     rows, share, slopes = np.arange(len(steps)), np.linspace(0.0, 1.0, _PARTS + 1), np.zeros(0)
     for _ in range(_LEVELS + math.ceil(math.log(max(1.0, float(np.max(high - low)) / step), _PARTS))):

@@ -20,9 +20,9 @@ _NEAR = 0.7
 
 
 def turned_elements(model: CompiledModel, t: Array, q: Array, p: Array) -> Finding | None:
-    """Return a finding on the element that passes half a turn first; None if there is none.
+    """Return a finding on an element of an exact beam that turns by more than half a turn first; None if none does.
 
-    Runs of models without ``poses`` are left out.
+    None also for models without ``poses``, and for a single row.
 
     Parameters
     ----------
@@ -40,7 +40,8 @@ def turned_elements(model: CompiledModel, t: Array, q: Array, p: Array) -> Findi
 
 
 def _passage(model: CompiledModel, t: Array, q: Array, p: Array) -> Finding | None:
-    """Return a finding on the first element that turns by more than half a turn between rows; None if there is none."""
+    """Return a finding on the first element of an exact beam that passes half a turn between rows; None if none does.
+    `t` (n,) are times in s, `q` (n, nq) configurations and `p` (np,) parameters."""
     beams = model.description.exact_beams
     quaternion = model.evaluate("poses", q, t=t, parameters=p)["pose"][..., :4]
     place = {name: k for k, name in enumerate(model.bodies)}

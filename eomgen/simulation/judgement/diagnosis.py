@@ -60,12 +60,18 @@ def first_non_finite(
     p: Array,
     signals: InputSignals,
 ) -> tuple[str, bool, tuple[str, str]]:
-    """Return the first block that is not finite, whether at the last good state or only after the next step, and the
-    cause with a remedy, as far as formulas and angles show a cause.
+    """Return the first block of the equations that is not finite at a state, or else one step ahead.
 
-    ``state`` is (q, v, a, z).
+    The result has the block with its time in words, whether the state itself already has it, and the pair of cause and
+    remedy from formulas and angles. Texts are empty if all blocks are finite, or if no cause is known. The state ahead
+    follows from the accelerations, of which NaN count as 0.
 
-    The texts are empty if all blocks are finite, or if no cause is known.
+    Parameters
+    ----------
+    t, step : s
+    state : q, v, a and z
+    p : (np,) parameters
+    signals : inputs of the run
     """
     q, v, a, z = state
     a = np.where(np.isfinite(a), a, 0.0)
@@ -91,11 +97,9 @@ def first_non_finite(
 
 
 def doubtful_formulas(model: CompiledModel, status: int, block: str) -> str:
-    """Return the operations of formulas that may be the reason of a number that is not finite, with a separator; empty
-    for another status, or without such operations.
-
-    ``block`` is not finite; without one a slope is not.
-    """
+    """Return a clause on operations of formulas that may have given a number that is not finite, beginning with "; ".
+    Empty if `status` is not the status of such numbers, or without such operations. `block` names the quantity that is
+    not finite; if empty, slopes of formulas are suspected in place of values."""
     if status != NOT_FINITE.number:
         return ""
     named = rough_operations(model.description.formulas, quotients=bool(block))
@@ -103,7 +107,8 @@ def doubtful_formulas(model: CompiledModel, status: int, block: str) -> str:
 
 
 def _at(model: CompiledModel, t: float, q: Array, v: Array, z: Array, p: Array, signals: InputSignals) -> str:
-    """Return the first quantity that is not finite at a state, in words."""
+    """Return the first quantity that is not finite at a state, with its component, in words; empty if all are finite.
+    Examined in order: q, v, z, the base, the inputs, then M, h, b, Q and further terms that the model has."""
     if not np.all(np.isfinite(q)):
         return "q (the configuration)"
     if not np.all(np.isfinite(v)):
@@ -177,10 +182,9 @@ class Failure(NamedTuple):
 
 
 def failed_controller(stepper: Stepper) -> Failure:
-    """Return the failure of the last function: the returned code, or the result that is not finite.
-
-    Functions of Python raise errors of their own; if none could be raised, only the text of the status is known.
-    """
+    """Return the failure of the sampled controller's function that stopped the last step: fault and remedy in words.
+    For functions in C these follow from the returned code, or from the value that is not finite. Functions of Python
+    raise errors of their own; if none could be raised, only the text of the status is known."""
     told = stepper.statistics
     number = int(told.get("failed_controller", 0))
     if not number:
@@ -203,7 +207,8 @@ def failed_controller(stepper: Stepper) -> Failure:
 
 
 def _beyond(who: str, values: int, memory: int, *, in_memory: bool) -> Failure:
-    """Return the failure of a function that wrote beyond its values or its memory."""
+    """Return the failure of a controller's function in C that wrote beyond its arrays. `who` names the function;
+    `values` and `memory` are the sizes of its arrays; `in_memory`: whether the memory was exceeded."""
     if in_memory:
         last = f"memory[{memory - 1}] is the last entry" if memory else "it has none"
         return Failure(
@@ -214,11 +219,12 @@ def _beyond(who: str, values: int, memory: int, *, in_memory: bool) -> Failure:
 
 
 def failed_step(run: Run, stepper: Stepper, state: tuple[float, Array, Array, Array, Array], status: int) -> Problem:
-    """Return the problem of the step from a state (t, q, v, a, z).
+    """Return the problem (fault and remedy, for an error) of a step that failed from a state (t, q, v, a, z).
 
     Parameters
     ----------
     run : with the parameters and inputs of the step
+    stepper : that took the step
     status : of the stepper
     """
     t, q, v, a, z = state

@@ -58,7 +58,8 @@ class _LastState(NamedTuple):
 
 
 def end_of(run: FinishedRun) -> str:
-    """Return a sentence on the end of a run, and a remedy if the run did not reach the end time."""
+    """Return a sentence on the end of a run: the time and the number of steps, and if it stopped early, cause and
+    remedy."""
     last_run, stepper, trajectory = run.last_run, run.stepper, run.trajectory
     t = trajectory.rows[-1, 0]
     of_all = f"{trajectory.steps} of {last_run.grid.steps} steps"
@@ -97,7 +98,9 @@ def _last_state(run: Run, trajectory: Trajectory, events: Events | None) -> _Las
 
 
 def _diagnosis(run: Run, stepper: Stepper, trajectory: Trajectory, last: _LastState) -> tuple[str, str]:
-    """Return the cause of a failed step as far as it is known, with its separator, and a remedy."""
+    """Return the cause of a failed step, as a clause that begins with "; ", and a remedy. The clause is empty if no
+    cause is known. Causes are looked for in this order: values that are not finite, faults of the motion at the last
+    state, instability of the method, growth by the equations, and doubtful formulas."""
     state = (last.q, last.v, last.a, last.z)
     block, already, (cause, cure) = first_non_finite(
         run.model, last.t, state, run.settings["step"], last.p, run.signals
@@ -124,10 +127,10 @@ def _diagnosis(run: Run, stepper: Stepper, trajectory: Trajectory, last: _LastSt
 
 
 def _fault_of_motion(run: Run, trajectory: Trajectory, last: _LastState, *, finite: bool) -> Finding | None:
-    """Return a finding on the inertia matrix, a drive beyond reach, a fast turn or a singular position at the end.
-
-    With blocks that are not finite, turns alone are known.
-    """
+    """Return a finding on the state at the end of a failed run; None if the state shows no fault. Faults are a length
+    that reaches 0, a bad inertia matrix, a drive beyond the reach of its loop, a joint that turns too fast, and a
+    singular position. `finite` is false if some block at `last` is not finite: then only the length and the turn are
+    examined."""
     model, step = run.model, run.settings["step"]
     times, positions = trajectory.rows[:, 0], trajectory.rows[:, 1 : 1 + model.nq]
     if ended := without_length(model, float(times[-1]), last.p, step):
@@ -144,7 +147,8 @@ def _fault_of_motion(run: Run, trajectory: Trajectory, last: _LastState, *, fini
 
 
 def _growth(run: Run, stepper: Stepper, trajectory: Trajectory) -> Finding | None:
-    """Return a finding on a motion that grows by its equations."""
+    """Return a finding on a motion that grows by its equations before a run stopped; None if it does not, or by the
+    method."""
     if growth := own_growth(run, stepper.library, trajectory.rows):
         hint = (
             "the signs and sizes of forces, stiffnesses and gains, for it is the equations that diverge: no smaller"
@@ -155,7 +159,8 @@ def _growth(run: Run, stepper: Stepper, trajectory: Trajectory) -> Finding | Non
 
 
 def _endless_growth(run: Run, stepper: Stepper, trajectory: Trajectory) -> Finding | None:
-    """Return a finding on a motion that grows without end, unless the growth is due to the method."""
+    """Return a finding on a velocity that grows from quarter to quarter of a run; None without one, or if the method
+    causes it."""
     result = unbounded_growth(run, states_of(trajectory.rows, run.model))
     return None if result is None or unstable_growth(run, stepper.library, trajectory) else result
 
@@ -170,8 +175,8 @@ def _starts_far(run: Run, trajectory: Trajectory) -> bool:
 
 
 def _own_steps(statistics: Mapping[str, int | float], model: CompiledModel | None = None) -> str:
-    """Return the number of steps that the method chose, in words; with a model also the smallest step, and the
-    component that required this step."""
+    """Return a parenthesis on the steps that an adaptive method chose and repeated; empty for fixed steps. With a
+    model, the text also names the smallest step and the component that required it."""
     if not statistics.get("own_steps"):
         return ""
     text = f" ({statistics['own_steps']} of its own, {statistics['rejections']} taken again"

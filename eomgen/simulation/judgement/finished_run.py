@@ -46,10 +46,9 @@ _ROUNDING = 1e-12
 
 
 def untold_between_rows(states: States, factors: Sequence[Factor]) -> bool:
-    """Return whether a coordinate moves between most rows in a way that the velocities at the rows do not show.
-
-    A force of 1 kHz, for instance, has the same phase at rows with an interval of 1 ms.
-    """
+    """Return whether some joint coordinate moves, between most rows, differently from the integral of the row
+    velocities. Each change of the coordinate is compared with the trapezoidal rule. A force of 1 kHz, for instance, has
+    the same phase at rows with an interval of 1 ms."""
     duration = np.diff(states.t)
     for factor in factors:
         if factor.group != "R" or not len(duration):
@@ -103,7 +102,8 @@ class UnseenLaw(NamedTuple):
 
 
 def laws_between_steps(run: Run) -> list[Formula]:
-    """Return the formulas of a run that may act between its steps."""
+    """Return the formulas of a scene that may act between the steps of a run: narrow or fast laws of time or state.
+    Formulas of inputs that the caller gives are left out. The list is kept in the library of the model."""
     known: dict[tuple[str, ...], list[Formula]] = run.model.library.kept.setdefault("laws between steps", {})
     given = tuple(run.signals.given)
     laws = known.get(given)
@@ -152,7 +152,8 @@ class FinishedRun(EvaluatesOnce):
         estimated: bool = False,
         progress: Progress | None = None,
     ) -> None:
-        """Take a run with its rows and its time of computation."""
+        """Keep a run with its stepper, recorded trajectory and stepping time `wall` in s, and evaluate its table of
+        events."""
         self.run = run
         self.stepper = stepper
         self.trajectory = trajectory
@@ -218,7 +219,9 @@ class FinishedRun(EvaluatesOnce):
 
     @cached_property
     def error(self) -> ErrorEstimate:
-        """The estimated errors of the run, or the reason for a missing estimate."""
+        """The estimated errors of the run; an estimate without values but a reason if it is switched off or cannot be
+        made. Evaluation makes the comparison runs. Fast motions that the steps do not resolve are named in
+        ``unresolved``."""
         from eomgen.simulation.accuracy.error_estimation import ErrorEstimation, no_estimate  # noqa: PLC0415  # on request
 
         run, trajectory = self.run, self.trajectory
@@ -294,7 +297,8 @@ class FinishedRun(EvaluatesOnce):
 
     @cached_property
     def balance(self) -> EnergyBalance:
-        """The energy balance, without a verdict if rows are too sparse to judge the work between them."""
+        """The energy balance of the rows; of unknown error if rows are too sparse to judge the work between them. A
+        system at rest counts as balanced."""
         from eomgen.simulation.judgement import invariants  # noqa: PLC0415  # on request
 
         balance = invariants.energy_balance(

@@ -133,8 +133,9 @@ def _unstable_growth(run: Run, library: Library, trajectory: Trajectory) -> Grow
 
 
 def _last_steps(run: Run, library: Library, rows: Array) -> Array | None:
-    """Return every row of the last steps before a run stopped, from a recorded row on; None if none is near
-    enough."""
+    """Return a row after each of the last steps before a run stopped, by a repetition from a recorded row. At most two
+    windows of rows (n, width), the last recorded state included. None if no recorded row lies near enough, or if the
+    repetition fails."""
     steps = np.rint((rows[-1, 0] - rows[:, 0]) / run.settings["step"]).astype(int)
     first = int(np.flatnonzero(steps >= min(2 * WINDOW, steps[0]))[-1])
     if steps[first] > _LONGEST:
@@ -193,8 +194,8 @@ def _own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
 
 
 def _diverges(times: Array, sizes: Array) -> bool:
-    """Return whether a size grows like an exponential of time or faster: half of the time brings about half of the
-    growth. A power of time, as after a start from rest, grows less in the second half."""
+    """Return whether a size (n,) grows over times (n,) like an exponential or faster. The logarithm then rises in the
+    second half of the time by about half of its total; a power of time, as after a start from rest, rises less."""
     middle = np.interp(0.5 * (times[0] + times[-1]), times, np.log(sizes))
     return bool(np.log(sizes[-1]) - middle > _SECOND_HALF * np.log(sizes[-1] / sizes[0]))
 
@@ -270,8 +271,9 @@ def _by_method(
 def _refined_size(
     run: Run, library: Library, window: Array, component: int, finer: Sequence[int], equal: float
 ) -> tuple[int, float]:
-    """Return the number of parts of a step for which the next refinement agrees on the size of a component, and this
-    size."""
+    """Return the coarsest cut of steps whose next refinement gives the same size of a component, and this size. Steps
+    from the first row of the window are repeated in each of the numbers of parts in `finer`. Sizes are the same if
+    their logarithms differ by less than `equal`; infinite if a repetition fails. The last refinement if none agrees."""
     steps, parts, size = len(window) - 1, finer[0], np.float64(np.inf)
     for more in finer:
         again = _again(run, library, window[0], steps, more)
@@ -323,8 +325,8 @@ def _growth(before: Array, after: Array) -> Array:
 
 
 def _sizes(run: Run, rows: Array) -> Array:
-    """Return the largest absolute velocities, and accelerations, of rows, (2, nv + nz); internal states stand in
-    both."""
+    """Return the largest absolute velocities, and accelerations, of rows (n, width), as an array (2, nv + nz). The
+    largest absolute internal states stand in both."""
     nq, nv, nz = run.model.nq, run.model.nv, run.model.nz
     size = np.abs(rows).max(axis=0)
     moving = size[1 + nq : 1 + nq + 2 * nv].reshape(2, nv)
@@ -332,8 +334,9 @@ def _sizes(run: Run, rows: Array) -> Array:
 
 
 def _travelling(run: Run, rows: Array, part: float) -> NDArray[np.bool_]:
-    """Return a mask of the components in v and z, (nv + nz,), that travel over the rows by more than ``part`` of a
-    coordinate's length or of a radian."""
+    """Return a mask (nv + nz,) of the components that move over the rows (n, width) by more than a part of their scale.
+    A velocity's travel, its largest value times the time of the rows, is compared with `part` of the largest coordinate
+    in m, or of a radian; an internal state moves if it is not zero."""
     model = run.model
     size = _sizes(run, rows)[0]
     travel = size[: model.nv] * (rows[-1, 0] - rows[0, 0])
@@ -353,8 +356,8 @@ def _longest(run: Run, rows: Array) -> float:
 
 
 def _again(run: Run, library: Library, row: Array, steps: int, parts: int) -> Array | None:
-    """Return a row after each of some steps from a row, every step in equal parts; None if not all steps can be
-    taken."""
+    """Return the rows (steps, width) after each of some steps from a row, with every step cut into equal parts. None if
+    not all steps can be taken. Raises _NotRepeatedError if a function of the caller keeps data or fails."""
     model = run.model
     if run.controllers is not None and run.controllers.undeclared_names:
         raise _NotRepeatedError

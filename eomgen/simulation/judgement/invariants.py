@@ -74,7 +74,10 @@ def energy_balance(
     sparse: bool = False,
     epsilon: float = 0.0,
 ) -> EnergyBalance:
-    """Return the balance of energy over rows.
+    """Return the largest imbalance between the total energy and the work of forces and of the base, over rows.
+
+    The result has no error but a reason if the energy is not there or not finite, if there are too few rows, or if
+    these do not resolve the work between them.
 
     Parameters
     ----------
@@ -124,8 +127,9 @@ def energy_balance(
 
 
 def _out_of_nothing(t: Array, energy: Mapping[str, Array], moving: float) -> float:
-    """Return the gain of energy relative to the moving energy; 0 if the initial kinetic energy, the range of the
-    potential and the largest recorded power may explain the gain."""
+    """Return the gain of total energy as a part of `moving`, the energy in motion in J, if no recorded energy explains
+    it. 0 if the initial kinetic energy, the range of the potential energy and the work of the largest power may explain
+    it."""
     known = energy["kinetic"][0] + np.ptp(energy["potential"])
     known += (t[-1] - t[0]) * np.max(np.maximum(energy["power"] + energy["base_power"], 0.0))
     gain = float(np.max(energy["total"] - energy["total"][0]))
@@ -159,8 +163,8 @@ def _sums(pieces: Array, known: NDArray[np.bool_]) -> Array:
 
 
 def _off_by_every_second_row(t: Array, rate: Array, pieces: Array, known: NDArray[np.bool_]) -> float:
-    """Return the largest change of an integral by the trapezoidal rule, of pieces (n - 1,), if every second row is left
-    out."""
+    """Return the largest change of the running integral of `rate` (n,) over t if every second row is left out. `pieces`
+    (n - 1,) are the trapezoids between rows; intervals that are not `known` (n - 1,) do not count."""
     end = len(t) - (len(t) + 1) % 2  # an odd number of rows, so that every second one has both neighbours
     both = known[: end - 1 : 2] & known[1 : end - 1 : 2]
     coarse = 0.5 * (t[2:end:2] - t[: end - 2 : 2]) * (rate[2:end:2] + rate[: end - 2 : 2])
@@ -169,7 +173,7 @@ def _off_by_every_second_row(t: Array, rate: Array, pieces: Array, known: NDArra
 
 
 def _is_pulse(off: Array) -> bool:
-    """Return whether few intervals make an imbalance (n,)."""
+    """Return whether an imbalance, given at each row as off (n,), arises in few of the intervals between rows."""
     jumps = np.abs(off[1:] - off[:-1])
     return bool(_FEW * jumps.sum() ** 2 < len(jumps) * (jumps**2).sum())
 

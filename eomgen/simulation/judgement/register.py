@@ -61,8 +61,8 @@ class Verdict:
 
     @cached_property
     def alike(self) -> tuple[Finding, ...]:
-        """Findings on motion that runs at other steps do not resolve either, also of a run without an error estimate,
-        since another run may be compared with the run."""
+        """Findings of the checks whose fault runs at other steps share, evaluated even if the run has no error
+        estimate. Another run may be compared with this run."""
         if self._run.has((ESTIMATED,)):
             return tuple(chain.from_iterable(self.of(check.name) for check in CHECKS if check.alike))
         checks = [check for check in CHECKS if check.alike and self._run.has({*check.needs} - {ESTIMATED})]
@@ -82,7 +82,8 @@ class Verdict:
         return result
 
     def _evaluate(self, check: Check) -> tuple[Finding, ...]:
-        """Return the findings of one check with its facts."""
+        """Return the findings of a check on the run, with its name and severity; none if an earlier check makes it
+        superfluous. None also if the check requires a finding of certain earlier checks, and there is none."""
         run, name = self._run, check.name
         for other in check.unless:
             if self._fails_before(name) if other == ANY_FAILURE else self.of(other):
@@ -104,11 +105,9 @@ def _fails(findings: Iterable[Finding]) -> bool:
 
 
 def message_of(opening: str, findings: Iterable[Finding]) -> str:
-    """Return a message of an opening and findings; without an opening the first finding is the opening.
-
-    The first failure is contrasted with a run that reached the end by ", but"; every other sentence begins after a
-    semicolon. Findings that continue one another have one hint.
-    """
+    """Return the message of a run: an opening sentence, and the texts and hints of findings. Without an opening the
+    first finding is the opening. The first failure is contrasted with a run that reached the end by ", but"; every
+    other sentence begins after a semicolon. Findings that continue one another have one hint."""
     message, failed = opening, not opening
     for sentence in _sentences(findings):
         fails = _fails(sentence)
@@ -120,7 +119,8 @@ def message_of(opening: str, findings: Iterable[Finding]) -> str:
 
 
 def _sentences(findings: Iterable[Finding]) -> list[list[Finding]]:
-    """Return findings grouped into sentences."""
+    """Return the findings as lists, one for each sentence: neighbours whose checks both have a joining text share a
+    sentence."""
     sentences: list[list[Finding]] = []
     for finding in findings:
         if sentences and BY_NAME[finding.name].continues and BY_NAME[sentences[-1][-1].name].continues:

@@ -62,9 +62,10 @@ class SingularPosition:
 def singular_ahead(
     model: CompiledModel, t: Array, q: Array, v: Array, p: Array, step: float
 ) -> SingularPosition | None:
-    """Return the most nearly singular position of a run's next steps; None without such a position.
+    """Return the most nearly singular position along the last velocity, over two steps from the last row.
 
-    If the start is the only row, the start is examined alone.
+    None if the smallest singular value there stays above a twentieth of the largest one in the run. If the start is the
+    only row, the start is examined alone.
 
     Parameters
     ----------
@@ -151,7 +152,8 @@ def way_past(method: Method, step: float, *, at_start: bool) -> str:
 
 
 def examined_rows(model: CompiledModel, rows: int) -> NDArray[np.intp]:
-    """Return the indices of a run's examined rows, in increasing order."""
+    """Return the indices of the rows of a run that are examined for singular positions, increasing, out of `rows` rows.
+    Spread over the run as far as the work allows, and all of the last rows."""
     if not rows:
         return np.zeros(0, np.intp)
     affordable = _WORK // max(1, model.nv * len(model.multipliers) ** 2)
@@ -160,12 +162,15 @@ def examined_rows(model: CompiledModel, rows: int) -> NDArray[np.intp]:
 
 
 def nearest(model: CompiledModel, t: Array, q: Array, p: Array, first: int) -> SingularPosition | None:
-    """Return the most nearly singular position among the rows from ``first`` on, relative to the largest smallest
-    singular value of all rows; a single row is measured by its own rows of constraints.
+    """Return the most nearly singular position among the rows from number `first` on; None if none is nearly singular.
+
+    Smallest singular values of the constraint Jacobian are compared with the largest of them over all rows; a single
+    row is measured by its own largest singular value.
 
     Parameters
     ----------
     t, q : (n,) in s, (n, nq)
+    p : (np,) parameters
     """
     if not model.multipliers:
         return None
@@ -203,7 +208,9 @@ def _by_whole_matrices(model: CompiledModel, t: Array, q: Array, p: Array) -> tu
 
 
 def _by_nonzeros(model: CompiledModel, t: Array, q: Array, p: Array) -> tuple[Array, float] | None:
-    """Return both by nonzeros, for large systems; None also if a block of M is large."""
+    """Return singular values as ``_by_whole_matrices`` does, from sparse M and B, for large systems. None if M or B are
+    not available as nonzeros or not finite, or if a block of M is large. The largest value is infinite if there are
+    several positions."""
     from scipy.sparse import csr_matrix, diags  # noqa: PLC0415  # runs of small systems need no SciPy
 
     with np.errstate(all="ignore"):

@@ -66,8 +66,8 @@ def _discretisation_error(run: FinishedRun) -> Iterator[Finding]:
 
 
 def noticed_error(error: ErrorEstimate) -> LargestError | None:
-    """Return the estimated error to report, of coordinates before outputs and velocities; None if errors are small, and
-    shrink with the step."""
+    """Return the estimated error to report: of coordinates, else of outputs, else of velocities. None if all errors are
+    small and shrink with the step."""
     output, velocity = error.largest_output, error.largest_velocity
     if error.largest is not None and error.relative > DOUBTFUL_ERROR:
         return error.largest
@@ -88,7 +88,7 @@ def remedy_of_error(run: FinishedRun) -> str:
 
 
 def _rounded_states(run: FinishedRun) -> list[str]:
-    """Return the sampled states whose values in compared runs differ by whole quanta, and by few: by rounding."""
+    """Return the names of sampled states whose estimated error is only a few of their quanta, which means rounding."""
     z, names = run.error.z, list(run.run.model.z_names)
     sampled = [state for state in run.run.model.description.states if state.sampling and state.sampling.quantum]
     return [
@@ -99,7 +99,9 @@ def _rounded_states(run: FinishedRun) -> list[str]:
 
 
 def _refinement(run: FinishedRun, largest: LargestError) -> str:
-    """Return the step that makes a large error small, by the order of the method; empty if other remedies apply."""
+    """Return a hint with the step that makes an estimated error small, by the order of the method. Empty if other
+    remedies apply: rounding, adaptive steps, a small error, or halved steps. If the errors do not follow the order, the
+    hint names no exact step."""
     error, step = run.error, run.longest_part
     share = max(error.relative, largest.share if largest is error.largest_output else 0.0)
     if rounds(run) or run.run.method.chooses_steps or not share > AIM or _halvings(run):

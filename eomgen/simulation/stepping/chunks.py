@@ -43,13 +43,19 @@ class WritesCheckpoints(Protocol):
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Rows (t, q, v, vdot, multipliers, z) of a run, its final status (0: success), and whether the run was
-    interrupted.
+    """The recorded rows of a run, and how it ended.
 
-    ``middle`` and ``end`` hold every row of a window in the middle of the run and of the two windows at the end, the
-    row before the first step of each included; ``middle`` is empty in short runs, and both are in runs that did not
-    come so far. ``events`` are the logs of the events of the parts, ``modes`` the modes at the start; None: the modes
-    in the parameters.
+    Attributes
+    ----------
+    rows : (n, width): t, q, v, vdot, multipliers and z
+    status : of the stepper at the end; 0: success
+    interrupted : whether Ctrl-C ended the run
+    steps : number of steps done
+    failure : error of an input's function that ended the run
+    middle, end : every row of a window in the middle of the run, and of the two windows at its end, the row before the
+        first step of each included; None if not recorded, without ``middle`` in short runs
+    events : logs of the events of the parts of the run
+    modes : modes at the start; None: the modes in the parameters
     """
 
     rows: Array
@@ -73,13 +79,15 @@ def run_chunks(
     *,
     windows: bool = True,
 ) -> Trajectory:
-    """Run an initialized stepper to the end of its time grid; the first and the last good state are always recorded.
+    """Run an initialized stepper to the end of its time grid, and return its trajectory.
 
-    The last checkpoint holds the state after the last whole step, from which a run goes on with the grid of a later
-    end.
+    The first and the last good state are always recorded. Ctrl-C ends the run after the present chunk. The last
+    checkpoint holds the state after the last whole step, from which a run goes on with the grid of a later end.
 
     Parameters
     ----------
+    record_every : int
+        Number of steps between two recorded rows.
     inputs : callable, optional
         From times (n,) to rows (n, nu); without this function the scene's formulas are evaluated in C.
     progress : callable, optional
@@ -184,8 +192,16 @@ class _RunRows:
 
 
 class _RowRecorder:
-    """Recorded rows of a run, and every row of the windows in its middle and at its end; ``done`` is the number of
-    steps so far."""
+    """The record of a run while it is stepped: every `every`-th row, and all rows of windows in the middle and at the
+    end.
+
+    Attributes
+    ----------
+    done, begin, last : number of steps so far, at the beginning of the run, and at the last recorded row
+    pieces : the recorded rows so far
+    windows, kept : first and last step of each window, and its rows
+    logs : events of each call of the stepper
+    """
 
     def __init__(
         self,
@@ -196,7 +212,8 @@ class _RowRecorder:
         *,
         windows: bool,
     ) -> None:
-        """Begin a record of every ``every``-th row, and of windows of rows if asked for."""
+        """Begin the record at the present state of the stepper, whose row is recorded first. `every` is the number of
+        steps between rows; `inputs` gives rows of inputs for times; `windows`: whether all rows of windows are kept."""
         self.stepper, self.every = stepper, every
         self.begin = self.last = self.done = stepper.count
         held = inputs if isinstance(inputs, HeldRows) and not self.begin else None
@@ -211,7 +228,8 @@ class _RowRecorder:
         self.kept: list[list[Array]] = [[] for _ in self.windows]
 
     def part(self, size: int) -> tuple[int | None, int]:
-        """Return the window of the next steps and their number, at most ``size``, up to the window's next edge."""
+        """Return the number of the window in which the next step lies, None outside, and how many steps lie on the same
+        side. At most `size` steps, up to the next beginning or end of a window."""
         if not self.windows:
             return None, size
         done = self.done
@@ -220,7 +238,8 @@ class _RowRecorder:
         return window, min(size, edge - done)
 
     def steps(self, size: int, window: int | None, table: Array | None) -> int:
-        """Take steps, record their rows, and return the status."""
+        """Take `size` steps, record their rows and events, and return the status of the stepper. `window` is the number
+        of the window in which all these steps lie; None outside. `table` has the rows of inputs."""
         stepper = self.stepper
         before, every = self.done, self.every if window is None else 1
         if window is not None and not self.kept[window]:
@@ -240,7 +259,8 @@ class _RowRecorder:
         return status
 
     def recorded_rows(self, done: int) -> tuple[Array, Array | None, Array | None]:
-        """Return the recorded rows, and all rows of the windows in the middle and at the end."""
+        """Return the recorded rows (n, width), and all rows of the window in the middle and of the one at the end, or
+        None. `done` is the number of steps of the whole run."""
         recorded, kept = self._block.join() if self._block else np.concatenate(self._few), self.kept
         if not self.windows:
             return recorded, None, None
@@ -260,8 +280,8 @@ def _windows(done: int, whole: int) -> list[tuple[int, int]]:
 
 
 def _last_step(stepper: Stepper, grid: TimeGrid, inputs: Callable[[Array], Array] | None) -> tuple[int, Array | None]:
-    """Take the step that is shorter than the others. Returns the status and the row at the end, None if the step
-    failed."""
+    """Take the last step of a time grid, which is shorter than the others. Returns the status and the row (width,) at
+    the end; None in place of the row if the step failed. The setting of the step size is restored."""
     table = None if inputs is None else np.ascontiguousarray(inputs(stepper.t + grid.rest * stepper.input_times))
     stepper.settings[0] = grid.rest
     record = np.empty((1, stepper.sizes["row"]))
@@ -272,8 +292,8 @@ def _last_step(stepper: Stepper, grid: TimeGrid, inputs: Callable[[Array], Array
 
 
 def rows_from(stepper: Stepper, inputs: Callable[[Array], Array], done: int, size: int, start: float) -> Array:
-    """Return rows of inputs (n, nu) for a chunk of steps; the first row is the row at the end of the stepper's last
-    step."""
+    """Return rows of inputs (n, nu) for `size` steps after `done` steps, from a function of times. The first row has
+    the inputs of the stepper's present state if the stepper keeps these. `start` is the time of step 0, s."""
     if isinstance(inputs, HeldRows):
         table = inputs.over(size * (len(stepper.input_times) - 1) + 1)
         if done and (before := stepper.inputs) is not None:
@@ -318,7 +338,9 @@ class CompiledSteps:
         self.free = partial(self._call, 1, self._none, self._none)
 
     def move(self, n: int, first: Array, last: Array | None) -> int:
-        """Take steps with inputs from first to last, or held; return the status."""
+        """Take up to n steps with inputs (nu,) that go linearly from `first` to `last`, or are held at `first` if last
+        is None. Returns the status of the stepper, 0 if all is well; ``u`` then has the inputs at the end, ``events``
+        the events."""
         done, status = 0, 0
         self.events = []
         while done < n and not status:
@@ -332,7 +354,8 @@ class CompiledSteps:
         return status
 
     def follow(self, n: int, driven: Callable[[Array], Array] | None) -> int:
-        """Take steps with the inputs (n, nu) that a function gives for times (n,), or formulas; return the status."""
+        """Take up to n steps with the inputs (n, nu) that a function gives for times (n,); None: by the scene's
+        formulas. Returns the status of the stepper, 0 if all is well; ``events`` has the events of these steps."""
         done, status = 0, 0
         self.events = []
         while done < n and not status:

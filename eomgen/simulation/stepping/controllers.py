@@ -75,12 +75,15 @@ def called_by(layout: Mapping[str, Any]) -> list[Mapping[str, Any]]:
 
 
 def read_controllers(given: Mapping[str, Controller] | None, layout: Mapping[str, Any]) -> CallerControllers | None:
-    """Check the functions that are given for the sampled controllers of a stepper; None if none are needed.
+    """Return the caller's functions for the sampled controllers of a stepper, checked; None if none are needed.
+
+    `given` has functions by the names of controllers, `layout` is the library's.
 
     Raises
     ------
     UsageError
-        Anything but a mapping from names to functions; names that are unknown or missing.
+        Anything but a mapping from names to functions; names that are unknown or missing; a function that does not take
+        the arguments of its calls.
     """
     rows = called_by(layout)
     names = tuple(str(row["name"]) for row in rows)
@@ -153,7 +156,9 @@ class BoundControllers:
         return f"{share:.0%} of the time went into the functions of controllers: {self.calls} calls of {each:.3g} s"
 
     def _call(self, _: Any, number: int, t: float, signals: Any, values: Any, memory: Any) -> int:
-        """Call a controller's Python function from C; return 1 for a failure, whose error is kept."""
+        """Call a controller's Python function from C, and write its values and memory into the C arrays. Returns 0, or
+        1 for a failure, whose error is kept for ``raise_failure``. `number` is the controller's index, `t` in s;
+        `signals`, `values` and `memory` are pointers to doubles."""
         row, began = self._rows[number], time.perf_counter()
         try:
             given = self._array(signals, len(row["signal_states"]))
@@ -238,7 +243,8 @@ def _numbers(row: Mapping[str, Any]) -> str:
 
 
 def _values(row: Mapping[str, Any], result: object, t: float) -> Array:
-    """Return the values that a function gave, (n,). Raises UsageError."""
+    """Return the result of a controller's function as an array (number of outputs,). Raises UsageError if the result at
+    time t in s has another shape or is not finite; `row` is the layout of the controller."""
     where, size = f"controller {row['name']}", len(row["outputs"])
     try:
         array = np.asarray(result, dtype=float)

@@ -25,7 +25,8 @@ _LOOKS = 65
 
 
 def table_of(trajectory: Trajectory, stepper: Stepper, p: Array) -> Events | None:
-    """Return the events of a run with parameters p (np,) from its logs; None if the scene has none."""
+    """Return the events of a finished run, with states before and after each, from the logs of its trajectory. None if
+    the scene has no events. `p` (np,) are the parameters of the run, with the modes at its start."""
     data = stepper.layout["method"].get("events")
     if data is None:
         return None
@@ -52,7 +53,8 @@ def table_of(trajectory: Trajectory, stepper: Stepper, p: Array) -> Events | Non
 
 
 def acting(events: Events | None, layout: Mapping[str, Any]) -> Array:
-    """Return the times of the events that changed the motion, (n,) s."""
+    """Return the times, (n,) s, of the events that changed the motion: all whose action is not to record or count.
+    Empty if `events` is None; `layout` is the library's."""
     if events is None:
         return np.empty(0)
     passive = {row["name"] for row in layout["method"]["events"]["rows"] if row["action"] in ("record", "count")}
@@ -60,7 +62,8 @@ def acting(events: Events | None, layout: Mapping[str, Any]) -> Array:
 
 
 def parameters_over(events: Events | None, model: CompiledModel, p: Array, t: Array) -> Array:
-    """Return the parameters (..., np) at times (...), with modes; (np,) if there are no modes."""
+    """Return the parameters (..., np) with the modes that hold at times (...) in s; p itself, (np,), without modes. At
+    the time of an event the mode after the event holds."""
     if events is None or not events.mode_names:
         return p
     values = np.concatenate([events.first_modes[np.newaxis], events.modes])
@@ -77,7 +80,9 @@ def parameters_with(events: Events, model: CompiledModel, p: Array, modes: Array
 
 
 def without_value(run: Run, rows: Array, events: Events | None) -> list[str]:
-    """Return the events whose formula, or rate of the formula, has no finite value in the next step.
+    """Return the names of the events whose formula, or rate of the formula, has no finite value in the next step.
+
+    The state of the last row is moved on at its accelerations over one step.
 
     Parameters
     ----------
@@ -104,10 +109,11 @@ def without_value(run: Run, rows: Array, events: Events | None) -> list[str]:
 
 
 def ending(status: int, stepper: Stepper, without_value: Sequence[str] = ()) -> str:
-    """Return a sentence on the event that ended a run; empty for other statuses.
+    """Return a sentence on the event that ended a run with this status of its stepper; empty for other statuses.
 
     Parameters
     ----------
+    stepper : in the state at the end
     without_value : names of events whose formula has no value ahead; empty if that is not known
     """
     if status not in AT_EVENTS and status != NO_VALUE.number:

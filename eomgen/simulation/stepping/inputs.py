@@ -57,8 +57,8 @@ class InputSignals:
     left_to_stepper: bool = False
 
     def rows(self, times: Array) -> Array:
-        """Return the inputs at times (n,), (n, nu). Raises UsageError when a callable fails or gives no finite
-        number."""
+        """Return all inputs at times (n,) in s, (n, nu): given signals, else the scene's formulas, else zero. Raises
+        UsageError if a function of the caller fails or gives no finite number."""
         if self.formulas is None or len(self.given) == len(self.names):
             table = np.zeros((len(times), len(self.names)))
         else:
@@ -78,7 +78,8 @@ class InputSignals:
 
     @property
     def held(self) -> Array | None:
-        """Inputs handed to a stepper at all times, (nu,), if they are constant; else None."""
+        """Inputs (nu,) for a stepper if the same at all times, with NaN for inputs that the stepper evaluates; else
+        None."""
         by_formulas = self.formulas is not None and len(self.given) < len(self.names)
         if by_formulas and not self.left_to_stepper:
             return None
@@ -136,8 +137,8 @@ def jumps_known(library: Library) -> bool:
 
 
 def check_reach(layout: Mapping[str, Any], given: Mapping[str, CheckedSignal], start: float, end: float) -> None:
-    """Raise UsageError if a run, from start to end in s, leaves the points of a curve that no input of the caller
-    replaces."""
+    """Raise UsageError if a run, from start to end in s, leaves the points of a curve or the known time of a random
+    process. Curves of inputs in `given`, the caller's, do not count. `layout` is the library's."""
     for item in layout["validity"]:
         first, last = float(item["start"]), float(item["end"])
         rounding = 1e-9 * (last - first)
@@ -181,8 +182,11 @@ def read_signals(
     steps: int,
     units: Mapping[str, str] | None = None,
 ) -> dict[str, CheckedSignal]:
-    """Check the signals given for the inputs of a run of ``steps`` steps; a text such as ``1 N m`` is converted to the
-    unit of the input.
+    """Return the signals given for the inputs of a run of ``steps`` steps by name, checked: numbers, functions or
+    tables.
+
+    Tables are copied, (steps + 1,); a text such as ``1 N m`` is converted to the unit of the input in `units`. `names`
+    are all inputs.
 
     Raises
     ------
@@ -222,7 +226,8 @@ def read_signals(
 
 
 def _call_at(name: str, signal: Function, times: Array) -> Array:
-    """Return the values of an input's function at times. Raises UsageError."""
+    """Return the values (n,) of the caller's function for the input `name` at times (n,) in s. Raises UsageError if the
+    function fails, or gives anything but a finite number."""
     values = np.empty(len(times))
     for index, t in enumerate(times):
         try:

@@ -83,7 +83,9 @@ def stored_run(
     inputs: Mapping[str, Signal],
     controllers: CallerControllers | None = None,
 ) -> Run:
-    """Return the run that a checkpoint or a solution describes, up to an end in s, with all its inputs."""
+    """Return the run that a checkpoint or a solution describes, up to `end` in s, with the inputs of the caller. `data`
+    has the description: settings, parameters, step, start and method by name. `library` has the stepper. Raises
+    UsageError for inputs that are wrong, or an end before the start."""
     settings = {name: float(data["settings"][name]) for name in default_settings(library.layout["method"])}
     p = model.parameter_array({name: data["parameters"][name] for name in model.parameters})
     start, step = float(data["t_start"]), settings["step"]

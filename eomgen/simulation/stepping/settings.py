@@ -89,8 +89,8 @@ def large_joint_angles(names: list[str], units: list[str], q: Array) -> str:
 def check_angles(
     description: Description, parameters: Mapping[str, float], given: Collection[str], start: float, end: float
 ) -> None:
-    """Raise UsageError if formulas of time take sines of too large arguments at the start or at the end (s) of a
-    run."""
+    """Raise UsageError if formulas take sines of too large arguments at the times `start` or `end` of a run, s.
+    `parameters` has tunable parameters by name, `given` the inputs whose formulas the caller replaces."""
     fixed = {("parameter", name, 0): value for name, value in description.values(parameters).items()}
     for key, t in (("t_start", start), ("t_end", end)):
         if too_large := large_angles(description, {**fixed, ("time", "", 0): t}, given):
@@ -113,8 +113,12 @@ def positive(name: str, value: object) -> float:
 
 
 def chosen_method(name: str, given: Mapping[str, float | None], scene: Mapping[str, Any], constrained: bool) -> Method:
-    """Return the method of the run. Raises UsageError for parameters that the method does not have, or values that the
-    method refuses, with the reason."""
+    """Return the method of a run by its name, with parameters from the caller or the scene.
+
+    `given` has the parameters by name, None for the scene's value in `scene`, the defaults of the library.
+    `constrained`: whether the model has constraints. Raises UsageError for parameters that the method does not have or
+    cannot use, and for values that it refuses.
+    """
     for key, value in given.items():
         if value is not None:
             number_of(key, value, "number")
@@ -134,8 +138,9 @@ def chosen_method(name: str, given: Mapping[str, float | None], scene: Mapping[s
 def stepper_settings(
     data: Mapping[str, Any], step: float, method: Method, extra: Mapping[str, float]
 ) -> dict[str, float]:
-    """Return the settings of a stepper in order: the method's parameters, and the caller's own. Raises
-    UsageError."""
+    """Return the settings of a stepper by name, in the order of its memory: defaults, the method's parameters, and
+    `extra`. `data` is the layout of the method, `step` in s, and `extra` the caller's settings. Raises UsageError for
+    settings that the stepper does not have or refuses."""
     values = default_settings(data)
     own = {name: float(value) for name, value in method.parameters.items()}
     for name, value in extra.items():
@@ -145,8 +150,9 @@ def stepper_settings(
 
 
 def stepper_library(model: CompiledModel, name: str, method: Method) -> Library:
-    """Return the model's own library if this library has the method's stepper, else another library, compiled at first
-    use."""
+    """Return the library with the stepper of a method: the model's own, or another one, compiled at first use. Raises
+    UsageError if the model was built without terms that the method needs, and ModelError if the method cannot run on
+    the scene."""
     layout = model.library.layout
     own = name == canonical_name(layout["built_method"])
     if own and layout["method"]:
@@ -288,11 +294,9 @@ def check_span(run: Run, library: Library) -> None:
 
 
 def followed_laws(model: CompiledModel, method: Method, p: Array, grid: TimeGrid) -> tuple[list[Problem], list[str]]:
-    """Return the problems of the drives and of the law of the base in a run, and notes on them.
-
-    Laws may jump at the parameters of the run, (np,), or be too steep for the step; methods with adaptive steps follow
-    steep laws.
-    """
+    """Return the problems of prescribed motions in a run, and notes on doubtful ones. Drives and the law of the base
+    have a problem if they have no value or jump at the parameters p (np,), or are too steep for the step of the grid;
+    adaptive methods follow steep laws. Both lists are empty for laws that are good."""
     laws = [law for law in model.description.laws if not law.constant]
     if not laws:
         return [], []
@@ -314,7 +318,7 @@ def _memory() -> float:
 
 
 def check_memory(rows: int, width: int) -> None:
-    """Raise UsageError if the record of a run would not fit into this machine's memory."""
+    """Raise UsageError if `rows` rows of `width` doubles, with copies, would take most of this machine's memory."""
     needed, available = 8.0 * rows * width * 3.0, _memory()
     if needed > 0.8 * available:
         fault = (

@@ -76,12 +76,13 @@ def inputs_at_rows(model: CompiledModel, t: Array, p: Array, signals: InputSigna
 
 
 def row_values(name: str, model: CompiledModel, states: States, given: PrescribedInputs, p: Array) -> dict[str, Array]:
-    """Return the outputs, or the energy, at all rows; empty if the model was built without the term.
+    """Return the outputs, or the energies, at all rows by name, (n, ...); empty if the model was built without the
+    term.
 
     Parameters
     ----------
     name : ``outputs`` or ``energy``
-    given : at the rows
+    given : inputs and base at the rows
     p : (np,) or (n, np) parameters
     """
     if name not in model.functions:
@@ -125,10 +126,11 @@ def starts_at_equilibrium(start: str | None, given: bool, of_scene: str) -> bool
 def start_of(
     run: Run, initial: Mapping[str, Any] | None, *, equilibrium_start: bool, changed: bool
 ) -> tuple[InitialState, list[Message], list[str]]:
-    """Return the initial state of a run, a sentence for each change of the requested state, and notes on its doubts.
+    """Return the initial state of a run on the constraints, a message for each change of it, and notes on its doubts.
 
     Parameters
     ----------
+    initial : values by name that the caller gives; None for the scene's
     equilibrium_start : whether to start at static equilibrium nearby
     changed : whether the state or the parameters differ from the values that the model was built with
     """

@@ -22,7 +22,9 @@ Log = NDArray[Any]
 
 
 def entry_type(layout: Mapping[str, Any], real: str) -> np.dtype[Any]:
-    """Return the NumPy type of an entry of the log, a struct of C."""
+    """Return the NumPy structured type of one event in the stepper's log: number of the event, time, and state. The
+    state has q, v and z before and after the event, and the modes. `layout` is the library's, `real` ``double`` or
+    ``float``."""
     number = "f4" if real == "float" else "f8"
     sizes, modes = layout["sizes"], len(layout["method"]["events"]["modes"])
     blocks = [(letter, int(sizes[letter])) for letter in "qvz"]
@@ -111,7 +113,8 @@ class Stepper:
         self.workspace, self._memory = np.empty(0), []
 
     def first_inputs(self, inputs: Callable[[Array], Array] | None, grid: TimeGrid) -> Array | None:
-        """Return the input rows for the first step of a time grid, from the function ``Run.driven``."""
+        """Return the table of inputs for the first step of a time grid, (rows of a step, nu), from the function
+        ``Run.driven``. None without the function, if the compiled code evaluates all inputs."""
         if inputs is None:
             return None
         if isinstance(inputs, HeldRows):
@@ -126,7 +129,7 @@ class Stepper:
 
     @property
     def new_events(self) -> Log:
-        """The events of the last call of ``run``."""
+        """The log entries of the events in the last call of ``run``, as a structured array; empty without events."""
         if self._entry is None:
             return np.empty(0)
         memory = self.workspace.view(np.uint8)
@@ -150,7 +153,8 @@ class Stepper:
         return self.row_with(table)
 
     def row_with(self, table: Array | None) -> Array:
-        """Return the row of the current state, at whose time the inputs are the first of ``table``."""
+        """Return the current state as a row (width,), with accelerations at the inputs in the first row of ``table``.
+        `table` is one of a single step; None if no inputs are given."""
         record = np.empty((1, self.sizes["row"]))
         _, rows = self.run(0, 1, table, record)
         return record[0] if rows else np.concatenate([self.state[self.places[name]] for name in self.row_places])
@@ -188,7 +192,8 @@ class Stepper:
         self.workspace.view(np.uint8)[:] = workspace
 
     def initialize(self, t: float, q: Array, v: Array, u_table: Array | None, z: Array | None = None) -> int:
-        """Start at t, q, v, z; ``u_table`` as in ``run`` for one step. Returns a status, 0 when all is well."""
+        """Set the state to time t in s, q (nq,), v (nv,) and z (nz,) with zero counts, and evaluate accelerations.
+        ``u_table`` is a table of inputs of one step as in ``run``. Returns a status, 0 if all is well."""
         self.state[:] = 0.0
         for name, value in (("t", t), ("q", q), ("v", v), *((("z", z),) if self.plan.nz else ())):
             self.state[self.places[name]] = value
@@ -196,9 +201,12 @@ class Stepper:
         return int(self._lib.eomgen_initialize(p, settings, self._pointer(u_table), state, workspace))
 
     def run(self, steps: int, record_every: int, u_table: Array | None, record: Array | None) -> tuple[int, int]:
-        """Take up to ``steps`` steps and fill rows of ``record``, if any; 0: only write the state's row.
+        """Take up to ``steps`` steps, and write every ``record_every``-th row into ``record`` (rows, width); return the
+        status.
 
-        Returns status and rows.
+        Returns the status, 0 if all is well, and the number of rows written. 0 steps: only the row of the present state
+        is written. ``u_table`` has rows (n, nu) of the inputs at the times of ``times_of``; None: formulas are
+        evaluated in C. Raises an error of a caller's controller function.
         """
         table, rows, recorded = self._pointer(u_table), self._pointer(record), self._recorded
         status = self._lib.eomgen_run(*self._memory, steps, record_every, table, rows, recorded)
@@ -233,10 +241,8 @@ def times_of_inputs(within: Array, step: float, first: int, steps: int, start: f
 
 
 def _with_address(numbers: Sequence[float], address: int) -> Array:
-    """Return the numbers as an array; the address stands one place after the end, in the same memory.
-
-    Compiled sampled controllers read the address from there.
-    """
+    """Return the numbers as an array (n,), with an address stored one place after the end of the array. Compiled
+    sampled controllers read the address from there."""
     room = np.zeros(len(numbers) + 1)
     room[:-1] = numbers
     room[-1:].view(np.uint64)[0] = address
@@ -252,7 +258,7 @@ def on_cache_lines(size: int) -> Array:
 
 
 class LaneStepper:
-    """The stepper of a library of lanes with memory.
+    """The stepper of a library that steps several trajectories side by side, in the lanes of vectors, with its memory.
 
     Parameters
     ----------
@@ -261,9 +267,9 @@ class LaneStepper:
 
     Attributes
     ----------
-    lanes : how many trajectories are stepped
+    lanes : number of trajectories that are stepped together
     width : numbers of a row
-    places : slices of the quantities of a flat state
+    places, row_places : slices of the quantities of a flat state, and of a row
     """
 
     def __init__(self, library: LaneLibrary, settings: Mapping[str, float]) -> None:
@@ -281,7 +287,7 @@ class LaneStepper:
         self._inputs: Array | None = None
 
     def start(self, states: Array, parameters: Array, inputs: Array | None) -> None:
-        """Begin.
+        """Initialise all lanes at their states; failures of lanes stand in ``statuses``.
 
         Parameters
         ----------
@@ -304,10 +310,9 @@ class LaneStepper:
         )
 
     def run(self, steps: int, rows: int) -> Array:
-        """Return (lanes, rows, width), a row after each ``steps`` steps; NaN after the failure of a lane.
-
-        ``rows`` 0: only the rows of the present states, (lanes, 1, width).
-        """
+        """Take ``rows`` times ``steps`` steps in all lanes, and return a row after each ``steps`` steps, (lanes, rows,
+        width). Rows are NaN after the failure of a lane. ``rows`` 0: only the rows of the present states, (lanes, 1,
+        width)."""
         record = np.full((self.lanes, max(rows, 1), self.width), np.nan)
         self._lib.eomgen_lanes_run(
             self._doubles(self._parameters),
@@ -333,10 +338,11 @@ class LaneStepper:
         shorter: float = 0.0,
         tables: Array | None = None,
     ) -> tuple[Array, Array, Array, NDArray[np.intc]]:
-        """Return rows (n, 1 + rows, width), with one more row each for ``rest`` and ``shorter``, modes (n, ..., modes)
-        at the rows, flat states (n, size) at the end and statuses (n,).
+        """Run n trajectories from their starts to the end, in groups of as many as there are lanes.
 
-        The last row of a run stopped by an event is the row of the event.
+        Returns rows (n, 1 + rows, width), with one more row each for ``rest`` and ``shorter``, modes (n, ..., modes) at
+        the rows, flat states (n, size) at the end and statuses (n,). Rows after a failure are NaN. The last row of a
+        run stopped by an event is the row of the event.
 
         Parameters
         ----------
@@ -374,7 +380,8 @@ class LaneStepper:
         return record, modes, flat, statuses
 
     def _beside(self, tables: Array) -> Array:
-        """Return tables (n, rows, nu) with the numbers of each group of lanes adjacent in memory."""
+        """Return tables (n, rows, nu) flattened, so that the numbers of the lanes of a group are adjacent in memory.
+        The order is group, row, input, lane; n is a multiple of the number of lanes."""
         count, rows, size = tables.shape
         beside = on_cache_lines(tables.size)
         beside.reshape(-1, rows, size, self.lanes)[:] = np.moveaxis(

@@ -55,8 +55,8 @@ class TimeGrid:
 
 
 def check_resolution(step: float, t: float, real: str) -> float:
-    """Return the distance of a time to the next number of a type. Raises UsageError for a step, > 0, too short for
-    that distance, all in s."""
+    """Return the distance, s, between the time t and the next floating-point number; `real` is ``double`` or ``float``.
+    Raises UsageError if a step > 0 is shorter than 16 times that distance."""
     distance = float(np.spacing(np.float32(abs(t)))) if real == "float" else math.ulp(t)
     if 0.0 < step < FINEST * distance:
         fault = (
@@ -69,7 +69,7 @@ def check_resolution(step: float, t: float, real: str) -> float:
 
 
 def time_grid(start: float, end: float, step: float, real: str = "double") -> TimeGrid:
-    """Return the grid of a run from start to end in steps, all in s.
+    """Return the grid of a run from start to end in equal steps, all in s, with a shorter last step if needed.
 
     Parameters
     ----------
@@ -161,8 +161,8 @@ class StepParts:
         return result
 
     def tell(self, step: float, other: float) -> bool:
-        """Return whether runs in steps of ``step`` and of ``other``, the longer one, estimate an error over the whole
-        run."""
+        """Return whether a run in steps of ``step`` and one in longer steps ``other``, s, differ enough for an error
+        estimate. The ratio of their errors has to be clear in all windows of the run with a considerable error."""
         if not len(self.ends):
             return True
         last = min(self.end, self.start + _MOST * min(step, other))
@@ -191,11 +191,12 @@ class StepParts:
 
 
 def step_parts(method: Mapping[str, Any], start: float, end: float, order: float, changes: Array) -> StepParts:
-    """Return the parts of steps from start to end, s.
+    """Return the parts of steps from start to end, s: steps end at jumps of forces, samples and events.
 
     Parameters
     ----------
-    method : layout of the method
+    method : layout of the method, with the times and periods of jumps and samples
+    order : of the method
     changes : (n,) s, times of events that change the motion
     """
     jumps, clocks = method.get("jumps", {}), method.get("samples", {}).get("clocks", ())
@@ -213,12 +214,12 @@ def step_parts(method: Mapping[str, Any], start: float, end: float, order: float
 
 
 def row_times(data: Mapping[str, Any], real: str) -> Array:
-    """Return the times (rows,) in s of a run.
+    """Return the times (rows,) in s of all rows that a complete run records.
 
     Parameters
     ----------
     data : the metadata of a solution of such a run
-    real : number type of the run
+    real : number type of the run, ``double`` or ``float``
     """
     start, every = float(data["t_start"]), int(data["record_every"])
     grid = time_grid(start, float(data["t_end"]), float(data["settings"]["step"]), real)

@@ -40,7 +40,7 @@ _COMPARISONS = {"<", ">", "<=", ">=", "==", "!="}
 
 @dataclass(frozen=True)
 class TypedText:
-    """The C text of an expression, and the type of the expression."""
+    """The C text of an expression for lanes, and its type; ``null``: whether the text is a pointer known to be NULL."""
 
     text: str
     type: Type
@@ -58,8 +58,14 @@ class TypedText:
 
 @dataclass(frozen=True)
 class AssignmentTarget:
-    """A target of assignments: text, type, region (None for memory of the caller), and the text of the offsets if
-    lanes have different offsets."""
+    """A target of assignments in the C for lanes.
+
+    Attributes
+    ----------
+    text, type : C text and type of the object
+    region : statements with the same active lanes in which it was declared; None for memory of the caller
+    lanes : C text of offsets by lane, if lanes have different offsets; else empty
+    """
 
     text: str
     type: Type
@@ -68,7 +74,13 @@ class AssignmentTarget:
 
 
 class LaneExpressions(ABC):
-    """Expressions of one function; ``RoutineText`` knows the meaning of names and the active lanes."""
+    """Translation of the expressions of one C function to C for lanes; ``RoutineText`` resolves names and active lanes.
+
+    Parameters
+    ----------
+    routine : the function, on which facts are noted for callers and further translations
+    outputs : sizes of the output arrays of model functions, by name
+    """
 
     def __init__(self, source: LaneSource, routine: Routine, outputs: Mapping[str, list[int]]) -> None:
         self.source, self.routine, self.outputs = source, routine, outputs
@@ -106,7 +118,8 @@ class LaneExpressions(ABC):
     # -- conversions -------------------------------------------------------------------------------------------------
 
     def to(self, value: TypedText, kind: Type, node: Any) -> str:
-        """Return the text of a value as another type."""
+        """Return the C text of a value converted to the type `kind`. Raises UntranslatableConstruct, with the place of
+        `node`, if there is no conversion."""
         match kind, value.type:
             case (Real(), Real()) | (LaneIntegers(), LaneIntegers()) | (LaneStructure(), LaneStructure()):
                 return value.text
@@ -129,7 +142,7 @@ class LaneExpressions(ABC):
         raise no_lanes(f"{value.type} as {kind} in {value.text}", node)
 
     def truths(self, value: TypedText) -> str:
-        """Return in which lanes a value is not zero."""
+        """Return the C text of a mask of the lanes in which a value is not zero."""
         match value.type:
             case LaneMask():
                 return value.text
@@ -141,7 +154,7 @@ class LaneExpressions(ABC):
                 return f"EG_WHOLES(({value.text}) ? -1 : 0)"
 
     def _common(self, left: TypedText, right: TypedText, node: Any) -> tuple[str, str, Type]:
-        """Return two values as the type that holds both."""
+        """Return the C texts of two values converted to the smallest type that holds both, and this type."""
         kinds = (left.type, right.type)
         if any(isinstance(kind, Real) for kind in kinds):
             kind: Type = Real()
@@ -160,7 +173,8 @@ class LaneExpressions(ABC):
     # -- values --------------------------------------------------------------------------------------------------------
 
     def value(self, node: Any) -> TypedText:
-        """Return an expression."""
+        """Return the C text for lanes, with its type, of an expression of the syntax tree. Counters that the expression
+        increments are appended to ``behind``. Raises UntranslatableConstruct."""
         match node:
             case c_ast.Constant():
                 return TypedText(
@@ -206,7 +220,7 @@ class LaneExpressions(ABC):
         raise no_lanes(f"the name {name}", node)
 
     def _unary(self, node: Any) -> TypedText:
-        """Return the value of a unary expression in lanes."""
+        """Return the C text for lanes of a unary expression; increments behind a value are appended to ``behind``."""
         if node.op == "sizeof":
             if isinstance(node.expr, c_ast.Typename):
                 return TypedText(
@@ -239,7 +253,8 @@ class LaneExpressions(ABC):
         raise no_lanes(f"the operator {node.op} within an expression", node)
 
     def _binary(self, node: Any) -> TypedText:
-        """Return the value of a binary expression in lanes."""
+        """Return the C text for lanes of a binary expression: a logical one, an address with an offset, a comparison or
+        arithmetic."""
         if node.op in {"&&", "||"}:
             return self._logical(node)
         left_value, right_value = self.value(node.left), self.value(node.right)
@@ -274,8 +289,8 @@ class LaneExpressions(ABC):
         return TypedText(f"({left} {node.op} {right})", kind)
 
     def _logical(self, node: Any) -> TypedText:
-        """Return the value of ``&&`` or ``||`` in lanes; lanes that know the result skip calls in the second
-        operand."""
+        """Return the C text for lanes of ``&&`` or ``||``. A second operand with calls is evaluated only for the lanes
+        whose first operand does not decide."""
         left_value = self.value(node.left)
         joint = node.op == "&&"
         if left_value.known_truth is not None:
@@ -315,8 +330,8 @@ class LaneExpressions(ABC):
         return value
 
     def _choice(self, node: Any) -> TypedText:
-        """Return the value of a conditional expression in lanes; a branch with calls runs under the mask of its
-        lanes."""
+        """Return the C text for lanes of a conditional expression. A branch with calls is evaluated under the mask of
+        its lanes, a branch without calls in all lanes."""
         condition = self.value(node.cond)
         if condition.known_truth is not None:
             return self.value(node.iftrue if condition.known_truth else node.iffalse)
@@ -363,7 +378,8 @@ class LaneExpressions(ABC):
     # -- places --------------------------------------------------------------------------------------------------------
 
     def place(self, node: Any) -> AssignmentTarget:
-        """Return the object named by an expression."""
+        """Return the object that an expression names, as a target of assignments; other expressions as targets without
+        region."""
         match node:
             case c_ast.ID():
                 variable = self.find(node.name)
@@ -396,7 +412,8 @@ class LaneExpressions(ABC):
         return AssignmentTarget(text, self.source.structures[kind.name][node.field.name], region)
 
     def _element(self, node: Any) -> AssignmentTarget:
-        """Return an element of an array as a place, with an offset in each lane if the index differs between lanes."""
+        """Return an element of an array as a target, with an offset in each lane if the index differs between lanes.
+        Elements of tables that lanes share become a look-up in place of a target."""
         if isinstance(node.name, c_ast.UnaryOp | c_ast.BinaryOp):
             value = self.value(node.name)
             place = AssignmentTarget(value.text, value.type, None)
@@ -425,7 +442,9 @@ class LaneExpressions(ABC):
     # -- calls -------------------------------------------------------------------------------------------------------
 
     def call(self, node: Any) -> TypedText:
-        """Return the call of a function."""
+        """Return the C text for lanes of a function call, by the kind of function: constant, memory, arithmetic,
+        routine of the stepper, function of the model, or function for single trajectories. Raises
+        UntranslatableConstruct for others."""
         name = node.name.name if isinstance(node.name, c_ast.ID) else ""
         arguments = list(node.args.exprs) if node.args else []
         if name == "K":
@@ -446,7 +465,8 @@ class LaneExpressions(ABC):
         raise no_lanes(f"a call of {expression_text(node.name)}", node)
 
     def _foreign(self, name: str, arguments: list[Any], node: Any) -> TypedText:
-        """Return the call of a function for a single trajectory, with sizes after arrays."""
+        """Return the call of a function for a single trajectory, which its wrapper calls for one active lane after
+        another. Arrays are followed by their sizes."""
         texts = []
         for item, kind in zip(arguments, self.source.foreign[name], strict=True):
             value = self.value(item)
@@ -460,7 +480,8 @@ class LaneExpressions(ABC):
         return TypedText(f"eg_each_{name}({', '.join([self.mask(), *texts])})", LaneIntegers())
 
     def _arithmetic(self, name: str, arguments: list[Any], node: Any) -> TypedText:
-        """Return a call of a function of numbers; results by pointer are kept in lanes that are not active."""
+        """Return the call of an arithmetic function `name` of C for lanes. Results through pointers are written for
+        active lanes only."""
         texts, made, behind = [], [], []
         for item in arguments:
             value = self.value(item)
@@ -481,7 +502,7 @@ class LaneExpressions(ABC):
         return TypedText(f"({{ {' '.join(made)} {called}; {' '.join(behind)} }})", NoValue())
 
     def _memory(self, name: str, arguments: list[Any], node: Any) -> TypedText:
-        """Return a call of memset, memcpy or memcmp for active lanes."""
+        """Return the C text for memset, memcpy, memmove or memcmp, in which only active lanes are written."""
         target = self.value(arguments[0])
         size = self.value(arguments[2]).text
         if name == "memset":
@@ -518,7 +539,8 @@ class LaneExpressions(ABC):
         return value.as_pointer() if isinstance(value.type, Array) else value
 
     def _routine(self, name: str, arguments: list[Any], node: Any) -> TypedText:
-        """Return a call of a routine of the source, and note how the parameters are used."""
+        """Return the call of another function of the stepper, with the mask of active lanes as first argument. Notes on
+        that routine which parameters vary between lanes, are not null, or point to memory of other lanes, too."""
         routine = self.source.routines[name]
         if name not in self.called:
             self.called.append(name)
@@ -570,7 +592,8 @@ class LaneExpressions(ABC):
         routine.elements[parameter] = kind
 
     def initializer(self, node: Any, kind: Type) -> str:
-        """Return the values that a variable begins with."""
+        """Return the C text of an initializer list of a variable of the type `kind`, with members converted to their
+        types."""
         members: list[Type]
         if isinstance(kind, LaneStructure):
             members = list(self.source.structures[kind.name].values())
@@ -619,7 +642,7 @@ def _compared_with_null(node: Any) -> frozenset[str]:
 
 
 def _has_calls(node: Any) -> bool:
-    """Return whether an expression calls anything but functions of a number."""
+    """Return whether an expression calls any function but arithmetic ones of a number."""
 
     class Calls(c_ast.NodeVisitor):  # type: ignore[misc]
         other = False

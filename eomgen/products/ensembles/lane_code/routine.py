@@ -38,19 +38,24 @@ from eomgen.products.ensembles.lane_code.source import (
 
 
 class RoutineText(LaneExpressions):
-    """The text of one function for lanes.
+    """The C text for lanes of one function of a stepper.
 
     Attributes
     ----------
     signature, text : declaration and definition
-    called : functions of the stepper called by the function
-    functions : functions of the model called under a mask
+    called : names of the stepper's functions that the function calls
+    functions : names of the model's functions that the function calls under a mask
+    returns : type of the result
+    stores : number of assignments outside of masked blocks to memory that other lanes may share
+    parts : whether lanes take different branches
     """
 
     def __init__(
         self, source: LaneSource, routine: Routine, outputs: Mapping[str, list[int]], *, whole: bool = False
     ) -> None:
-        """Translate a routine into C for lanes, with the mask of active lanes as the first parameter."""
+        """Translate a routine into C for lanes, with the mask of active lanes, ``live``, as the first parameter.
+        `whole`: for a text that runs with all lanes active, in which such stores need no mask. Facts about variables
+        are noted on the routine."""
         super().__init__(source, routine, outputs)
         self._whole, self.stores, self.parts = whole, 0, False
         self.top = Region("live")
@@ -104,7 +109,8 @@ class RoutineText(LaneExpressions):
     # -- statements ------------------------------------------------------------------------------------------------
 
     def _block(self, node: Any) -> bool:
-        """Write the statements of a block; False if control never reaches the end of the block."""
+        """Write the statements of a block in a scope of names; return False if control never reaches the end of the
+        block."""
         self.variables.append({})
         going = True
         for item in node.block_items or [] if isinstance(node, c_ast.Compound) else [node]:
@@ -210,7 +216,7 @@ class RoutineText(LaneExpressions):
         self._line(f"{declaration(name, kind)} = {text};" if text else f"{declaration(name, kind)};")
 
     def _pointer(self, node: Any, kind: Pointer) -> None:
-        """Write the declaration of a pointer with the type of the first value."""
+        """Write the declaration of a pointer, with the type of its initial value, or else the type found so far."""
         if node.init is None:
             self._declare(node.name, Pointer(self.routine.elements.get(node.name, in_lanes(kind.to))))
             return
@@ -245,7 +251,9 @@ class RoutineText(LaneExpressions):
         self._store(node.expr, self.value(c_ast.BinaryOp(node.op.strip("p")[0], node.expr, unit)), node)
 
     def _store(self, target: Any, value: Any, node: Any) -> None:
-        """Write an assignment for active lanes."""
+        """Write the assignment of a value to a target for active lanes. A whole number that becomes different between
+        lanes, and pointer targets, are noted on the routine. Raises UntranslatableConstruct for pointers set in some
+        lanes only."""
         place = self.place(target)
         if isinstance(place.type, Pointer):
             if isinstance(target, c_ast.ID):
@@ -272,14 +280,16 @@ class RoutineText(LaneExpressions):
         self._line(self.store(place, value, node) + ";")
 
     def _within_loops_of(self, region: Region | None) -> bool:
-        """Return whether there are only loops between here and a region: all lanes that are still here agree."""
+        """Return whether only bodies of loops lie between the present region and an outer one, so that the remaining
+        lanes agree."""
         here: Region | None = self.region
         while here is not None and here is not region and here.loop is not None:
             here = here.outer
         return here is region
 
     def store(self, place: AssignmentTarget, value: Any, node: Any) -> str:
-        """Return the statement that writes a value for the active lanes."""
+        """Return the C text that stores a value at a target for the active lanes: scattered, direct, merged or picked
+        by mask."""
         text = self.to(value, place.type, node)
         is_here = place.region is self.region
         if not is_here and self.region is self.top:
@@ -296,7 +306,8 @@ class RoutineText(LaneExpressions):
         return f"{place.text} = {pick(self.mask(), text, place.text, place.type)}"
 
     def _return(self, node: Any) -> None:
-        """Write a return for active lanes; other lanes go on."""
+        """Write a return statement. Within a masked block, active lanes keep the result and are removed from all masks
+        around; other lanes go on."""
         value = ""
         if node.expr is not None:
             returned = self.value(node.expr)
@@ -351,7 +362,8 @@ class RoutineText(LaneExpressions):
     # -- blocks under masks ------------------------------------------------------------------------------------------
 
     def _if(self, node: Any) -> bool:
-        """Write an if statement, both branches under masks if lanes take different branches."""
+        """Write an if statement, with both branches as masked blocks if the condition differs between lanes. Returns
+        whether execution may go on after the statement."""
         condition = self.value(node.cond)
         if condition.known_truth is not None:
             chosen = node.iftrue if condition.known_truth else node.iffalse
@@ -378,7 +390,8 @@ class RoutineText(LaneExpressions):
         return True
 
     def _switch(self, node: Any) -> None:
-        """Write a choice by a number that all lanes have in common, whose cases run on into the next."""
+        """Write a switch over a number that all lanes share, whose cases fall through. Raises UntranslatableConstruct
+        for a number of each lane, and for cases that end with break, continue or return."""
         chosen = self.value(node.cond)
         if not isinstance(chosen.type, UniformInteger):
             raise no_lanes(f"a choice of its own in each lane: {expression_text(node.cond)}", node)
@@ -394,7 +407,8 @@ class RoutineText(LaneExpressions):
         self._line("}")
 
     def _under(self, node: Any, mask: str, name: str = "") -> None:
-        """Write a block for the lanes of a mask, if there are any."""
+        """Write a block that runs under a mask if any lane is in it. `mask` is the C text of the mask, `name` its
+        variable, which is declared if empty. Lanes that left within the block are removed from the masks around."""
         if not name:
             name = self.fresh("m")
             self._line(f"eg_wholes {name} = {mask};")
@@ -410,7 +424,8 @@ class RoutineText(LaneExpressions):
         self._line("}")
 
     def _rejoin(self, outer: Region) -> None:
-        """Remove lanes that have left from the mask of a block in which other lanes remain."""
+        """Write the removal of lanes that have left from the mask of the block `outer`; without lanes the block is
+        left."""
         if not outer.left:
             return
         base = next((loop.region.mask for loop in reversed(self.loops) if loop.parted), "live")
@@ -434,7 +449,8 @@ class RoutineText(LaneExpressions):
         self.variables.pop()
 
     def _loop(self, condition: Any, step: Any, body: Any, *, late: bool = False) -> None:
-        """Write a loop; ``late``: the first iteration has no condition."""
+        """Write a loop: as a loop of C if all lanes take the same iterations, else under masks. `condition`, `step` and
+        `body` are its parts; `late`: the first iteration has no condition."""
         again = ""
         if late:
             again, step = self.fresh("again"), None
@@ -473,7 +489,8 @@ class RoutineText(LaneExpressions):
         return ", ".join(line.strip().rstrip(";") for line in made)
 
     def _parted_loop(self, condition: Any, step: Any, body: Any, again: str) -> None:
-        """Write a loop that runs until every lane has left the loop."""
+        """Write a loop under masks that runs until every lane has left it; `again` names the variable of a loop with
+        its condition at the end, or is empty."""
         self.parts = True
         outer = self.region
         run, turn = self.fresh("run"), self.fresh("m")

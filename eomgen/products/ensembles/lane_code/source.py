@@ -215,7 +215,8 @@ class LaneSource:
 
 
 def read(tree: Any, outputs: Mapping[str, list[int]]) -> LaneSource:
-    """Return the declarations of a parsed file; ``outputs`` names functions of the model."""
+    """Return types, tables and functions of a parsed C file, with texts of its declarations for lanes; ``outputs`` has
+    the names of the model's functions."""
     source = LaneSource(names={"real": Real(), "eomgen_real": Real()})
     for item in tree.ext:
         if isinstance(item, c_ast.Typedef):
@@ -233,7 +234,8 @@ def read(tree: Any, outputs: Mapping[str, list[int]]) -> LaneSource:
 
 
 def type_of(node: Any, source: LaneSource) -> Type:
-    """Return the type of a declarator; whole numbers are the same in all lanes."""
+    """Return the type of a declarator of the syntax tree, with whole numbers that all lanes share. `source` has the
+    known type names. Raises UntranslatableConstruct."""
     match node:
         case c_ast.TypeDecl():
             return type_of(node.type, source)
@@ -262,7 +264,7 @@ def type_of(node: Any, source: LaneSource) -> Type:
 
 
 def in_lanes(kind: Type) -> Type:
-    """Return the type with whole numbers per lane: members of structures, arrays that are written to."""
+    """Return a type with a whole number in each lane in place of shared ones, also within arrays and pointers."""
     match kind:
         case UniformInteger():
             return LaneIntegers()
@@ -279,7 +281,9 @@ def expression_text(node: Any) -> str:
 
 
 def _read_type(item: Any, source: LaneSource) -> None:
-    """Add an enumeration, a structure or another typedef to the names of the source."""
+    """Add a typedef to the names of the source: an enumeration, a structure with members per lane, or another type.
+    Members of settings stay common to all lanes. Texts of enumerations and structures are appended to
+    ``source.texts``."""
     kind = item.type.type if isinstance(item.type, c_ast.TypeDecl) else None
     if isinstance(kind, c_ast.Enum):
         source.texts.append(expression_text(item) + ";")
@@ -340,7 +344,7 @@ def _read_table(item: Any, source: LaneSource) -> None:
 
 
 def shared_type(kind: Type) -> Type:
-    """Return the type of a table that all lanes have in common."""
+    """Return the type of a constant table, in which numbers are shared by all lanes."""
     match kind:
         case Real():
             return SharedNumber()
@@ -365,7 +369,7 @@ def qualifiers(node: Any) -> list[str]:
 
 
 def declaration(name: str, kind: Type, *, constant: bool = False) -> str:
-    """Return the declaration of a variable."""
+    """Return the C declaration of a variable of a type, without initial value and semicolon."""
     if isinstance(kind, Pointer) and isinstance(kind.to, Array):
         return declaration(f"(*{name})", kind.to)
     sizes = ""
@@ -377,7 +381,13 @@ def declaration(name: str, kind: Type, *, constant: bool = False) -> str:
 
 
 class _UseCounts(c_ast.NodeVisitor):  # type: ignore[misc]
-    """Counts of the uses of names, and of the uses within loops that begin with an assignment."""
+    """Visitor that counts the uses of names in a function, and their uses within loops whose counters they are.
+
+    Attributes
+    ----------
+    everywhere, in_loops : counts by name
+    set_in_bodies : names that are set elsewhere than in the head of their loop
+    """
 
     def __init__(self) -> None:
         self.everywhere: dict[str, int] = {}

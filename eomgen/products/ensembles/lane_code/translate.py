@@ -111,7 +111,8 @@ def _file(source: LaneSource, made: Mapping[str, RoutineText], outputs: Mapping[
 
 
 def _both(source: LaneSource, text: RoutineText, outputs: Mapping[str, list[int]]) -> str:
-    """Return the text of a function; of a long one without branches a second text for all lanes active, too."""
+    """Return the C text of a translated function. A long one without branches and calls, whose result is void, has a
+    second text for all lanes active, which the first one calls then."""
     if text.parts or text.called or text.functions or text.stores < _MANY_STORES or not _is_void(text):
         return text.text
     name = text.routine.name
@@ -127,7 +128,9 @@ def _is_void(text: RoutineText) -> bool:
 
 
 def _each(name: str, kinds: Sequence[Type]) -> str:
-    """Return the call of a function for a single trajectory for one lane after another."""
+    """Return the C of a wrapper ``eg_each_NAME`` that calls a function for a single trajectory for each lane of a mask.
+    `kinds` are the types of the parameters; arrays are copied to and from the lane, and results are returned by
+    lane."""
     plain = [f"{'double *' if isinstance(kind, Pointer) else 'double '}x{i}" for i, kind in enumerate(kinds)]
     taken, before, filled, arguments, behind = [], [], [], [], []
     for i, kind in enumerate(kinds):
@@ -161,7 +164,8 @@ def _each(name: str, kinds: Sequence[Type]) -> str:
 
 
 def _masked_function(name: str, source: LaneSource, sizes: list[int]) -> str:
-    """Return the function of a model that does not change other lanes."""
+    """Return the C of a wrapper ``eg_masked_NAME`` that calls a function of the model and writes outputs of active
+    lanes only. `sizes` are the sizes of its output arrays, the last parameters."""
     kinds = source.functions[name]
     taken = [declaration(f"x{i}", kind) for i, kind in enumerate(kinds)]
     arguments, before, behind = [], [], []
@@ -212,7 +216,8 @@ _NULL = {"initialize": (), "loop": ("u_end", "record", "recorded")}
 
 
 def stepper_in_lanes(model: CompiledModel, library: Library) -> LaneLibrary | str:
-    """Return the stepper of a library of a model for several trajectories side by side, or why there is none."""
+    """Return the library that steps several trajectories side by side with the stepper of `library`; or in words, the
+    reason for which there is none."""
 
     def files_of(files: Mapping[str, str], preprocessed: Preprocess) -> Mapping[str, str]:
         try:
