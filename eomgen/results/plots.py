@@ -566,8 +566,8 @@ def _turns(values: Array) -> int:
 
 
 def _panel(axis: Any, t: Array, panel: Sequence[PlottedCurve], *, beside: bool = True) -> None:
-    """Draw the curves of a panel over t (nt,) on one axis, with labels, legend and limits; `beside`: the legend is
-    beside."""
+    """Draw the curves of a panel over t (nt,) on one axis, with labels, limits and a legend at the right, or within the
+    panel if a caller made the axis."""
     outputs = {curve.output: curve.description for curve in panel}
     alone = len(outputs) == 1
     size = max((float(np.ptp(curve.values)) for curve in panel if len(curve.values)), default=0.0)

@@ -53,7 +53,7 @@ def poses_and_scenery(
 ) -> PosesAndScenery:
     """Return the poses of all bodies by name, (nt, 7), and of the base if the base moves, with data of a picture. `t`
     (nt,) are in s, `q` is (nt, nq), `p` (np,) or (nt, np). The data are added by products, whose functions stand in the
-    register ``eomgen.scenery``. The term ``poses`` is compiled if the model lacks it.
+    register ``eomgen.scenery``. The term ``poses`` is compiled if missing in the model.
 
     Parameters
     ----------

@@ -73,5 +73,5 @@ def bound_steps(outcome: JudgedRun, execution: Execution, beginning: RunStart) -
 
 
 def _with_checkpoints(outcome: JudgedRun, execution: Execution, beginning: RunStart) -> JudgedRun:
-    """Return the outcome of a run, executed again if it writes checkpoints, which another run has overwritten."""
+    """Return the outcome of a run, executed again if another run has overwritten checkpoints."""
     return outcome if outcome.writer is None else execution.outcome(outcome.run, beginning)

@@ -260,7 +260,7 @@ def _rounding(values: Sequence[float]) -> float:
 
 
 def _bisect(beyond: Callable[[Array], Array], inside: float, outside: float) -> float:
-    """Return a step between `inside`, at which a function is 0 or less, and `outside`, at which it is positive, at its
+    """Return a step between `inside`, at which a function is 0 or less, and `outside`, at which it is positive, at a
     zero."""
     for _ in range(60):
         middle = (inside + outside) / 2

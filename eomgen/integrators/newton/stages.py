@@ -66,7 +66,7 @@ def stages_of_tree(
 def stages(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing, growth: float = 1.0) -> list[Stage]:
     """Return the stages of elimination as pairs of row and column indices of the iteration matrix.
 
-    A stage has one body, with the constraints that it can take up; bodies with the fewest neighbours come first.
+    A stage has one body, with the constraints that fit; bodies with the fewest neighbours come first.
     Internal states that touch few bodies come before, others after all bodies. ``growth``: ratio of the lengths of the
     scene that is meant and the scene that is derived.
     """

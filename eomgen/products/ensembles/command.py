@@ -153,7 +153,7 @@ def _read_samples(path: Path) -> dict[str, list[float | str]]:
 
 
 def _cell(where: str, word: str) -> float | str:
-    """Return the number in a cell of a table, or its text if it is a number with a unit. Raises FileError for other
+    """Return the number in a cell of a table, or the text of a number with a unit. Raises FileError for other
     texts."""
     try:
         return float(word)

@@ -201,8 +201,8 @@ def from_normal(distribution: Distribution, z: Array) -> Array:
 
 def _levels(where: str, name: str, words: Sequence[str], unit: str) -> tuple[float, ...]:
     """Return the levels of the list `name` (``values``, ``linspace`` or ``logspace``) from its arguments as words.
-    Numbers are in `unit`, or converted to it. Raises UsageError for words that are not numbers, or a wrong count;
-    `where` is for messages."""
+    Numbers are in `unit`, or converted to that unit. Raises UsageError for words that are not numbers, or a wrong
+    count."""
     if name == "values":
         return tuple(read_number(where, word, unit, "values(1, 2, 4)") for word in words)
     signature = f"{name}(low, high, count)"

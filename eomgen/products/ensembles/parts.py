@@ -108,7 +108,7 @@ class WorkerState:
 
     def run(self, first: int, values: Array) -> EnsemblePart | Refusal | None:
         """Run the samples from number `first` on, with varied quantities (n, d), in this process. Returns a Refusal if
-        they cannot be run at all, and None if ``stop`` was set."""
+        the process can run no samples, and None if ``stop`` was set."""
         try:
             model = self._make_model()
             with tempfile.TemporaryDirectory(prefix="eomgen-runs-") as folder:

@@ -87,8 +87,8 @@ class LaneRunner:
         return inputs
 
     def _starts(self, values: Array, parameters: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """Return initial states (samples, nq + nv + nz) on the constraints, or at rest, and a mask (samples,) of those
-        that failed."""
+        """Return initial states (samples, nq + nv + nz) on the constraints, or at rest, and a mask (samples,) of failed
+        ones."""
         model, common = self.model, self.options.common
         changed = bool(common.get("initial")) or common.get("parameters") is not None
         changed = changed or any(item.block != "inputs" for item in self.options.items)

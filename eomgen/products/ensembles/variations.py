@@ -45,12 +45,11 @@ def laws_that_vary(model: CompiledModel) -> list[str]:
 
 def law_of(model: CompiledModel, name: str, where: str) -> int:
     """Return the index of the input that ``seed.NAME`` or ``scale.NAME`` varies; waves are counted after all inputs.
-    Raises UsageError if there is no such law, or no seed or factor of it can vary.
+    Raises UsageError if there is no such law, or if no seed or factor can vary the law.
 
     Parameters
     ----------
     name : ``seed.NAME`` or ``scale.NAME``
-    where : argument or option with the name, for messages
     """
     kind, _, of = name.partition(".")
     index = {item.name: k for k, item in enumerate(model.description.inputs)}.get(of)

@@ -34,7 +34,7 @@ def run_arguments(
 ) -> dict[str, Any]:
     """Return the arguments of a run in which derivatives are taken: ``q`` and ``v``, or None, and ``parameters`` and
     ``inputs`` by name. `array` makes an array from a name and a value. Raises UsageError for parameters or inputs that
-    are no mapping."""
+    are not mappings."""
     arguments: dict[str, Any] = {"q": None if q is None else array("q", q), "v": None if v is None else array("v", v)}
     for block, values in (("parameters", parameters), ("inputs", inputs)):
         if not (values is None or isinstance(values, Mapping)):

@@ -210,8 +210,8 @@ def _row_functions(
 
 
 class _Blocks:
-    """Results of one CasADi function that are blocks of derivatives: sparsity (``outputs``) and origin of the numbers
-    (``blocks``) of each, in order."""
+    """Results of one CasADi function that are blocks of derivatives, in order: ``outputs`` with the sparsity, and
+    ``blocks`` with the source of the numbers."""
 
     def __init__(self, texts: Texts) -> None:
         self.texts = texts

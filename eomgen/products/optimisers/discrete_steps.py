@@ -308,8 +308,8 @@ class StepChain:
 
     @cached_property
     def first(self) -> dict[str, int]:
-        """Index of the first number of each part of the memory, behind the step's Jacobian and Hessian; ``work``: the
-        size of all."""
+        """Index of the first number of each part of the memory, which follow both derivatives; ``work``: the whole
+        size."""
         widest = max((sum(function.exported.sizes.values()) for function in self.functions), default=0)
         scratch = max((function.exported.work for function in self.functions), default=0)
         parts = {"end": self.nx, "W": self.count, "D": self.count * self.nn, "J": self.numbers, "scratch": scratch}
@@ -466,7 +466,7 @@ def chain_of(
 
 def _reason(method: Any, recorded: bool, rows: int, holonomic: int) -> str:
     """Return why steps of a method have no derivatives in C, as the end of a message; empty if no reason is known.
-    `recorded`: whether they have them for scenes of another kind; `rows` and `holonomic` count constraints."""
+    `recorded`: whether steps for scenes of another kind have some; `rows` and `holonomic` count constraints."""
     if recorded:  # for scenes of another kind
         kind = "constraints on positions" if holonomic else "constraints" if rows else "no constraints"
         return f" for scenes with {kind}"

@@ -371,7 +371,7 @@ class Equations:
         return _gather((self.height, self.width), places)
 
     def _lower(self) -> Pattern:
-        """Return the pattern of the lower triangle of the Hessian of weighted rows, in the arguments of
+        """Return the lower triangle of the Hessian of weighted rows as a pattern, in the arguments of
         differentiation."""
         first, places = 0, list[tuple[Any, ...]]()
         for part in self.parts:

@@ -102,7 +102,7 @@ class Runs:
 
     def gradient(self, values: Mapping[str, Any], weights: Any) -> dict[str, Any]:
         """Return the gradient of the sum of weights (rows, components) times outputs, by one adjoint, nested as the
-        values. In q it is left-trivialised, (nv,)."""
+        values. In q the gradient is left-trivialised, (nv,)."""
         run, table = self._run(values), np.asarray(weights)
         entries = dict(zip(run.by, run.gradients([self.by_output(table)])[0], strict=True))
         by_input = {

@@ -428,8 +428,7 @@ class TorchFunctions:
         return self._operators.package.from_numpy(np.array(array, float))
 
     def _places(self, name: str, pattern: Sparsity) -> Any:
-        """Return for each column of a pattern of derivatives its index among the directions of all arguments of the
-        term."""
+        """Return for each column of a pattern of derivatives its index among the directions of a term's arguments."""
         directions = self._scene.directions(arguments_of(name))
         firsts = dict(zip(directions, np.cumsum([0, *directions.values()]).tolist(), strict=False))
         return np.concatenate([firsts[block] + np.arange(directions[block]) for block in pattern.arguments]).astype(int)

@@ -213,7 +213,7 @@ class MotionDifference(NamedTuple):
 
 
 class ComparisonRuns:
-    """A run, and the comparison runs that are made of it when asked for.
+    """A run, and comparison runs, which are made on demand.
 
     Attributes
     ----------

@@ -218,7 +218,7 @@ class _RateSearch:
     # -- eigenvalues at rows ---------------------------------------------------------------------------------------
 
     def _lasting(self, row: int) -> Rate | None:
-        """Return the decay of velocities at a row; None if it is not known. If it is too fast for the method there,
+        """Return the decay of velocities at a row; None if not known. If too fast for the method there,
         return the slower decay of this row and a neighbour: a method is unstable only if its steps stay in a steep law,
         and one step passes through a law at rest."""
         here = self._at_row(row)

@@ -230,7 +230,7 @@ class StepPath:
 
     def rates(self, blocks: StepStates, states: tuple[Array, Array, Array] | None = None) -> Array:
         """Return accelerations and rates of internal states, (m, nv + nz), at the times, inputs and parameters of
-        blocks. `states` are other q, v and z with m rows each to evaluate them at; None: the states of the blocks."""
+        blocks. `states` are other q, v and z with m rows each; None: the states of the blocks."""
         model = self.run.model
         q, v, z = states or blocks.states
         given = {"u": blocks.u if model.nu else None, "z": z, "parameters": blocks.p}

@@ -58,7 +58,7 @@ class _LastState(NamedTuple):
 
 
 def end_of(run: FinishedRun) -> str:
-    """Return a sentence on the end of a run: the time and the number of steps, and if it stopped early, cause and
+    """Return a sentence on the end of a run: the time and the number of steps, and of an early stop cause and
     remedy."""
     last_run, stepper, trajectory = run.last_run, run.stepper, run.trajectory
     t = trajectory.rows[-1, 0]
@@ -147,8 +147,7 @@ def _fault_of_motion(run: Run, trajectory: Trajectory, last: _LastState, *, fini
 
 
 def _growth(run: Run, stepper: Stepper, trajectory: Trajectory) -> Finding | None:
-    """Return a finding on a motion that grows by its equations before a run stopped; None if it does not, or by the
-    method."""
+    """Return a finding on a motion that grows by its equations before a run stopped; None without such a growth."""
     if growth := own_growth(run, stepper.library, trajectory.rows):
         hint = (
             "the signs and sizes of forces, stiffnesses and gains, for it is the equations that diverge: no smaller"

@@ -219,7 +219,7 @@ class FinishedRun(EvaluatesOnce):
 
     @cached_property
     def error(self) -> ErrorEstimate:
-        """The estimated errors of the run; an estimate without values but a reason if it is switched off or cannot be
+        """The estimated errors of the run; a reason without values if the estimate is switched off or cannot be
         made. Evaluation makes the comparison runs. Fast motions that the steps do not resolve are named in
         ``unresolved``."""
         from eomgen.simulation.accuracy.error_estimation import ErrorEstimation, no_estimate  # noqa: PLC0415  # on request
@@ -297,7 +297,7 @@ class FinishedRun(EvaluatesOnce):
 
     @cached_property
     def balance(self) -> EnergyBalance:
-        """The energy balance of the rows; of unknown error if rows are too sparse to judge the work between them. A
+        """The energy balance of the rows; of unknown error if rows are too sparse for the work in between. A
         system at rest counts as balanced."""
         from eomgen.simulation.judgement import invariants  # noqa: PLC0415  # on request
 

@@ -336,7 +336,7 @@ def _sizes(run: Run, rows: Array) -> Array:
 def _travelling(run: Run, rows: Array, part: float) -> NDArray[np.bool_]:
     """Return a mask (nv + nz,) of the components that move over the rows (n, width) by more than a part of their scale.
     A velocity's travel, its largest value times the time of the rows, is compared with `part` of the largest coordinate
-    in m, or of a radian; an internal state moves if it is not zero."""
+    in m, or of a radian; an internal state that is not zero moves."""
     model = run.model
     size = _sizes(run, rows)[0]
     travel = size[: model.nv] * (rows[-1, 0] - rows[0, 0])

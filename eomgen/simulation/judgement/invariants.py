@@ -77,7 +77,7 @@ def energy_balance(
     """Return the largest imbalance between the total energy and the work of forces and of the base, over rows.
 
     The result has no error but a reason if the energy is not there or not finite, if there are too few rows, or if
-    these do not resolve the work between them.
+    these do not resolve the work in between.
 
     Parameters
     ----------
@@ -128,8 +128,8 @@ def energy_balance(
 
 def _out_of_nothing(t: Array, energy: Mapping[str, Array], moving: float) -> float:
     """Return the gain of total energy as a part of `moving`, the energy in motion in J, if no recorded energy explains
-    it. 0 if the initial kinetic energy, the range of the potential energy and the work of the largest power may explain
-    it."""
+    that gain, else 0. Explanations are the initial kinetic energy, the range of potential energy, and work by the
+    largest recorded power."""
     known = energy["kinetic"][0] + np.ptp(energy["potential"])
     known += (t[-1] - t[0]) * np.max(np.maximum(energy["power"] + energy["base_power"], 0.0))
     gain = float(np.max(energy["total"] - energy["total"][0]))

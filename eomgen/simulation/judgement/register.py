@@ -82,8 +82,8 @@ class Verdict:
         return result
 
     def _evaluate(self, check: Check) -> tuple[Finding, ...]:
-        """Return the findings of a check on the run, with its name and severity; none if an earlier check makes it
-        superfluous. None also if the check requires a finding of certain earlier checks, and there is none."""
+        """Return the findings of a check on the run, with its name and severity; none if an earlier check makes this
+        one superfluous, or if a finding of certain earlier checks is required and missing."""
         run, name = self._run, check.name
         for other in check.unless:
             if self._fails_before(name) if other == ANY_FAILURE else self.of(other):

@@ -126,7 +126,7 @@ def starts_at_equilibrium(start: str | None, given: bool, of_scene: str) -> bool
 def start_of(
     run: Run, initial: Mapping[str, Any] | None, *, equilibrium_start: bool, changed: bool
 ) -> tuple[InitialState, list[Message], list[str]]:
-    """Return the initial state of a run on the constraints, a message for each change of it, and notes on its doubts.
+    """Return the initial state of a run on the constraints, a message for each change, and notes on doubts.
 
     Parameters
     ----------

@@ -174,7 +174,7 @@ class LaneExpressions(ABC):
 
     def value(self, node: Any) -> TypedText:
         """Return the C text for lanes, with its type, of an expression of the syntax tree. Counters that the expression
-        increments are appended to ``behind``. Raises UntranslatableConstruct."""
+        increments afterwards are kept for the end of the statement. Raises UntranslatableConstruct."""
         match node:
             case c_ast.Constant():
                 return TypedText(
@@ -220,7 +220,8 @@ class LaneExpressions(ABC):
         raise no_lanes(f"the name {name}", node)
 
     def _unary(self, node: Any) -> TypedText:
-        """Return the C text for lanes of a unary expression; increments behind a value are appended to ``behind``."""
+        """Return the C text for lanes of a unary expression; postfix increments are kept for the end of the
+        statement."""
         if node.op == "sizeof":
             if isinstance(node.expr, c_ast.Typename):
                 return TypedText(
@@ -442,9 +443,9 @@ class LaneExpressions(ABC):
     # -- calls -------------------------------------------------------------------------------------------------------
 
     def call(self, node: Any) -> TypedText:
-        """Return the C text for lanes of a function call, by the kind of function: constant, memory, arithmetic,
-        routine of the stepper, function of the model, or function for single trajectories. Raises
-        UntranslatableConstruct for others."""
+        """Return the C text of a function call for lanes: of a constant, a memory function, arithmetic, a routine of
+        the stepper, a model function, or a function for single trajectories. Raises UntranslatableConstruct for
+        others."""
         name = node.name.name if isinstance(node.name, c_ast.ID) else ""
         arguments = list(node.args.exprs) if node.args else []
         if name == "K":

@@ -407,7 +407,7 @@ class RoutineText(LaneExpressions):
         self._line("}")
 
     def _under(self, node: Any, mask: str, name: str = "") -> None:
-        """Write a block that runs under a mask if any lane is in it. `mask` is the C text of the mask, `name` its
+        """Write a block that runs under a mask unless the mask is empty. `mask` is the C text of the mask, `name` its
         variable, which is declared if empty. Lanes that left within the block are removed from the masks around."""
         if not name:
             name = self.fresh("m")
@@ -489,7 +489,7 @@ class RoutineText(LaneExpressions):
         return ", ".join(line.strip().rstrip(";") for line in made)
 
     def _parted_loop(self, condition: Any, step: Any, body: Any, again: str) -> None:
-        """Write a loop under masks that runs until every lane has left it; `again` names the variable of a loop with
+        """Write a loop under masks that runs until every lane has left; `again` names the variable of a loop with
         its condition at the end, or is empty."""
         self.parts = True
         outer = self.region

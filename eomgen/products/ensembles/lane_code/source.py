@@ -381,7 +381,7 @@ def declaration(name: str, kind: Type, *, constant: bool = False) -> str:
 
 
 class _UseCounts(c_ast.NodeVisitor):  # type: ignore[misc]
-    """Visitor that counts the uses of names in a function, and their uses within loops whose counters they are.
+    """Visitor that counts the uses of names in a function, and their uses as counters within loops.
 
     Attributes
     ----------
