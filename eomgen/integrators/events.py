@@ -243,7 +243,7 @@ def _controller_data(
 
 
 def controller_status(controllers: Sequence[SampledController]) -> tuple[Status, ...]:
-    """Return the status of a function that fails, if any are called."""
+    """Return the status of a controller's function that fails; none without sampled controllers with functions."""
     if not controllers:
         return ()
     names = ", ".join(item.name for item in controllers)

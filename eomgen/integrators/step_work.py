@@ -104,7 +104,8 @@ def _operations_of_sources(data: Mapping[str, Any]) -> tuple[int, int]:
 
 
 def work_of_products(products: Sequence[Mapping[str, Any]]) -> tuple[Work, Work]:
-    """Return the work of M times a vector and of gain K times another, of ``Program.method["products"]``."""
+    """Return the work of M times a vector, and of gain K times another vector, per step; `products` has the terms of
+    each row."""
     mass, stiffness = ([len(row[name]) for row in products if row[name]] for name in ("M", "K"))
     differences = sum(other is not None for row in products for _, _, other in row["K"])
     return (
@@ -114,7 +115,8 @@ def work_of_products(products: Sequence[Mapping[str, Any]]) -> tuple[Work, Work]
 
 
 def work_of_kernel(kernel: Mapping[str, Any], times: int) -> Work:
-    """Return the work of a function on a group, of ``Program.method["lie"]["kernels"]``."""
+    """Return the work of calling a group function `times` times in a step, by counting the operations of its
+    statements."""
     counts: Counter[str] = Counter()
     for expression in [value for _, value in kernel["statements"]] + list(kernel["results"]):
         counts.update(_operations(expression))

@@ -42,7 +42,8 @@ Between = Callable[[Rows, Array, Index], tuple[Array, Array, Array, Array]]
 
 
 def factors_of(metadata: Mapping[str, Any]) -> list[Factor]:
-    """Return the Lie groups of the coordinates in a solution's metadata. Raises UsageError if there are none."""
+    """Return the Lie groups of a configuration's coordinates from a solution's metadata. Raises UsageError if not
+    there."""
     if "factors" not in metadata:
         fault = (
             "this solution does not say which groups its coordinates are of: it was made by hand or by an older"

@@ -31,7 +31,7 @@ class LargestError:
     error, unit : the largest estimated error of the coordinate, the rotation or the state
     time : s, when
     share : part of the motion of the coordinate, or of the rotation, or of the internal state, or of a measure instead
-    measure : reference of the error, if the motion itself is too small for a reference
+    measure : name of the reference of ``share``: the motion, or a larger measure if the motion is too small
     """
 
     name: str
@@ -73,7 +73,7 @@ class ErrorEstimate:
     relative : the largest of ``relative_at``
     largest : which, how much and when
     largest_velocity : the same of the velocities, as a part of the largest velocity of the same unit; of elastic
-        coordinates, with small rates compared with joints, as a part of the largest elastic rate
+        coordinates, with small rates compared with joints, as a part of the coordinate's own largest rate
     largest_output : the same of the outputs, as a part of the range of each; None without any
     method : how the estimate was obtained
     seconds : s, time that the estimate took
@@ -234,7 +234,7 @@ class ErrorEstimate:
         return {**words, **{name: None if item is None else vars(item) for name, item in result.items()}, **numbers}
 
     def arrays(self) -> dict[str, Array]:
-        """Return the arrays by name, for a file."""
+        """Return the arrays over time by attribute, for a file; outputs as ``outputs_at.`` with the name."""
         arrays = {
             "t": self.t,
             "relative_at": self.relative_at,
@@ -341,7 +341,7 @@ class SampleErrors:
         return f"{text}; try: a step smaller than {self.step * factor:.2g} s"
 
     def summary(self) -> dict[str, Any]:
-        """Return JSON data.
+        """Return the errors of samples as JSON data.
 
         Returns
         -------

@@ -20,7 +20,8 @@ BLOCKS = ("q_before", "v_before", "z_before", "q", "v", "z", "modes")
 
 
 class EventRecord(NamedTuple):
-    """One event; ``number`` counts the events of the same name from 1."""
+    """One event: name, time in s, states before and after, and modes after; ``number`` counts events of its name from
+    1."""
 
     name: str
     number: int

@@ -76,7 +76,14 @@ _POWERS = {"power": "power of forces", "base_power": "power that moves base and 
 
 @dataclass(frozen=True)
 class PlottedCurve:
-    """One component over time."""
+    """One component over time.
+
+    Attributes
+    ----------
+    name, unit, values : of the column, values (nt,)
+    quantity : physical quantity, such as ``position``; empty if the unit says enough
+    output, description : name and description of the output to which the component belongs; empty for others
+    """
 
     name: str
     unit: str
@@ -391,7 +398,8 @@ def _curves(
 
 
 def _energies(solution: RecordedSolution) -> list[PlottedCurve]:
-    """Return energies and powers; energies as changes from the start if an offset would press them flat."""
+    """Return curves of energies and of powers that are not zero; energies as changes from the start if a large constant
+    part would make them look flat."""
     powers = [
         PlottedCurve(text, "W", solution.energy[name])
         for name, text in _POWERS.items()
@@ -507,7 +515,8 @@ def _columns(panels: int) -> int:
 
 
 def _subplots(figure: Any, panels: int) -> list[Any]:
-    """Return the axes of a figure for panels over one time axis, which the lowest of each column shows."""
+    """Return the axes of a new grid in a figure, one for each panel; they share the horizontal axis, which is labelled
+    under the lowest panel of each column."""
     columns = _columns(panels)
     axes = list(np.atleast_1d(figure.subplots(-(-panels // columns), columns, sharex=True, squeeze=False)).ravel())
     for axis in axes[panels:]:

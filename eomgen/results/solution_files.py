@@ -263,7 +263,8 @@ def to_xarray(solution: RecordedSolution) -> xarray.Dataset:
 
 
 def write_matlab(solution: RecordedSolution, path: Path) -> None:
-    """Write a file of MATLAB's version 5. Raises FileError if the file cannot be written."""
+    """Write states, inputs, outputs, energies, events, names and units as a MATLAB file of version 5. Raises
+    FileError."""
     from scipy.io import savemat  # noqa: PLC0415  # slow to import
 
     stream = io.BytesIO()
@@ -316,7 +317,7 @@ def write_parquet(solution: RecordedSolution, path: Path) -> None:
 
 
 def _labels(solution: RecordedSolution) -> dict[str, dict[str, str]]:
-    """Return the units of inputs, outputs and energies by name."""
+    """Return the units of inputs, outputs and energies: ``inputs``, ``outputs`` and ``energy`` -> name -> unit."""
     units = solution.units()
     of_outputs = solution.metadata.get("units", {}).get("outputs", {})
     return {
@@ -343,7 +344,7 @@ def _struct(arrays: Mapping[str, T]) -> dict[str, T]:
 
 
 def _names(solution: RecordedSolution) -> dict[str, list[str]]:
-    """Return the names of the components of each block, as in ``columns``."""
+    """Return the names of the components of q, v, a, multipliers and z by letter or word, as in ``columns``."""
     every = [name for name in solution.columns() if name != "t"]
     names: dict[str, list[str]] = {}
     start = 0

@@ -126,7 +126,8 @@ class Checkpoint:
 
 
 def checkpoint_of(run: Run, library: Library, stepper: Stepper) -> Checkpoint:
-    """Return a checkpoint of a run at the present state of its stepper."""
+    """Return a checkpoint of a run at the present state of its stepper, with copies of the stepper's memory. Inputs
+    that are functions are noted by name only."""
     given = run.signals.given
     values = {name: np.asarray(signal, dtype=float) for name, signal in given.items() if not callable(signal)}
     state, workspace = stepper.memory

@@ -58,7 +58,8 @@ class Execution:
 
         Parameters
         ----------
-        beginning : None for a resumed run
+        beginning : start of the run; None for a resumed run
+        most_steps : steps of the method's own after which the run is given up
         resumed : stepper of the earlier run
 
         Raises

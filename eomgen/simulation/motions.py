@@ -64,7 +64,8 @@ class Motions:
         return RecordedMotions(t, p, tuple(map(tuple, self._columns.values()))) if self._columns else None
 
     def check(self, given: Mapping[str, Target] | None) -> Mapping[str, Target]:
-        """Return the targets given for motions. Raises UsageError for anything but a mapping from names of motions."""
+        """Return the targets given for motions, unchanged, or an empty mapping for None. Raises UsageError for anything
+        but a mapping from names of motions."""
         if given is None:
             return {}
         if not isinstance(given, Mapping):
@@ -155,7 +156,8 @@ class RecordedMotions:
     columns: tuple[tuple[int, ...], ...]
 
     def __call__(self, t: Array) -> Array:
-        """Return parameters (..., np) at times (...); before and after the rows motions are at rest."""
+        """Return parameters (..., np) at times (...) in s, by which each motion follows the polynomial between the rows
+        around; before the first and after the last row motions are at rest."""
         at = np.asarray(t, dtype=float)
         last = len(self.t) - 1
         row = np.clip(np.searchsorted(self.t, at, side="right") - 1, 0, last)

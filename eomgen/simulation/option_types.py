@@ -25,7 +25,7 @@ KNOWN_ELSEWHERE: Mapping[str, str] = {
 
 
 class EnsembleOptions(TypedDict, total=False):
-    """Options of ``simulate`` that ``Model.simulate_many`` hands on."""
+    """Keyword options of ``Model.simulate_many`` that are passed on unchanged to ``simulate``, for type checkers."""
 
     method: str | None
     rho_inf: float | None
@@ -45,7 +45,8 @@ class EnsembleOptions(TypedDict, total=False):
 
 
 class SensitivityOptions(TypedDict, total=False):
-    """Options of ``Model.sensitivities`` that ``random_vibration`` hands on."""
+    """Keyword options of ``random_vibration`` that are passed on unchanged to ``Model.sensitivities``, for type
+    checkers."""
 
     method: str | None
     rho_inf: float | None

@@ -77,10 +77,11 @@ def run_metadata(run: Run) -> dict[str, Any]:
 
 
 class JudgedRun(FinishedRun):
-    """A finished run with the verdict: attributes of the ``Solution``, evaluated at first use."""
+    """A finished run with the attributes that its ``Solution`` has: stats, findings, success, message and metadata,
+    each evaluated at first use by the checks of the register."""
 
     def solution(self, *, at_once: bool) -> Solution:
-        """Return the solution; ``at_once``: with every attribute evaluated."""
+        """Return the run's Solution, whose outputs and judgement are evaluated at first use, or now if ``at_once``."""
         recorded = {
             **states_of(self.trajectory.rows, self.run.model)._asdict(),
             "interrupted": self.trajectory.interrupted,
@@ -140,7 +141,8 @@ class JudgedRun(FinishedRun):
 
 @dataclass(frozen=True)
 class RecordedRow:
-    """A state of a motion, with its inputs (nu,) and parameters (np,)."""
+    """A row that a caller of a Simulator recorded: time in s, state, multipliers, inputs u (nu,) and parameters p
+    (np,)."""
 
     t: float
     q: Array

@@ -89,7 +89,9 @@ class RunRequest(NamedTuple):
 
         Parameters
         ----------
+        chosen : method with its stepper
         every : steps between recorded rows
+        controllers : the caller's functions
         """
         model = self.model
         if inputs is not None:

@@ -137,7 +137,8 @@ def _controllers(library: Library, given: Mapping[str, Controller] | None) -> Ca
 
 
 def _same_parameters(model: CompiledModel, known: Array, given: Parameters) -> None:
-    """Raise UsageError if given parameters differ from the parameters of the first part."""
+    """Raise UsageError for each parameter in `given` that differs from `known` (np,), the parameters of the first part.
+    `given` is a mapping of some parameters, an array of all, or None."""
     if given is None:
         return
     whole = (
@@ -183,7 +184,8 @@ def _inputs(saved: Checkpoint, given: Mapping[str, Signal] | None) -> dict[str, 
 
 
 def _goes_on(known: Array, given: Signal) -> bool:
-    """Return whether a number is the same as the known number, or a table begins with the known table."""
+    """Return whether the input `given` agrees with the stored one `known`: an equal number, or a table that begins with
+    the stored table. False for anything that is not numbers."""
     try:
         again = np.asarray(given, dtype=float)
     except (TypeError, ValueError):

@@ -485,7 +485,7 @@ class Simulator(NamedAttributes):
 
     @property
     def outputs(self) -> dict[str, Array]:
-        """The scene's outputs by name."""
+        """The scene's outputs at the present state by name, () or (size,) each; empty if the model has no outputs."""
         model = self.model
         if "outputs" not in model.functions:
             return NamedResults("output", {})
@@ -573,7 +573,8 @@ class Simulator(NamedAttributes):
 
     @property
     def state(self) -> SimulatorState:
-        """All that later steps depend on, the caller's functions of time aside; ``restore`` takes this state."""
+        """Copies of all data that later steps depend on, except the caller's functions of time; ``restore`` takes this
+        state."""
         stepper = self._stepper
         memory, workspace = stepper.memory
         return SimulatorState(

@@ -132,7 +132,8 @@ class RepeatedRun:
         method: Method,
         inputs: Mapping[str, Signal] | None = None,
     ) -> None:
-        """Prepare the stepper, the inputs and the record for repeated runs."""
+        """Rebuild the run from the solution's metadata, with stepper, table of inputs and record for repeated
+        stepping."""
         described = solution.metadata
         library = stepper_library(model, str(described["method"]), method)
         run = stored_run(model, described, method, library, float(described["t_end"]), inputs or {})
@@ -185,7 +186,7 @@ class RepeatedRun:
         return taken, most
 
     def seconds_of_calls(self) -> Array:
-        """Return the processor's time of as many calls that take no step, s, (steps,)."""
+        """Return the processor's time of calls that take no step, s, (steps,): as many calls as the run has steps."""
         taken = np.empty(self.steps)
         for number in range(self.steps):
             began = thread_time_ns()

@@ -54,7 +54,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class CorrectedPredictor(OneFactorization):
-    """The predictor with one correction, of order 2 with any matrix."""
+    """Linearly implicit steps for measured forces: a predicted end of the step, and one correction by the forces there.
+    Of order 2 with any matrix; without constraints."""
 
     order = 2
     needs = (UNCONSTRAINED_LINEARISED,)

@@ -144,8 +144,8 @@ class Status:
 
 
 class LinearStep(NamedTuple):
-    """Coefficients of generalized-alpha steps, for derivatives of runs; ``rate_alpha_m`` and ``rate_gamma`` belong to
-    equations of first order."""
+    """Coefficients of generalized-alpha steps, as floats, for derivatives of runs; ``rate_alpha_m`` and ``rate_gamma``
+    belong to internal states, equations of first order."""
 
     alpha_m: float
     alpha_f: float

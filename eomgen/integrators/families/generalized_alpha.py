@@ -297,7 +297,8 @@ class GeneralizedAlpha(Family):
         return sizes.holonomic if self.form == STABILISED else 0
 
     def state(self, sizes: Sizes) -> tuple[Field, ...]:
-        """Return the fields that the stepper keeps from step to step."""
+        """Return the members of the stepper's state beyond the common ones: algorithmic accelerations, multipliers and
+        rates with their last values for predictions, and the coefficients."""
         before = "of the last two steps, newest first, for predictions"
         fields = [
             Field("a", "algorithmic acceleration", sizes.v),
@@ -363,7 +364,8 @@ class GeneralizedAlpha(Family):
         )
 
     def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
-        """Return the bounds of the settings that the stepper checks."""
+        """Return the conditions on the step, the coefficients, the tolerances and the limits of iterations, checked in
+        C."""
         largest = Bound("rho_inf", "<", INDEX_3_REFUSED_RHO) if self._index_3(sizes) else Bound("rho_inf", "<=", 1.0)
         of_case = (
             Bound("alpha_m", "<=", "alpha_f"),

@@ -56,7 +56,7 @@ _FIXED = ("it keeps momenta and energies because its steps are all of one size",
 
 @dataclass(frozen=True)
 class Rattlie(Family):
-    """The variational integrator with one-sided multipliers."""
+    """RATTLie, the variational integrator of order 2, whose multipliers differ before and after each row."""
 
     order = 2
     source = "Hante and Arnold 2021; Hante, Tumiotto and Arnold 2022"

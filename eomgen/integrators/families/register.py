@@ -87,7 +87,8 @@ def families_of_others() -> tuple[type[Family], ...]:
 
 
 def family_named(name: str) -> type[Family]:
-    """Return a family by name. Raises UsageError."""
+    """Return the class of a family of methods by its name, eomgen's own or another distribution's. Raises
+    UsageError."""
     result = next((family for family in BUILT_IN if family.family == name), None)
     result = result or next((family for family in families_of_others() if family.family == name), None)
     if result is None:

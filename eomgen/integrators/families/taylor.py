@@ -67,7 +67,7 @@ ATTEMPTS = 40
 
 @dataclass(frozen=True)
 class Taylor(Family):
-    """A Taylor step.
+    """A Taylor series method of any order, with steps by a tolerance or the steps of the time grid.
 
     Parameters
     ----------

@@ -216,7 +216,8 @@ def _resisting(system: System, groups: Sequence[Sequence[int]]) -> list[list[int
 
 
 def _add_row_sums(system: System, groups: tuple[Sequence[int], ...], sums: Mapping[str, Mapping[int, Ref]]) -> System:
-    """Return the system with these groups, and the function that gives the sums that are not zero by structure."""
+    """Return the system with groups of coordinates, and with the function ``row_sums`` of sums that are not zero by
+    structure. `sums` has references on the tape by block (K_sum, C_sum) and component."""
     blocks, patterns = [], {}
     for name, along in _ALONG.items():
         given = {k: sums[name][k] for group in groups for k in group if abs(sums[name][k]) != ZERO}

@@ -57,7 +57,7 @@ def pivot_signs(solver: Solver, samples: SampledPartials, gain: float) -> dict[s
 
 
 def _small_pivots(solver: Solver, samples: SampledPartials, gain: float) -> Array:
-    """Return the pivots at the initial state in a much smaller step."""
+    """Return the pivots (n,) of the matrix at the initial state, for a gain a million times smaller than `gain`."""
     assert solver.elimination is not None  # a matrix with inner unknowns is never dense
     small = _SMALL * gain
     weights = (1.0, small, small * small, 1.0, 1.0, 1.0, small)

@@ -254,7 +254,7 @@ class Fronts:
 
     @property
     def operations(self) -> int:
-        """Multiply-subtracts that are written out."""
+        """Multiply-subtracts in the code of all kinds of fronts, each kind counted once."""
         return sum(
             len(taken["updates"]) + len(taken["outside"])
             for kind in self.kinds
@@ -313,7 +313,8 @@ def _with_right_side(elimination: Elimination, below: Sequence[Sequence[int]], s
 
 
 def _kinds_of_work(works: Iterable[Mapping[str, Any]]) -> tuple[list[Mapping[str, Any]], list[int]]:
-    """Return the different descriptions of work, and the number of the description for each front."""
+    """Return the distinct descriptions of work, in the order of first use, and for each front the index of its
+    description."""
     kinds: dict[str, int] = {}
     descriptions: list[Mapping[str, Any]] = []
     kind_of: list[int] = []
@@ -366,7 +367,7 @@ def make_fronts(elimination: Elimination, entries: Sequence[MatrixIndex], sided:
 
 
 class _Front:
-    """The pivots of one stage."""
+    """The pivots of one stage, with their rows of U and columns of L, and the later entries that they change."""
 
     def __init__(
         self,

@@ -160,7 +160,7 @@ def _cluster_name(client: Any) -> str:
 
 
 def _start_processes(start: Callable[[], Any]) -> Any:
-    """Return a cluster of processes of this machine. Raises UsageError if processes do not start."""
+    """Return the cluster of local processes that `start` makes. Raises UsageError if processes do not start."""
     try:
         return start()
     except (RuntimeError, OSError) as error:
@@ -170,7 +170,7 @@ def _start_processes(start: Callable[[], Any]) -> Any:
 
 
 def _connect_client(name: str, connect: Callable[[], Any]) -> Any:
-    """Return a client. Raises FileError if no scheduler answers."""
+    """Return the client that `connect` makes. Raises FileError, with the cluster's `name`, if no scheduler answers."""
     try:
         return connect()
     except (OSError, ValueError, KeyError, TimeoutError) as error:
@@ -184,7 +184,8 @@ def _first_line(error: BaseException) -> str:
 
 
 def _check_versions(client: Any, name: str) -> None:
-    """Raise UsageError if a worker has another eomgen, or none."""
+    """Raise UsageError if a worker of the client has another version of eomgen, or none; `name` of the cluster is for
+    messages."""
 
     def version_there() -> str:  # sent by value, since it is a local function: a worker may have no such module
         module = "eomgen.base.version"
@@ -202,7 +203,8 @@ def _check_versions(client: Any, name: str) -> None:
 
 
 class _ClusterEnsemble:
-    """The parts of one ensemble on a cluster."""
+    """The run of one ensemble's samples on a cluster: sends parts, receives results, and chooses the size of parts by
+    measured times."""
 
     def __init__(self, machines: Machines, work: SampleRunner, total: int) -> None:
         self._machines, self._client, self._work, self._total = machines, machines.client, work, total

@@ -169,7 +169,7 @@ _NOT_INDEPENDENT = ("grid", "table", "saltelli")
 
 
 def _print(result: Ensemble) -> None:
-    """Print a table of the statistics of each column at the end."""
+    """Print a table with a row for each column: mean, its error, deviation, extremes and quantiles at the end."""
     good = result.done - len(result.failed)
     if not good:
         return

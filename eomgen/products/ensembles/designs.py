@@ -80,7 +80,8 @@ def _halton(samples: int, dimensions: int, seed: int) -> Points:
 
 
 def _saltelli(samples: int, dimensions: int, seed: int) -> Points:
-    """Points A, B, and A with one column after the other of B: Saltelli, Comput. Phys. Commun. 145 (2002) 280."""
+    """Return the points of Saltelli's design by number: first A, then B, then A with one column after the other from B,
+    `samples` points each (Comput. Phys. Commun. 145 (2002) 280)."""
 
     def points(first: int, count: int) -> Array:
         numbers = np.arange(first, first + count)

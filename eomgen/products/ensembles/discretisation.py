@@ -132,7 +132,8 @@ def sample_errors(work: SampleRunner, nominal: Solution, *, examined: bool) -> t
 
 
 def _with_estimates(work: SampleRunner) -> dict[int, Solution]:
-    """Run a few samples over the whole design with error estimates; return the successful samples by number."""
+    """Run a few samples spread over the design with error estimates; return the solutions of successful ones by number.
+    None are run for small designs."""
     total = work.design.samples
     count = min(_MOST, total // _FOR_EACH)
     result: dict[int, Solution] = {}
@@ -267,7 +268,7 @@ def _spectrum(model: CompiledModel, process: NormalSeries, start: float, end: fl
 
 
 def _realisations(model: CompiledModel, process: NormalSeries, times: Array) -> Array:
-    """Return realisations of a process at times (n,) without the mean, (realisations, n)."""
+    """Return 16 realisations of a random process at times (n,) in s, (16, n), less their common mean."""
     names, column = list(model.parameters), list(model.inputs).index(process.name)
     places = [names.index(name) for name in process.variables]
     random, parameters = np.random.default_rng(0), np.array(model.parameter_array(None))

@@ -334,7 +334,7 @@ class Ensemble:
 
     @property
     def message(self) -> str:
-        """Summary of the ensemble, in a sentence."""
+        """Summary of the ensemble: numbers of samples and failures, the way of running, estimated error and notes."""
         many = "samples" if self.asked > 1 else "sample"
         done = f"{self.done} {many}" if self.done == self.asked else f"{self.done} of {self.asked} {many}"
         failures = "all" if len(self.failed) == self.done > 1 else str(len(self.failed))
@@ -348,12 +348,12 @@ class Ensemble:
         return {"mean": self.mean(column), "deviation": self.deviation(column), "min": low, "max": high}
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the final summary of the ensemble, as JSON data.
+        """Return the summary of the ensemble as JSON data.
 
         Returns
         -------
         dict
-            JSON data.
+            Names, numbers of samples, statistics of each column at the end (``final``), errors and notes.
         """
         last = {}
         for column in self.columns:
@@ -464,7 +464,7 @@ def _draw(ensemble: Ensemble, folder: Path) -> list[Path]:
 
 
 def _fans(ensemble: Ensemble) -> Any:
-    """Return a figure of each column over time: mean, median, quantiles and envelope."""
+    """Return a figure with a panel for each column over time: mean, median, bands of quantiles, and envelope."""
     columns = ensemble.columns[:_PANELS]
     figure = new_figure((8.0, 0.6 + 2.6 * len(columns)))
     panels = figure.subplots(len(columns), 1, sharex=True, squeeze=False)[:, 0]

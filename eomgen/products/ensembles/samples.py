@@ -27,11 +27,12 @@ from eomgen.simulation.simulate import simulate
 
 @dataclass
 class LaneRunner:
-    """Runs samples side by side.
+    """Runner of samples side by side: turns values of varied quantities into parameters, inputs and starts.
 
     Attributes
     ----------
-    runs : source of the lanes
+    options : varied quantities and common options
+    runs : setup of the runs in lanes
     """
 
     model: CompiledModel
@@ -49,8 +50,8 @@ class LaneRunner:
         return replace(result, alone=result.alone | alone | refused | self.runs.unfollowed_laws(parameters))
 
     def _parameters(self, values: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """Return parameters (samples, np), and a mask of the parameters that may be refused, which are replaced by the
-        scene's."""
+        """Return parameters (samples, np) for values (samples, varied), and a mask (samples,) of sets that the scene
+        may refuse; these are replaced by the common parameters."""
         base, names = self.runs.run.parameters, list(self.model.parameters)
         parameters = np.repeat(base[np.newaxis], len(values), axis=0)
         for item, column in zip(self.options.items, values.T, strict=True):
@@ -260,7 +261,8 @@ class SampleRunner:
 
     @property
     def lanes(self) -> LaneRunner | str:
-        """The runner of samples side by side, or the reason for runs one after the other."""
+        """The runner of samples side by side, or in words the reason for runs one after the other; made at first
+        use."""
         with self._making:
             if self._made is None:
                 made: LaneRunner | str = "runs side by side are not asked for"

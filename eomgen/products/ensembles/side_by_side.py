@@ -112,11 +112,12 @@ class SideBySideResults:
 
 @dataclass
 class SideBySide:
-    """Runs side by side that differ in parameters, inputs and the initial state.
+    """Setup of runs of one model in lanes, which differ in parameters, inputs and the initial state.
 
     Attributes
     ----------
     run : the run without variations
+    library : with the stepper in lanes
     columns : names of the columns of solutions that are looked at
     places : of ``CommonRunData``
     at_rest : whether each run starts at its own static equilibrium
@@ -418,8 +419,8 @@ class SideBySide:
         return result
 
     def _breaks_constraints(self, rows: Array, parameters: Array, largest: Array) -> NDArray[np.bool_]:
-        """Return a mask of the lanes in which constraints are violated by more than a part of the machine, or by more
-        than an angle in rad.
+        """Return a mask (lanes,) of runs whose largest constraint violation exceeds 1e-4 of the machine's size, or 1e-4
+        rad.
 
         Parameters
         ----------
@@ -459,8 +460,8 @@ class SideBySide:
         return gain
 
     def _beams_fail(self, rows: Array, parameters: Array) -> NDArray[np.bool_]:
-        """Return a mask of the lanes in which a beam bends beyond the range of its model, or an element rotates too
-        far."""
+        """Return a mask (lanes,) of runs in which a modal beam bends beyond its model, or an element of an exact beam
+        turns by more than half a turn. `rows` are (lanes, rows, width), `parameters` (lanes, np)."""
         lanes = len(rows)
         model, places = self.model, slice(1, 1 + self.model.nq)
         shares = shortenings(model, rows[:, :, places].reshape(-1, model.nq))

@@ -325,11 +325,9 @@ def _on_threads(
     most: int,
     announce: Callable[[str], None] | None,
 ) -> Generator[SampleBlock]:
-    """Yield blocks of samples in order, beginning with sample ``first``; threads work ahead.
-
-    Blocks have ``begin_with`` samples before a time is known, and ``most`` samples at most; ``announce`` is called with
-    the plan as soon as its duration is known.
-    """
+    """Yield blocks of samples in order, from sample ``first`` to before ``total``; threads, as many as ``workers``,
+    work ahead. Blocks have ``begin_with`` samples before a time is known, and ``most`` samples at most; ``announce`` is
+    called with the plan as soon as its duration is known. After any end, running blocks are stopped."""
     pool = ThreadPoolExecutor(workers, thread_name_prefix="eomgen-ensemble")
     waiting: list[Future[tuple[SampleBlock | None, float]]] = []
     sent, size = first, begin_with
@@ -452,7 +450,8 @@ def _with_largest_step(options: EnsembleOptions, pilot: Solution) -> EnsembleOpt
 
 
 def _check_kept(kept: Collection[int], keep_as: str, target: Path | None) -> None:
-    """Raise UsageError if solutions of samples cannot be kept, or not as such files."""
+    """Raise UsageError if solutions of samples are to be kept without a folder, or as files of an unknown or missing
+    kind."""
     if kept and target is None:
         fault = "solutions of samples are kept in a folder, and none is given [E0680]"
         raise UsageError(Problem("keep", fault, "folder=..."))
@@ -465,7 +464,7 @@ def _check_kept(kept: Collection[int], keep_as: str, target: Path | None) -> Non
 
 
 def _check_options(options: Mapping[str, Any], folder: str | os.PathLike[str] | None, *, resume: bool) -> None:
-    """Raise UsageError for options of ``simulate`` that samples cannot have."""
+    """Raise UsageError for ``resume`` without a folder, and for checkpoints, which samples do not write."""
     if resume and folder is None:
         raise UsageError(
             Problem(

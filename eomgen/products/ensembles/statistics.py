@@ -62,7 +62,7 @@ class Reduction:
         self._pending = rows[whole:].copy()
 
     def whole(self) -> Reduction:
-        """Return the statistics with the samples that wait for a whole chunk."""
+        """Return a copy of the statistics that includes the samples which wait for a whole chunk."""
         result = copy.copy(self)
         result._kept, result._pending = list(self._kept), self._pending[:0]
         # only these are changed in place
@@ -106,7 +106,7 @@ class Reduction:
             self._condense()
 
     def _merge(self, count: Array, mean: Array, squares: Array) -> None:
-        """Merge moments of a block, (columns, times)."""
+        """Merge counts, means and sums of squared deviations of a block, (columns, times) each, into the statistics."""
         total = self.count + count
         share = np.divide(count, total, out=np.zeros_like(total), where=total > 0.0)
         apart = mean - self.mean
@@ -115,7 +115,8 @@ class Reduction:
         self.count = total
 
     def _merge_products(self, count: Array, mean: Array, products: Array) -> None:
-        """Merge samples with numbers in all columns: (times,), (times, columns), (times, columns, columns)."""
+        """Merge the moments of samples known in all columns: counts (times,), means (times, columns), and sums of
+        products of deviations (times, columns, columns)."""
         total = self._joint_count + count
         share = np.divide(count, total, out=np.zeros_like(total), where=total > 0.0)
         apart = mean - self._joint_mean
@@ -200,7 +201,7 @@ class Reduction:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, Array]) -> Reduction:
-        """Return the reductions written as ``arrays``."""
+        """Return the statistics whose ``arrays`` were written to a file."""
         columns, times = arrays["count"].shape
         result = cls(columns, times, int(arrays["chunk"]))
         for name in cls._WRITTEN:

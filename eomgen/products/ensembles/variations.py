@@ -375,7 +375,9 @@ def _column(item: Variation, values: ArrayLike) -> Array:
 
 
 def with_scenes_laws(model: CompiledModel, items: Sequence[Variation], common: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return options of all samples with laws of varied inputs as functions, equal to the scene's laws.
+    """Return the options with the scene's laws of inputs as functions, for inputs whose seed or factor varies.
+
+    Runs without variations then take the same inputs as samples; the options themselves are returned if no law varies.
 
     Raises
     ------

@@ -83,7 +83,7 @@ class ModelArguments:
         return self.model.evaluator
 
     def check_unconstrained(self) -> None:
-        """Raise ModelError for a model with constraints."""
+        """Raise ModelError if the model has constraints: its accelerations are not a function of q and v alone."""
         if self.model.multipliers:
             fault = (
                 f"{self.model.name} has constraints, and accelerations of a loop are not a function of q and v"

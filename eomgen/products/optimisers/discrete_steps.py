@@ -396,7 +396,8 @@ def default_method(program: Program) -> str:
 
 
 def why_no_step(program: Program) -> str:
-    """Return the reason why no step of a model is a function of the state, empty if there is one."""
+    """Return the reason why no step of a model is a function of (q, v, z) alone: sampled states, or angles counted over
+    turns; empty if steps are."""
     if program.sampled:
         names = ", ".join(str(program.states[int(row["state"])].name) for row in program.sampled)
         return (

@@ -206,11 +206,9 @@ def _entries(pattern: Pattern) -> list[tuple[int, int, int]]:
 
 
 def in_components(program: Program, tangent: Exported) -> Exported:
-    """Return a function with derivatives in the components of q, from derivatives in left-trivialised directions.
-
-    Near q, f(q + dq) = f(q exp(d)) with d_i = T_i dq + 1/2 dq^T S_i dq + ..., so that the Jacobian is J T, and the
-    Hessian of weights . f is T^T H T + sum_i (J^T weights)_i S_i. Changes of the length of a quaternion do not count.
-    """
+    """Return the function `tangent` with derivatives in components of q in place of left-trivialised directions. Near
+    q, f(q + dq) = f(q exp(d)) with d_i = T_i dq + 1/2 dq^T S_i dq + ..., so that the Jacobian is J T, and the Hessian
+    of weights . f is T^T H T + sum_i (J^T weights)_i S_i. Changes of the length of a quaternion do not count."""
     rest = sum(tangent.sizes.values()) - program.sizes["v"]
     width, to_q = program.input_size("q") + rest, _map_of(program, rest)
     entries = _entries(tangent.jacobian)

@@ -589,7 +589,8 @@ class _TermCall:
     """
 
     def __init__(self, functions: Functions, term: str, samples: Callable[[Mapping[str, int]], list[Array]]) -> None:
-        """Register a compiled term for calls by programs of JAX, in lanes if several samples can run side by side."""
+        """Describe a compiled term in C memory that programs of JAX refer to; begin to compile lanes if these may be
+        faster."""
         self.inputs = functions.inputs(term)
         self._library = library = functions.library
         number = library.index[term]
@@ -618,7 +619,8 @@ class _TermCall:
                 in_background("eomgen-lanes", work)
 
     def __call__(self, package: Any, blocks: Mapping[str, Array]) -> Array:
-        """Return the first output (..., size) of arguments (..., size), with batch axes of length 1 if constant."""
+        """Return the first output (..., size) of the term as a JAX array, for arguments (..., size) by block. Batch
+        axes broadcast: an axis of length 1 is constant. `package` is JAX."""
         arguments = [blocks[block] for block, size in zip(self.inputs, self._sizes, strict=True) if size]
         leading = _leading(blocks.values())
         if not self.outputs:

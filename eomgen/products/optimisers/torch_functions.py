@@ -221,7 +221,8 @@ class TorchFunctions:
         return result
 
     def _array(self, name: str, value: Any) -> Tensor:
-        """Return a tensor of float64 on the processor. Raises UsageError for float32 and other devices."""
+        """Return a tensor, or numbers as a tensor, of float64 on the processor. Raises UsageError for tensors of other
+        types or devices, and for anything but numbers."""
         package = self._operators.package
         if not package.is_tensor(value):
             try:

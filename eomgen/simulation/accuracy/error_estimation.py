@@ -152,10 +152,8 @@ class ErrorEstimation:
 
 
 def _moves_between_rows(runs: ComparisonRuns, library: Library, rows: Array, parameters: Array) -> bool:
-    """Return whether the motion is much larger than sparse rows show, and take its size from the rows of all steps.
-
-    A state that oscillates at a multiple of the rows' frequency seems to be at rest there.
-    """
+    """Return whether the motion is much larger than sparse rows show; then replace ``runs.size`` by the size from the
+    rows of all steps. A state that oscillates at a multiple of the rows' frequency seems to be at rest there."""
     taken = step_rows(runs.run, library, rows, parameters, runs.own.statistics)
     if taken is None or taken.rows is rows:
         return False
@@ -295,7 +293,8 @@ def _by_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates] | None = N
 
 
 def _laws_within_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates] | None) -> tuple[bool, bool]:
-    """Return whether the motion crosses jumps, and whether steps four times as long resolve decays."""
+    """Return whether the motion crosses jumps of forces, and whether steps four times as long resolve the fastest
+    decay. Without `rates` the second answer is True."""
     sizes = np.concatenate([runs.size.sizes["increment"], runs.size.sizes["z"]])
     jumps = not runs.size.still and crosses_jumps(runs.run, runs.span.rows, runs.span.parameters, sizes)
     if rates is None:
@@ -356,8 +355,8 @@ def _by_prime_parts(runs: ComparisonRuns, twice: ComparedMotion) -> ErrorEstimat
 
 
 def _largest_of(differing: Sequence[tuple[MotionDifference, float]]) -> MotionDifference:
-    """Return the largest of differences times their factors, at the times of the last element whose differences cover
-    all rows."""
+    """Return the largest, entry by entry, of differences times their factors. The last pair must cover all rows: its
+    times are the times of the result."""
     apart, gain = differing[-1]
     kinds = {kind: gain * values for kind, values in apart.kinds.items()}
     for other, factor in differing[:-1]:
@@ -434,12 +433,10 @@ def _refinement(runs: ComparisonRuns, multiples: tuple[float, float, float]) -> 
 
 
 def _passed_over(runs: ComparisonRuns, other: ComparedMotion) -> str:
-    """Return a sentence on the first event that another run counts differently; empty if all counts agree.
-
-    An event near the end of the run may be in only one of the two runs, because of errors as large as the differences
-    of the times of common events. Events that are only counted have no times: a difference of one does not matter. A
-    resumed run also has events from before.
-    """
+    """Return a sentence on the first event that another run counts differently; empty if all counts agree, and for
+    resumed runs, whose counts include earlier events. An event near the end of the run may be in only one of the two
+    runs, because of errors as large as the differences of the times of common events. Events that are only counted have
+    no times: a difference of one does not matter."""
     ours, theirs = runs.own.events, other.events
     if ours is None or theirs is None or runs.span.rows[0, 0] > runs.run.grid.start:
         return ""
@@ -457,11 +454,9 @@ def _passed_over(runs: ComparisonRuns, other: ComparedMotion) -> str:
 
 
 def _doubtful(runs: ComparisonRuns, result: ErrorEstimate, near: MotionDifference) -> bool:
-    """Return whether runs with longer steps are insufficient for an estimate, so that a run with shorter steps is
-    needed.
-
-    An angle that turns by more than half a turn within a step is sampled in the same way by longer steps.
-    """
+    """Return whether runs with longer steps do not suffice for an estimate, because there are few steps, fast turns,
+    corners of forces, another order, or large differences `near`. An angle that turns by more than half a turn within a
+    step is sampled in the same way by longer steps."""
     if runs.span.steps < _FEW_STEPS or result.t[-1] < runs.end or runs.turn > math.pi:
         return True
     if runs.run.method.order > _OF_CORNERS and crosses_corners(runs.run, runs.span.rows, runs.span.parameters):

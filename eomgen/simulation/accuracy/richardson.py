@@ -145,7 +145,8 @@ def _largest_state(size: MotionSize, errors: Kinds, share: Array, times: Array) 
 
 
 def _accumulated_rounding(runs: ComparisonRuns, times: Array) -> Kinds:
-    """Return rounding errors of coordinates, velocities and internal states by kind, (n, size), at times (n,)."""
+    """Return estimated rounding errors in single precision by kind, (n, size), at times (n,): growing with the root of
+    the number of steps, and for sums of increments with the loss of their digits."""
     model, rows = runs.run.model, runs.own.rows
     part = (times - rows[0, 0]) / max(float(np.ptp(rows[:, 0])), math.ulp(0.0))
     steps = runs.own.statistics.get("own_steps", runs.span.steps)

@@ -43,10 +43,8 @@ _FAR = 0.1
 
 
 class _LastState(NamedTuple):
-    """The last state before a step that failed.
-
-    ``p`` are the parameters there, and ``behind`` names the event that gave the state; empty for a row of the run.
-    """
+    """The last state before a step that failed: t, q, v, a, z, with parameters ``p`` there. ``behind`` is a clause that
+    names the event which gave the state; empty for a row of the run."""
 
     t: float
     q: Array
@@ -88,7 +86,8 @@ def end_of(run: FinishedRun) -> str:
 
 
 def _last_state(run: Run, trajectory: Trajectory, events: Events | None) -> _LastState:
-    """Return the state of the last row, or of the last event after that row."""
+    """Return the state of the last row, or the state after the last event if that came later, with NaN
+    accelerations."""
     t, q, v, a, _, z = (part[0] for part in states_of(trajectory.rows[-1:], run.model))
     if events is None or not len(events) or events.t[-1] <= t:
         return _LastState(float(t), q, v, a, z, run.parameters, "")

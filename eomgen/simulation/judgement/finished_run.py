@@ -342,7 +342,8 @@ class FinishedRun(EvaluatesOnce):
 
     @cached_property
     def violation(self) -> Violation | None:
-        """Largest violation of a constraint, or of the unit length of a quaternion."""
+        """Largest violation of a holonomic constraint, or of the unit length of a quaternion; None if all are
+        satisfied."""
         from eomgen.simulation.judgement.invariants import largest_stretch, largest_violation  # noqa: PLC0415  # on request
 
         model, t, q = self.run.model, self.states.t, self.states.q

@@ -107,7 +107,8 @@ def unstable_growth(run: Run, library: Library, trajectory: Trajectory) -> Growt
 
 
 def _unstable_growth(run: Run, library: Library, trajectory: Trajectory) -> Growth | None:
-    """Return the component that grew in the last steps by the method alone, suddenly or slowly; None if none did."""
+    """Return the component that grew in the last steps by the method alone, suddenly or slowly; None if none did, or if
+    the last steps are not known. Raises _NotRepeatedError."""
     end = _last_steps(run, library, trajectory.rows) if trajectory.status else trajectory.end
     if end is None or len(end) < 2:
         return None
@@ -161,7 +162,8 @@ def own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
 
 
 def _own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
-    """Return the component that grows in smaller steps as well, near the end of the rows; None if none does."""
+    """Return the component whose growth near the end of the rows is the same in smaller steps; None if there is none.
+    Raises _NotRepeatedError."""
     rows = rows[-_LONGEST:]
     sizes = np.array([_sizes(run, row[np.newaxis])[0] for row in rows])
     largest = np.maximum.accumulate(sizes)  # a passage through zero is not growth
@@ -295,12 +297,8 @@ def _as_growth(
 
 
 def _growing_components(run: Run, growth: Array, size: Array, least: float) -> Components:
-    """Return the components of v and z that grow at least so much and are more than rounding.
-
-    Parameters
-    ----------
-    growth, size : (nv + nz,)
-    """
+    """Return the indices, in (v, z), of components that grow at least by the factor `least` and are more than rounding
+    compared with the largest size in their unit. `growth` and `size` are (nv + nz,)."""
     grown = np.flatnonzero(growth >= least)
     if not len(grown):
         return grown

@@ -146,7 +146,7 @@ def same_time(t: Array) -> float:
 
 
 def _smooth_intervals(t: Array, jumps: ArrayLike) -> NDArray[np.bool_]:
-    """Return for each interval between rows whether the interval, ends included, has no jump."""
+    """Return a mask (n - 1,) of the intervals between times t (n,) that have no jump within, ends included."""
     known = np.asarray(jumps, float)
     if not len(known):
         return np.ones(len(t) - 1, dtype=bool)
@@ -246,7 +246,8 @@ def largest_violation(model: CompiledModel, t: Array, q: Array, p: Array, larges
 
 
 def largest_stretch(model: CompiledModel, t: Array, q: Array) -> Violation | None:
-    """Return the worst quaternion of a run; None if all have unit length, but for rounding.
+    """Return the quaternion of a run whose length differs most from 1, as a violation; None if all differ by rounding
+    only.
 
     Parameters
     ----------

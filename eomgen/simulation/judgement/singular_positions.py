@@ -141,7 +141,7 @@ def without_length(model: CompiledModel, t: float, p: Array, step: float) -> Fin
 
 
 def way_past(method: Method, step: float, *, at_start: bool) -> str:
-    """Return the remedy if a method stops at a singular position, or cannot start there."""
+    """Return the remedy, in words, if a method stops at a singular position, or cannot start there (`at_start`)."""
     if at_start:
         return "a start elsewhere: the constraints do not say there in which branch the motion goes on"
     if method.passes_singularities:

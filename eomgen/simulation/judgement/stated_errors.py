@@ -138,7 +138,8 @@ def rounds(run: FinishedRun) -> bool:
 
 
 def remedy(run: FinishedRun) -> str:
-    """Return the hint of a doubtful run whose cause is not known."""
+    """Return the hint for a doubtful run whose cause is unknown: double precision, a smaller step, or a smaller
+    tolerance."""
     if rounds(run):
         return f"double precision; rounding grows where steps are smaller than {run.longest_part:.3g} s"
     if not run.run.method.chooses_steps:

@@ -149,7 +149,8 @@ def run_chunks(
 
 
 class _ChunkSize:
-    """Number of steps of the next chunk, by the time that a step took before."""
+    """Number of steps of the next chunk, ``chunk``, chosen so that a chunk takes about a tenth of a second. The time of
+    a step is taken from the last chunk, or at first from an earlier run with the same settings."""
 
     def __init__(self, stepper: Stepper) -> None:
         self.plan, self.step = stepper.plan, stepper.step_size

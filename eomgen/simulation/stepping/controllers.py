@@ -225,7 +225,8 @@ def _meaning(row: Mapping[str, Any]) -> str:
 
 
 def _takes_arguments(given: Controller, row: Mapping[str, Any]) -> bool:
-    """Return whether the signature of a function fits the arguments of its calls, as far as Python can determine."""
+    """Return whether a controller can be called with (t, signals), or (t, signals, memory) if declared; True if
+    unknown."""
     if _makes(given):
         return True
     try:

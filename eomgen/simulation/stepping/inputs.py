@@ -101,7 +101,7 @@ class InputSignals:
 
 
 class HeldRows:
-    """Rows (n, nu) of inputs that are the same at all times (n,)."""
+    """A function from times (n,) to rows (n, nu) of inputs that are the same at all times; ``row`` is one of them."""
 
     __slots__ = ("_table", "row")
 

@@ -57,8 +57,8 @@ def large_angles(description: Description, values: SymbolValues, given: Collecti
 
 
 def _too_large(formula: Formula, value_of: Callable[[Symbol], float]) -> Iterator[str]:
-    """Yield the sines and cosines of too large arguments in a formula, except in unused branches of a
-    ``select``."""
+    """Yield, as text with the angle in rad, the sines and cosines in a formula whose arguments are too large, except in
+    unused branches of a ``select``. `value_of` gives the numbers of symbols."""
     if isinstance(formula, Application):
         yield from _too_large(formula.argument, value_of)
     if not isinstance(formula, Operation):
@@ -77,7 +77,8 @@ def _too_large(formula: Formula, value_of: Callable[[Symbol], float]) -> Iterato
 
 
 def large_joint_angles(names: list[str], units: list[str], q: Array) -> str:
-    """Return the joint angles that are too large for their sines, in words; empty if there are none."""
+    """Return up to three joint angles in q (nq,) that are too large for their sines, in words; empty if there are none.
+    Names and units are those of q."""
     result = [
         f"{name} is {value:.6g} rad"
         for name, unit, value in zip(names, units, q, strict=True)

@@ -625,7 +625,7 @@ def pick(mask: str, if_true: str, if_false: str, kind: Type) -> str:
 
 
 def _compared_with_null(node: Any) -> frozenset[str]:
-    """Return the names that a function compares with NULL."""
+    """Return the names of variables that a function's body compares with NULL by any operator."""
 
     class Comparisons(c_ast.NodeVisitor):  # type: ignore[misc]
         def __init__(self) -> None:

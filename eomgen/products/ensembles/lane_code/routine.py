@@ -132,7 +132,8 @@ class RoutineText(LaneExpressions):
         return going
 
     def _statement(self, node: Any) -> bool:
-        """Write a statement; return whether execution may go on after the statement."""
+        """Write the C for lanes of a statement; return False if control never goes on behind it, as after a return.
+        Raises UntranslatableConstruct."""
         # one case for each statement of C: a table of methods would hide their results
         match node:
             case None | c_ast.EmptyStatement():
@@ -178,7 +179,8 @@ class RoutineText(LaneExpressions):
         return True
 
     def _declaration(self, node: Any) -> None:
-        """Write a declaration, with a value for each lane if lanes may differ."""
+        """Write a declaration; a variable whose initial value differs between lanes becomes one with a value for each
+        lane. Raises UntranslatableConstruct for the names ``live`` and ``result``."""
         if node.name in ("live", "result"):
             raise no_lanes(f"the name {node.name}, which masks have", node)
         if isinstance(node.init, c_ast.Assignment):  # real a = b = c

@@ -76,7 +76,7 @@ class Other(Type):
 
 
 def type_text(kind: Type) -> str:
-    """Return the C text of a type, arrays aside."""
+    """Return the C text of a type for lanes; arrays occur as targets of pointers only. Raises TypeError for others."""
     match kind:
         case Real():
             return "real"
@@ -199,7 +199,8 @@ class Routine:
 
 @dataclass
 class LaneSource:
-    """Declarations of a file."""
+    """The declarations of a C file by name: structures with types of members, type names, enumerators, constant tables,
+    functions to be translated, functions of the model, and functions for single trajectories."""
 
     structures: dict[str, dict[str, Type]] = field(default_factory=dict)
     names: dict[str, Type] = field(default_factory=dict)
@@ -411,7 +412,7 @@ class _UseCounts(c_ast.NodeVisitor):  # type: ignore[misc]
         self.generic_visit(node)
 
     def visit_For(self, node: Any) -> None:
-        """Visit a loop, whose own statements may set the counter."""
+        """Count the uses in a for loop; assignments to the counter in the head of the loop do not count as settings."""
         names = []
         if isinstance(node.init, c_ast.Assignment) and isinstance(node.init.lvalue, c_ast.ID):
             names = [node.init.lvalue.name]
