@@ -145,8 +145,8 @@ def _largest_state(size: MotionSize, errors: Kinds, share: Array, times: Array) 
 
 
 def _accumulated_rounding(runs: ComparisonRuns, times: Array) -> Kinds:
-    """Return estimated rounding errors in single precision by kind, (n, size), at times (n,): growing with the root of
-    the number of steps, and for sums of increments with the loss of their digits."""
+    """Return estimated rounding errors in single precision by kind, (n, size), at times (n,). These grow like the root
+    of the step count; coordinates have at least the loss of digits of their sums."""
     model, rows = runs.run.model, runs.own.rows
     part = (times - rows[0, 0]) / max(float(np.ptp(rows[:, 0])), math.ulp(0.0))
     steps = runs.own.statistics.get("own_steps", runs.span.steps)

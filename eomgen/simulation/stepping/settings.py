@@ -78,7 +78,7 @@ def _too_large(formula: Formula, value_of: Callable[[Symbol], float]) -> Iterato
 
 def large_joint_angles(names: list[str], units: list[str], q: Array) -> str:
     """Return up to three joint angles in q (nq,) that are too large for their sines, in words; empty if there are none.
-    Names and units are those of q."""
+    Names and units belong to q."""
     result = [
         f"{name} is {value:.6g} rad"
         for name, unit, value in zip(names, units, q, strict=True)

@@ -132,7 +132,7 @@ class RoutineText(LaneExpressions):
         return going
 
     def _statement(self, node: Any) -> bool:
-        """Write the C for lanes of a statement; return False if control never goes on behind it, as after a return.
+        """Write the C for lanes of a statement; return False if control never goes on after it, as for a return.
         Raises UntranslatableConstruct."""
         # one case for each statement of C: a table of methods would hide their results
         match node:
