@@ -77,7 +77,8 @@ def driven_by(space: StateSpace, source: StateSpace) -> StateSpace:
 
 
 def _driven_signals(space: StateSpace, source: StateSpace) -> list[str]:
-    """Return the outputs of the source that drive the model. Raises UsageError."""
+    """Return the names of the source's outputs that are inputs or disturbances of the model `space`. Raises UsageError
+    if there are none, the models are sampled differently, or they have states of equal names."""
     if space.sample != source.sample:
         fault = f"one model is {_how(space)} and the other is {_how(source)} [E0366]"
         raise UsageError(Problem("driven_by", fault, "both in continuous time, or both with the same sample"))
@@ -234,7 +235,9 @@ def _states_of(numerator: Array, denominator: Array) -> tuple[Array, Array, Arra
 
 
 def _filter(A: Array, B: Array, C: Array, D: Array, input: str, output: str, unit: str, states: str) -> StateSpace:
-    """Return a model with one disturbance and one output."""
+    """Return a model with one disturbance `input` and one output, whose matrices are A, B (as E), C and D (as F).
+    States are named ``filter.NAME[k]`` after `states`; units of all signals except the output are empty, references
+    zero."""
     n = len(A)
     names = tuple(f"filter.{states}" + (f"[{k}]" if n > 1 else "") for k in range(n))
     units = {"states": ("",) * n, "inputs": (), "disturbances": ("",), "outputs": (unit,)}
@@ -253,7 +256,8 @@ def _unite(first: Sequence[str], second: Sequence[str]) -> list[str]:
 
 
 def _entering(space: StateSpace, names: Sequence[str]) -> tuple[Array, Array]:
-    """Return the gains of inputs and disturbances to the states and to the outputs; zero for names of other models."""
+    """Return the gains of inputs and disturbances to the states, (ns, names), and to the outputs, (ny, names). Columns
+    are zero for names of other models."""
     known = (*space.inputs, *space.disturbances)
     columns = [known.index(name) if name in known else len(known) for name in names]  # the last one is zero
     into_states = np.hstack([space.B, space.E, np.zeros((len(space.B), 1))])
@@ -262,10 +266,8 @@ def _entering(space: StateSpace, names: Sequence[str]) -> tuple[Array, Array]:
 
 
 def _labels(kind: str, names: Sequence[str], spaces: Sequence[StateSpace]) -> list[tuple[str, float]]:
-    """Return unit and reference of signals of a kind, each from the first model with this signal.
-
-    A signal that drives both models may be an input of one model and a disturbance of the other model.
-    """
+    """Return (unit, reference value) of each named signal of a kind, from the first of the models that has the signal.
+    A signal that drives both models may be an input of one model and a disturbance of the other model."""
     kinds = ("inputs", "disturbances") if kind in ("inputs", "disturbances") else (kind,)
     homes = [next((space, of) for space in spaces for of in kinds if name in getattr(space, of)) for name in names]
     return [(space.unit(of, name), space.reference(of, name)) for (space, of), name in zip(homes, names, strict=True)]

@@ -51,7 +51,8 @@ _OFF = 1e-3
 
 
 def slowest_motion(plant: Plant, G: Array) -> str:
-    """Return the decay rate of the slowest motion under gains G of [q, v], (m, 2n), or a motion without decay."""
+    """Return a sentence with the decay rate (1/s) of the slowest motion of a closed loop, or a motion without decay.
+    `G` (m, 2n) are the gains of [q, v] in u = -G [q, v]."""
     n = plant.n
     A, _ = plant.state_space(G[:, :n], G[:, n:])
     result = modes(A, np.eye(n, 2 * n), plant.names, np.diag(plant.M))
@@ -65,7 +66,7 @@ def slowest_motion(plant: Plant, G: Array) -> str:
 
 
 def check_reach(name: str, plant: Plant, modal: ModalFeedback) -> None:
-    """Raise ModelError if the outputs cannot actuate the controlled modes independently."""
+    """Raise ModelError if the outputs of the controller `name` cannot actuate the controlled modes independently."""
     if modal.crosstalk <= _MISSED:
         return
     numbers = ", ".join(str(k + 1) for k in modal.controlled)
@@ -76,7 +77,8 @@ def check_reach(name: str, plant: Plant, modal: ModalFeedback) -> None:
 
 
 def not_reached(modal: ModalFeedback, wanted: ArrayLike, ratios: Array) -> str:
-    """Return the modes whose frequency (rad/s) or damping ratio differs from the requested one; empty if none does."""
+    """Return a text on the controlled modes that differ from the requested poles by more than 1e-3; empty if none does.
+    `wanted` are the requested frequencies in rad/s and `ratios` the damping ratios, both (controlled modes,)."""
     differences = []
     for k, w, zeta in zip(modal.controlled, np.asarray(wanted), ratios, strict=True):
         pole = w * (-zeta + np.sqrt(complex(zeta**2 - 1.0)))
@@ -118,7 +120,9 @@ def calibrate(scene: Scene, build: Callable[[Scene, list[str]], Model]) -> Scene
 def gains(
     scene: Scene, parameters: Mapping[str, float], build: Callable[[Scene, list[str]], Model]
 ) -> tuple[dict[str, float], list[str]]:
-    """Return calibrated gains and references by name of parameter, at other values of tunable parameters, and notes."""
+    """Return calibrated gains and references by name of parameter, and a note on each calibrated controller.
+    `parameters` are values of tunable parameters that differ from the defaults; values of calibrated ones are ignored.
+    `build` makes a model of a scene with some terms. Errors name the place of the calibration in the scene file."""
     opened = _open_loops(scene)
     model = build(opened.scene, [*PURPOSES["linearization"], "outputs"])
     # these are zero by default
@@ -156,7 +160,9 @@ class _OpenLoopScene:
 
 
 def _open_loops(scene: Scene) -> _OpenLoopScene:
-    """Return a scene with calibrated feedback cut: outputs of the feedback become inputs, signals become outputs."""
+    """Return a scene in which calibrated state feedback has additional inputs and outputs for a linear model. An input
+    is added to the formula of each output of the feedback, whose gains are zero; its signals, and the weighted joint
+    coordinates and velocities, become outputs."""
     fed_back = [item for item in scene.feedback if item.calibration is not None]
     acting = [output for item in fed_back for output in item.outputs]
     controllers = tuple(
@@ -190,7 +196,9 @@ def _input_of(output: str) -> str:
 def _one(
     opened: _OpenLoopScene, item: StateFeedback, calibration: Calibration, model: Model, values: Mapping[str, float]
 ) -> tuple[dict[str, float], str]:
-    """Return the parameters of one controller, and a note on the parameters."""
+    """Return the calibrated gains and references of the controller `item` by name of parameter, and a note on the
+    result. `model` is the model of the opened scene, `values` are parameters that differ from the defaults, including
+    gains of earlier controllers."""
     rest = model.equilibrium(parameters=values, any_kind=True) if calibration.at == "equilibrium" else None
     linear = model.linearize(at=rest or "initial", parameters=values)
     _check_balance(linear)
@@ -241,7 +249,8 @@ class _State(NamedTuple):
 def _feedback_of_whole_state(
     space: StateSpace, names: Sequence[str], opened: _OpenLoopScene, item: StateFeedback, calibration: Calibration
 ) -> tuple[Array, str]:
-    """Return the gains of coordinates, velocities and internal states, (m, ns), and a description of the gains."""
+    """Return the gains of coordinates, velocities and internal states, (m, ns), and a description of the closed loop.
+    By pole placement if the calibration has poles, else by LQR. `names` are the m inputs that the controller drives."""
     if calibration.poles:
         law = place(space, calibration.poles, inputs=names)
     else:
@@ -274,7 +283,10 @@ def _check_second_order(linear: Linearization) -> None:
 def _feedback(
     plant: Plant, opened: _OpenLoopScene, item: StateFeedback, calibration: Calibration, C: Array, D: Array
 ) -> tuple[Array, str]:
-    """Return the gains of the state [q, v], (m, 2n), and a description of the gains."""
+    """Return the gains of the state [q, v], (m, 2n), and a description of the closed loop. The method is the
+    calibration's: LQR, placement of all poles, or feedback of single modes with optimal or placed gains. `C` (outputs,
+    2n) and `D` (outputs, m) are the output matrices of the opened scene. Raises ModelError if modes cannot be placed
+    independently."""
     if calibration.method == "lqr":
         start = Weights.of(plant, effort=_each(calibration.effort_weights or (0.0,), plant.m))
         optimal = second_order.lqr(plant, _weights(start, opened, item, calibration, C, D))
@@ -305,14 +317,15 @@ def _feedback(
 
 
 def _each(numbers: Sequence[float], count: int) -> Array:
-    """Return one number for all, or one for each; unknown modes are refused elsewhere, by name."""
+    """Return an array of `count` numbers: the numbers, or a single number repeated."""
     return np.resize(np.array(numbers, dtype=float), count) if len(numbers) != count else np.array(numbers, dtype=float)
 
 
 def _weights(
     weights: Weights, opened: _OpenLoopScene, item: StateFeedback, calibration: Calibration, C: Array, D: Array
 ) -> Weights:
-    """Return a cost plus the cost of coordinates, velocities, signals and outputs."""
+    """Return `weights` plus the calibration's quadratic costs of joint coordinates, velocities, signals and outputs.
+    `C` and `D` are the output matrices of the opened scene, in which each weighted quantity is a row."""
     weighted: list[tuple[int, float]] = []
     for kind, table in _joint_weights(calibration):
         weighted += [(opened.rows[f"{item.name}.{kind}.{joint}"].start, weight) for joint, weight in table.items()]
@@ -328,7 +341,9 @@ def _weights(
 
 
 def _by_signals(state: _State, item: StateFeedback, G: Array, Y: Array, Y_u: Array) -> Array:
-    """Return the gains of signals that give the feedback G of the state, (m, signals).
+    """Return gains of the signals, (m, signals), that give the same feedback as the gains G of the state.
+
+    `G` is (m, ns); `Y` (signals, ns) and `Y_u` (signals, m) give the signals by state and by controller output.
 
     Raises
     ------

@@ -41,7 +41,8 @@ _DOT = 3.5
 
 
 class DrawnCrossing(Protocol):
-    """Interface of a ``Crossing`` for drawing."""
+    """Interface of a ``Crossing`` for drawing: order, speed (rad/s), frequency (rad/s), and number of the mode's
+    column."""
 
     @property
     def order(self) -> float: ...
@@ -54,7 +55,8 @@ class DrawnCrossing(Protocol):
 
 
 class DrawnCampbell(Protocol):
-    """Interface of a ``Campbell`` for drawing."""
+    """Interface of a ``Campbell`` for drawing: speeds (n,), damped frequencies (n, modes) in Hz, whirl (n, modes) as 1,
+    -1 or 0, orders and crossings. ``number`` turns the column of a mode into the number in labels."""
 
     @property
     def parameter(self) -> str: ...
@@ -77,7 +79,9 @@ class DrawnCampbell(Protocol):
 
 @dataclass(frozen=True)
 class CampbellView:
-    """Choice of the parts of a Campbell diagram that are drawn; see ``Campbell.plot``."""
+    """Choice of the parts of a Campbell diagram that are drawn; see ``Campbell.plot``. ``frequencies`` are limits in
+    Hz, ``modes`` columns of the diagram, ``orders`` some of the diagram's orders; None for all. ``speed_unit`` is
+    ``rad/s``, ``rpm`` or ``Hz``; None for the unit of the parameter."""
 
     frequencies: tuple[float, float] | None = None
     modes: Sequence[int] | None = None
@@ -87,7 +91,8 @@ class CampbellView:
     letter: str = "x"
 
     def check(self, diagram: DrawnCampbell) -> None:
-        """Raise UsageError for a choice that the diagram does not have."""
+        """Raise UsageError for modes, orders or a speed unit that the diagram does not have, and for unsuitable
+        limits."""
         count = diagram.frequencies.shape[1]
         self._check_numbers()
         for number in () if self.modes is None else self.modes:
@@ -111,7 +116,7 @@ class CampbellView:
             raise UsageError(Problem("speed_unit", fault, "no speed_unit"))
 
     def _check_numbers(self) -> None:
-        """Raise UsageError for a choice that is not several numbers."""
+        """Raise UsageError if modes, orders or frequencies are given and are not a sequence of numbers."""
         for name, value, example in (
             ("modes", self.modes, "(0, 1)"),
             ("orders", self.orders, "(1, 2)"),
@@ -129,7 +134,7 @@ _ALL = CampbellView()
 
 
 def draw_campbell(diagram: DrawnCampbell, title: str, path: Path, view: CampbellView = _ALL) -> Path:
-    """Draw the diagram into a file.
+    """Draw the diagram into a file, and return the path.
 
     Parameters
     ----------
@@ -163,7 +168,9 @@ def numbering(diagram: DrawnCampbell) -> str:
 
 
 def plot_campbell(diagram: DrawnCampbell, axes: object = None, view: CampbellView = _ALL) -> list[Any]:
-    """Draw frequencies over the speed; see ``Campbell.plot``."""
+    """Draw frequencies over the speed on matplotlib axes, and return a list with the axes; see ``Campbell.plot``.
+    `axes` are the caller's; a new figure is made if None. Raises UsageError for a view that the diagram does not
+    have."""
     view.check(diagram)
     drawn = axes_of_caller("plot", axes, [f"frequencies over {diagram.parameter}"], _SIZE)
     _Drawing(drawn[0], diagram, view).draw()
@@ -179,7 +186,7 @@ class _Label(NamedTuple):
 
 
 class _Box(NamedTuple):
-    """A rectangle within the axes, points."""
+    """A rectangle within the axes by centre and half sides, in points; ``meets`` is whether two rectangles overlap."""
 
     x: float
     y: float
@@ -192,7 +199,7 @@ class _Box(NamedTuple):
 
 
 class _Drawing:
-    """One diagram on one pair of axes."""
+    """Drawing of the parts of one Campbell diagram that a view chooses, on one pair of matplotlib axes."""
 
     def __init__(self, axis: Any, diagram: DrawnCampbell, view: CampbellView) -> None:
         self.axis, self.diagram = axis, diagram
@@ -208,7 +215,8 @@ class _Drawing:
         self.size = np.array([box.width, box.height]) * 72.0 / axis.figure.dpi
 
     def draw(self) -> None:
-        """Draw the curves, rays, labels, crossings and the legend."""
+        """Draw the curves, rays of orders, labels, crossings, axis labels and the legend of the senses of whirl. A note
+        counts the modes above the figure, unless the caller chose the limits."""
         axis = self.axis
         axis.set_xlim(*(self.ends * self.scale))
         axis.set_ylim(self.bottom, self.top)
@@ -230,7 +238,8 @@ class _Drawing:
             axis.annotate(words, (1.0, 1.0), (0.0, 2.0 + _HEIGHT), fontsize=_POINTS, color="#444444", **style)
 
     def _curves(self) -> set[str]:
-        """Draw the modes and return the words of the senses of whirl in the legend."""
+        """Draw the frequencies of the modes, with colour and line style by sense of whirl. Returns the words in the
+        legend, such as ``forward``, ``backward``, ``no sense of whirl``; empty without whirl."""
         diagram, named = self.diagram, set[str]()
         for mode in self.modes:
             for sense in np.unique(diagram.whirl[:, mode]):
@@ -257,12 +266,15 @@ class _Drawing:
             self.axis.plot(line * self.scale, heights, ":", color=_RAY, linewidth=1.1, zorder=1.5)
 
     def _height(self, frequency: Height) -> Height:
-        """Return the height in the figure, 0 at the bottom and 1 at the top."""
+        """Return the height of a frequency (Hz, a number or an array) in the figure, 0 at the bottom and 1 at the
+        top."""
         height: Height = (frequency - self.bottom) / (self.top - self.bottom)
         return height
 
     def _labels_at_the_right(self) -> None:
-        """Label rays and modes that reach the right end; modes are left out if there is no room for all of them."""
+        """Label the rays of orders and the modes at the right end, with labels moved so that none overlap. Modes that
+        end close together have one label. Labels of modes are left out if there is no room for all labels, and labels
+        of rays likewise."""
         rays = [_Label(self._height(self._ray(order)), f"{order:g}{self.letter}", _RAY) for order in self.orders]
         rays = [item for item in rays if 0.0 <= item.place <= 1.0]
         ends = sorted(
@@ -293,7 +305,7 @@ class _Drawing:
         return order * abs(float(self.ends[1])) / (2.0 * math.pi)
 
     def _labels_at_the_top(self) -> None:
-        """Label rays that leave the figure through the top."""
+        """Label the rays of orders that leave the figure through the top; no labels if there is no room for all."""
         leaving = [order for order in self.orders if self._ray(order) > self.top and self.ends[1] > 0.0]
         width = float(self.ends[1] - self.ends[0])
         places = {order: (self.top * 2.0 * math.pi / order - self.ends[0]) / width for order in leaving[::-1]}
@@ -308,7 +320,8 @@ class _Drawing:
             )  # fmt: skip  # place, text, looks
 
     def _crossings(self) -> None:
-        """Draw dots, each with its speed if there is a free place next to the dot."""
+        """Draw a dot for each crossing, with its speed as text if there is a free place next to the dot. Left out are
+        crossings outside the limits, of modes or orders that are not drawn, or almost on another dot."""
         single: list[tuple[Array, float, float]] = []
         for item in self.diagram.crossings:
             frequency, drawn = item.frequency / (2.0 * np.pi), item.mode in self.modes and item.order in self.orders
@@ -354,7 +367,9 @@ class _Drawing:
 
 
 def _free(point: Array, text: str, taken: Iterable[_Box], lines: Array, size: Array) -> _Box | None:
-    """Return the box of a label next to a dot that meets no other label or dot and the fewest lines."""
+    """Return the box of a label next to a dot that overlaps none of the boxes `taken` and meets the fewest lines.
+    `point` (2,) is the dot, `lines` (n, 2) are points along curves, `size` (2,) is the extent of the axes, all in
+    points; `text` gives the width. None if each candidate overlaps a box or leaves the axes."""
     half = (0.5 * _WIDTH * len(text), 0.5 * _HEIGHT)
     best: tuple[int, _Box] | None = None
     for side, up in _AROUND:
@@ -385,7 +400,8 @@ def _mode_label(numbers: Sequence[int]) -> str:
 
 
 def _spread(places: Sequence[float], gap: float) -> list[float]:
-    """Return places, increasing, from 0 to 1 with at least a gap in between, with the least sum of squared shifts."""
+    """Return increasing places from 0 to 1 with at least `gap` between neighbours, with the least sum of squared
+    shifts. `places` are the wanted places in increasing order."""
     if not places:
         return []
     from scipy.optimize import isotonic_regression  # noqa: PLC0415  # slow to import
@@ -397,7 +413,8 @@ def _spread(places: Sequence[float], gap: float) -> list[float]:
 
 def _highest(frequencies: Array, orders: Sequence[float], ends: Array) -> float:
     """Return the frequency in Hz at which a diagram ends: above all modes, or, if modes lie far above the rays of the
-    orders, above these rays and the lowest mode, so that crossings are resolved."""
+    orders, above these rays and the lowest mode, so that crossings are resolved. `frequencies` (n, modes) are in Hz,
+    `ends` (2,) are the lowest and the highest speed in rad/s."""
     top = 1.08 * float(np.nanmax(frequencies, initial=0.0)) or 1.0
     ray = max(orders, default=0.0) * float(np.abs(ends).max()) / (2.0 * np.pi)
     if not ray > 0.0 or not frequencies.size:

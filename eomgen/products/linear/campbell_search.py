@@ -65,10 +65,17 @@ def campbell(
     report: Progress | None = None,
     reference: tuple[float, Linearization] | None = None,
 ) -> Campbell:
-    """Return the oscillations over values of a parameter.
+    """Return the oscillations of linear models over values of a parameter, with crossings with orders.
+
+    Values at which there is no linear model are left out with a warning, as long as two are kept. Ctrl-C keeps the
+    values and crossings found so far, if there are two values.
 
     Parameters
     ----------
+    parameter, unit : str
+        Name and unit of the parameter (a speed of rotation).
+    values : sequence of float
+        Values of the parameter, increasing.
     linearized : callable
         From a value, and the linear model at the previous value, to the linear model at this value.
     orders : multiples of the values
@@ -77,10 +84,6 @@ def campbell(
     report : called with the part of the work that is done: half is for the values, half for crossings if there are
         orders
     reference : value, and the linear model whose modes number the modes of the diagram
-
-    Ctrl-C keeps the values and crossings found so far, if there are two values.
-
-    Values at which there is no linear model are left out with a warning, as long as two are kept.
 
     Raises
     ------
@@ -125,8 +128,9 @@ def campbell(
 
 
 def _numbers(curves: _FollowedModes, search: _CrossingSearch, value: float, model: Linearization) -> tuple[int, ...]:
-    """Number the modes of a diagram, (modes,), from 1 on, as the same modes of a model, followed from the nearest node.
-    Modes that the model lacks come last. Empty for a model with other coordinates."""
+    """Return a number for each mode of a diagram, (modes,): the number, from 1 on, of the same mode in a table of
+    modes. The table belongs to the linear model `model` at the parameter's value `value`; modes are followed from the
+    nearest node of the search. Modes that the model lacks come last. Empty for a model with other coordinates."""
     row = int(np.argmin(np.abs(curves.values - value)))
     near = search.nodes[row]
     if near.model.coordinates != model.coordinates:
@@ -142,8 +146,8 @@ def _numbers(curves: _FollowedModes, search: _CrossingSearch, value: float, mode
 
 
 class _CrossingSearch:
-    """Oscillations at values of a parameter, and crossings of oscillations with orders, by linear models at any
-    value."""
+    """Oscillations at values of a parameter, and crossings of oscillations with orders, by linear models at any value.
+    ``nodes`` are the values with their models in order, ``failures`` the errors by value without a model."""
 
     def __init__(
         self,
@@ -172,7 +176,8 @@ class _CrossingSearch:
         return _Node(value, model, _oscillations(model, self.pairs, value), wanted)
 
     def look_at(self, value: float) -> None:
-        """Add the node of a value, after nodes between this and the last value by which modes can be tracked."""
+        """Append the node of a value, after nodes at intermediate values that are needed to follow modes from the last
+        node. A ModelError or a NumericalError of the linear model is kept in ``failures`` instead."""
         nodes = self.nodes
         try:
             node = self.node(value, self.at(value, nodes[-1].model if nodes else None), wanted=True)
@@ -181,8 +186,9 @@ class _CrossingSearch:
             self.failures[value] = error
 
     def between(self, low: _Node, high: _Node, depth: int = _DEPTH) -> list[_Node]:
-        """Return the nodes between two nodes by which modes can be tracked; none if the two nodes are near enough, or
-        without a linear model in between."""
+        """Return the nodes at intermediate values between two nodes that are needed to follow modes, by bisection. None
+        are needed if each mode has one clear continuation. None are returned without a linear model in between, or at
+        `depth` 0, the number of halvings left."""
         if depth == 0 or _tracks_modes(low.oscillations, high.oscillations):
             return []
         middle = 0.5 * (low.value + high.value)
@@ -205,7 +211,9 @@ class _CrossingSearch:
             warnings.warn(f"Campbell diagram: left out: {kind[0]}{more} [W0028]", RuntimeWarning, stacklevel=stacklevel)
 
     def crossing(self, order: float, row: int, mode: int, curves: _FollowedModes, stacklevel: int) -> list[Crossing]:
-        """Return the crossing of a mode with an order between two nodes, refined on the model."""
+        """Return a list with the crossing of a mode with an order between two neighbouring nodes, refined on the model.
+        `row` is the number of the lower node, `mode` the column in `curves`. The list is empty if another mode is
+        nearer, or, with a warning, if there is no linear model in between."""
         low, high = self.nodes[row : row + 2]
         ends = [(self.nodes[neighbour].oscillations, curves.column(neighbour, mode)) for neighbour in (row, row + 1)]
         last: dict[str, Any] = {}
@@ -233,7 +241,8 @@ class _CrossingSearch:
 
 @dataclass(frozen=True)
 class _FollowedModes:
-    """Modes followed over nodes: eigenvalues and whirl (nodes, modes), by frequency at the first node."""
+    """Modes followed over nodes: values (nodes,), complex eigenvalues in 1/s and whirl (nodes, modes); not a number if
+    a node lacks a mode. Modes are in the order of their frequency at the first node that has them."""
 
     values: Array
     eigenvalues: Complex
@@ -243,7 +252,7 @@ class _FollowedModes:
 
     @classmethod
     def through(cls, nodes: Sequence[_Node]) -> _FollowedModes:
-        """Return the curves through nodes."""
+        """Return the followed modes through nodes in order; whirl is zero for modes with hardly any circular motion."""
         columns, count = _mode_columns(nodes)
         eigenvalues = np.full((len(nodes), count), complex(np.nan, np.nan))
         whirl, circular = np.zeros((len(nodes), count), dtype=int), np.zeros((len(nodes), count))
@@ -262,7 +271,8 @@ class _FollowedModes:
         return self.modes[row].index(mode)
 
     def candidates(self, orders: Sequence[float]) -> list[tuple[float, int, int]]:
-        """Return orders, nodes and modes with a change of sign of frequency - order speed after the node."""
+        """Return triples (order, node, mode) for which angular frequency - order |value| changes sign between a node
+        and the next."""
         result: list[tuple[float, int, int]] = []
         for order in orders:
             for mode, eigenvalues in enumerate(self.eigenvalues.T):
@@ -274,8 +284,10 @@ class _FollowedModes:
 
 
 def _oscillations(lin: Linearization, pairs: Sequence[tuple[str, str]], value: float) -> _Oscillations:
-    """Return the oscillating modes of a linear model, with shapes of length 1 and the sense of whirl by deflection
-    pairs."""
+    """Return the oscillating modes of a linear model, with shapes of length 1 and the sense of whirl. The sense, 1
+    forward, -1 backward or 0, is the sense of the orbit in the planes of the deflection `pairs`, by default of the
+    model's multiblade pairs, relative to the sign of `value`, the speed. Modes of a multiple eigenvalue are combined
+    into circular modes first."""
     modes = lin.modes()
     of_blades = () if pairs or lin.multiblade is None else lin.multiblade.pairs
     pairs = pairs or of_blades
@@ -306,7 +318,8 @@ def _oscillations(lin: Linearization, pairs: Sequence[tuple[str, str]], value: f
 
 
 def _multiple(eigenvalues: Complex, uncertainty: Array) -> list[list[int]]:
-    """Return the numbers of eigenvalues that are equal but for rounding, a list for each value of several modes."""
+    """Return the numbers of eigenvalues that are equal but for rounding: a list for each value of two modes or more.
+    `uncertainty` (m,) is the rounding error of each eigenvalue."""
     groups: list[list[int]] = []
     for k, value in enumerate(eigenvalues):
         for group in groups:
@@ -321,10 +334,10 @@ def _multiple(eigenvalues: Complex, uncertainty: Array) -> list[list[int]]:
 
 def _circular(shapes: Complex, deflections: Complex) -> Complex:
     """Return combinations of modes of one eigenvalue, (m, m), with orbits of largest enclosed area in either sense.
-
-    Any combination of these modes is a mode, with an arbitrary sense of whirl: the diagonalisation of the form of the
-    enclosed area in the measure of kinetic energy gives the circular modes, if any, one in each sense.
-    """
+    `shapes` (rows, m) are weighted, `deflections` (2 pairs, m) alternate between the first and the second axis. The
+    columns of the result are coefficients of the modes. Any combination of these modes is a mode, with an arbitrary
+    sense of whirl: the diagonalisation of the form of the enclosed area in the measure of kinetic energy gives the
+    circular modes, if any, one in each sense. The unit matrix if shapes are dependent."""
     first, second = deflections[::2], deflections[1::2]
     of_energy = shapes.conj().T @ shapes
     of_area = 0.5j * (first.conj().T @ second - second.conj().T @ first)
@@ -359,7 +372,7 @@ def _costs(before: _Oscillations, now: _Oscillations) -> Array:
 
 
 def _tracks_modes(before: _Oscillations, now: _Oscillations) -> bool:
-    """Return whether each mode has one clear continuation at the next value."""
+    """Return whether each mode has one clear continuation from the oscillations `before` to the oscillations `now`."""
     costs = _costs(before, now)
     pairs = linear_sum_assignment(costs)
     pair_costs = costs[pairs]
@@ -372,7 +385,9 @@ def _tracks_modes(before: _Oscillations, now: _Oscillations) -> bool:
 
 
 def _mode_columns(nodes: Sequence[_Node]) -> tuple[list[list[int]], int]:
-    """Return the columns of the modes of each node, and how many columns there are."""
+    """Return for each node the columns of its oscillating modes in the diagram, and the number of columns. Modes of
+    neighbouring nodes are assigned to each other by the least sum of dissimilarities; a mode without a predecessor has
+    a new column."""
     columns: list[list[int]] = []
     more = itertools.count()
     for number, node in enumerate(nodes):

@@ -47,7 +47,9 @@ Number = TypeVar("Number", int, float)
 
 @dataclass(frozen=True)
 class CampbellRequest:
-    """Request of ``--campbell``, ``--orders``, ``--whirl``, ``--modes`` and ``--speed-unit``."""
+    """Options ``--campbell``, ``--orders``, ``--whirl``, ``--modes`` and ``--speed-unit`` of the command, as values.
+    `speed` is the name of the parameter or velocity with its `values`, `orders` multiples of the speed (None for the
+    default), `whirl` pairs of deflections."""
 
     speed: str
     values: list[float]
@@ -68,8 +70,9 @@ class CampbellRequest:
         modes: str | None,
         speed_unit: str | None,
     ) -> CampbellRequest | None:
-        """Read the options of a Campbell diagram; None without ``--campbell``. Raises UsageError for unreadable
-        options."""
+        """Return the options of a Campbell diagram read from their texts; None without ``--campbell``. `sweep` is the
+        name of the speed and its values, or None. Raises UsageError for unreadable options, values that do not
+        increase, and options of the diagram without ``--campbell``."""
         if sweep is not None:
             _check_increasing(*sweep)
         else:
@@ -84,8 +87,9 @@ class CampbellRequest:
         return cls(*sweep, *_orders(orders), pairs, _modes(modes), speed_unit)
 
     def view(self, diagram: Campbell, band: tuple[float, float] | None) -> CampbellView:
-        """Return the part of the diagram that is drawn, and note modes that do not oscillate. Raises UsageError if none
-        does."""
+        """Return the view of the diagram to draw, with the `band` of frequencies (Hz), modes, speed unit and letter of
+        orders. Numbers of modes that do not oscillate are left out with a printed note; UsageError if none of them
+        oscillates."""
         from eomgen.products.linear.campbell_plot import CampbellView  # noqa: PLC0415
 
         columns = {diagram.number(mode): mode for mode in range(diagram.eigenvalues.shape[1])}
@@ -107,7 +111,8 @@ class CampbellRequest:
         return model.campbell(self.speed, self.values, orders=self.orders, whirl=self.whirl, progress=True, **options)
 
     def interruption(self, diagram: Campbell | None) -> str:
-        """Return the line for Ctrl-C: how much of the diagram there is."""
+        """Return the sentence for Ctrl-C with the numbers of computed values and crossings; `diagram` None if none
+        are."""
         if diagram is None:
             return "interrupted before there was a Campbell diagram"
         values = f"{len(diagram.values)} of {len(self.values)} values of {self.speed}"
@@ -132,7 +137,8 @@ def _modes(text: str | None) -> tuple[int, ...] | None:
 
 
 def _positive(text: str, number: Callable[[str], Number], otherwise: Problem) -> tuple[Number, ...]:
-    """Return positive numbers between commas. Raises UsageError with the problem for any other text."""
+    """Return the positive, finite numbers between the commas of a text, each read by `number`. Raises UsageError with
+    the problem `otherwise` for any other text."""
     try:
         numbers = tuple(map(number, text.split(",")))
         if all(0.0 < value < math.inf for value in numbers):
@@ -144,7 +150,9 @@ def _positive(text: str, number: Callable[[str], Number], otherwise: Problem) ->
 
 @dataclass(frozen=True)
 class RideRequest:
-    """Request of ``--ride``, ``--classes``, ``--speeds`` and ``--band``."""
+    """Options ``--ride``, ``--classes``, ``--speeds`` and ``--band`` of the command, as values. `outputs` maps names of
+    outputs to their weighting (None without), `classes` are road classes, `speeds` are in m/s, `band` in Hz; empty or
+    None for the road, speed and band of the scene."""
 
     outputs: dict[str, str | None]
     classes: tuple[str, ...]
@@ -155,7 +163,8 @@ class RideRequest:
     def read(
         cls, rides: tuple[str, ...], classes: str | None, speeds: str | None, band: tuple[float, float] | None
     ) -> RideRequest | None:
-        """Read the options of a ride; None without ``--ride``. Raises UsageError for unreadable options."""
+        """Return the options of a ride read from their texts; None without ``--ride``. Raises UsageError for an unknown
+        weighting or road class, unreadable speeds, and ``--classes`` or ``--speeds`` without ``--ride``."""
         if not rides:
             for option, value in (("--classes", classes), ("--speeds", speeds)):
                 if value is not None:
@@ -179,7 +188,8 @@ class RideRequest:
         return cls(outputs, chosen, _speeds(speeds), band)
 
     def table(self, lin: Linearization, excitation: RoadExcitation) -> RideTable:
-        """Return the root mean squares; by default on the road of the scene and at the speed of the scene."""
+        """Return the root mean squares of the outputs over road classes and speeds. By default on the road of the scene
+        (`excitation`) at its speed. Raises UsageError for classes on a measured road."""
         from eomgen.products.linear.spectra import MeasuredRoad  # noqa: PLC0415
 
         if self.classes and isinstance(excitation.road, MeasuredRoad):
@@ -294,7 +304,8 @@ def _check_drawings(
     sweep: tuple[str, list[float]] | None,
     pairs: Sequence[tuple[str, str]],
 ) -> None:
-    """Raise UsageError for responses of unknown signals, and for roots or responses without a folder."""
+    """Raise UsageError for an unknown input or output in `pairs`, and for a root locus (`sweep`) or frequency responses
+    without a folder to draw to."""
     for pair in pairs:
         lin.frequency_response([], *pair)
     if folder is None and (sweep or pairs):
@@ -309,7 +320,8 @@ def _print_ending(lin: Linearization, folder: str | None, files: Sequence[Path])
 
 
 class _Request:
-    """A scene and the operating point of the scene's linear model."""
+    """The compiled model of a scene, and the operating point and options of its linear models, read from the command
+    line."""
 
     def __init__(
         self,
@@ -318,7 +330,8 @@ class _Request:
         sweep: tuple[str, list[float]] | None,
         campbell: CampbellRequest | None,
     ) -> None:
-        """Build the model for linear models at the values of a sweep and of a Campbell diagram."""
+        """Read the scene and build its model, for as many linear models as the sweep and the Campbell diagram have
+        values. Takes its own options out of `options`. Raises UsageError for options that do not go together."""
         from eomgen.pipeline import pipeline  # noqa: PLC0415
 
         self.at, self.time = _state(options.pop("at")), options.pop("time")
@@ -341,8 +354,9 @@ class _Request:
             )
 
     def linearize(self, changes: dict[str, float], before: Linearization | None) -> Linearization:
-        """Return the linear model with some parameters changed; searches for equilibria begin at the equilibrium of the
-        model before."""
+        """Return the linear model at the requested state, with `changes` of tunable parameters by name. The search for
+        an equilibrium begins at the state of the model `before`, if there is one. A requested time of a run is
+        simulated first. Raises UsageError for multiblade coordinates at a time of a run."""
         parameters = {**self.parameters, **changes}
         if isinstance(self.at, float):
             if self.multiblade is not None:
@@ -364,7 +378,9 @@ class _Request:
         return self.model.linearize(at=self.at, initial=initial, any_kind=self.any_kind, **options)
 
     def campbell(self, wanted: CampbellRequest | None, lin: Linearization) -> tuple[Campbell | None, str]:
-        """Return the Campbell diagram, as much of it as was computed, and a line that reports Ctrl-C."""
+        """Return the Campbell diagram, and a line that reports Ctrl-C (empty without an interruption). After Ctrl-C the
+        diagram holds the values computed so far, or is None; None, too, if no diagram is `wanted`. `lin` is the linear
+        model whose modes number the modes of the diagram."""
         if wanted is None:
             return None, ""
         options: dict[str, Any] = {"parameters": self.parameters, "initial": self.initial or None, "t": self.time}
@@ -379,7 +395,8 @@ class _Request:
         return result, wanted.interruption(result) if result.interrupted else ""
 
     def roots(self, parameter: str, values: list[float]) -> tuple[RootLocus | None, str]:
-        """Return the root locus, as much of it as was computed, and a line that reports Ctrl-C."""
+        """Return the root locus over values of a parameter, and a line that reports Ctrl-C (empty without an
+        interruption). After Ctrl-C the locus holds the values computed so far, or is None."""
         from eomgen.base.progress import show_progress  # noqa: PLC0415
         from eomgen.products.linear.eigenvalue_loci import root_locus  # noqa: PLC0415
 
@@ -402,7 +419,10 @@ class _Request:
         pairs: Sequence[tuple[str, str]],
         band: tuple[float, float] | None,
     ) -> list[Path]:
-        """Write everything that is wanted; computed before the first file is made."""
+        """Write modes (JSON, CSV), matrices (NPZ) and figures to a folder, and return the paths of the files. Also
+        the root locus if there is one, and the frequency responses of `pairs` (input, output) over `band` (Hz, None
+        for the band of the modes). Everything is computed before the first file is made; `data` is the content of
+        modes.json."""
         import numpy as np  # noqa: PLC0415
 
         from eomgen.base.files import make_folder, write_text  # noqa: PLC0415
@@ -432,7 +452,7 @@ class _Request:
         return files
 
     def written_campbell(self, diagram: Campbell | None, view: CampbellView | None, folder: Path) -> list[Path]:
-        """Write the Campbell diagram as a table and as a picture, if there is one."""
+        """Write campbell.csv and campbell.png, and return both paths; an empty list without a diagram."""
         if diagram is None or view is None:
             return []
         from eomgen.products.linear.campbell_plot import draw_campbell  # noqa: PLC0415
@@ -442,7 +462,8 @@ class _Request:
         return [table, draw_campbell(diagram, self.model.name, folder / "campbell.png", view)]
 
     def written_ride(self, table: RideTable | None, spectra: Sequence[PowerSpectrum], folder: Path) -> list[Path]:
-        """Write root mean squares and spectra on random roads, if there are any."""
+        """Write ride.csv, spectra.csv and spectra.png of random roads, and return the paths; an empty list without a
+        table."""
         if table is None:
             return []
         from eomgen.products.linear import files, plots  # noqa: PLC0415
@@ -451,7 +472,8 @@ class _Request:
         return [*tables, plots.draw_spectra(spectra, self.model.name, folder / "spectra.png")]
 
     def _shapes(self, lin: Linearization, modes: Modes, path: Path) -> list[Path]:
-        """Draw the slowest oscillating modes of a machine with beams."""
+        """Draw the shapes of the oscillating modes with the registered ``eomgen.mode_figures``; return the paths of the
+        files."""
         import numpy as np  # noqa: PLC0415
 
         shown = np.flatnonzero(modes.oscillating)
@@ -465,7 +487,8 @@ class _Request:
 
 
 def _print_tables(table: RideTable | None, diagram: Campbell | None) -> None:
-    """Print the ride on random roads, and the crossings of a Campbell diagram with orders."""
+    """Print the root mean squares on random roads, and the crossings of a Campbell diagram with orders; without output
+    for None."""
     if table is not None:
         numeric = tuple(range(1, len(table.headings)))
         print_table("root mean squares on random roads", table.headings, table.rows, numeric=numeric)
@@ -480,7 +503,9 @@ def _print_tables(table: RideTable | None, diagram: Campbell | None) -> None:
 
 
 def _print(lin: Linearization, name: str) -> None:
-    """Print a table of the modes of a linear model."""
+    """Print a table of at most 40 modes of a linear model: frequency, damping ratio, eigenvalue, largest
+    coordinates. Oscillating modes come first; a line counts the modes that are not shown. `name` is the model's name
+    in the heading."""
     from eomgen.products.linear.modes import ROUNDING, degrees, oscillating_first, significant  # noqa: PLC0415
 
     modes = lin.modes()
@@ -509,7 +534,8 @@ def _print(lin: Linearization, name: str) -> None:
 
 
 def _blades(texts: Sequence[str]) -> dict[str, list[tuple[str, ...]]] | None:
-    """Return the groups of equal coordinates of each rotor; None if no group is asked for."""
+    """Return the groups of equal coordinates by name of their rotor, from texts ``ROTOR:NAME,NAME,...``. None without
+    texts. Raises UsageError for a text without a rotor or with an empty name."""
     groups: dict[str, list[tuple[str, ...]]] = {}
     for text in texts:
         rotor, colon, names = text.partition(":")
@@ -522,7 +548,8 @@ def _blades(texts: Sequence[str]) -> dict[str, list[tuple[str, ...]]] | None:
 
 
 def _stability_text(lin: Linearization) -> str:
-    """Return a sentence on the stability of a linear model."""
+    """Return a sentence that says whether a linear model is stable, with the rate of the slowest or the growing
+    mode."""
     import numpy as np  # noqa: PLC0415
 
     modes = lin.modes()
@@ -544,7 +571,8 @@ def _stability_text(lin: Linearization) -> str:
 
 
 def _state(text: str | None) -> str | float | None:
-    """Return a word, or a time in s."""
+    """Return ``--at``: None, ``equilibrium``, ``steady`` or ``initial`` unchanged, or else a positive time in s. Raises
+    UsageError for any other text."""
     if text is None or text in ("equilibrium", "steady", "initial"):
         return text
     try:
@@ -563,7 +591,9 @@ _OF_PICTURES = {"--campbell": "; --speed-unit rpm draws speeds in rpm"}
 
 
 def _sweep(text: str | None, option: str = "--root-locus") -> tuple[str, list[float]] | None:
-    """Return the name of a parameter and the values of the parameter."""
+    """Return the name and the values of ``NAME=FROM:TO:N`` or ``NAME=FROM:TO:N:log``; None without a text. Values are
+    evenly spaced, or have equal ratios with ``log``. Raises UsageError for unreadable texts, values with units, fewer
+    than 2 or more than 10000 values, and ratios of values that are not positive; `option` serves messages."""
     if text is None:
         return None
     name, equals, rest = text.partition("=")
@@ -611,7 +641,8 @@ def _response(text: str) -> tuple[str, str]:
 
 
 def _pair(text: str, otherwise: Problem) -> tuple[str, str]:
-    """Return both sides of a colon. Raises UsageError with the problem for any other text."""
+    """Return the texts before and after a colon, stripped. Raises UsageError with the problem `otherwise` if one is
+    empty."""
     first, _, second = (part.strip() for part in text.partition(":"))
     if not (first and second):
         raise UsageError(otherwise)
@@ -619,7 +650,8 @@ def _pair(text: str, otherwise: Problem) -> tuple[str, str]:
 
 
 def _band(text: str | None, *, from_zero: bool = False) -> tuple[float, float] | None:
-    """Return the limits of ``--band`` in Hz; the picture of a Campbell diagram may begin at 0."""
+    """Return the lower and the upper frequency of ``--band FROM:TO`` in Hz; None without a text. The lower one may be
+    zero if `from_zero` (the picture of a Campbell diagram alone). Raises UsageError otherwise."""
     if text is None:
         return None
     try:

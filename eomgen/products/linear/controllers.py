@@ -147,13 +147,11 @@ def with_controller(
 
 
 def _without_rounding(law: Regulator | OutputFeedback) -> Regulator | OutputFeedback:
-    """Return a law without the gains that are rounding: zeros take their places.
-
-    Solutions of Riccati's equation and of placements have errors of the size of rounding of their largest entries, so
-    states that a law does not need get gains of 1e-13, say. Gains of a row add up in the unit of its signal; states of
-    different units are compared in the scales that balance the matrix of the model (B. N. Parlett and C. Reinsch,
-    Balancing a matrix for calculation of eigenvalues and eigenvectors, 1969).
-    """
+    """Return a law whose gains below rounding are exactly zero. Solutions of Riccati's equation and of placements have
+    errors of the size of rounding of their largest entries, so states that a law does not need get gains of 1e-13, say.
+    Gains of a row add up in the unit of its signal; states of different units are compared in the scales that balance
+    the matrix of the model (B. N. Parlett and C. Reinsch, Balancing a matrix for calculation of eigenvalues and
+    eigenvectors, 1969)."""
     scales = np.diag(balance(law.space.A, permute=False)[1])
 
     def drop_small_gains(gains: Array) -> Array:
@@ -171,7 +169,7 @@ def _without_rounding(law: Regulator | OutputFeedback) -> Regulator | OutputFeed
 
 @dataclass(frozen=True)
 class _Hardware:
-    """An actuator or a sensor.
+    """Limits, rounding and delay of an actuator or a sensor, in the unit of the signal.
 
     Attributes
     ----------
@@ -191,13 +189,15 @@ class _Hardware:
         return self.quantum > 0.0 or math.isfinite(self.lower) or math.isfinite(self.upper)
 
     def limit(self, formula: str) -> str:
-        """Return a formula between the limits."""
+        """Return the formula (text) with ``min`` and ``max`` around it for the finite limits."""
         formula = f"min({_number(self.upper)}, {formula})" if self.upper < math.inf else formula
         return f"max({_number(self.lower)}, {formula})" if self.lower > -math.inf else formula
 
 
 def _hardware(law: Regulator | OutputFeedback, tables: Mapping[str, Mapping[str, Any]]) -> dict[str, _Hardware]:
-    """Return actuators and sensors by the names of inputs and measured signals. Raises UsageError."""
+    """Return the hardware by the names of inputs (actuators) and measured signals (sensors) that have some. `tables`
+    holds the caller's ``limits``, ``quantum`` and ``delay``, in this order, each by name of a signal. Raises UsageError
+    for unknown names, unsuitable values, and a quantum or a delay in continuous time."""
     space = law.space
     sensors = law.observer.measured if isinstance(law, OutputFeedback) else _fed_back(law)
     for argument, entries in tables.items():
@@ -230,7 +230,9 @@ def _kind(space: StateSpace, name: str) -> str:
 
 
 def _one_hardware(name: str, kind: str, space: StateSpace, limits: Any, quantum: Any, delay: Any) -> _Hardware:
-    """Return an actuator or a sensor as given. Raises UsageError."""
+    """Return an actuator or a sensor with limits, quantum and delay (None if absent) as the caller gave them. `kind` is
+    ``inputs``, ``outputs`` or ``states``. Limits are drawn in to multiples of the quantum. Raises UsageError for values
+    that cannot be met, or limits without the value at the reference; warns of long delays and late readings."""
     unit = space.unit(kind, name)
     lower, upper = _limits(name, limits, unit)
     step = 0.0 if quantum is None else _amount(f"quantum of {name}", quantum, unit, "0.01")
@@ -268,7 +270,9 @@ def _one_hardware(name: str, kind: str, space: StateSpace, limits: Any, quantum:
 
 
 def _limits(name: str, limits: Any, unit: str) -> tuple[float, float]:
-    """Return lower and upper limit. Raises UsageError."""
+    """Return the lower and the upper limit in `unit`, infinite if None; both infinite without `limits`. `limits` is the
+    caller's pair of numbers, texts with a unit or None. Raises UsageError for other values, and if the lower limit is
+    not below the upper one."""
     where, example = f"limits of {name}", "(-5.0, 5.0), or (None, 5.0) for one limit"
     if limits is None:
         return -math.inf, math.inf
@@ -284,7 +288,8 @@ def _limits(name: str, limits: Any, unit: str) -> tuple[float, float]:
 
 
 def _amount(where: str, value: Any, unit: str, example: str) -> float:
-    """Return a number, or a text with a unit, in a unit. Raises UsageError."""
+    """Return a finite number as a float, or a text with a unit ("2 kN") converted into `unit`. The first argument and
+    `example` serve the message of the UsageError for other values."""
     if isinstance(value, str):
         return in_label(where, value, unit)
     if isinstance(value, bool) or not isinstance(value, Real):
@@ -297,7 +302,9 @@ def _amount(where: str, value: Any, unit: str, example: str) -> float:
 
 
 class _Writer:
-    """Writes laws for a model of a scene."""
+    """Writer of a control law as sections ``controllers`` and ``states`` of a scene's nested data. `space` is the
+    linear model of the law, `prefix` stands before names of estimates, `hardware` has actuators and sensors by name.
+    Raises UsageError if the scene's `data` lack one of the model's inputs."""
 
     def __init__(
         self, data: Mapping[str, Any], space: StateSpace, prefix: str, hardware: Mapping[str, _Hardware]
@@ -313,7 +320,8 @@ class _Writer:
     # -- laws ----------------------------------------------------------------------------------------------------------
 
     def regulator(self, law: Regulator) -> Sections:
-        """Return the sections of a feedback of the state."""
+        """Return the sections of a state feedback: ``controllers`` in continuous time, sampled ``states`` otherwise.
+        States without a gain are left out."""
         used = [k for k in range(len(self.space.states)) if any(law.gains[:, k])]
         sensors: dict[str, Any] = {}
         signals = {k: self._read(self.space.states[k], self._state(self.space.states[k]), sensors) for k in used}
@@ -325,7 +333,9 @@ class _Writer:
         return {"states": {**sensors, **self._input_states(formulas)}}
 
     def output_feedback(self, law: OutputFeedback) -> Sections:
-        """Return the sections of a feedback of estimates."""
+        """Return the sections of a feedback of estimates, with the observer as states of the scene. In continuous time:
+        ``states`` with the rates of the estimates and ``controllers`` with the inputs; sampled: all as ``states``,
+        among them the measured signals and the inputs."""
         controller, states = law.controller, dict[str, Any]()
         estimates = [_fitting(f"{self.prefix}_{_legal(name)}") for name in self.space.states]
         named = enumerate(law.observer.measured)
@@ -365,12 +375,11 @@ class _Writer:
     # -- parts ---------------------------------------------------------------------------------------------------------
 
     def _prediction(self, law: OutputFeedback) -> tuple[Array, Array, Array]:
-        """Return the matrices by which the next estimates follow from the estimates, the measured signals and the
-        commands.
-
-        Commands that are limited or rounded differ from the feedback of the estimates, so that the observer reads
-        them; the other ones are written by the estimates.
-        """
+        """Return the observer's matrices for the estimates (ns, ns), the measured signals (ns, ny) and the commands
+        (ns, nu). The products with these vectors add up to the rates of the estimates, or to the next estimates of a
+        sampled law. Commands that are limited or rounded differ from the feedback of the estimates, so that the
+        observer reads them; the columns of other commands are zero, because the estimates' matrix contains the
+        feedback."""
         space, C, D, L = law.space, law.observer.C, law.observer.D, law.observer.gains
         K = law.regulator.gains.copy()
         read = [name in self.hardware and self.hardware[name].changes for name in space.inputs]
@@ -384,7 +393,9 @@ class _Writer:
         return closed @ (np.eye(len(closed)) - L @ C), closed @ L, of_commands
 
     def _read(self, name: str, signal: tuple[str, float], sensors: dict[str, Any]) -> tuple[str, float]:
-        """Return the formula of a signal as its sensor gives it, and the reference; a sampled sensor is a new state."""
+        """Return the formula of a signal as its sensor gives it, and the signal's reference value. `signal` is the
+        formula and the reference without a sensor. A sensor with a quantum or a delay is added to `sensors` as a
+        sampled state ``sensor_NAME``, whose name is then the formula."""
         sensor, (formula, reference) = self.hardware.get(name), signal
         if sensor is None or name in self.space.inputs:
             return signal
@@ -398,7 +409,8 @@ class _Writer:
         return state, reference
 
     def _command(self, number: int) -> str:
-        """Return the name of a command before its delay."""
+        """Return the name of the state with the command of the input `number` before its delay: ``NAME_asked``, or the
+        input's name without a delay."""
         input = self.space.inputs[number]
         return _fitting(f"{input}_asked") if self._delay(input) is not None else input
 
@@ -410,11 +422,14 @@ class _Writer:
         return self.space.input_delay if delay is None else delay
 
     def _feedbacks(self, rows: list[list[tuple[str, str, float, float]]]) -> dict[str, Any]:
-        """Return the state feedback of each input."""
+        """Return the ``state_feedback`` controllers by name of input; `rows` has the signals of each input
+        (``_feedback``)."""
         return {name: self._feedback(k, row) for k, (name, row) in enumerate(zip(self.space.inputs, rows, strict=True))}
 
     def _feedback(self, number: int, row: list[tuple[str, str, float, float]]) -> dict[str, Any]:
-        """Return a state feedback of signals (name, formula, reference, gain) that gives an input."""
+        """Return the data of the controller of type ``state_feedback`` that gives the input `number`. `row` lists the
+        signals fed back as (name, formula, reference, gain). The input's value at the reference is added as the
+        feedback of a constant, and the actuator's limits as ``minimum`` and ``maximum``."""
         rest, input = self._rest(number), self.space.inputs[number]
         signals = {name: formula for name, formula, _, _ in row}
         gains = {name: gain for name, _, _, gain in row}
@@ -434,7 +449,9 @@ class _Writer:
         return entry | ({"signal_references": references} if references else {})
 
     def _input_states(self, formulas: list[list[tuple[float, str]]]) -> dict[str, Any]:
-        """Return the sampled states of the inputs, late if the model has a delay."""
+        """Return the sampled states that give the inputs, by name. `formulas` has for each input the (factor, formula)
+        terms of its command. With a delay, an input has a state ``NAME_asked`` for the command, the states that wait
+        for their effect, and the delayed state of the input's name."""
         space, states = self.space, {}
         for number, (input, terms) in enumerate(zip(space.inputs, formulas, strict=True)):
             rest = self._rest(number)
@@ -466,7 +483,9 @@ class _Writer:
         return "found from the linear model" if self.space.sample is None else "found from the sampled linear model"
 
     def _state(self, name: str) -> tuple[str, float]:
-        """Return the formula of a state, and the value of the state at the reference of the linear model."""
+        """Return the formula (text) of a state of the linear model, and the state's value at the reference. Components
+        of joints on groups have the formula of the error on the group, and the reference 0. Raises UsageError for
+        states that formulas cannot use, such as coordinates of absolute bodies."""
         reference = self.space.reference("states", name)
         if name in self.space.waiting:
             return name, reference
@@ -481,7 +500,9 @@ class _Writer:
         return f"q.{name}" if not dot else rest if kind == "z" else name, reference
 
     def _measured_signal(self, name: str, number: int, controller: StateSpace) -> tuple[str, float]:
-        """Return the formula of a measured signal, and the value of the signal at the reference of the linear model."""
+        """Return the formula (text) of a measured signal, and the signal's value at the reference of the linear model.
+        `name` is an output of the linear model, such as ``name[k]``, or a state, `number` its place among the inputs of
+        `controller`. Raises UsageError for outputs that formulas cannot use, such as accelerations."""
         if name not in self.space.outputs:
             return self._state(name)
         reference = float(controller.references["inputs"][number])
@@ -508,10 +529,11 @@ def _clock(sensor: _Hardware) -> dict[str, Any]:
 
 
 def error_on_group(joint: str, component: int, reference: tuple[float, ...]) -> str:
-    """Return the formula of the distance of a joint on SO(3) or SE(3) from the reference, along one component.
+    """Return the formula (text) of the distance of a joint on SO(3) or SE(3) from the reference, along one component.
 
-    With r = p_0^-1 p, quaternions, the turn is 2 r_w (r_x, r_y, r_z): sin(angle) times the axis (Lee, Leok and
-    McClamroch, Geometric tracking control of a quadrotor UAV on SE(3), CDC 2010). This error is the logarithm,
+    `component` 0 to 2 is the rotation, 3 to 5 the translation; `reference` is the quaternion (w, x, y, z), and then the
+    position. With r = p_0^-1 p, quaternions, the turn is 2 r_w (r_x, r_y, r_z): sin(angle) times the axis (Lee, Leok
+    and McClamroch, Geometric tracking control of a quadrotor UAV on SE(3), CDC 2010). This error is the logarithm,
     left-trivialised as coordinates of linear models are, up to the third power of the angle; the logarithm itself has
     no derivative at half a turn, while this error is a polynomial, the same for both signs of p. Travels are R_0^T (x -
     x_0).
@@ -568,7 +590,8 @@ def _number(value: float) -> str:
 
 
 def _sum(terms: list[tuple[float, str]]) -> str:
-    """Return a sum of products as a formula; terms of zero are left out."""
+    """Return the formula (text) of a sum of (factor, name) products without the terms of factor zero. The name ``1``
+    stands for a constant. An empty sum is ``0 * t``."""
     text = ""
     for factor, name in terms:
         if factor:

@@ -54,7 +54,8 @@ class MergedWarnings:
 
     @contextmanager
     def at(self, value: float) -> Iterator[None]:
-        """Keep the warnings of work at one value, and name the value in its errors."""
+        """Return a context that keeps the warnings raised within, under the parameter's value. An EomgenError raised
+        within is raised again with parameter and value in the message."""
         try:
             with warnings.catch_warnings(record=True) as caught:
                 warnings.simplefilter("always")
@@ -67,7 +68,8 @@ class MergedWarnings:
             self.caught.setdefault(NUMBER.sub("#", str(item.message)), []).append((value, item))
 
     def warn(self, stacklevel: int) -> None:
-        """Warn once in the same words, with the range of values."""
+        """Issue each kept kind of warning once, with the range of the values concerned and the text of the first
+        one."""
         for kind in self.caught.values():
             every = {value for value, _ in kind}
             at = sorted(every & self.values or every)
@@ -179,7 +181,8 @@ class Campbell:
 
     @property
     def rows(self) -> list[tuple[str, ...]]:
-        """The crossings as texts."""
+        """The crossings as tuples of texts: order, speed in rad/s, speed in 1/min, damped frequency in Hz, mode number,
+        whirl."""
         return [
             (
                 f"{item.order:g}",
@@ -309,10 +312,16 @@ def root_locus(
     linearized: Callable[[float, Linearization | None], Linearization],
     report: Progress | None = None,
 ) -> RootLocus:
-    """Return the roots over values of a parameter.
+    """Return the eigenvalues of linear models over values of a parameter, each root followed from value to value.
+
+    Warnings of the linear models are merged.
 
     Parameters
     ----------
+    parameter : str
+        Name of the parameter.
+    values : sequence of float
+        Values (n,) of the parameter.
     linearized : callable
         From a value, and the linear model at the previous value, to the linear model at this value.
     report : called with (values done, all values)
@@ -381,7 +390,9 @@ def draw_root_locus(locus: RootLocus, unit: str, title: str, path: Path) -> Path
 
 
 def _draw_roots(axis: Any, locus: RootLocus, unit: str) -> None:
-    """Draw the roots, coloured by the parameter, with lines between near neighbours and marks at both ends."""
+    """Draw the roots of the upper half plane on an axis, coloured by the parameter, with lines between near neighbours.
+    Crosses mark the first value, rings the last one. Colours are logarithmic for values of equal ratios. `unit` is the
+    parameter's, for the colour bar."""
     from matplotlib.colors import LogNorm, Normalize  # noqa: PLC0415  # slow to import, and only drawing needs it
 
     low, high = float(np.min(locus.values)), float(np.max(locus.values))

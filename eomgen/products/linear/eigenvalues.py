@@ -66,7 +66,8 @@ def eigenvectors(A: Array) -> tuple[Complex, Complex, Array]:
 
 
 def _uncoupled_parts(A: Array) -> list[NDArray[np.intp]]:
-    """Return the numbers of the states of each part of A that is not coupled to others, in their order."""
+    """Return the numbers of the states of each part of A that is not coupled to others; a single part for small
+    matrices."""
     if len(A) > _FEW:
         coupled = A != 0.0
         reached = coupled[np.argmax(coupled.sum(axis=1))]

@@ -23,7 +23,9 @@ _OF_MODES = ("frequency", "undamped_frequency", "damped_frequency", "angular_fre
 
 
 def to_json_data(lin: Linearization, scene: str) -> dict[str, Any]:
-    """Return a linear model as JSON data: reference, names, modes and matrices of the model."""
+    """Return a linear model as a dictionary of JSON data: scene, reference, names, stability, modes and matrices M0 to
+    E0. ``second_order`` and ``undamped_frequencies`` are None for constraints at velocity level, ``multiblade`` without
+    such coordinates."""
     reference, modes, space = lin.reference, lin.modes(), lin.state_space()
     second = {name: getattr(lin, name).tolist() for name in _SECOND_ORDER} if lin.free.holonomic else None
     return {
@@ -80,7 +82,8 @@ def described_ride(table: RideTable) -> list[dict[str, Any]]:
 
 
 def write_modes(modes: Modes, path: Path) -> Path:
-    """Write modes as a table, one row each; shapes as real and imaginary parts by coordinate."""
+    """Write modes as a CSV table, one row each, and return the path; shapes as real and imaginary parts by
+    coordinate."""
     names = ["undamped frequency [Hz]", "damped frequency [Hz]", "damping_ratio", "real [1/s]", "imaginary [rad/s]"]
     names += [f"{name} {part}" for name in modes.coordinates for part in ("real", "imaginary")]
     shapes = np.stack([modes.shapes.real, modes.shapes.imag], axis=1).reshape(2 * len(modes.coordinates), len(modes))
@@ -91,7 +94,8 @@ def write_modes(modes: Modes, path: Path) -> Path:
 
 
 def write_matrices(lin: Linearization, scene: str, path: Path) -> Path:
-    """Write the matrices and their names: M0, C0, K0, B0, E0 if present, A, B, E, C, D, F, and the state."""
+    """Write the matrices and their names as NPZ, and return the path. The arrays are A, B, E, C, D, F, the basis R of
+    free motions, q, v, a, z, u of the reference, and, if constraints are holonomic, M0, C0, K0, B0, E0 and Z0."""
     space, reference = lin.state_space(), lin.reference
     arrays = {name: getattr(space, name) for name in "ABECDF"}
     if lin.free.holonomic:
@@ -113,7 +117,8 @@ def write_root_locus(locus: RootLocus, path: Path) -> Path:
 
 
 def write_campbell(diagram: Campbell, path: Path) -> Path:
-    """Write a Campbell diagram as a table: the parameter, then damped frequency, damping and whirl of each mode."""
+    """Write a Campbell diagram as a CSV table, and return the path. Columns are the parameter, then damped frequency
+    (Hz), damping ratio and whirl (1, -1, 0) of each mode."""
     names = [diagram.parameter]
     columns = [diagram.values]
     for k in range(diagram.eigenvalues.shape[1]):
@@ -138,7 +143,8 @@ def write_spectra(spectra: Sequence[PowerSpectrum], path: Path) -> Path:
 
 
 def write_responses(frequencies: Array, responses: Mapping[tuple[str, str], Complex], path: Path) -> Path:
-    """Write frequency responses as a table: frequencies in Hz, then real and imaginary parts of output over input."""
+    """Write frequency responses as a CSV table, and return the path. Columns are frequencies in Hz, then real and
+    imaginary parts of output over input for each pair (input, output)."""
     names, columns = ["frequency [Hz]"], [frequencies]
     for (of_input, output), values in responses.items():
         names += [f"{output} / {of_input} {part}" for part in ("real", "imaginary")]

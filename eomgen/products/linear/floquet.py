@@ -92,7 +92,8 @@ class Floquet:
 
     @property
     def rows(self) -> list[tuple[str, ...]]:
-        """Multipliers and exponents as texts, a pair in one row."""
+        """Tuples of texts: multiplier, magnitude, uncertainty, growth (1/s), frequency (Hz); one row for a conjugate
+        pair."""
         columns = (self.multipliers, self.uncertainty, self.exponents, self.frequencies)
         return [
             (
@@ -160,8 +161,8 @@ class Floquet:
         return drawn
 
     def _labels(self) -> list[tuple[complex, str]]:
-        """Return places and labels: frequencies of pairs in Hz at their upper points, numbers of real multipliers that
-        are one point."""
+        """Return labels of the picture with the multiplier at which each stands. The text is the frequencies (Hz) of
+        pairs at the upper point, or the number of real multipliers that fall on one point."""
         groups: list[list[int]] = []
         for k in np.argsort(-self.multipliers.imag, kind="stable").tolist():
             near = (group for group in groups if abs(self.multipliers[group[0]] - self.multipliers[k]) < _ONE_POINT)
@@ -180,8 +181,8 @@ class Floquet:
 
 
 def _place_labels(labels: Sequence[tuple[complex, str]], multipliers: Complex) -> list[tuple[complex, str, _Shift]]:
-    """Return labels with the shifts of the centres, points, to the first free side of each dot; labels without a
-    free side are left out."""
+    """Return (multiplier, text, shift in points) for each label, shifted to the first free side of the dot. Labels
+    without a free side are left out."""
     taken = [(_UNIT * value.real, _UNIT * value.imag, _DOT, _DOT) for value in multipliers.tolist()]
     placed: list[tuple[complex, str, _Shift]] = []
     for center, text in labels:
@@ -198,8 +199,8 @@ def _place_labels(labels: Sequence[tuple[complex, str]], multipliers: Complex) -
 
 @cache
 def _weights() -> tuple[Array, Array]:
-    """Return the integrals of interpolating polynomials from place 0 to each other place, in units of the interval:
-    those for the value at place 0, (6,), and at the other places, (6, 6)."""
+    """Return the integrals of interpolating polynomials from place 0 to each other place, in units of the interval. The
+    first array, (6,), has the weights of the value at place 0, the second, (6, 6), the weights of the other places."""
     places = np.arange(PLACES + 1) / PLACES
     powers = np.vander(places, increasing=True)
     orders = np.arange(1, PLACES + 2)
@@ -209,7 +210,7 @@ def _weights() -> tuple[Array, Array]:
 
 
 def monodromy(matrices: Array, period: float) -> Array:
-    """Return the monodromy matrix (n, n).
+    """Return the monodromy matrix (n, n) of X' = A(t) X over a period, by collocation of order 8.
 
     Parameters
     ----------

@@ -108,7 +108,9 @@ DEPENDENT = 1e-9
 
 @dataclass(frozen=True)
 class Freedom:
-    """Independent coordinates and velocities about a state.
+    """Matrices of the independent coordinates x and velocities y about a state, as of the equations of this module.
+
+    dq = R x, dv = S y + T x, da = S ydot + U y + V x, xdot = N y + W x.
 
     Attributes
     ----------
@@ -173,11 +175,12 @@ class Measures:
 
 
 def freedom(measures: Measures, partials: Partials, preferred: Sequence[int] = ()) -> Freedom:
-    """Return the independent coordinates and velocities about a state.
+    """Return the independent coordinates and velocities about a state, chosen by pivots of the constraint Jacobian.
 
     Parameters
     ----------
     measures : quantities whose changes are x and y; constraint rows satisfied by the measures come first
+    partials : derivatives of the equations, with the rows of the constraints
     preferred : indices of measures that are to be independent, as far as the constraints allow
 
     Raises
@@ -227,9 +230,9 @@ def freedom(measures: Measures, partials: Partials, preferred: Sequence[int] = (
 
 
 def times(left: Array, right: Numbers) -> Numbers:
-    """Multiply two matrices, bit for bit as ``left @ right``. Rows are moved if each row of a factor has a single 1, as
-    bases of trees have, and the result is zero if a factor is zero. Products were most of the linear model of a net of
-    cables."""
+    """Return the matrix product ``left @ right``, bit for bit, without arithmetic if a factor is simple. Rows or
+    columns are moved if each row of a factor has a single 1, as bases of trees have, and the result is zero if a finite
+    factor is zero. Products were most of the linear model of a net of cables."""
     if (rows := _ones(left)) is not None:
         return right[rows]
     result: Any = np.zeros((len(left), right.shape[1]), np.result_type(left, right))
@@ -243,7 +246,7 @@ def times(left: Array, right: Numbers) -> Numbers:
 
 
 def _ones(matrix: Array | Complex) -> NDArray[np.intp] | None:
-    """Return the column of the only nonzero of each row, if it is one; else None."""
+    """Return the column of the 1 in each row, (rows,), if each row has a single nonzero and it is 1; else None."""
     if not matrix.size or np.count_nonzero(matrix) != len(matrix):
         return None
     columns = np.argmax(matrix == 1.0, axis=1)
@@ -272,8 +275,9 @@ def singular_mechanism() -> ModelError:
 
 
 def _pivots(matrix: Array, favour: Array) -> list[int]:
-    """Return as many columns as there are rows, each the largest after elimination. Raises ModelError if rows are
-    dependent."""
+    """Return the numbers of the dependent columns, as many as there are rows, by QR decomposition with column pivoting.
+    Columns are multiplied by `favour` for the choice: small factors keep columns independent. Raises ModelError if rows
+    depend on each other."""
     rows = len(matrix)
     if not rows:
         return []
@@ -291,7 +295,7 @@ def _others(every: Sequence[int] | range, without: Sequence[int]) -> list[int]:
 
 
 def _null_basis(J: Array, free: Sequence[int]) -> Array:
-    """Return the basis of the null space of J in which the free components are the coordinates."""
+    """Return the basis (n, free) of the null space of J (rows, n) in which the free components are the coordinates."""
     held = _others(range(J.shape[1]), free)
     basis = np.zeros((J.shape[1], len(free)))
     basis[list(free), range(len(free))] = 1.0

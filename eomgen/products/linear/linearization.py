@@ -177,7 +177,7 @@ class Linearization(NamedAttributes):
 
     @cached_property
     def _by_velocity(self) -> Array:
-        """(n, n) of the independent velocities y = x' - W x."""
+        """(n, n) factor of the independent velocities y = x' - W x in the equations: S^T (M U + C S)."""
         p, f = self.partials, self.free
         result: Array = f.S.T @ (p.M @ f.U + p.C @ f.S)
         return result
@@ -208,6 +208,8 @@ class Linearization(NamedAttributes):
 
     def state_space(self) -> StateSpace:
         """Return sdot = A s + B u + E w, y = C s + D u + F w; s holds coordinates, velocities and internal states.
+
+        All are changes from the reference; sampled states are among the inputs u.
 
         Returns
         -------
@@ -563,7 +565,8 @@ class Linearization(NamedAttributes):
 
 
 def _spread(modes: Modes, band: tuple[float, float]) -> Array:
-    """Return frequencies over a band, Hz, close about resonances."""
+    """Return increasing frequencies (n,) in Hz over a band: geometrically spaced, and close about the oscillating
+    modes."""
     points = [np.geomspace(*band, 600)]
     for value in modes.eigenvalues[modes.oscillating]:
         centre, half_width = abs(value.imag) / (2.0 * np.pi), abs(value.real) / (2.0 * np.pi)
@@ -573,7 +576,9 @@ def _spread(modes: Modes, band: tuple[float, float]) -> Array:
 
 
 def _signal_labels(by_kind: Mapping[str, Iterable[Any]], free: Freedom) -> dict[str, list[Any]]:
-    """Return the labels of the signals of a state space, given the labels of all names, by kind."""
+    """Return the labels (units or reference values) of the signals of a state space, by kind of signal. `by_kind` has
+    the labels of all measured coordinates and velocities; labels of the independent ones (`free`) become labels of
+    ``states``, before the internal states. Empty if `by_kind` is empty."""
     if not by_kind:
         return {}
     every = {kind: list(entries) for kind, entries in by_kind.items()}

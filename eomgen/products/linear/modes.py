@@ -184,10 +184,11 @@ class Modes(NamedAttributes):
 
 
 def modes(A: Array, of_coordinates: Array, coordinates: Sequence[str], inertias: Array) -> Modes:
-    """Return the modes of sdot = A s.
+    """Return the modes of sdot = A s, slowest first, with bounds of the rounding errors of the eigenvalues.
 
     Parameters
     ----------
+    A : (ns, ns)
     of_coordinates : (nv, ns), dq = of_coordinates s
     coordinates : names of the components of dq
     inertias : (nv,) diagonal of the inertia matrix
@@ -245,7 +246,8 @@ def modes_of(
 
 
 def draw_modes(modes: Modes, title: str, path: Path) -> Path:
-    """Draw the shape of each mode: amplitudes by coordinate, with phases next to the amplitudes."""
+    """Draw the shapes of at most 12 modes, bars of amplitude by coordinate with phases, into a file; return the
+    path."""
     shown = _shown_modes(modes)
     figure, axes = _panels(new_figure, modes, len(shown))
     for axis, k in zip(axes, shown, strict=True):
@@ -286,7 +288,8 @@ def oscillating_first(modes: Modes, few: int) -> list[int]:
 
 
 def _panels(figure_of: Callable[[tuple[float, float]], Any], modes: Modes, count: int) -> tuple[Any, list[Any]]:
-    """Return a new figure, made from its size in inches, and its axes for some of the modes."""
+    """Return a new figure and its `count` visible axes, in up to three columns. `figure_of` makes a figure from (width,
+    height) in inches; the height grows with the number of coordinates."""
     columns = min(3, max(1, count))
     rows = max(1, -(-count // columns))
     height = 1.1 + 0.28 * min(len(modes.coordinates), _COORDINATES)
@@ -320,8 +323,8 @@ def degrees(value: complex) -> int:
 
 
 def caption(modes: Modes, k: int) -> str:
-    """Return a mode in a few words: undamped frequency and damping, the rate at which the mode decays or
-    grows, or no stiffness, for an eigenvalue that is zero within its uncertainty."""
+    """Return mode `k` (from 0) in a few words: undamped frequency and damping ratio, the rate at which the mode decays
+    or grows, or "no stiffness" for an eigenvalue that is zero within its uncertainty."""
     value = modes.eigenvalues[k]
     if modes.oscillating[k]:
         ratio = significant(modes.damping_ratio[k], ROUNDING)

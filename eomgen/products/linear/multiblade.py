@@ -89,8 +89,8 @@ class _BladeGroup(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Basis:
-    """Quantities by their multiblade coordinates, (n, n) ``matrix``, with its time derivatives ``rate`` and ``second``
-    at constant speeds, and the names of the coordinates."""
+    """Linear map from multiblade coordinates to n quantities, (n, n) ``matrix``, with its time derivatives ``rate`` and
+    ``second`` at constant speeds, and the names of the multiblade coordinates."""
 
     names: tuple[str, ...]
     matrix: Array
@@ -100,7 +100,8 @@ class Basis:
 
     @staticmethod
     def of(names: Sequence[str], rotors: Sequence[Rotor]) -> Basis:
-        """Return the basis of named quantities; names that are in no group stand for themselves."""
+        """Return the basis of named quantities for the groups of some rotors; names that are in no group stay
+        unchanged."""
         groups = [
             _group(group, end, [names.index(name) for name in members], rotor)
             for rotor in rotors
@@ -140,8 +141,9 @@ class Basis:
 
 
 def _members(group: Sequence[str], names: Sequence[str]) -> dict[str, list[str]]:
-    """Return the equal names that a group stands for, by their common ends: the names themselves, or components and
-    parts of the named quantities. Raises UsageError if blades differ in their parts."""
+    """Return the equal quantities of a group of blades by the common end of their names, one name for each blade. A
+    blade's name stands for the quantity of this name (an empty end), or for its components and parts, such as ``[0]``
+    or ``.x``. Raises UsageError if blades differ in their parts."""
     ends = [_ends(name, names) for name in group]
     for name, blade_end in zip(group[1:], ends[1:], strict=True):
         for first, of_one, second, of_other in (
@@ -193,10 +195,13 @@ def _are_names(value: Any) -> bool:
 
 
 def checked_groups(blades: Blades, known: Sequence[str]) -> dict[str, tuple[tuple[str, ...], ...]]:
-    """Return the groups of equal names by rotor.
+    """Return the groups of equal names by rotor, each a tuple of blades in the order of azimuth.
+
+    A single group may stand without a list around it.
 
     Parameters
     ----------
+    blades : the caller's mapping of rotors to groups
     known : names of all coordinates, internal states, inputs and outputs
 
     Raises
@@ -233,7 +238,7 @@ def checked_groups(blades: Blades, known: Sequence[str]) -> dict[str, tuple[tupl
 def in_multiblade(
     partials: Partials, free: Freedom, of: Mapping[str, Basis], measured: Basis
 ) -> tuple[Partials, Freedom]:
-    """Return partials and free motions by multiblade coordinates.
+    """Return the partial derivatives and the free motions transformed into multiblade coordinates.
 
     x = X xi and y = X eta + X' xi if y is x', so that eta is xi'; then the matrices of the second order are
 
@@ -241,6 +246,7 @@ def in_multiblade(
 
     Parameters
     ----------
+    partials, free : of the linear model in coordinates of single blades
     of : bases of ``components``, ``states``, ``inputs``, ``disturbances`` and ``outputs``
     measured : basis of the candidates of x and y
     """
@@ -273,10 +279,13 @@ def in_multiblade(
 def largest_change(A: Array, others: Collection[Array], sizes: Array, least: float) -> tuple[float, int]:
     """Return the largest difference of matrices from A (n, n), as a part of the largest entry of the row, and the row.
 
+    Without rows the result is 0.0 and 0.
+
     Parameters
     ----------
+    A, others : (n, n) matrix, and matrices that are compared with A
     sizes : (n,) of the states, which make entries comparable: roots of inertias
-    least : entry of a row at the least
+    least : lower bound of the largest entry of a row
     """
     if not len(A):
         return 0.0, 0

@@ -65,7 +65,7 @@ def _columns_of_two(figure: Any, count: int) -> NDArray[np.object_]:
 
 
 def _response(magnitude: Any, phase: Any, frequencies: Array, values: Complex, title: str, over: str) -> None:
-    """Draw magnitude and phase of a response over frequency on two axes."""
+    """Draw magnitude and phase of a complex response (n,) over frequency in Hz (n,) on two axes; `over` is the unit."""
     from matplotlib.ticker import MultipleLocator  # noqa: PLC0415  # slow to import, and only drawing needs it
 
     size = np.abs(values)

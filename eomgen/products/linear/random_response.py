@@ -91,15 +91,21 @@ def root_mean_squares(
     weightings: Sequence[str | None],
     band: tuple[float, float] | None = None,
 ) -> Array:
-    """Return the rms (outputs,) by adaptive integration over frequency (Gauss and Kronrod), to 1e-8.
+    """Return the root mean squares (outputs,) by adaptive integration over frequency (Gauss and Kronrod), to 1e-8.
 
     Parameters
     ----------
+    space, modes : StateSpace, Modes
+        The linear model and the modes.
+    excitation : random inputs with a band and cross-spectra
+    outputs : names of outputs or states
     weightings : (outputs,) names of frequency weightings, or None
-    band : Hz; by default the band of the excitation, of which it must be a part
+    band : Hz; by default the band of the excitation, to which it is cut
 
     Raises
     ------
+    UsageError
+        Unknown names, or a band outside the excitation's.
     ModelError
         A mode grows, or one within the band has no damping.
     NumericalError
@@ -225,7 +231,8 @@ def white_noise_road(space: StateSpace, modes: Modes, excitation: RoadExcitation
 
 
 class _Steps:
-    """Responses of one output to unit steps of the road in each track, which the wheels meet one after another."""
+    """Responses of one output to a unit step of the road's elevation in each track, which the wheels meet in turn.
+    `tracks` lists the numbers of the wheels in each track. ``unbounded`` is whether the output follows the road."""
 
     def __init__(self, space: StateSpace, excitation: RoadExcitation, output: str, tracks: list[list[int]]) -> None:
         self.A, self.C = space.A, space.output_rows([output])[0]
@@ -243,7 +250,7 @@ class _Steps:
         self.unbounded = max(left) > _NO_STATIC_RESPONSE * size or bool(np.any(at_once))
 
     def products(self) -> Array:
-        """Return the integrals over time of the products of two tracks' responses, (tracks, tracks)."""
+        """Return the integrals over time of the products of the responses of each two tracks, (tracks, tracks)."""
         P = scipy.linalg.solve_continuous_lyapunov(self.A.T, -np.outer(self.C, self.C))
         x, c = np.zeros((len(self.A), len(self.tracks))), np.zeros(len(self.tracks))
         total = np.zeros((len(self.tracks), len(self.tracks)))

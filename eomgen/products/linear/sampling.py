@@ -55,7 +55,8 @@ class Sampled:
 
 
 def seconds(name: str, value: float | str) -> float:
-    """Return a time in s, also from a text with a unit, ``5 ms``. Raises UsageError."""
+    """Return a time in s, given as a number or a text with a unit, ``5 ms``. Raises UsageError, with the argument's
+    `name`, for other types and values that are not finite."""
     time = in_label(name, value, "s") if isinstance(value, str) else value
     if isinstance(time, bool) or not isinstance(time, int | float | np.integer | np.floating):
         raise UsageError(Problem(name, f"a time is needed, not {type(value).__name__} [E0456]", '0.001 or "1 ms"'))
@@ -99,6 +100,8 @@ def discretized(space: StateSpace, sample: float | str, delay: float | str = 0.0
 
 def sampled_with_cost(space: StateSpace, sample: float | str, delay: float | str, cost: Array) -> Sampled:
     """Return the model from sample to sample, and the quadratic cost [s, u]^T cost [s, u] integrated over a sample.
+
+    Warns of a period of 10 s or more that is given as a number.
 
     Parameters
     ----------
@@ -178,7 +181,7 @@ def noise_over_a_sample(A: Array, intensity: Array, period: float) -> Array:
 
 
 def _cost_over(rates: Array, density: Array, duration: float) -> Array:
-    """Return the integral of e^(rates^T t) density e^(rates t) over a duration."""
+    """Return the integral over t from 0 to `duration` of e^(rates^T t) density e^(rates t), for matrices (n, n)."""
     size = len(rates)
     # the exponential of a short time squared up: over a long one the block with the opposite sign overflows
     halvings = max(0, math.ceil(math.log2(max(float(np.linalg.norm(rates, 1)) * duration, 1e-300))))
@@ -193,7 +196,9 @@ def _cost_over(rates: Array, density: Array, duration: float) -> Array:
 
 
 def _with_waiting_inputs(space: StateSpace, waiting: int) -> StateSpace:
-    """Return a model with the inputs of ``waiting`` previous samples among the states; matrices are still to be set."""
+    """Return a model whose states include the inputs of ``waiting`` previous samples, by name, unit and reference
+    value. The new states are ``NAME_before``, ``NAME_before_2`` and so on; matrices are unchanged and still to be
+    set."""
     ends = {k: f"_before_{k}" if k > 1 else "_before" for k in range(1, waiting + 1)}
     named = {f"{name}{end}": (name, k) for k, end in ends.items() for name in space.inputs}
     units, references = dict(space.units), dict(space.references)
@@ -212,14 +217,14 @@ _SAME = 1e-9
 
 @dataclass(frozen=True)
 class SampledPart:
-    """Sampled states of a system, and the partials of the new values.
+    """Sampled states of a system, and the partial derivatives of the values that they take at samples.
 
     Attributes
     ----------
     names : (n,)
     places : (n,) indices among all internal states
     periods, offsets : (n,), s
-    levels : levels : (n,) order of updates at the same time
+    levels : (n,) order of updates at the same time
     by_q, by_v : (n, nv), by_z : (n, nz) of all internal states
     """
 
@@ -252,7 +257,8 @@ class SampledPart:
         return first * float(whole)
 
     def samples(self) -> list[tuple[float, list[int]]]:
-        """Return the times of samples within the common period from t = 0 on, and which states are due."""
+        """Return the sample times (s) within the common period from t = 0 on, each with the indices of the states due
+        then."""
         end = self.common_period
         due: dict[int, list[int]] = {}
         for k, (period, offset) in enumerate(zip(self.periods, self.offsets, strict=True)):
@@ -263,7 +269,7 @@ class SampledPart:
 
 
 def held_as_inputs(partials: Partials, part: SampledPart) -> Partials:
-    """Return partials in which sampled states are inputs after the other inputs."""
+    """Return partials in which sampled states are inputs after the other inputs, and no longer internal states."""
     p, held, kept = partials, list(part.places), part.others
     return replace(
         p,
@@ -280,10 +286,13 @@ def held_as_inputs(partials: Partials, part: SampledPart) -> Partials:
 
 
 def over_a_period(part: SampledPart, A: Array, B: Array, of_q: Array, of_v: Array) -> Array:
-    """Return the matrix of (s, z_s) over a common period, from just before the samples at the start of the period.
+    """Return the matrix (ns + n, ns + n) that maps (s, z_s) over a common period.
+
+    The period begins just before the samples at its start; s are the continuous states, z_s the n sampled states.
 
     Parameters
     ----------
+    part : the sampled states
     A : (ns, ns), B : (ns, n) of the continuous part with z_s as inputs; internal states of this part are the last
         components of s
     of_q, of_v : (nv, ns) dq and dv by s
@@ -303,7 +312,8 @@ def over_a_period(part: SampledPart, A: Array, B: Array, of_q: Array, of_v: Arra
 
 
 def _at_sample(part: SampledPart, values: Array, due: Sequence[int], ns: int) -> Array:
-    """Return the matrix of (s, z_s) over a sample of the states that are due."""
+    """Return the matrix (ns + n, ns + n) that maps (s, z_s) over a sample of the states `due`, level by level. `values`
+    (n, ns + n) gives the new value of each sampled state by (s, z_s)."""
     whole = np.eye(values.shape[1])
     for level in sorted({part.levels[k] for k in due}):
         step = np.eye(values.shape[1])

@@ -57,10 +57,11 @@ class _UncoupledModes:
 
 
 def second_order_modes(M: Array, C: Array, K: Array, coordinates: Sequence[str]) -> Modes:
-    """Return the modes of M x'' + C x' + K x = 0; M (n, n) regular.
+    """Return the modes of M x'' + C x' + K x = 0, slowest first, by parts that are not coupled.
 
     Parameters
     ----------
+    M, C, K : (n, n), M regular
     coordinates : names of the components of x
     """
     n, parts = len(M), list(_parts(M, C, K))
@@ -87,7 +88,7 @@ def second_order_modes(M: Array, C: Array, K: Array, coordinates: Sequence[str])
 
 
 def _parts(M: Array, C: Array, K: Array) -> Iterator[tuple[Numbers, _UncoupledModes]]:
-    """Yield the coordinates of equal uncoupled parts, (parts, size), with the modes of one such part."""
+    """Yield groups of equal uncoupled parts: their coordinates, (parts, size), and the modes of one such part."""
     for places in _uncoupled_parts(M, C, K):
         blocks = [matrix[places[:, :, np.newaxis], places[:, np.newaxis, :]] for matrix in (M, C, K)]
         equal: dict[bytes, list[int]] = {}
@@ -115,7 +116,8 @@ def _labels(coupled: NDArray[np.bool_]) -> Numbers:
 
 
 def _decompose(M: Array, C: Array, K: Array) -> _UncoupledModes:
-    """Return the modes of one part."""
+    """Return the modes of one uncoupled part with the matrices M, C, K (n, n): by its undamped modes if it is large and
+    these are few in a group, else by the eigenvectors of the balanced state matrix."""
     if len(M) > _FEW and (part := _by_undamped_modes(M, C, K)) is not None:
         return part
     n = len(M)
@@ -166,7 +168,8 @@ def _by_undamped_modes(M: Array, C: Array, K: Array) -> _UncoupledModes | None:
 
 
 def _coupled_groups(damping: Array, rounding: float) -> list[Numbers]:
-    """Return the groups of modes that are coupled by more than a rounding error of the whole matrix."""
+    """Return the numbers of the undamped modes in each group that damping couples. `damping` (n, n) is the modal
+    damping matrix; the entries left out have together a norm of `rounding` at most."""
     sizes = np.abs(damping)
     np.fill_diagonal(sizes, 0.0)
     limit = rounding
@@ -177,8 +180,9 @@ def _coupled_groups(damping: Array, rounding: float) -> list[Numbers]:
 
 
 def _single_mode_eigenvalues(squares: Array, damping: Array, pace: float) -> tuple[Complex, Numbers, Array]:
-    """Return eigenvalues (m,) with imaginary parts that are not negative, numbers (m,) of their modes, and |y^H x| (m,)
-    of modes that damping does not couple; as ``_coupled_mode_eigenvalues``."""
+    """Return eigenvalues (m,) with imaginary parts that are not negative, numbers (m,) of their modes, and |y^H x|
+    (m,). For modes that damping does not couple; `squares` (n,), `damping` (n,) and `pace` as of
+    ``_coupled_mode_eigenvalues``."""
     A = np.zeros((len(squares), 2, 2))
     A[:, 0, 1], A[:, 1, 0], A[:, 1, 1] = pace, -squares / pace, -damping
     values, vectors = np.linalg.eig(A)

@@ -320,8 +320,7 @@ class HasStateSpace(Protocol):
 
 
 def state_space_of(model: StateSpace | HasStateSpace) -> StateSpace:
-    """Return a model of first order unchanged, and the state space of a linearization. Raises UsageError for anything
-    else."""
+    """Return a StateSpace unchanged, and the state space of a linearization. Raises UsageError for anything else."""
     if isinstance(model, StateSpace):
         return model
     if not hasattr(model, "state_space"):
@@ -344,10 +343,15 @@ class FirstOrderForm:
 
 
 def first_order(partials: Partials, free: Freedom, velocities: Sequence[str]) -> FirstOrderForm:
-    """Return the state-space matrices.
+    """Return the state-space matrices of the linearised equations, with constraints projected out.
+
+    The acceleration is found with the projected inertia matrix, and outputs that depend on accelerations and
+    multipliers have these inserted.
 
     Parameters
     ----------
+    partials : derivatives of the equations before constraints are projected out
+    free : motions left free by the constraints
     velocities : names of the independent velocities, for messages
 
     Raises
@@ -395,7 +399,8 @@ def linear_model_name(name: str, known: Sequence[str]) -> str:
 
 
 def _number(kind: str, name: str, known: Sequence[str]) -> int:
-    """Return the number of a name. Raises UsageError with the nearest names."""
+    """Return the index of a name among the known names. Raises UsageError with the nearest names; `kind` names the
+    signal."""
     if name in known:
         return known.index(name)
     close = close_names(str(name)[:64], known)

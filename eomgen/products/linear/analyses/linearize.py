@@ -56,7 +56,10 @@ if TYPE_CHECKING:
 
 
 def signal_names(model: CompiledModel, components: Sequence[str], measured: Sequence[str]) -> LinearNames:
-    """Return all names: of components, measures of motions, states, inputs, disturbances and outputs; units."""
+    """Return the names and units of all signals of a linear model; ``references`` and ``orientations`` stay empty.
+    `components` are the nv names of the components of v without ``v.``, `measured` the names of the candidates of
+    independent coordinates: the same components, or coordinates of joints between absolute bodies. States, inputs,
+    disturbances and outputs (one name for each component of an output) are read from the model."""
     description = model.description
     outputs = [
         name
@@ -76,7 +79,8 @@ def signal_names(model: CompiledModel, components: Sequence[str], measured: Sequ
 
 
 def _units(model: CompiledModel) -> dict[str, str]:
-    """Return the units of inputs, disturbances, outputs, coordinates and velocities by name."""
+    """Return a mapping from names to units: inputs, output components, coordinates (name without ``v.``), velocities
+    (``v.name``), and the components of ``base.acceleration`` and ``base.angular_acceleration``."""
     units = {item.name: item.unit for item in model.description.inputs}
     for item in model.library.layout["outputs"]:
         units |= dict.fromkeys(component_names("", str(item["name"]), int(item["size"])), str(item["unit"]))
@@ -87,7 +91,10 @@ def _units(model: CompiledModel) -> dict[str, str]:
 
 
 def _units_by_kind(model: CompiledModel, by_components: bool) -> dict[str, tuple[str, ...]]:
-    """Return the units of all signals of the linear model, by kind; empty if unknown."""
+    """Return the units of the linear model's signals as tuples under ``measured`` (coordinates), ``velocities``,
+    ``states`` (internal states), ``inputs``, ``disturbances`` and ``outputs``; a unit is empty if unknown.
+    `by_components` is true if the measured coordinates are the components of v, and false if they belong to joints
+    between absolute bodies."""
     description = model.description
     velocities = model.v_units
     if not by_components:
@@ -108,18 +115,20 @@ def _units_by_kind(model: CompiledModel, by_components: bool) -> dict[str, tuple
 def reference_values(
     model: CompiledModel, reference: Reference, point: OperatingPoint, measures: Measures
 ) -> dict[str, Array]:
-    """Return the values of all signals at the reference, by kind; not a number if one is not known.
+    """Return the values of all signals at the reference of a linear model, by kind of signal.
 
-    Components on groups have no value, and the joints between absolute bodies are not evaluated.
+    The keys are ``measured`` (coordinates), ``velocities``, ``states`` (internal states), ``inputs``, ``disturbances``
+    and ``outputs``, the values arrays in SI units. Not a number stands for unknown values: components on groups,
+    coordinates of joints between absolute bodies, disturbances by base motion.
 
     Parameters
     ----------
     model : CompiledModel
         The model that was made linear.
     reference, point : Reference, OperatingPoint
-        State, and time, parameters, inputs and base.
+        State and inputs; time, parameters and base.
     measures : Measures
-        Names and values of the model's coordinates and velocities.
+        Values of the measured coordinates' velocities, and the factors or joints that they belong to.
     """
     description = model.description
     coordinates = np.full(len(measures.v), np.nan)
@@ -144,7 +153,9 @@ def reference_values(
 
 
 def with_held(names: LinearNames, sampled: SampledPart) -> LinearNames:
-    """Return names with the sampled states among the inputs, after the other inputs."""
+    """Return names whose sampled states stand among the inputs, after the other inputs, instead of among the states.
+    Units by name, units by kind and reference values move, too. `sampled` gives the places and names of the sampled
+    states."""
     held, kept = list(sampled.places), sampled.others
 
     def hold_states(by_kind: Mapping[str, Any]) -> dict[str, Any]:
@@ -171,7 +182,8 @@ def with_held(names: LinearNames, sampled: SampledPart) -> LinearNames:
 
 
 def orientations(model: CompiledModel, q: Array) -> dict[str, tuple[float, ...]]:
-    """Return the coordinates of joints on groups by name."""
+    """Return a mapping from the names of joints on groups (more q than v) to tuples with the joint's part of q
+    (nq,)."""
     return {factor.name: tuple(q[factor.q].tolist()) for factor in model.factors if factor.q_size != factor.v_size}
 
 
@@ -339,7 +351,10 @@ def about_motion(model: CompiledModel, state: StateArrays, u: Array | None, p: A
 def _finite_blocks(
     model: CompiledModel, state: OperatingState, a: Array, lam: Array, names: LinearNames
 ) -> dict[str, Array]:
-    """Return the partials of the equations at a state; raise NumericalError if a partial is not finite."""
+    """Return the partial derivatives of the equations of motion at a state, as dense matrices by name of ``Partials``.
+    These are derivatives of residual, rates of internal states and, if the model has these terms, outputs,
+    accelerations of constraints and the constraint Jacobian. `a` is the acceleration (nv,), `lam` the multipliers
+    (rows,), `names` serve the messages. Raises NumericalError if a partial derivative is not finite."""
     of_inputs = model.nu or model.nz or names.disturbances
     # unless another force acts
     of_forces = "linearization" if "linearization" in model.functions or of_inputs else "partials"
@@ -357,7 +372,8 @@ def _finite_blocks(
 
 
 def _check_finite(blocks: Mapping[str, Array], names: LinearNames) -> None:
-    """Raise NumericalError if a partial is not finite."""
+    """Raise NumericalError if a matrix of partial derivatives is not finite. The message names the matrices in
+    `blocks`, or, if only derivatives of outputs (names ``Y...``) are concerned, the outputs by their rows."""
     bad = sorted(name for name, block in blocks.items() if not np.all(np.isfinite(block)))
     steep = [
         output
@@ -373,7 +389,10 @@ def _check_finite(blocks: Mapping[str, Array], names: LinearNames) -> None:
 
 
 def about(model: CompiledModel, state: OperatingState, independent: Sequence[str] = ()) -> Linearization:
-    """Return the linear model about a state of a model that has all terms that are needed.
+    """Return the linear model of a compiled model about a state.
+
+    The model must have all terms that linear models need (``able_to_linearize``). Sampled states become inputs of the
+    result. `independent` are names of components that have to be independent coordinates.
 
     Raises
     ------
@@ -408,10 +427,10 @@ def about(model: CompiledModel, state: OperatingState, independent: Sequence[str
 
 
 def _warn_of_change(model: CompiledModel, state: OperatingState, linear: Linearization) -> None:
-    """Warn if a linear model about a state that moves with constant velocities changes along the motion.
-
-    Forces may stay balanced along the motion although their derivatives change, as for a rotor with two blades.
-    """
+    """Warn (RuntimeWarning) if a linear model about a motion with constant velocities changes along the motion. The
+    model is computed again after 0.11 turns of the fastest rotating velocity, and the matrices A are compared. No
+    comparison without a rotating velocity. Forces may stay balanced along the motion although their derivatives change,
+    as for a rotor with two blades."""
     turning = np.abs([v for v, unit in zip(state.v, model.v_units, strict=True) if unit == "rad/s"])
     fastest = float(np.max(turning, initial=0.0))
     if not fastest:
@@ -443,10 +462,14 @@ def _in_multiblade_coordinates(
 ) -> Linearization:
     """Return the linear model in multiblade coordinates, after a comparison with the model at other azimuths.
 
+    `blades` are the groups of equal coordinates by the angle of their rotor, `independent` further names of independent
+    coordinates. The result's ``multiblade`` has the largest relative change over azimuths. Warns of inputs and outputs
+    that change with the azimuth.
+
     Raises
     ------
     UsageError
-        Blades or rotors that cannot be taken.
+        Blades or rotors that cannot be taken, or blades in the order against the azimuth.
     ModelError
         The state is not a steady motion, states are sampled, or the model changes with the azimuth.
     """
@@ -477,7 +500,9 @@ def _in_multiblade_coordinates(
 
 
 def _warn_of_one_azimuth(result: Linearization, others: Sequence[Linearization], rotors: Sequence[Rotor]) -> None:
-    """Warn of inputs and outputs that change with the azimuth in a model that does not: signals of single blades."""
+    """Warn of inputs and outputs whose rows of B, or C, change with the azimuth in a model that does not change. Such
+    signals belong to single blades. `result` and `others` are linear models in multiblade coordinates at different
+    azimuths, `rotors` give the names in the warning."""
     spaces = [model.state_space() for model in (result, *others)]
     sizes = _sizes(result)
     rows = {"output": [space.C / sizes for space in spaces], "input": [space.B.T * sizes for space in spaces]}
@@ -505,7 +530,13 @@ def _changing(
     rotors: Sequence[Rotor],
     largest: tuple[float, str],
 ) -> UsageError | ModelError:
-    """Return the error of a model that changes with the azimuth, by the largest change and its state."""
+    """Return the error for a linear model that changes with the azimuth in multiblade coordinates, too.
+
+    A UsageError if the reversed order of the blades makes the model constant, else a ModelError.
+
+    `first` is the model in coordinates of single blades, `models` the same after so many seconds, `largest` the largest
+    relative change and the name of the state concerned.
+    """
     moving = [rotor for rotor in rotors if rotor.speed]
     turns = ", ".join(f"{rotor.name} at {rotor.speed:.6g} rad/s" for rotor in moving)
     reverse = [replace(rotor, groups=tuple(group[::-1] for group in rotor.groups)) for rotor in rotors]
@@ -523,14 +554,16 @@ def _changing(
 def _variation(
     result: Linearization, models: Sequence[tuple[float, Linearization]], rotors: Sequence[Rotor]
 ) -> tuple[float, int]:
-    """Return the largest change of a model over later models, each after so many seconds, and the state's number."""
+    """Return the largest relative change of matrix A over later models in multiblade coordinates, and the row of A.
+    `models` are pairs of seconds and the linear model after this time, in coordinates of single blades."""
     matrices = [model.state_space().A for model in _at_azimuths(models, rotors)]
     A = result.state_space().A
     return largest_change(A, matrices, _sizes(result), max(rotor.speed**2 for rotor in rotors))
 
 
 def _at_azimuths(models: Sequence[tuple[float, Linearization]], rotors: Sequence[Rotor]) -> list[Linearization]:
-    """Return models, each after so many seconds, in the multiblade coordinates at this time."""
+    """Return the later models in multiblade coordinates, each with the rotors turned on to the model's time. `models`
+    are pairs of seconds after the reference and a linear model in coordinates of single blades."""
     turned = []
     for seconds, moved in models:
         there = [replace(rotor, azimuth=rotor.azimuth + rotor.speed * seconds) for rotor in rotors]
@@ -539,7 +572,8 @@ def _at_azimuths(models: Sequence[tuple[float, Linearization]], rotors: Sequence
 
 
 def _sizes(linear: Linearization) -> Array:
-    """Return the sizes of states that make entries comparable: roots of inertias."""
+    """Return the scales (ns,) of states by which entries of A are compared. Scales are roots of the diagonal of M0 for
+    coordinates and for velocities, and 1 for internal states; 1 for all states if constraints are not holonomic."""
     sizes = np.ones(len(linear.state_space().A))
     if linear.free.holonomic:
         inertias = np.sqrt(np.abs(np.diag(linear.M0)))
@@ -550,7 +584,9 @@ def _sizes(linear: Linearization) -> Array:
 def _rotors(
     model: CompiledModel, state: OperatingState, groups: Mapping[str, tuple[tuple[str, ...], ...]]
 ) -> list[Rotor]:
-    """Return the rotors in a state. Raises UsageError for a rotor that is not the angle of a joint."""
+    """Return the rotors with their speed (rad/s) and azimuth (rad) in a state, and their groups of blades. `groups`
+    maps the name of a rotor's joint angle to tuples of blade coordinates. Raises UsageError for a name that is not the
+    angle of a revolute joint in joint coordinates."""
     components = [name.removeprefix("v.") for name in model.v_names]
     angles = {
         components[factor.v_start]: factor.q_start
@@ -569,7 +605,9 @@ def _rotors(
 
 
 def _to_multiblade(linear: Linearization, rotors: Sequence[Rotor]) -> Linearization:
-    """Return a linear model by multiblade coordinates."""
+    """Return a linear model transformed into the multiblade coordinates of rotors. Partials, free motions, names, units
+    and reference values of coordinates, states, inputs, disturbances and outputs that are blades of a rotor are
+    combined; ``multiblade`` of the result holds the rotors and the transformation."""
     names = linear.names
     kinds = ("measured", "states", "inputs", "disturbances", "outputs")
     of = {kind: Basis.of(getattr(names, kind), rotors) for kind in kinds}
@@ -612,7 +650,10 @@ def _warn_of_acceleration(model: CompiledModel, linear: Linearization) -> None:
 
 
 def _dynamics(model: CompiledModel, state: OperatingState) -> tuple[Array, Array]:
-    """Return accelerations and multipliers of a state: given values, or by forward dynamics."""
+    """Return the accelerations (nv,) and the multipliers (rows,) of a state. Both are given values, else the result of
+    forward dynamics; multipliers of a state with given accelerations balance the residual in least squares. Raises
+    ModelError for a singular inertia matrix or dependent constraints, NumericalError for accelerations that are not
+    finite."""
     keywords = state.point.keywords | {"z": state.z}
     if not model.multipliers:
         if state.a is None or state.kind != "given state":
@@ -638,8 +679,9 @@ def _dynamics(model: CompiledModel, state: OperatingState) -> tuple[Array, Array
 
 
 def _check_mass(model: CompiledModel, state: OperatingState) -> None:
-    """Raise ModelError if the inertia matrix of a model without constraints is not positive definite, with the
-    component."""
+    """Raise ModelError if the inertia matrix of a model without constraints is not positive definite in a state. The
+    message names the velocity component with the largest part in the deficient direction, and the parameters. A matrix
+    that is not finite passes."""
     if "mass" in model.functions:
         M = model.mass(state.q, parameters=state.point.parameters)
     else:
@@ -666,11 +708,10 @@ def _check_mass(model: CompiledModel, state: OperatingState) -> None:
 def _measures(
     model: CompiledModel, state: OperatingState, a: Array, independent: Sequence[str]
 ) -> tuple[Measures, LinearNames]:
-    """Return the measures of neighbouring motions, and all names.
-
-    Neighbouring motions are measured by joints between absolute bodies, like joint coordinates. If the caller selects a
-    component of a body's velocity as independent, components of the bodies' velocities are the measures.
-    """
+    """Return the measures of neighbouring motions, and the names of all signals of the linear model. Neighbouring
+    motions are measured by joints between absolute bodies, like joint coordinates. If the caller selects a component of
+    a body's velocity as independent, components of the bodies' velocities are the measures. Raises UsageError for an
+    unknown name in `independent`."""
     components, joints = [name.removeprefix("v.") for name in model.v_names], model.description.joints or model.factors
     of_joints = [name for factor in joints for name in component_names("", factor.name, factor.v_size)]
     absolute = bool(model.description.joints)

@@ -57,7 +57,7 @@ def turns_evenly(model: CompiledModel, p: Array, t: float) -> bool:
 
 
 def rest_on_base(model: CompiledModel, q: Array, z: Array, p: Array, t: float, u: Inputs) -> SteadyMotion:
-    """Return the rest relative to an evenly turning base, by load steps from q and z.
+    """Return the state of rest relative to an evenly turning base, found by load steps from q and z.
 
     Parameters
     ----------
@@ -125,7 +125,8 @@ EquilibriumState = Equilibrium | SteadyMotion
 
 @dataclass(frozen=True)
 class OperatingPoint:
-    """Conditions besides the state: time, parameters, inputs, and a displaced base."""
+    """Conditions of a linear model besides the state: time in s, parameters (np,), inputs, and the state of a base
+    (19,). Inputs of None are the scene's; a base of None moves as the scene says."""
 
     t: float
     parameters: Array
@@ -140,7 +141,8 @@ class OperatingPoint:
 
 @dataclass(frozen=True)
 class OperatingState:
-    """A state of linearization; accelerations and multipliers are None if determined by the dynamics."""
+    """A state to linearise about: q (nq,), v (nv,), z (nz,), with its kind in words and the operating point.
+    Accelerations (nv,) and multipliers (rows,) are None if the dynamics determine them."""
 
     kind: str
     point: OperatingPoint
@@ -152,7 +154,9 @@ class OperatingState:
 
 
 def given_state(model: CompiledModel, state: Mapping[str, Any], point: OperatingPoint) -> OperatingState:
-    """Return the caller's state, each part as one vector."""
+    """Return the caller's state as vectors: ``q``, and optionally ``v``, ``a``, ``z`` and ``multipliers`` of a mapping.
+    v is zero if it is not given, a and multipliers are None. Raises UsageError for a batch of states, wrong sizes or
+    values that are not finite."""
     sizes = {"q": model.nq, "v": model.nv, "a": model.nv, "multipliers": len(model.multipliers)}
     parts: dict[str, Array] = {}
     for name, size in sizes.items():
@@ -171,8 +175,8 @@ def given_state(model: CompiledModel, state: Mapping[str, Any], point: Operating
 
 
 def check_constraints(model: CompiledModel, state: OperatingState) -> None:
-    """Raise UsageError if a given state violates the constraints, or given accelerations violate their second
-    derivative."""
+    """Raise UsageError if a state violates the constraints at position or velocity level by more than 1e-6.
+    Accelerations, if given, are compared with the second derivative of the constraints, too."""
     model.check_left_out(state.q, state.v, state.point.t, state.point.parameters)
     if not model.multipliers:
         return
@@ -206,6 +210,9 @@ def found_state(
     asked: CompiledModel | None = None,
 ) -> OperatingState:
     """Return the state that ``at`` specifies; by default an equilibrium, else the initial state.
+
+    Warns if the equilibrium is in doubt, or if the initial state is taken although an equilibrium was sought. Raises
+    the errors of the search if ``at`` names the kind of state.
 
     Parameters
     ----------
@@ -268,9 +275,9 @@ def _steady_state(
     driven: bool,
 ) -> OperatingState | None:
     """Return the steady motion that ``at`` asks for, or by default the steady motion of driven joints or a moving base.
-
-    None if another state is meant; also, with a warning, if a base turns evenly and there is no steady motion.
-    """
+    None if another state is meant; also, with a warning, if a base turns evenly and there is no steady motion. `start`
+    is the initial state, `driven` whether laws of time move coordinates. Raises NumericalError if ``at`` is ``steady``
+    and no steady motion is found."""
     p, t, u = point.parameters, point.t, point.u
     absolute = driven and bool(model.description.joints)
     turning = at is None and (absolute or (point.base is None and _base_moves(model, point)))

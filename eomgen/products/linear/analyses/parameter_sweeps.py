@@ -101,8 +101,8 @@ def root_locus(
 
 
 def state_of(lin: Linearization) -> dict[str, Any] | None:
-    """Return the state of a linear model in the form of ``initial``, as a start for a neighbouring model; None for an
-    initial state."""
+    """Return the state of a linear model as a mapping with ``q``, ``v`` and ``z`` (if any), the form of ``initial``.
+    Serves as the start of the search for a neighbouring model. None if the model is about an initial state."""
     r = lin.reference
     if r.what == "initial state":
         return None

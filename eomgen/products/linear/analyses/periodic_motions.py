@@ -133,7 +133,9 @@ class _Monodromy(NamedTuple):
 
 
 def _converge(orbit: _Orbit, start: Any, tolerance: float, count: int) -> _Monodromy:
-    """Return the monodromy matrix to a tolerance, by so many intervals or more.
+    """Return the monodromy matrix with an estimated error below `tolerance`, from `count` intervals or more.
+
+    The number of intervals is doubled up to 512; the error is estimated from a half and a quarter of the intervals.
 
     Raises
     ------
@@ -155,7 +157,9 @@ def _converge(orbit: _Orbit, start: Any, tolerance: float, count: int) -> _Monod
 
 
 class _Return(NamedTuple):
-    """Changes over a period, of q (left-trivialised, without whole turns), v and z; turns of q; sizes of the motion."""
+    """Differences between end and start of a period: changes (2 nv + nz,) of q (left-trivialised, without whole turns),
+    v, z. ``turns`` (nv,) are the angles of whole turns in rad, ``sizes`` (2 nv + nz,) the sizes of the motion by which
+    changes are judged, ``names`` the names of the changes."""
 
     changes: Array
     turns: Array
@@ -173,7 +177,8 @@ class _Return(NamedTuple):
 
 
 class _Orbit:
-    """Runs over one period, with linear models along them."""
+    """Simulations of a model over one period, with linear models along the motion. `options` are keyword arguments of
+    ``simulate``; linear models of the last start are kept for repeated use."""
 
     def __init__(
         self, model: CompiledModel, period: float, options: dict[str, Any], report: Progress | None = None
@@ -185,8 +190,9 @@ class _Orbit:
         self.known: dict[int, tuple[Array, tuple[str, ...]]] = {}
 
     def run(self, start: Any, count: int) -> Solution:
-        """Return the motion with the rows for so many intervals. Raises ModelError for events, NumericalError for a run
-        that ends early."""
+        """Return the simulated motion over the period with 6 `count` + 1 rows, for `count` intervals of the
+        collocation. `start` is a StateArrays or the ``initial`` of ``simulate``. Raises ModelError for events,
+        NumericalError for a run that ends early."""
         if isinstance(start, StateArrays):
             start = {"q": start.q, "v": start.v, **({"z": start.z} if self.model.nz else {})}
         rows = PLACES * count
@@ -211,7 +217,9 @@ class _Orbit:
         return line
 
     def matrices(self, start: Any, count: int) -> tuple[Array, tuple[str, ...]]:
-        """Return the matrices of the linear models along the motion, (6 count + 1, ns, ns), and names of the states."""
+        """Return the matrices A of the linear models along the motion, (6 count + 1, ns, ns), and names of the ns
+        states. Matrices known from fewer intervals are used again. Raises NumericalError if the independent coordinates
+        change."""
         places = [k * (_LAST // count) for k in range(PLACES * count + 1)]
         missing = [(k, sample) for k, sample in enumerate(places) if sample not in self.known]
         run = self.run(start, count)
@@ -228,7 +236,9 @@ class _Orbit:
         return np.array([self.known[sample][0] for sample in places]), names
 
     def correct(self, run: Solution, changes: Array, matrix: Array) -> StateArrays:
-        """Return the start of a run after a Newton step that removes the changes over the period to first order."""
+        """Return the start of a run after a Newton step that removes the changes over the period to first order.
+        `changes` (2 nv + nz,) are the differences of q, v and z over the period, `matrix` (ns, ns) is the monodromy
+        matrix. The new start is on the constraints. Linear models of the old start are forgotten."""
         self.known.clear()
         row, nv = row_of(run, 0), self.model.nv
         free = self.linear(run, row).free
@@ -245,7 +255,8 @@ class _Orbit:
         return StateArrays(row.t, q, v, row.a, row.z + of_z)
 
     def change_over_period(self, run: Solution) -> _Return:
-        """Return the changes over the period of a run."""
+        """Return the differences of q, v and z between the last and the first row of a run, without whole turns of
+        angles."""
         model = self.model
         sizes_of_q = np.ones(model.nv)
         turns, ends = np.zeros(model.nv), np.array(run.q[-1])
@@ -265,12 +276,14 @@ class _Orbit:
 
 
 def row_of(run: Solution, k: int) -> StateArrays:
-    """Return the state of a row."""
+    """Return t, q, v, a and z in row `k` of a run."""
     return StateArrays(run.t[k], run.q[k], run.v[k], run.a[k], run.z[k])
 
 
 def _periodic_start(orbit: _Orbit, initial: Any) -> tuple[Any, int]:
-    """Return the start of the periodic motion near the initial state, and how often it was corrected.
+    """Return the start of the periodic motion near the initial state, and the number of Newton corrections.
+
+    The start is `initial` itself if no correction is needed, else a StateArrays.
 
     Raises
     ------
@@ -338,7 +351,9 @@ def _check_equations(orbit: _Orbit, run: Solution, turns: Array) -> None:
 
 
 def _change(orbit: _Orbit, run: Solution, now: StateArrays, then: StateArrays) -> tuple[str, float] | None:
-    """Return the quantity of the equations that differs at two times, and by which part; None for no difference."""
+    """Return the name of the first quantity that differs between two states, and the relative difference. Compared are
+    accelerations and the matrices A of the linear models about the states `now` and `then` of a run. None without a
+    difference, and if a state has no linear model (a table of time ends)."""
     try:
         before, after = orbit.linear(run, now), orbit.linear(run, then)
     except ModelError:

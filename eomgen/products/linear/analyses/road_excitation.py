@@ -82,7 +82,8 @@ class _MeasuredProfileInput(NamedTuple):
 
 
 def _measured_profile_inputs(model: CompiledModel) -> dict[str, _MeasuredProfileInput]:
-    """Return the inputs that are a curve of points at a distance that is travelled at a constant speed."""
+    """Return by name the inputs whose formula is a measured profile (a curve of points) travelled at a constant
+    speed."""
     values = model.description.values({})
     result = {
         item.name: _measured_profile_input(item.formula, values)
@@ -93,8 +94,8 @@ def _measured_profile_inputs(model: CompiledModel) -> dict[str, _MeasuredProfile
 
 
 def _measured_profile_input(formula: Formula, values: Mapping[str, float]) -> _MeasuredProfileInput | None:
-    """Return the curve, speed and start of an input that is a measured profile driven over at constant speed, or its
-    rate; None for another formula."""
+    """Return curve, speed (m/s) and offset (m) of an input that is a measured profile travelled at constant speed. Also
+    for the rate of such a profile. None for another formula; `values` are the parameters by name."""
     at = applications(formula)
     if len(at) != 1 or not isinstance(at[0].curve, Curve):
         return None
@@ -116,7 +117,8 @@ def _measured_profile_input(formula: Formula, values: Mapping[str, float]) -> _M
 
 
 def _measured_road(curves: Sequence[Curve]) -> MeasuredRoad:
-    """Return the road under all wheels; raise UsageError if the wheels run over different profiles."""
+    """Return the measured road of the wheels' common profile; raise UsageError if the wheels run over different
+    profiles."""
     first = curves[0]
     if not all(_alike(curve, first) for curve in curves):
         fault = "the wheels of the scene run over different profiles [E0086]"
@@ -130,7 +132,9 @@ def _measured_road(curves: Sequence[Curve]) -> MeasuredRoad:
 def _over_profile(
     measured: Mapping[str, _MeasuredProfileInput], road: Road | None, speed: float | None
 ) -> RoadExcitation:
-    """Return the wheels on a measured road with the spectrum of the road."""
+    """Return the excitation by a measured road under the wheels among the inputs `measured`. Inputs with the rate of a
+    profile become rates of their wheels. `road` and `speed` (m/s) replace the scene's unless None. Raises UsageError
+    without an input of an elevation, or for different speeds or profiles."""
     wheels = {name: passed for name, passed in measured.items() if not passed.is_rate}
     rates = {
         wheel: name

@@ -181,7 +181,9 @@ def _root_mean_square(t: Array, x: Array) -> float:
 def _warn_of_coarse_rows(
     solution: RecordedSolution, name: str, weighting: str, t: Array, x: Array, start: float | None
 ) -> None:
-    """Warn of rows that are too coarse for a weighting, by the value from every other row, or thinner than steps."""
+    """Warn (RuntimeWarning) if the rows of a run are too coarse for a frequency weighting. That is the case if every
+    other row gives another root mean square by more than 5 %, or if rows are thinner than steps and hold no frequencies
+    of 16 Hz. `t` and `x` (n,) are times and values, `start` the first time that counts."""
     distance = float(np.median(np.diff(t)))
     step = solution.metadata.get("step")
     if 0.5 / distance < _HIGHEST_FELT and isinstance(step, float) and step < 0.75 * distance:

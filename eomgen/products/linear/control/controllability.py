@@ -114,7 +114,8 @@ def check_driven(dynamics: Dynamics, root: Array) -> None:
 
 
 def check_observable(dynamics: Dynamics, C: Array) -> None:
-    """Raise ModelError if a motion is unobservable, decaying or not; of the dual model, C transposed."""
+    """Raise ModelError if a motion is unobservable in the measurements, decaying or not. `dynamics` is the dual model
+    with A^T, and `C` the transposed output matrix, (ns, ny)."""
     lost = _uncontrollable_eigenvalues(dynamics, C)
     if lost:
         of = describe_mode(dynamics, lost[0])
@@ -139,10 +140,9 @@ def _unseen_on_border(dynamics: Dynamics, root: Array) -> str:
 def _uncontrollable_eigenvalues(
     dynamics: Dynamics, B: Array, tolerance: float = _RANK, negligible: float = 0.0
 ) -> list[complex]:
-    """Return the eigenvalues of the modes that the columns of B do not reach, one of each pair.
-
-    Columns shorter than a ``negligible`` share of the longest count as zero.
-    """
+    """Return the eigenvalues of the modes that the columns of B (ns, m) do not reach, one of each pair. `tolerance`
+    bounds the least singular value of [A - s 1, B] in balanced units. Columns shorter than a ``negligible`` share of
+    the longest count as zero."""
     if not len(dynamics.A):
         return []
     A, scales = balance(dynamics.A, permute=False)
@@ -160,7 +160,7 @@ def _uncontrollable_eigenvalues(
 
 
 def describe_mode(dynamics: Dynamics, value: complex) -> str:
-    """Return a mode in words: frequency, growth, and the dominating states."""
+    """Return the mode with the eigenvalue `value` in words: frequency, growth, and the two states that dominate."""
     decomposed: Any = scipy.linalg.eig(dynamics.A, left=True, right=True)  # the stubs know of one kind of vectors only
     values, left, right = decomposed
     k = int(np.argmin(np.abs(values - value)))

@@ -72,7 +72,8 @@ def margins_of(A: Array, B: Array, G: Array, inputs: Sequence[str], sample: floa
 
 
 def _margins(A: Array, b: Array, g: Array, closed: Complex, sample: float | None) -> Margins:
-    """Return the margins of one loop; ``closed`` are the eigenvalues of the closed loop."""
+    """Return the margins of the loop g (s 1 - A)^-1 b; ``closed`` are the eigenvalues of the closed loop. `A` (n, n) is
+    the model with the other loops closed, `b` and `g` (n,) are input column and gains; s = z for a `sample` in s."""
 
     def loop(frequencies: Array) -> Complex:
         w = np.atleast_1d(frequencies)
@@ -113,7 +114,8 @@ def _margins(A: Array, b: Array, g: Array, closed: Complex, sample: float | None
 
 
 def _frequencies(eigenvalues: Complex, sample: float | None) -> Array:
-    """Return frequencies that resolve every resonance, rad/s, increasing."""
+    """Return frequencies that resolve the resonance of every eigenvalue, rad/s, increasing, up to half the sampling
+    rate."""
     values = eigenvalues
     if sample is not None:
         with np.errstate(divide="ignore"):

@@ -32,7 +32,7 @@ def deviations_html(space: StateSpace, deviations: Mapping[str, float]) -> str:
 
 
 def margins_html(margins: Mapping[str, Margins]) -> str:
-    """Return the margins of each loop."""
+    """Return an HTML table of gain, phase, delay and modulus margins, a row for each loop."""
     rows = [
         (
             name,
@@ -67,7 +67,7 @@ def labels(space: StateSpace, kind: str, names: Sequence[str]) -> list[tuple[str
 
 
 def with_more(space: StateSpace, more: Mapping[str, Sequence[tuple[str, float]]]) -> SignalLabels:
-    """Return the labels of a model's signals with more appended to some kinds."""
+    """Return units and references of a model's signals by kind, with the (unit, reference) pairs in `more` appended."""
     units, references = {}, {}
     for kind in KINDS:
         every = [*labels(space, kind, getattr(space, kind)), *more.get(kind, ())]
@@ -83,10 +83,9 @@ _NAMED, _APART = 4, 0.8
 
 def plot_margins(margins: Mapping[str, Margins], axes: object = None) -> list[Any]:
     """Draw the loop at each input, with the point -1, the unit circle and the circle of the modulus margin about -1.
-
     Rings with frequencies, and an arrow towards higher frequencies, give the direction of each curve. Limits hold -1
-    and the unit circle; a loop that is larger leaves the frame, and the legend says so.
-    """
+    and the unit circle; a loop that is larger leaves the frame, and the legend says so. Returns the list of axes, one
+    for each input: the caller's, or axes of a new figure."""
     names = list(margins)
     drawn = axes_of_caller("plot", axes, names, (5.2 * len(names), 5.7))
     turn = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 181))
@@ -115,10 +114,11 @@ def plot_margins(margins: Mapping[str, Margins], axes: object = None) -> list[An
 
 
 def _annotate_direction(axis: Any, item: Margins, inside: NDArray[np.bool_]) -> None:
-    """Write frequencies along a loop, and draw an arrow towards higher frequencies.
+    """Write frequencies in Hz along a loop on an axis, and draw an arrow towards higher frequencies.
 
     Parameters
     ----------
+    item : margins with the loop's frequencies and values
     inside : (n,) whether the points of the loop are within the frame
     """
     places: list[int] = []

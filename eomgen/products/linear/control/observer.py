@@ -236,10 +236,8 @@ def place_observer(
 
 
 def _without_gains(space: StateSpace, measured: tuple[str, ...]) -> Observer:
-    """Return an observer with gains still to be computed.
-
-    Raises UsageError if a sample depends on the input of the same sample: an input with direct feedthrough.
-    """
+    """Return an observer of a model from the measured signals, with gains of zero that are still to be computed. Raises
+    UsageError if a sample depends on the input of the same sample: an input with direct feedthrough."""
     observer = Observer(space, measured, np.zeros((len(space.states), len(measured))))
     if space.sample is not None and np.any(observer.D):
         name = measured[int(np.argwhere(np.any(observer.D, axis=1))[0, 0])]
@@ -249,7 +247,9 @@ def _without_gains(space: StateSpace, measured: tuple[str, ...]) -> Observer:
 
 
 def _measurement_noise(space: StateSpace, noise: Mapping[str, float]) -> tuple[tuple[str, ...], Array]:
-    """Return the names of the measurements, and the matrix of intensities of their noise."""
+    """Return the names of the measurements, and the diagonal matrix (ny, ny) of the intensities of their noise. `noise`
+    maps names of outputs or states to intensities. Raises UsageError if it is empty, or for an unknown name or an
+    intensity that is not positive."""
     if not isinstance(noise, Mapping) or not noise:
         fault = "no measured signal is named [E0385]"
         raise UsageError(Problem("measurement_noise", fault, '{"angle": 1e-6}, an output or a state each'))
@@ -263,7 +263,9 @@ def _measurement_noise(space: StateSpace, noise: Mapping[str, float]) -> tuple[t
 
 
 def _noise(space: StateSpace, noise: Weighted, measured: Sequence[str]) -> tuple[Array, Array, Array]:
-    """Return the noise matrices of the states (ns, nw) and measurements (ny, nw), and the intensity (nw, nw)."""
+    """Return the noise matrices of the states (ns, nw) and measurements (ny, nw), and the intensity (nw, nw). `noise`
+    maps disturbances, inputs or states to intensities, or is a matrix over all disturbances. Raises UsageError for an
+    unknown name or an unsuitable intensity."""
     ns, outputs = len(space.states), [name for name in measured if name in space.outputs]
     into = {name: (space.E[:, k], space.F[:, k]) for k, name in enumerate(space.disturbances)}
     if not isinstance(noise, Mapping):

@@ -105,8 +105,8 @@ class OutputFeedback:
 
     @cached_property
     def closed_loop(self) -> StateSpace:
-        """Model and controller; inputs add to the controller's, which are among the outputs, and the noise of
-        measurements is among the disturbances."""
+        """Model and controller as one model, with the states of both. Its inputs add to the controller's, which are
+        among the outputs; the noise of measurements, ``noise.NAME``, is among the disturbances."""
         space, C, D = self.space, self.observer.C, self.observer.D
         n, m, ny, nw = len(space.states), len(space.inputs), len(self.observer.measured), len(space.disturbances)
         noise = np.hstack([self._white_noise, np.eye(ny)])

@@ -77,7 +77,7 @@ class Scales:
 
 
 class Plant:
-    """M q'' + C q' + K q = B u.
+    """A linear second-order model M q'' + C q' + K q = B u with n coordinates and m actuators.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ class Plant:
         return first_order(k, c), np.vstack([np.zeros((n, m)), b])
 
     def eigenvalues(self, G_p: ArrayLike | None = None, G_v: ArrayLike | None = None) -> Complex:
-        """Return the 2n eigenvalues, 1/s, slow ones first; of the closed loop with gains."""
+        """Return the 2n eigenvalues, 1/s, slow ones first; with gains, of the closed loop under u = -G_p q - G_v v."""
         k, c, b = self.scaled_matrices
         back = self.scales.state_back
         n, m = self.n, self.m
@@ -171,7 +171,8 @@ _RANK = 1e-9
 
 
 def check_stabilisable(plant: Plant) -> None:
-    """Raise ModelError if a mode that does not decay is out of the actuators' reach, naming the fastest."""
+    """Raise ModelError if actuators do not reach a mode that does not decay; the message names the fastest growing
+    one."""
     lost = [(value, shape) for value, shape, reach in _modes_with_reach(plant) if reach < _RANK]
     lost = [(value, shape) for value, shape in lost if value.real > -_ON_AXIS * plant.scales.rate]
     if lost:
@@ -215,7 +216,9 @@ def check_detectable(plant: Plant, A: Array, root: Array) -> None:
 
 
 def _modes_with_reach(plant: Plant) -> Iterator[tuple[complex, Complex, float]]:
-    """Yield each eigenvalue in 1/s, the shape of the mode, and the reach of actuators: 0 for an uncontrollable mode."""
+    """Yield each distinct eigenvalue in 1/s, the left mode shape (n,), and the reach of actuators. The reach is the
+    least singular value of the test matrix of Popov, Belevitch and Hautus in scaled units: 0 for an uncontrollable
+    mode."""
     k, c, b = plant.scaled_matrices
     norm = float(np.linalg.norm(b, 2)) if b.size else 0.0
     unit = b / norm if norm > 0.0 else np.zeros((plant.n, 1))
@@ -228,8 +231,8 @@ def _modes_with_reach(plant: Plant) -> Iterator[tuple[complex, Complex, float]]:
 
 
 def distinct(values: ArrayLike) -> list[complex]:
-    """Return eigenvalues without repetitions: one of each conjugate pair, and one of each group of equal
-    eigenvalues."""
+    """Return eigenvalues without repetitions, by increasing magnitude. Kept are one of each conjugate pair, with a
+    positive imaginary part, and one of each group of equal eigenvalues."""
     distinct: list[complex] = []
     for value in sorted(map(complex, np.asarray(values)), key=lambda value: (round(abs(value), 9), -value.imag)):
         near = math.sqrt(np.finfo(float).eps) * max(1.0, abs(value))
@@ -247,8 +250,8 @@ def describe_mode(plant: Plant, value: complex, shape: Complex) -> str:
 
 
 def in_words(value: complex, movers: Sequence[str], axis: float) -> str:
-    """Return a description of a mode by eigenvalue, 1/s, and moving coordinates; parts below ``axis``, 1/s, count as
-    zero."""
+    """Return a description of a mode by its eigenvalue, 1/s, and the names of the moving coordinates (empty if
+    unknown). Real and imaginary parts below ``axis``, 1/s, count as zero."""
     where = f" of {' and '.join(movers)}" if movers else ""
     if abs(value) <= axis:
         return f"the mode{where} at 0 Hz, which nothing holds,"

@@ -16,7 +16,8 @@ _REACHED = 1e-6
 
 
 def pole_array(where: str, poles: Sequence[complex], sample: float | None = None) -> Complex:
-    """Return poles as an array, with a ``sample`` as z = e^(s sample). Raises UsageError for anything but numbers."""
+    """Return poles as a complex array; with a ``sample`` in s converted from 1/s into z = e^(s sample). Raises
+    UsageError for anything but numbers; the first argument is a name for the message."""
     try:
         wanted = np.asarray(poles, dtype=complex)
         with np.errstate(over="ignore", invalid="ignore"):
@@ -27,7 +28,7 @@ def pole_array(where: str, poles: Sequence[complex], sample: float | None = None
 
 
 def check_poles(where: str, wanted: Complex, size: int) -> None:
-    """Raise UsageError unless there are ``size`` finite poles, each with its conjugate."""
+    """Raise UsageError unless `wanted` has ``size`` finite poles, each with its conjugate."""
     if wanted.shape != (size,):
         fault = f"{wanted.size} poles are given, and the model has {size} eigenvalues [E0402]"
         raise UsageError(Problem(where, fault, f"{size} poles"))
@@ -51,7 +52,8 @@ def repeated_pole(wanted: Complex, most: int) -> tuple[str, int] | None:
 
 
 def pole_gains(A: Array, B: Array, poles: Array | Complex) -> Array:
-    """Return G (m, n) with the eigenvalues ``poles`` of A - B G, in scaled units. Raises NumericalError."""
+    """Return G (m, n) with the eigenvalues ``poles`` (n,) of A - B G, in scaled units, by SciPy. Raises NumericalError
+    if SciPy cannot place the poles."""
     from scipy.signal import place_poles  # noqa: PLC0415  # it takes a second to import
 
     try:

@@ -121,7 +121,8 @@ class Regulator(NamedAttributes):
 
     @cached_property
     def closed_loop(self) -> StateSpace:
-        """The controlled model. Inputs add to the feedback, which is among the outputs under the inputs' names."""
+        """The controlled model under u = -G s. Inputs add to the feedback, which is among the outputs under the inputs'
+        names."""
         space = self.space
         fed_back = [name for name in space.inputs if name not in space.outputs]
         rows = [space.inputs.index(name) for name in fed_back]
@@ -305,6 +306,9 @@ def place(
 def placed_gains(B: Array, wanted: Complex, dynamics: Dynamics, check: Check) -> Array:
     """Return gains G (m, n) that give A - B G the wanted eigenvalues.
 
+    Warns of unstable eigenvalues. Raises UsageError for a wrong number or repetition of eigenvalues, NumericalError if
+    they are not reached to 1e-6.
+
     Parameters
     ----------
     B : (n, m) ndarray
@@ -314,7 +318,7 @@ def placed_gains(B: Array, wanted: Complex, dynamics: Dynamics, check: Check) ->
     dynamics : Dynamics
         A, and the time between two samples.
     check : callable
-        Refuses motions that B does not reach.
+        Called with dynamics and B; raises an error for motions that B does not reach.
     """
     unstable = wanted.real > 0.0 if dynamics.sample is None else np.abs(wanted) > 1.0
     if np.any(unstable):
@@ -351,7 +355,8 @@ def optimal_gains(weights: Weights, B: Array, dynamics: Dynamics, check: Check) 
     dynamics : Dynamics
         A of the model in continuous time.
     check : callable
-        Refuses motions without cost, by dynamics without cross terms; ``check_stabilisable`` is left to the caller.
+        Called with the dynamics without cross terms and a root of the cost; raises an error for motions without cost.
+        ``check_stabilisable`` is left to the caller.
     """
     A = dynamics.A
     half = whitening(weights.effort)

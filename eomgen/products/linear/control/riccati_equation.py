@@ -33,7 +33,7 @@ _NEGATIVE = 1e-12
 
 @contextmanager
 def solvable() -> Iterator[None]:
-    """Raise NumericalError in place of errors of linear algebra, and for numbers that overflow."""
+    """Return a context in which errors of linear algebra and numbers that overflow are raised as NumericalError."""
     try:
         with np.errstate(over="raise", divide="ignore", invalid="ignore"):
             yield
@@ -43,7 +43,7 @@ def solvable() -> Iterator[None]:
 
 
 def whitening(R: Array) -> Array:
-    """Return H with H^T R H = 1."""
+    """Return H with H^T R H = 1 for a weight R (m, m) of efforts. Raises UsageError if R is not positive definite."""
     try:
         L = np.linalg.cholesky(R)
     except np.linalg.LinAlgError:
@@ -56,7 +56,9 @@ def whitening(R: Array) -> Array:
 
 
 def without_cross_terms(Q: Array, cross: Array) -> tuple[Array, Array]:
-    """Return the cost after elimination of cross terms by a change of the plant, and a square root of this cost."""
+    """Return the state cost Q - cross cross^T (n, n), and a square root (n, n) with root^T root equal to this cost.
+    `cross` (n, m) are cross terms with efforts of unit weight. Raises UsageError if the cost is not positive
+    semidefinite."""
     cost = Q - cross @ cross.T
     values, vectors = np.linalg.eigh((cost + cost.T) / 2.0)
     if values[0] < -_NEGATIVE * max(float(np.linalg.norm(Q, 2)), abs(values[-1])):
@@ -68,10 +70,11 @@ def without_cross_terms(Q: Array, cross: Array) -> tuple[Array, Array]:
 
 @solvable()
 def solution(A: Array, B: Array, cost: Array, blocks: Blocks = WHOLE) -> tuple[Array, float]:
-    """Return the stabilising P of A^T P + P A - P B B^T P + cost = 0, and the residual.
+    """Return the stabilising P of A^T P + P A - P B B^T P + cost = 0, and the relative residual.
 
     Parameters
     ----------
+    A, B, cost : (n, n), (n, m) and (n, n)
     blocks : rows and columns of the blocks with separately judged residuals
 
     Raises
@@ -106,7 +109,8 @@ def solution(A: Array, B: Array, cost: Array, blocks: Blocks = WHOLE) -> tuple[A
 
 
 def _residual(A: Array, b: Array, cost: Array, P: Array, weight: float, blocks: Blocks) -> float:
-    """Return the largest residual of the blocks, each relative to the sum of the norms of the terms."""
+    """Return the largest residual of the Riccati equation's blocks, each relative to the sum of the norms of its
+    terms."""
     terms = (A.T @ P, P @ A, -weight * P @ b @ b.T @ P, cost)
     worst = 0.0
     for block in blocks:

@@ -71,7 +71,7 @@ class SecondOrderRegulator:
 
 
 def lqr(plant: Plant, weights: Weights) -> SecondOrderRegulator:
-    """Return the gains that minimise the cost.
+    """Return the gains that minimise the quadratic cost of a second-order model, with the cost that is left.
 
     Raises
     ------
@@ -206,7 +206,9 @@ def modes_of(plant: Plant) -> PlantModes:
 
 
 def optimal_modal_gains(frequency: ArrayLike, damping: ArrayLike, effort: ArrayLike) -> tuple[Array, Array]:
-    """Return g and h that minimise int xi'^2 + w^2 xi^2 + R f^2 dt.
+    """Return the gains g (1/s^2) and h (1/s) of f = -g xi - h xi' that minimise int xi'^2 + w^2 xi^2 + R f^2 dt.
+
+    Raises UsageError for an effort that is not positive.
 
     Parameters
     ----------
@@ -226,6 +228,8 @@ def placed_modal_gains(
     frequency: ArrayLike, damping: ArrayLike, wanted: ArrayLike, ratio: ArrayLike
 ) -> tuple[Array, Array]:
     """Return modal gains g (1/s^2) and h (1/s) that give modes new frequencies and damping ratios.
+
+    Raises UsageError for a new frequency or damping ratio that is not positive.
 
     Parameters
     ----------

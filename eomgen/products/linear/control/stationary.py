@@ -108,7 +108,8 @@ def root_mean_squares(space: StateSpace | HasStateSpace, noise: Mapping[str, flo
 
 
 def _entering(space: StateSpace, noise: Mapping[str, float]) -> tuple[Array, Array, Array]:
-    """Return the noise matrices of states and outputs, and the intensity."""
+    """Return the noise matrices of states (ns, noises) and outputs (ny, noises), and the diagonal matrix of
+    intensities. Raises UsageError for a name that is not a disturbance or an input."""
     names = (*space.disturbances, *space.inputs)
     for name in noise:
         if name not in names:
@@ -152,6 +153,8 @@ def stationary(
 
     Parameters
     ----------
+    plant : Plant
+        M, C, K and B.
     road : (n, roads) E, force per displacement of the road (a tyre's stiffness).
     intensity : of w', (roads, roads), E[w'(t) w'(s)] = intensity delta(t - s); or one number for roads that are
         independent.

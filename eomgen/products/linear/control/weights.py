@@ -20,7 +20,7 @@ _ASYMMETRY = 1e-9
 
 @dataclass(frozen=True)
 class Weights:
-    """Weights of a quadratic cost.
+    """Weights of the quadratic cost s^T Q s + 2 s^T S u + u^T R u, s being the state, such as [q, v].
 
     Attributes
     ----------
@@ -53,10 +53,9 @@ class Weights:
         return cls(state, weight("the weight of the efforts", effort, m), np.zeros((2 * n, m)))
 
     def plus_output(self, of_state: ArrayLike, of_effort: ArrayLike, cost: ArrayLike) -> Weights:
-        """Return the cost plus the cost of an output y = F [q, v] + D u, int y^T W y dt.
-
-        Accelerations are such outputs: v' = -M^-1 K q - M^-1 C v + M^-1 B u.
-        """
+        """Return the cost plus the cost int y^T W y dt of an output y = F [q, v] + D u. `of_state` is F (ny, 2n),
+        `of_effort` D (ny, m), `cost` the matrix W (ny, ny) or its diagonal. Accelerations are such outputs: v' = -M^-1
+        K q - M^-1 C v + M^-1 B u."""
         weights = np.atleast_2d(np.asarray(of_state)), np.atleast_2d(np.asarray(of_effort))
         rows = len(weights[0])
         F = real_matrix("the output's part of the state", weights[0], rows, len(self.state))
@@ -66,8 +65,8 @@ class Weights:
 
 
 def weight(name: str, value: ArrayLike, size: int) -> Array:
-    """Return a weight as a symmetric matrix. Raises UsageError unless the value is a positive semidefinite matrix of
-    this size."""
+    """Return a weight as a symmetric matrix (size, size), from a matrix, a diagonal or one number for the diagonal.
+    Raises UsageError unless the value is a positive semidefinite matrix of this size; `name` serves the message."""
     array = np.asarray(value, dtype=object)  # texts are refused as entries
     if array.ndim < 2 and array.shape in ((), (size,)):
         array = np.diag(np.broadcast_to(array, (size,)))
@@ -98,7 +97,7 @@ class NamedCost:
 def quadratic_cost(
     space: StateSpace, Q: Weighted, R: Weighted, N: ArrayLike | None, inputs: Sequence[str]
 ) -> NamedCost:
-    """Return the cost s^T Q s + 2 s^T N u + u^T R u; see ``lqr``.
+    """Return the cost s^T Q s + 2 s^T N u + u^T R u as matrices, and the model with the controlled inputs; see ``lqr``.
 
     Parameters
     ----------
@@ -179,10 +178,8 @@ def controlled_by(space: StateSpace, inputs: Sequence[str]) -> StateSpace:
 
 
 def row_of(space: StateSpace, name: str) -> tuple[Array, Array]:
-    """Return the dependence of an output, or else a state, on states (ns,) and inputs (nu,).
-
-    Raises UsageError with the nearest names if there is none.
-    """
+    """Return the rows (ns,) and (nu,) of C and D for an output; a unit vector and zeros for the name of a state. Raises
+    UsageError with the nearest names if there is neither."""
     known = (*space.outputs, *space.states)
     name = linear_model_name(name, known)
     if name in space.outputs:
@@ -200,7 +197,8 @@ def near(name: str, known: Sequence[str]) -> str:
 
 
 def number(matrix: str, name: str, value: object) -> float:
-    """Return the weight of a name. Raises UsageError unless the weight is a number from zero on."""
+    """Return the weight `value` of a name as a float. Raises UsageError unless it is a finite number from zero on.
+    `matrix` is the name of the cost's matrix for the message."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
         fault = f"the weight of {name} is {type(value).__name__}, not a number [E0434]"
         raise UsageError(Problem(matrix, fault, f"{name}: 1.0"))

@@ -23,7 +23,7 @@ from eomgen.errors import Problem, UsageError
 
 @dataclass(frozen=True)
 class WeightingFilter:
-    """Corner frequencies in Hz and resonance quality factors; ``step`` is (f5, Q5, f6, Q6) or None."""
+    """Corner frequencies in Hz and quality factors of a filter of ISO 2631-1; ``step`` is (f5, Q5, f6, Q6) or None."""
 
     description: str
     f1: float
@@ -182,7 +182,8 @@ def _integrals(z: Complex) -> list[Complex]:
 
 
 def _partial_fractions(item: WeightingFilter) -> tuple[Complex, Complex]:
-    """Return poles and residues (n,), 1/s, of a weighting, whose poles are all different."""
+    """Return poles (n,) and residues (n,) in 1/s of a weighting filter's response, a sum of residue / (s - pole). Poles
+    have to be different from each other."""
     butterworth = 1.0 / math.sqrt(2.0)
     below = [(item.f1, butterworth), (item.f2, butterworth), (item.f4, item.Q4)]
     f5, Q5, f6, Q6 = item.step or (1.0, 1.0, 1.0, 1.0)
