@@ -86,7 +86,7 @@ def _why(form: FormReport) -> str:
 
 
 def _print_report(report: CheckReport) -> None:
-    """Print a table of all closed forms with their errors and verdicts."""
+    """Print a table of all closed forms with their errors and verdicts, then remarks, notes, kinks and the summary."""
     header = ("closed form", "is", "differences", "at step", "slope", "complex step", "second", "derivation", "verdict")
     rows = [
         (
@@ -260,7 +260,7 @@ def identify(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
 
 
 def _print_estimates(fit: Identification) -> None:
-    """Print tables of estimates, combinations and columns."""
+    """Print tables of the estimates, the determined combinations of unknowns (if any), and the measured columns."""
     share = f"{100.0 * fit.confidence:.6g} %"
     print_table(
         f"{fit.scene}: estimates",

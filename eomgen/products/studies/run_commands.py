@@ -114,7 +114,7 @@ def _numbers(text: str | None) -> list[float]:
 
 
 def _print_tradeoff(study: Tradeoff) -> None:
-    """Print the cheapest configuration for each demanded accuracy."""
+    """Print a table with the cheapest configuration for each demand, its error and time, and the next best method."""
     from eomgen.products.studies import DEMANDS  # noqa: PLC0415
     from eomgen.products.studies.work_precision.result import short_duration  # noqa: PLC0415
 
@@ -133,7 +133,8 @@ def _print_tradeoff(study: Tradeoff) -> None:
 
 
 def _second(study: Tradeoff, demand: float, best: Point) -> tuple[str, str]:
-    """Return the cheapest configuration of another method that meets a demand, and the ratio of the times."""
+    """Return the label of the cheapest configuration of another method that meets a demand, and the ratio of the times.
+    Both are texts; both are empty if there is none."""
     name = best.configuration.method
     able = [p for p in study.usable if study.error(p) <= demand and p.configuration.method != name]
     fastest = min(able, key=lambda p: p.seconds or 0.0, default=None)
@@ -143,7 +144,7 @@ def _second(study: Tradeoff, demand: float, best: Point) -> tuple[str, str]:
 
 
 def _remarks(study: Tradeoff) -> list[str]:
-    """Return remarks below the table, a line each."""
+    """Return sentences on reference, own settings, orders, wrong and failed runs, omissions and costs of a study."""
     from eomgen.products.studies.work_precision.result import short_duration  # noqa: PLC0415
 
     by, second = study.reference["by"], study.reference["held against"]
@@ -240,7 +241,7 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
 
 
 def _print_tuned(tuned: Tuned) -> None:
-    """Print the cheapest configuration, the rivals, and the runs that verify the error."""
+    """Print a table with the cheapest configuration, its rivals, the runs that verify the error, and the settings."""
     rows = [
         ("cheapest", tuned.label),
         ("error", f"{tuned.error:.2g} of {tuned.quantity}, {tuned.measure}; demanded {tuned.demand:g}"),

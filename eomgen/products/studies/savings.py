@@ -45,12 +45,13 @@ TREMBLING = 1e-100
 
 @dataclass(frozen=True)
 class Variant:
-    """A scene that asks for more, or for less.
+    """A scene that asks for more, or for less, than the scene of the study.
 
     Attributes
     ----------
     name, description : of the variant
-    terms : None: by default
+    scene : None if there is no such scene
+    terms : to build; None for the default terms
     start : of runs, if the scene has only the functions that runs call
     problem : reason for which there is no scene, if None
     """
@@ -64,10 +65,11 @@ class Variant:
 
 
 def variants(scene: Scene, of_step: tuple[str, ...], absolute: Scene | str | None) -> tuple[Variant, ...]:
-    """Return the scene as requested, with less, with more of one kind each, and with all additions.
+    """Return the scene as requested, with less, with more of one kind each, and with all additions, as variants.
 
     Parameters
     ----------
+    scene : the scene as requested
     of_step : terms that a step of the method calls
     absolute : the scene in absolute coordinates, or the reason why there is none; None if the scene is in absolute
         coordinates
@@ -146,7 +148,8 @@ def _tunable(scene: Scene) -> Scene:
 
 
 def _along_beams(scene: Scene) -> set[str]:
-    """Return the parameters of scenes with beams that define places or beams, which remain fixed."""
+    """Return the names of parameters that formulas of beams, and of objects that may stand on beams, contain. These
+    remain fixed. Empty for a scene without beams."""
     beams = {body.name: body.beam for body in scene.bodies if body.beam is not None}
     if not beams:
         return set()
@@ -156,7 +159,7 @@ def _along_beams(scene: Scene) -> set[str]:
 
 
 def _formulas(value: Any) -> Iterator[Formula]:
-    """Yield all formulas within a value."""
+    """Yield all formulas within a value, also within tuples and fields of dataclasses."""
     if isinstance(value, Node):
         yield value  # type: ignore[misc]  # every node is a formula
     elif isinstance(value, tuple):
@@ -419,11 +422,9 @@ def _doubt(model: Model, scene: Scene) -> str:
 
 
 def _absolute(described: Described, scene: Scene, options: Mapping[str, Any]) -> Scene | str | None:
-    """Return the scene in absolute coordinates, or the reason why there is none; None if the scene is in absolute
-    coordinates.
-
-    A scene read again is checked for absolute coordinates; a Scene is checked by the build.
-    """
+    """Return the scene in absolute coordinates, or the reason why there is none, as a text. None if the scene is in
+    absolute coordinates already. A scene read again (from `described`, with `options` of ``load``) is checked for
+    absolute coordinates; a Scene is checked by the build."""
     if scene.coordinates == "absolute":
         return None
     if isinstance(described, Scene):
@@ -435,7 +436,9 @@ def _absolute(described: Described, scene: Scene, options: Mapping[str, Any]) ->
 
 
 def _build_variant(variant: Variant, method: str, folder: Path, profile: str) -> tuple[VariantCost, Model | None]:
-    """Build a variant and return the costs with the model, or with the problem and None."""
+    """Build a variant in a cache within `folder`; return the costs so far and the model. Costs are operations by term,
+    bytes of C and build seconds. The model is None, and the costs name the problem, if the variant has no scene or
+    cannot be derived or built."""
     cost = VariantCost(variant.name, variant.description)
     if variant.scene is None:
         return replace(cost, problem=variant.problem), None
@@ -465,12 +468,14 @@ def _build_variant(variant: Variant, method: str, folder: Path, profile: str) ->
 
 @dataclass
 class _Rounds:
-    """Timed runs of one variant.
+    """Timed runs of one variant in several rounds.
 
     Attributes
     ----------
+    cost : costs so far, with the problem if a run fails
+    step : s
     steps : of a run; 0 for a variant that is not run
-    times, observed : s for a step, in each round
+    times, observed : s for a step, in each round, without and with recorded rows
     """
 
     cost: VariantCost
@@ -481,7 +486,8 @@ class _Rounds:
     observed: list[float] = field(default_factory=list)
 
     def begin(self, duration: float) -> None:
-        """Find the number of steps of a run that takes long enough."""
+        """Set the number of steps of a run that takes about 0.05 s, within 200 steps to `duration` (s), by a first run.
+        Steps stay 0, with the problem in the costs, if the first run fails."""
         if self.model is None:
             return
         most = int(duration / self.step)
@@ -521,7 +527,8 @@ class _Rounds:
 def _measure_steps(
     measured: Sequence[tuple[VariantCost, Model | None]], step: float, duration: float, rounds: int
 ) -> list[VariantCost]:
-    """Return the costs with the times of steps, from runs in turns."""
+    """Return the costs of all variants with the times of steps, from runs in turns over some rounds. `step` and
+    `duration` of runs are in s. Ctrl-C ends the rounds; the rounds so far count."""
     variants = [_Rounds(cost, model, step) for cost, model in measured]
     for variant in variants:
         variant.begin(duration)

@@ -50,7 +50,7 @@ class Combination:
 
 @dataclass(frozen=True)
 class DependentColumns:
-    """Independent columns, and the dependent columns as their combinations.
+    """A split of the columns of a Jacobian into independent columns, and columns that are combinations of these.
 
     Attributes
     ----------
@@ -69,7 +69,8 @@ class DependentColumns:
 
 
 def structure(J: Array, order: Sequence[int] | None = None) -> DependentColumns:
-    """Return the independent columns of J (rows, n), from the left or in another order."""
+    """Return the independent columns of J (rows, n), and the coefficients of the other columns. Columns are taken from
+    the left, or in the order `order`; a column counts as dependent if less than 1e-8 of its norm remains."""
     places = range(J.shape[1]) if order is None else order
     norms = np.linalg.norm(J, axis=0)
     basis: list[Array] = []
@@ -93,10 +94,11 @@ def structure(J: Array, order: Sequence[int] | None = None) -> DependentColumns:
 
 
 def form_of(structure: DependentColumns, dependent: int, x: Array, J: Array, change: Callable[[Array], float]) -> str:
-    """Return the form in which inseparable unknowns are determined: sum, product or first order.
+    """Return the form in which inseparable unknowns are determined: ``sum``, ``product`` or ``first order``.
 
     Parameters
     ----------
+    structure, dependent : independent columns, and the number of a dependent one
     x : (n,) estimates
     J : (rows, n) there
     change : norm of the change of outputs from x to other unknowns, in the units of the rows of J
@@ -124,7 +126,8 @@ def form_of(structure: DependentColumns, dependent: int, x: Array, J: Array, cha
 
 
 def words(structure: DependentColumns, kept: int, names: Sequence[str], x: Array, form: str) -> tuple[str, float]:
-    """Return a combination in words, and the value of the combination."""
+    """Return a combination of unknowns in words, such as ``k / m`` or ``a + 2 b``, and its value at x (n,). `kept` is
+    the number of the independent unknown, `form` is ``product``, ``sum`` or ``first order``."""
     row = structure.coefficients[structure.kept.index(kept)]
     if form == "product":
         exponents = {kept: 1.0} | {
@@ -166,7 +169,8 @@ _PASSES, _SAME, _LEAST = 12, 3e-3, 1e-9
 
 
 class Predictions:
-    """Counted predictions at unknowns; the last predictions are kept."""
+    """Callable for values and derivatives at unknowns, which counts ``runs``, keeps ``failures``, and repeats the last
+    result."""
 
     def __init__(self, predict: Predict) -> None:
         self._predict = predict
@@ -175,7 +179,8 @@ class Predictions:
         self.failures: list[str] = []
 
     def __call__(self, x: Array) -> tuple[Array, Array] | None:
-        """Return values and derivatives, None if the run fails."""
+        """Return values (rows,) and derivatives (rows, n) at unknowns x (n,); None, with the reason kept, if the run
+        fails. A UsageError of the first run is raised."""
         if self._last is None or not np.array_equal(self._last[0], x):
             self.runs += 1
             try:
@@ -220,13 +225,14 @@ def ranges_of(data: Array, columns: Array) -> Array:
 
 @dataclass(frozen=True)
 class LeastSquares:
-    """A search for the unknowns that fit data best.
+    """A weighted least-squares search for the unknowns that fit data best, within bounds.
 
     Attributes
     ----------
+    predict : values and derivatives at unknowns
     data : (rows,)
     columns : (rows,) column of each row
-    bounds : (n,) each
+    bounds : lower and upper bounds, (n,) each
     deviations : (columns,) standard deviations of the columns; None: deviations are estimated from the residuals
     limit : predictions at most in one search
     """
@@ -239,7 +245,7 @@ class LeastSquares:
     limit: int
 
     def fit(self, x: Array) -> Fit:
-        """Return the fit from a start (n,).
+        """Return the fit from start values x (n,); unknowns whose columns depend on others keep their start values.
 
         Raises
         ------
@@ -264,7 +270,8 @@ class LeastSquares:
         return list(structure(J / sigma[self.columns][:, np.newaxis]).kept)
 
     def _fit_with_deviations(self, x: Array, sigma: Array, kept: Sequence[int]) -> Fit:
-        """Return the fit of the kept unknowns, with deviations that match the residuals if no deviations are given."""
+        """Return the fit of the unknowns `kept` from x (n,), with standard deviations `sigma` (columns,) to begin with.
+        Searches are repeated with deviations estimated from the residuals, unless deviations are given."""
         count, known_deviations = len(sigma), self.deviations is not None
         sizes = np.array([np.count_nonzero(self.columns == k) for k in range(count)])
         share = max(1.0 - len(kept) / len(self.data), 1.0 / len(self.data))
@@ -290,7 +297,8 @@ class LeastSquares:
         return result
 
     def _search(self, x: Array, sigma: Array, kept: Sequence[int]) -> tuple[Array, bool, str]:
-        """Return the unknowns at the least sum of squares over the kept unknowns, and the end of the search."""
+        """Return the unknowns (n,) at the least sum of squares over the unknowns `kept`, whether converged, and SciPy's
+        message. `sigma` (rows,) are the standard deviations of the data."""
         nothing, chosen = np.full(len(self.data), np.inf), list(kept)
 
         def whole(part: Array) -> Array:
@@ -321,8 +329,8 @@ class LeastSquares:
 
 
 def covariance(J: Array, sigma: Array) -> Array:
-    """Return the covariance (n, n) of unknowns by independent columns of derivatives (rows, n) and deviations
-    (rows,)."""
+    """Return the covariance (n, n) of unknowns, by derivatives J (rows, n) with independent columns. `sigma` (rows,)
+    are the standard deviations of the data."""
     weighted = J / sigma[:, np.newaxis]
     norms = np.linalg.norm(weighted, axis=0)
     R = np.linalg.qr(weighted / norms, mode="r")

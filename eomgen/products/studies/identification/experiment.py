@@ -30,14 +30,15 @@ _ROUNDED = 1e-6
 
 @dataclass(frozen=True)
 class CubicInterpolation:
-    """Values at times from values at the ends of steps: a cubic through the four nearest ends, of order 4 in the step.
+    """Values at n times from values at the ends of steps: a cubic through the four nearest ends, of order 4 in the
+    step.
 
     Attributes
     ----------
-    steps : of the run
+    steps : number of steps of the run
     places : (n, 4) rows of the run
     weights : (n, 4)
-    ends : (n,) rows of the run if all times are ends of steps
+    ends : (n,) rows of the run if all times are ends of steps, else None
     """
 
     steps: int
@@ -47,7 +48,8 @@ class CubicInterpolation:
 
     @classmethod
     def of(cls, t: Array, start: float, step: float) -> CubicInterpolation:
-        """Return the rows for times (n,) of a run from ``start``, s."""
+        """Return the interpolation at times t (n,), s, of a run from ``start`` with a fixed step, s. A time within 1e-6
+        of a step from the end of a step counts as this end."""
         position = (t - start) / step
         near = np.rint(position)
         position = np.where(np.abs(position - near) < _ROUNDED, near, position)
@@ -79,12 +81,16 @@ class ExperimentStart:
 
 
 class Experiment:
-    """One measured run.
+    """The simulation of one measured run, with derivatives in unknown parameters and initial states; callable.
 
     Parameters
     ----------
+    model, data : the model, and times with measured outputs and inputs
+    parameters : names of unknown parameters
     states : unknown components of the initial state; without any, the start follows from parameters as in any run
     initial : the other components, and start values of the unknown components
+    step : s
+    start : time at which the run begins, s; None for the first measured time
     options : of ``sensitivities``
     """
 
@@ -145,7 +151,9 @@ class Experiment:
         return [every[position] for position in self._places]
 
     def __call__(self, parameters: Mapping[str, float], states: Array) -> tuple[Array, Array]:
-        """Return outputs at the measured times (outputs, n), and derivatives (outputs, n, parameters + states).
+        """Return outputs (outputs, n) at the measured times, and derivatives (outputs, n, parameters + states).
+
+        `parameters` are values by name, `states` (states,) the values of unknown initial components.
 
         Raises
         ------
@@ -177,7 +185,8 @@ class Experiment:
         return np.stack([at(value) for value in values]), np.stack([at(slope) for slope in slopes])
 
     def initial_state(self, parameters: Mapping[str, float], states: Array) -> dict[str, Array]:
-        """Return the initial state at values of the unknowns, as of ``simulate``."""
+        """Return ``q``, ``v`` and ``z`` (if any) at the start of the run for values of the unknowns. Without unknown
+        states the initial state is taken from a simulation."""
         if self.states:
             return self._initial_at(states)[0]
         built = self.model.library.layout["built_method"]  # of derivatives; a run without a method chooses one
@@ -195,8 +204,8 @@ class Experiment:
         return {name: getattr(run, name)[0] for name in ("q", "v", *("z" for _ in range(bool(self.model.nz))))}
 
     def _initial_at(self, states: Array) -> tuple[dict[str, Array], Array]:
-        """Return the initial state, and the derivatives of the state by the unknown components, (directions,
-        states)."""
+        """Return the initial state (``q``, ``v``, ``z``) at values of the unknown components, and its derivatives.
+        Derivatives (directions, states) are by the unknown components, for the directions of ``sensitivities``."""
         model, nv = self.model, self.model.nv
         whole = np.zeros(2 * nv + model.nz)
         whole[self._places] = np.asarray(states) - self.starts
@@ -211,7 +220,8 @@ class Experiment:
         return initial, turned[np.ix_(rows, self._places)]
 
     def _directions(self, known: Sequence[str]) -> list[str]:
-        """Return the components of derivatives: components of a joint that rotates together."""
+        """Return the names of the initial components in which derivatives are needed: the unknown ones, and all
+        components of a joint that rotates if one of them is unknown."""
         places = set(self._places)
         for factor in self.model.factors:
             components = range(factor.v_start, factor.v_start + factor.v_size)
@@ -227,7 +237,7 @@ class Experiment:
 
 @dataclass(frozen=True)
 class ExperimentUnknowns:
-    """Unknowns of several runs in one row: parameters, then the states of each run.
+    """Unknowns of several measured runs in one vector: parameters, then the initial states of each run.
 
     Attributes
     ----------
@@ -305,7 +315,8 @@ class ExperimentUnknowns:
         return {**self.held, **dict(zip(self.parameters, x.tolist(), strict=False))}
 
     def predict(self, x: Array) -> tuple[Array, Array]:
-        """Return the model's values (rows,) and derivatives (rows, n)."""
+        """Return the model's values (rows,) and derivatives (rows, n) at the unknowns x (n,), for all rows with
+        measurements."""
         count, parts, slopes = len(self.parameters), [], []
         for number, experiment in enumerate(self.experiments):
             values, derivatives = experiment(self.values_of(x), self.states_of(x, number))
@@ -323,7 +334,9 @@ _EFFECT = 1e-9
 
 
 def bounds_of(unknowns: ExperimentUnknowns, bounds: Mapping[str, tuple[float, float]] | None) -> tuple[Array, Array]:
-    """Return the lower and the upper bounds of the unknowns, infinite by default. Raises UsageError."""
+    """Return the lower and the upper bounds (n,) of the unknowns, infinite by default. `bounds` are pairs by name; a
+    name of a state stands for all runs. Raises UsageError for an unknown name, unsuitable pairs, and a start value
+    outside."""
     names, x = unknowns.names, unknowns.start
     low, high = np.full(len(names), -np.inf), np.full(len(names), np.inf)
     if bounds is not None and not isinstance(bounds, Mapping):
@@ -359,7 +372,7 @@ def bounds_of(unknowns: ExperimentUnknowns, bounds: Mapping[str, tuple[float, fl
 
 
 def _within(unknowns: ExperimentUnknowns, name: str, position: int, first: float, last: float) -> str:
-    """Return the start of a search within bounds."""
+    """Return a hint in words on how to start the search for unknown number `position` between the bounds."""
     inside = 0.5 * (first + last) if np.isfinite(first + last) else first + 1.0 if np.isfinite(first) else last - 1.0
     if position < len(unknowns.parameters):
         return f"values={{{name!r}: {inside:.6g}}} (--set {name}={inside:.6g})"
@@ -372,8 +385,9 @@ def _within(unknowns: ExperimentUnknowns, name: str, position: int, first: float
 
 
 def deviations_of(labels: Sequence[str], deviations: Mapping[str, float] | float | None) -> Array | None:
-    """Return the standard deviation of each measured column; None if deviations are to be estimated. Raises
-    UsageError."""
+    """Return the standard deviations (columns,) of the measured columns; None if they are to be estimated. `deviations`
+    is a number for all, or numbers by the name of a column or of an output. Raises UsageError for an unknown name, a
+    missing column or a number that is not positive."""
     if deviations is None:
         return None
     if not isinstance(deviations, Mapping):

@@ -43,12 +43,15 @@ _COLOURED, _TIMES, _NOISELESS = 0.3, 4.0, 1e-5
 
 @dataclass(frozen=True)
 class Judgement:
-    """A fit with diagnostics.
+    """A least-squares fit with the data for its diagnostics: identifiability, intervals, errors of steps, residuals.
 
     Attributes
     ----------
-    finer : the same at half the step
+    unknowns, finer : of the fit, and the same at half the step
+    fit, predict : the fit and its predictions
+    limits : lower and upper bounds, (n,) each
     given : whether the deviations of the columns are given
+    confidence : level of the intervals
     """
 
     unknowns: ExperimentUnknowns
@@ -112,7 +115,9 @@ class Judgement:
         )
 
     def _bias(self, weighted: Array, sigma: Array) -> Array:
-        """Return the change of the kept unknowns by errors of steps, of order two, (kept,)."""
+        """Return the changes (kept,) of the kept unknowns by errors of steps, estimated from a run at half the step.
+        `weighted` (rows, kept) are derivatives by standard deviations `sigma` (rows,). Not a number if that run
+        fails."""
         try:
             values, _ = self.finer.predict(self.fit.x)
         except EomgenError:
@@ -128,8 +133,9 @@ class Judgement:
     def _combinations(
         self, parts: DependentColumns, weighted: Array, spread: Array, times: float
     ) -> tuple[Combination, ...]:
-        """Return the combinations of unknowns that the data determine although the single unknowns are not
-        determined."""
+        """Return the combinations that the data determine although single unknowns are not determined. `parts` are the
+        independent columns of the derivatives `weighted` (rows, n), `spread` (n,) the standard deviations, `times` the
+        half width of intervals in deviations. Each form is tried by further runs."""
         if not parts.mixed_columns:
             return ()
         x, names = self.fit.x, self.unknowns.names
@@ -189,7 +195,8 @@ class Judgement:
         squares: float,
         freedom: int,
     ) -> list[str]:
-        """Return sentences on the search, estimates, steps, deviations and correlation of residuals."""
+        """Return sentences on the search, estimates, steps, deviations and correlation of residuals. `squares` is the
+        weighted sum of squared residuals with `freedom` degrees of freedom."""
         spread = [float(np.std(self.unknowns.data[self.unknowns.columns == k])) for k in range(len(columns))]
         # data without noise would ask for any step
         noisy = [column for column, size in zip(columns, spread, strict=True) if column.rms > _NOISELESS * size]
@@ -241,7 +248,8 @@ class Judgement:
             )
 
     def _least_determined(self, estimates: Sequence[Estimate]) -> str:
-        """Return the last right singular vector of the derivatives by relative changes of unknowns, in words."""
+        """Return in words the combination of relative changes of unknowns that the data determine least; empty if it is
+        one. It is the last right singular vector of the weighted derivatives."""
         x = self.fit.x
         chosen = [k for k, estimate in enumerate(estimates) if estimate.state == "determined" and x[k] != 0.0]
         sigma = self.fit.deviations[self.unknowns.columns]
@@ -268,7 +276,8 @@ def _notes_of_combinations(combinations: Sequence[Combination]) -> Iterator[str]
 
 
 def _notes_of_deviations(squares: float, freedom: int) -> Iterator[str]:
-    """Yield a note if the sum of squared residuals contradicts the deviations of the noise that are given."""
+    """Yield a note if the weighted sum of squared residuals contradicts the given deviations, by the chi-squared
+    test."""
     ratio = float(np.sqrt(squares / freedom))
     if special.chdtrc(freedom, squares) < _DOUBT:
         yield (
@@ -280,7 +289,7 @@ def _notes_of_deviations(squares: float, freedom: int) -> Iterator[str]:
 
 
 def _notes_of_correlation(columns: Sequence[Column]) -> Iterator[str]:
-    """Yield a note if residuals of noisy columns are not white noise."""
+    """Yield a note if residuals of the given columns are correlated with the next residuals, and so not white noise."""
     coloured = [
         column for column in columns if column.autocorrelation > max(_COLOURED, _TIMES / np.sqrt(column.samples))
     ]

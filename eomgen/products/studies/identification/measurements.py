@@ -28,7 +28,7 @@ _LARGEST = 1e100
 
 @dataclass(frozen=True)
 class Measurements:
-    """Measured data of one run.
+    """Measured data of one run, sorted into outputs and inputs of the scene.
 
     Attributes
     ----------
@@ -49,7 +49,9 @@ class Measurements:
 
 
 def columns_of(data: Data, number: int) -> tuple[str, dict[str, Array]]:
-    """Return the name and the columns of a file, or of a mapping. Raises FileError, UsageError."""
+    """Return the name and the columns, arrays (n,) by name, of a CSV file or of a mapping. A mapping is named ``run1``
+    for the `number` 0. Raises FileError for a file that cannot be read, UsageError for columns that are not numbers or
+    differ in length."""
     if isinstance(data, str | os.PathLike):
         path = Path(data)
         names, table = read_table(path)
@@ -88,13 +90,15 @@ def measurements(model: Model, data: Data, number: int, chosen: Sequence[str] | 
 
     Parameters
     ----------
-    number : of the run among those given
+    data : path of a CSV file, or columns by name, with the times t
+    number : of the run, from 0
     chosen : outputs or components of outputs that are compared; all columns that are outputs by default
     missing : ``refuse`` or ``drop``
 
     Raises
     ------
     FileError, UsageError
+        A file that cannot be read; unknown columns, no outputs, missing values that are refused.
     """
     name, columns = columns_of(data, number)
     t = times_of(name, columns)
@@ -127,7 +131,8 @@ def measurements(model: Model, data: Data, number: int, chosen: Sequence[str] | 
 
 
 def times_of(name: str, columns: Mapping[str, Array]) -> Array:
-    """Return the column of times, (n,) in s, which increase. Raises UsageError."""
+    """Return the column ``t``, (n,) in s. Raises UsageError if it is absent, does not increase, or has fewer than two
+    rows."""
     if "t" not in columns:
         hint = nearest("t", columns) if any(key.lower() in ("t", "time") for key in columns) else listed(columns)
         raise UsageError(Problem(name, "there is no column t of times in s [E1071]", f"t in place of one of {hint}"))
@@ -167,7 +172,8 @@ def _components(model: Model) -> list[str]:
 
 
 def _choose_components(chosen: Sequence[str], known: Sequence[str]) -> list[str]:
-    """Return the components of outputs that are chosen. Raises UsageError for one that is none."""
+    """Return the components of outputs that are chosen, by names of outputs or of components. Raises UsageError for an
+    unknown name, or anything but a list of names."""
     if isinstance(chosen, str):
         raise UsageError(
             Problem("outputs", f"a list of names is needed, not the text {chosen!r} [E1075]", f'["{chosen}"]')
@@ -199,7 +205,9 @@ def check_missing(missing: str) -> None:
 def _without_gaps(
     name: str, t: Array, outputs: dict[str, Array], inputs: dict[str, Array], ignored: tuple[str, ...], missing: str
 ) -> Measurements:
-    """Return the data with inputs at every time. Raises UsageError if values are missing and none are dropped."""
+    """Return the measured data with inputs interpolated at missing values, and nan for missing outputs. Raises
+    UsageError if values are missing and `missing` is ``refuse``, for an input without values, and for values above
+    1e100."""
     for column, values in (outputs | inputs).items():
         largest = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
         if largest > _LARGEST:

@@ -21,7 +21,7 @@ from eomgen.products.studies.identification.estimation import Combination
 
 @dataclass(frozen=True)
 class Estimate:
-    """One unknown.
+    """Estimate of one unknown parameter or component of an initial state.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Column:
-    """A measured column.
+    """Statistics of a measured column over all runs.
 
     Attributes
     ----------
@@ -227,7 +227,8 @@ def draw(result: Identification, folder: Path) -> list[Path]:
 
 
 def _run(result: Identification, record: Record) -> Any:
-    """Return a figure of a record: data with the model, and residuals in standard deviations."""
+    """Return a figure of a record, with at most eight columns: data with the model, and residuals in standard
+    deviations."""
     names = list(record.data)[:_SHOWN]
     figure = new_figure((10.0, 1.0 + 1.9 * len(names)))
     rows = figure.subplots(len(names), 2, squeeze=False, sharex=True, width_ratios=(3, 2))

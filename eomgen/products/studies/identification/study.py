@@ -186,7 +186,8 @@ def identify(
 def _check_start(
     model: Model, initial: Mapping[str, Any] | None, parameters: Sequence[str], states: Sequence[str]
 ) -> None:
-    """Raise UsageError if unknown components belong to a state that follows from other unknowns."""
+    """Raise UsageError if initial components (`states`) are unknown although the initial state follows from elsewhere.
+    That is the case for a start at equilibrium, and for a state that depends on unknown parameters."""
     if not states:
         return
     if not initial and model.library.layout["defaults"]["start"] == "equilibrium":
@@ -229,7 +230,8 @@ def _check_lists(**lists: object) -> None:
 
 
 def _parameter_values(model: Model, values: Mapping[str, Any] | None) -> dict[str, float]:
-    """Return values of tunable parameters, with texts converted to the units of parameters. Raises UsageError."""
+    """Return the given values of tunable parameters by name in SI units, with texts such as ``"2 kN/m"`` converted.
+    Raises UsageError for an unknown name or another type."""
     if not (values is None or isinstance(values, Mapping)):
         fault = f"values by name are needed, not {shown(values)} [E1036]"
         raise UsageError(Problem("values", fault, 'values={"mass": 1.5}'))

@@ -145,7 +145,9 @@ def efforts_of(model: Model) -> list[str]:
 def _unknowns(
     model: Model, parameters: Sequence[str], pi: Mapping[str, float], values: Mapping[str, float]
 ) -> tuple[list[str], Array, list[str], Array]:
-    """Return names, values of the scene, units, and the derivatives of pi (all, n) by the unknowns."""
+    """Return names (n), values in the scene (n,), units (n), and the derivatives (all, n) of pi by the unknowns. `pi`
+    are all parameters of the regressor by name. Without `parameters` the unknowns are the base parameters, at `values`
+    of tunable parameters."""
     columns = list(pi)
     if not parameters:
         base = model.base_parameters(parameters=dict(values))
@@ -156,8 +158,9 @@ def _unknowns(
 
 
 def _solve(A: Array, right: Array, start: Array, deviations: Array | None) -> _Solution:
-    """Return the solution of A x = right, (n, nv, unknowns) and (n, nv); unknowns that are combinations of other
-    unknowns keep the start values."""
+    """Return the weighted least-squares solution of A x = right, (n, nv, unknowns) and (n, nv). Unknowns that are
+    combinations of other unknowns keep the start values (unknowns,). Deviations (nv,) of None are estimated from the
+    residuals."""
     rows, count, unknowns = A.shape
     ranges = np.ptp(right, axis=0)
     ranges = np.where(ranges > 0.0, ranges, 1.0)
@@ -183,7 +186,8 @@ def _solve(A: Array, right: Array, start: Array, deviations: Array | None) -> _S
 def _estimates(
     solution: _Solution, names: Sequence[str], start: Array, units: Sequence[str], times: float
 ) -> tuple[list[Estimate], list[Combination], Array]:
-    """Return estimates, combinations and the correlation (n, n)."""
+    """Return estimates of the unknowns, determined combinations, and the correlation (n, n). `times` is the half width
+    of intervals in standard deviations; `start` (n,) are the scene's values."""
     x, parts = solution.x, solution.parts
     kept, spread = list(parts.kept), np.full(len(names), np.inf)
     spread[kept] = np.sqrt(np.diag(solution.covariance))
@@ -206,7 +210,8 @@ def _estimates(
 def _measurements(
     model: Model, motions: Sequence[MeasuredMotion], left: Array, deviations: Array
 ) -> tuple[tuple[Column, ...], tuple[Record, ...]]:
-    """Return measurements, and efforts of each motion with the efforts at the estimates; left: (n, nv) residuals."""
+    """Return statistics for each column of efforts, and a record with measured and modelled efforts for each motion.
+    `left` (n, nv) are the residuals of all motions in order, `deviations` (nv,) the noise."""
     labels = efforts_of(model)
     ends = np.cumsum([len(motion.t) for motion in motions])
     parts = np.split(left, ends[:-1])
@@ -279,7 +284,9 @@ def _check_columns(model: Model, name: str, columns: Mapping[str, Array], needed
 
 
 def _motion(model: Model, data: Data, number: int, missing: str) -> MeasuredMotion:
-    """Return a measured motion. Raises FileError, UsageError."""
+    """Return the measured motion number `number`, without rows in which values are missing. Rows with missing values
+    are refused if `missing` is ``refuse``. Raises FileError or UsageError for data that cannot be read or lack
+    columns."""
     name, columns = columns_of(data, number)
     t = times_of(name, columns)
     accelerations = [f"a{label[1:]}" for label in model.v_names]

@@ -32,7 +32,7 @@ ALL, FEW, DAMPED, ONE = "all", "few", "damped", "one"
 
 @dataclass(frozen=True)
 class Ladder:
-    """One ladder.
+    """A ladder: a quantity of a scene that is scaled from one extreme to the other, with conditions and references.
 
     Attributes
     ----------
@@ -230,7 +230,8 @@ BY_NAME: Mapping[str, Ladder] = {ladder.name: ladder for ladder in LADDERS}
 
 
 def methods_of(ladder: Ladder, subject: Subject, wanted: Sequence[str]) -> list[str]:
-    """Return the methods that a ladder runs with, the scene's first."""
+    """Return the names of methods that a ladder runs with: the `wanted` ones that can step the scene, if there are any.
+    Otherwise the ladder's, the scene's first. A ladder of one method ignores `wanted`."""
     methods = [str(subject.model(OWN).description.simulation.method)]
     every = {
         ONE: lambda: methods,

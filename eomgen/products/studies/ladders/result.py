@@ -40,7 +40,7 @@ WRONG = 0.1
 
 @dataclass(frozen=True)
 class Cell:
-    """One ladder's value with one method.
+    """Result of the run of a scene at one value of a ladder with one method.
 
     Attributes
     ----------
@@ -71,7 +71,8 @@ class Cell:
 
 
 def verdict(ended: RunEnding, error: float | None, bound: float) -> str:
-    """Return the verdict of a cell, by the error on the scale of positions."""
+    """Return the verdict of a cell, one of ``VERDICTS``, by the end of its run and the error (None if unknown). Errors
+    up to `bound` hold, up to 0.1 are coarse; above, or without a reference, a run has to warn."""
     kinds = {REFUSED: REJECTED, UNFINISHED: LONG, HANG: FAILS, CRASH: FAILS, RAISED: FAILS}
     if ended.how in kinds:
         return kinds[ended.how]
@@ -96,7 +97,7 @@ def counts(cells: Sequence[Cell]) -> dict[str, int]:
 
 @dataclass(frozen=True)
 class Extremes:
-    """The map of a scene.
+    """Results of a scene under extreme conditions: a cell for each value of each ladder with each method.
 
     Attributes
     ----------
@@ -202,7 +203,7 @@ _GAP = 0.45
 
 
 def draw(scene: str, cells: Sequence[Cell], path: Path) -> Path:
-    """Draw the map of a scene. Raises FileError."""
+    """Draw a table of all cells, coloured by verdict, with errors, into a file; return the path. Raises FileError."""
     from matplotlib.patches import Patch, Rectangle  # noqa: PLC0415  # slow to import, for drawing only
 
     rows = _rows(cells)

@@ -101,7 +101,8 @@ def compile_stepper(model: Model, method: str) -> None:
 
 
 def run_ending(model: Model, conditions: RunConditions, method: str, **more: Any) -> RunEnding:
-    """Return the end of a run under these conditions."""
+    """Simulate a model under the given conditions and return the end of the run; errors of eomgen count as refusals.
+    `more` are further options of ``simulate``."""
     initial = None
     if conditions.q is not None and conditions.v is not None:
         initial = {"q": conditions.q, "v": conditions.v}
@@ -166,7 +167,7 @@ class RunnerProcess:
         self.used, self.compiling = False, 0.0
 
     def execute(self, request: Any, limit: float) -> RunEnding:
-        """Return the end of a request.
+        """Run a request in the process and return its end; a hang or a crash is an end, too, and closes the process.
 
         Parameters
         ----------
@@ -228,7 +229,8 @@ class RunnerProcess:
 def _serve(
     pipe: Connection, parent_pipe: Connection, prepare: Callable[[Any], None], run: Callable[[Any], RunEnding]
 ) -> None:
-    """Answer requests until the other end of the pipe is closed."""
+    """Answer requests in the child process until the other end of the pipe is closed. After `prepare`, None is sent,
+    then the RunEnding of `run`; an exception is sent as a RunEnding, too."""
     parent_pipe.close()
     signal.signal(signal.SIGINT, signal.default_int_handler)
     while True:

@@ -45,7 +45,7 @@ _OF_POINTS = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 
 @dataclass(frozen=True)
 class SceneUnits:
-    """The units of length, mass and time of a scene, in m, kg and s."""
+    """The sizes of new units of length, mass and time, relative to m, kg and s."""
 
     length: float = 1.0
     mass: float = 1.0
@@ -64,13 +64,14 @@ class SceneUnits:
 
 
 def with_factors(data: Data, wanted: Sequence[str]) -> dict[str, Any]:
-    """Return nested data of a scene with tunable factors, all equal to 1.
+    """Return nested data of a scene in which numbers with units have tunable factors, all neutral (1, or 0 for the
+    origin).
 
     Parameters
     ----------
     data : mapping
         As ``tomllib`` reads a scene file.
-    wanted : names of factors
+    wanted : names of factors, which become tunable parameters
     """
     plain, *_ = in_si(data, Report("scene", {}))
     plain.setdefault("gravity", list(SceneDocument.model_fields["gravity"].default))
@@ -107,7 +108,7 @@ def _texts(value: Any) -> Iterator[str]:
 
 
 class _Factors:
-    """The factors of the quantities of one scene."""
+    """Formulas for the quantities of one scene, multiplied by the wanted factors of their units."""
 
     def __init__(self, data: Data, wanted: frozenset[str]) -> None:
         self.wanted = wanted
@@ -120,7 +121,8 @@ class _Factors:
         }
 
     def scale(self, quantity: SceneQuantity) -> Any:
-        """Return the value of a quantity with factors."""
+        """Return the value of a quantity as a formula with factors; unchanged if zero, infinite, or without a factor.
+        Quantities of the motion within a formula are divided by the factors of their units first."""
         value = quantity.value
         if isinstance(value, str):
             value = with_other_quantities(value, self.in_own_units)
@@ -133,7 +135,8 @@ class _Factors:
         return f"({' * '.join(factors)}) * ({value})" if factors else value
 
     def in_own_units(self, text: str, word: str, name: str, index: int) -> str:
-        """Return a quantity of a formula divided by the unit of the quantity."""
+        """Return the text of a quantity in a formula, divided by the factor of its unit. `word` is its kind, such as
+        ``q`` or ``position`` (empty for a bare name), `name` and `index` are the parts of `text`."""
         if word in _OF_POINTS:
             unit = _OF_POINTS[word]
         elif word in _RATES:
@@ -160,7 +163,7 @@ def _powers(unit: str) -> dict[str, float]:
 
 
 def _move_origin(scene: dict[str, Any]) -> None:
-    """Move all that is fixed to the base or the world along x."""
+    """Move everything fixed to the base or the world along x by the parameter of the origin, in place."""
     outside = ("base", "world")
     joints = [joint for joint in scene.get("joints", {}).values() if joint.get("parent") == "base"]
     points = chain(scene.get("points", {}).values(), scene.get("frames", {}).values())
@@ -172,7 +175,8 @@ def _move_origin(scene: dict[str, Any]) -> None:
 
 
 def _weigh(scene: dict[str, Any], factor: str, *, last: bool) -> None:
-    """Multiply mass and inertia by a factor, in the first or the last body with a mass."""
+    """Multiply mass and inertia of the first, or the last, body with a mass by a factor, in place. No change without
+    such a body, or for the last if there is only one."""
     bodies = [(name, body) for name, body in scene.get("bodies", {}).items() if body.get("mass") not in (None, 0, 0.0)]
     if not bodies or (last and len(bodies) < 2):
         return

@@ -70,10 +70,13 @@ class ExpectedResult:
 def reference(
     subject: Subject, conditions: RunConditions, ended: Callable[[Request, float], RunEnding]
 ) -> ExpectedResult:
-    """Return the first reference that a second method confirms.
+    """Return the first reference solution, of a method confirmed by a second method or a second step size to 1e-3.
+
+    Without such a pair the result has no arrays, and its text lists the reasons.
 
     Parameters
     ----------
+    subject, conditions : the scene and the conditions of the run
     ended : function of a run and a time limit in s that returns the end of the run
     """
     tried = []
@@ -99,10 +102,9 @@ def reference(
 
 
 def _resolves_motion(subject: Subject, request: Request, arrays: Mapping[str, Array]) -> bool:
-    """Return whether steps change the moving coordinates by many times their rounding.
-
-    Otherwise finer steps lose more of the motion: two references may agree on a standstill.
-    """
+    """Return whether the steps of a run change the moving coordinates by ten times their rounding or more. Otherwise
+    finer steps lose more of the motion: two references may agree on a standstill. `arrays` are the rows of the run;
+    true if the conditions have no q."""
     conditions = request.conditions
     model = subject.model(OWN)
     if conditions.q is None:
@@ -193,8 +195,9 @@ def _velocity_error(
 
 
 def _state_error(model: Model, of: Array, held: Array, rounding: float) -> float:
-    """Return the largest error of internal states (n, nz), relative to the range of each state, but at least to a
-    thousandth of the largest range with the same unit."""
+    """Return the largest error of internal states (n, nz) `of` a run against `held`, relative to the range of each
+    state. The range counts at least as a thousandth of the largest range with the same unit, and as `rounding` times
+    the values."""
     errors, motions = np.abs(of - held).max(axis=0, initial=0.0), np.ptp(held, axis=0)
     largest = dict.fromkeys(model.z_units, 0.0)
     for unit, motion in zip(model.z_units, motions, strict=True):
@@ -205,7 +208,8 @@ def _state_error(model: Model, of: Array, held: Array, rounding: float) -> float
 
 
 def _positions(model: Model, of: Array, held: Array) -> Iterator[tuple[str, float, float]]:
-    """Yield kind, largest error and largest motion of each coordinate, rotation and place."""
+    """Yield (unit, largest error, largest motion) of each coordinate, rotation (``rad``) and place (``m``). `of` and
+    `held` (n, nq) are the rows of a run and of its reference, from which the motion is taken."""
     for factor in model.factors:
         here, there = of[:, factor.q], held[:, factor.q]
         if factor.group == "R":
@@ -227,7 +231,7 @@ def _angle(first: Array, two: Array) -> float:
 
 
 def _pairs(subject: Subject, conditions: RunConditions) -> Iterator[tuple[str, Request, Request]]:
-    """Yield pairs of accurate runs by unlike methods or at two step sizes, each with a text, whose agreement gives a
+    """Yield (text, run, run) for accurate runs by unlike methods or at two step sizes, whose agreement gives a
     reference."""
     free = conditions.vary(given={})
     span = conditions.step * conditions.steps
@@ -387,8 +391,9 @@ class _LadderStudy:
         budget: float,
         progress: Progress | None,
     ) -> tuple[list[Cell], dict[str, str]]:
-        """Run the cells of all ladders within the budget; return the cells, and the reasons for cells that were left
-        out."""
+        """Run the cells of all ladders within the budget (s of computation). `entries` are (ladder, value, method); an
+        empty method stands for all. Returns the cells, including cells of the journal, and the reasons by name for
+        cells that were left out. Each new cell is written to the journal."""
         result: list[Cell] = []
         left_out: dict[str, str] = {}
         known: dict[str, list[str]] = {}
@@ -420,7 +425,8 @@ class _LadderStudy:
         return result, left_out
 
     def cell(self, ladder: Ladder, value: float, method: str) -> Cell:
-        """Return one cell."""
+        """Run the scene at one value of a ladder with one method in the separate process, and return the judged cell. A
+        failure is confirmed in a fresh process."""
         if ladder.against == EQUATIONS:
             return self._equations(ladder, value, method)
         conditions = ladder.conditions(self.subject, value)

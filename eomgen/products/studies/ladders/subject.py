@@ -57,7 +57,7 @@ STEPS, FINE = 10 * ROWS, 0.01
 
 
 class Subject:
-    """A scene with facts for ladders.
+    """A scene with its models and the facts that ladders of extreme conditions need.
 
     Parameters
     ----------
@@ -94,8 +94,9 @@ class Subject:
         return pipeline.build(scene, real="double")
 
     def _with_factors(self) -> tuple[Scene, tuple[str, ...]]:
-        """Return the scene with the largest set of factors in its numbers that can be read, and the names of the
-        factors."""
+        """Return the scene with tunable factors in its numbers, and the names of the factors. The largest set of
+        factors with which the scene can be read is taken. Raises EomgenError, of the first set, if none can be read, or
+        if the scene is given as a Scene."""
         if self.data is None:
             raise EomgenError(
                 "the scene is given as a Scene, whose numbers have no text [E1100]", "the path of its file"
@@ -117,7 +118,8 @@ class Subject:
         return from_data(data, folder=self.folder, coordinates=self.coordinates)
 
     def has(self, which: str) -> bool:
-        """Return whether a model can be built; why not is kept."""
+        """Return whether a model (``own``, ``factors`` or ``single``) can be built; the reason against it goes to
+        ``why_not``."""
         if which in self.why_not:
             return False
         try:
@@ -128,10 +130,9 @@ class Subject:
         return True
 
     def not_similar(self, factors: Sequence[str]) -> str:
-        """Return the reason for which the scene in other units is not the same scene: numbers without units.
-
-        A test with doubled units is sufficient, because doubling is exact in floating-point arithmetic.
-        """
+        """Return the reason why the scene with other units of the given `factors` is not the same scene, empty if it
+        is. Numbers without units are such a reason. A test with doubled units is sufficient, because doubling is exact
+        in floating-point arithmetic."""
         doubled = {LENGTH: "length", MASS: "mass", TIME: "time"}
         units = SceneUnits(**{doubled[name]: 2.0 for name in factors})
         q, v = self.start
@@ -153,8 +154,9 @@ class Subject:
     def _differs(
         self, motion: tuple[Array, Array, Array], conditions: RunConditions, scale: Array, least: float, faulty: str
     ) -> str:
-        """Return why rates under conditions, times a scale, are not the scene's at a state (q, v, z); empty if they
-        are."""
+        """Return the text `faulty` if accelerations and rates under conditions, times `scale`, differ from the scene's.
+        The scene's rates are at the state `motion` (q, v, z), to 1e-6 and `least`. Empty if they agree; the reason if
+        rates cannot be computed."""
         assert conditions.q is not None and conditions.v is not None  # for mypy: conditions() sets them
         try:
             expected = _rates(self.model(OWN), *motion, {})
@@ -169,7 +171,7 @@ class Subject:
         return bool(self.model(OWN).multipliers)
 
     def runs(self, method: str) -> bool:
-        """Return whether the scene can be stepped with a method."""
+        """Return whether the scene has the properties that a method, given by name, needs."""
         facts = Facts(**{name: bool(x) for name, x in self.model(OWN).library.layout["facts"].items()})
         try:
             check_needs(method_named(method), facts)
@@ -178,8 +180,8 @@ class Subject:
         return True
 
     def methods(self, *, ladders: Ladders | None = None, fine_by: FineBy = "") -> list[str]:
-        """Return the methods of a kind of ladders, or the methods for references, that can step the scene; only methods
-        with abilities that no earlier method has."""
+        """Return the names of methods for a kind of `ladders`, or for references of the kind `fine_by`, that can step
+        the scene. Methods that only help with constraints or rotations are left out for scenes without these."""
         has = {"constraints": self.has_constraints, "rotations": any(f.group != "R" for f in self.model(OWN).factors)}
         rows = (row for family in (*BUILT_IN, *families_of_others()) for row in family.names())
         able = (row for row in rows if all(has[fact] for fact in row.differs))
@@ -189,7 +191,7 @@ class Subject:
 
     @cached_property
     def start(self) -> tuple[Array, Array]:
-        """Initial state of all runs of a ladder: q and v of the scene, moved onto the constraints."""
+        """Initial state of all runs of a ladder: q (nq,) and v (nv,) of the scene, moved onto the constraints."""
         model = self.model(OWN)
         q, v = np.array(model.initial_q), np.array(model.initial_v)
         if model.multipliers:
@@ -245,7 +247,8 @@ class Subject:
         return np.array([units.size(unit) for unit in self.model(OWN).z_units])
 
     def in_units(self, units: SceneUnits, conditions: RunConditions) -> RunConditions:
-        """Return the same conditions in other units."""
+        """Return conditions in other units: step, state and factors are scaled, for the model with factors. The units
+        of the state, ``sizes``, are kept in the conditions."""
         model = self.model(OWN)
         q_sizes, v_sizes = (
             np.array([units.size(unit) for unit in labels]) for labels in (model.q_units, model.v_units)
@@ -263,7 +266,8 @@ class Subject:
 
 
 def _rates(model: Model, q: Array, v: Array, z: Array | None, parameters: Mapping[str, float]) -> Array:
-    """Return accelerations and rates of internal states."""
+    """Return accelerations (nv,), followed by the rates of internal states if there are any, at a state and
+    parameters."""
     values = dict(parameters) or None
     if model.multipliers:
         accelerations = np.asarray(model.constrained_dynamics(q, v, z=z, parameters=values)[0])
@@ -275,7 +279,8 @@ def _rates(model: Model, q: Array, v: Array, z: Array | None, parameters: Mappin
 
 
 def _data_of(scene: Any, reading: Mapping[str, Any]) -> tuple[Mapping[str, Any] | None, Path]:
-    """Return the nested data of a scene, if any, and the folder of relative paths."""
+    """Return the nested data of a scene and the folder of its relative paths; no data for a Scene or a file with
+    includes."""
     if isinstance(scene, Mapping):
         return scene, Path()
     if not isinstance(scene, str | Path):
@@ -292,7 +297,8 @@ _SAFETY, _ROUNDING, _NEARBY, _STEP = 100.0, 1e-13, 1e-3, 1e-6
 
 
 class StructuralZeros:
-    """The equations of a scene at one state, and of scenes whose numbers are moved by a little."""
+    """Terms of a scene's equations at one state, compared with the terms after small changes of geometric numbers.
+    ``condition`` is for each term the size of its change per change of the numbers, far from special values."""
 
     def __init__(self, subject: Subject) -> None:
         self.subject = subject
@@ -307,8 +313,9 @@ class StructuralZeros:
                 self.condition[name] = max(_largest(further[name] - far[name]) / _STEP, least)
 
     def verdict_after_change(self, amount: float) -> tuple[RunEnding, float]:
-        """Return the verdict on the equations of a scene moved by an amount, and the ratio of the change to the limit:
-        above 1 the equations differ."""
+        """Return the end of the derivation with numbers changed at random by an amount, and the ratio of the effect to
+        its limit. Above 1 the equations differ by more than the change explains. A scene that is refused has the ratio
+        0."""
         try:
             values = self._values_after_change(amount)
         except EomgenError as error:
@@ -334,7 +341,8 @@ class StructuralZeros:
 
 
 def _evaluate_terms(system: System, subject: Subject) -> dict[str, Array]:
-    """Return the terms of a system with finite values at a random state with a fixed seed."""
+    """Return the values of a system's terms by name, at a random state with a fixed seed; terms with infinite values
+    are left out."""
     model, rng = subject.model(OWN), np.random.default_rng(5)
     q = update(model.factors, np.array(model.initial_q), 0.3 * rng.normal(size=model.nv) * _reach(model.v_units))
     blocks: dict[str, Any] = {
@@ -363,8 +371,8 @@ def _reach(units: Any) -> Array:
 
 
 def _numbers(data: Any) -> Iterator[tuple[Any, Any, str]]:
-    """Yield the container of each geometric number, the key of the number there, and the key of the enclosing
-    vector."""
+    """Yield (list, index, key) of each geometric number in nested data: components of axes and places. `key` is the
+    name of the vector, such as ``axis`` or ``position``."""
     items = data.items() if isinstance(data, Mapping) else enumerate(data)
     for key, value in items:
         if isinstance(value, Mapping):

@@ -39,7 +39,8 @@ from eomgen.products.studies.work_precision.running import REACHED, ComparedRun,
 
 @dataclass(frozen=True)
 class Demand:
-    """An error that is to be met: relative, of a quantity, in a measure over time."""
+    """A demand on the error of a run: a relative ``error`` of a ``quantity`` in a ``measure`` over time (``largest``,
+    ...)."""
 
     error: float
     quantity: str
@@ -128,7 +129,8 @@ def _parameters(model: Model, parameters: Mapping[str, float], rng: np.random.Ge
 
 
 def _inputs(model: Model, runner: Runner, rng: np.random.Generator) -> dict[str, Any]:
-    """Return the caller's inputs and the scene's constant inputs, each multiplied by a factor."""
+    """Return the caller's inputs and the scene's constant inputs by name, each multiplied by a random factor 1 +-
+    0.03."""
     inputs = runner.inputs or {}
     result: dict[str, Any] = {}
     sampled = _sample_inputs(model, runner)
@@ -180,13 +182,16 @@ LEAST_NEXT = 0.2
 
 @dataclass(frozen=True)
 class _UncertainMotion:
-    """A motion with its uncertainty.
+    """A motion by one method, with its uncertainty.
 
     Attributes
     ----------
+    candidate : the method on a formulation
+    observation : of the motion
+    described : method, formulation and step or tolerance in words
     apart : difference from the run at half the accuracy, by quantity
     error : of the demanded quantity
-    level : of the method's refinement
+    level : number of the method's refinement
     """
 
     candidate: Candidate
@@ -199,12 +204,15 @@ class _UncertainMotion:
 
 @dataclass
 class Judge:
-    """Reference motions under the scene's conditions and under changed conditions.
+    """Reference motions under the scene's conditions and under changed conditions, for the errors of runs.
 
     Attributes
     ----------
+    runner : runs configurations
     candidates : candidates of the scene's own formulation
+    demand : error to be met
     seconds : of the processor, that a motion may take
+    say : called with a word on the present work
     tried : reasons for which other methods failed
     """
 
@@ -243,8 +251,9 @@ class Judge:
         return {"q": motion.q[0], "v": motion.v[0]}
 
     def _reference(self, condition: Condition) -> RunReference:
-        """Return the most certain motion of a condition as the reference. Raises NumericalError if none is certain
-        enough."""
+        """Return the most certain motion under a condition as the reference, tried by one method after another. Raises
+        NumericalError if no method runs, the system does not move, or the motion is known to less than half of the
+        demand."""
         best: _UncertainMotion | None = None
         apart = 0
         for candidate in self._order():
@@ -277,7 +286,8 @@ class Judge:
         return RunReference(best.observation, best.described, "itself at half its accuracy", best.apart)
 
     def _order(self) -> list[Candidate]:
-        """Return the candidates, most recently successful first."""
+        """Return the candidates that have not failed, the last successful one first, then by rank. Raises ModelError
+        without candidates."""
         if not self.candidates:
             raise ModelError(Problem("methods", "no method runs on this scene [E1115]", "other methods"))
         order = sorted(self.candidates, key=lambda c: rank(self.runner, c))
@@ -286,7 +296,8 @@ class Judge:
         return [c for c in order if c.row.name not in self.tried]
 
     def _uncertain_motion(self, candidate: Candidate, condition: Condition) -> _UncertainMotion | None:
-        """Return the motion by one method, None if the method fails."""
+        """Return the motion by one method under a condition, refined until two levels agree to 5 % of the demand. The
+        best so far if accuracy ends or time runs out; None, with the reason in ``tried``, if the method fails."""
         configuration = candidate.configuration({})
         try:
             self.runner.prepare(configuration)
@@ -324,7 +335,8 @@ class Judge:
         return best
 
     def _levels(self, candidate: Candidate) -> Iterator[dict[str, Any]]:
-        """Yield how a method is refined, as arguments of ``Runner.run``."""
+        """Yield successively finer resolutions of a method as arguments of ``Runner.run``: ``per_row`` or
+        ``tolerance``."""
         if not candidate.method.chooses_steps:
             yield from ({"per_row": 2**k} for k in range(int(np.log2(MOST_STEPS)) + 1))
             return
@@ -368,11 +380,15 @@ class VerificationRun:
 
 
 def verify(judge: Judge, run: Mapping[str, Any], condition: Condition) -> VerificationRun | None:
-    """Return the error of a configuration under a condition; None if there is no reference.
+    """Run a configuration under a condition and return its error against the reference there; None without a reference.
+
+    The error is infinite if the run does not reach the end.
 
     Parameters
     ----------
+    judge : has the references
     run : arguments of ``Runner.run``: ``configuration``, ``per_row`` or ``tolerance``
+    condition : initial state, parameters, inputs
     """
     try:
         held = judge.reference(condition)

@@ -74,7 +74,7 @@ class RaceRun:
 
 @dataclass
 class Contender:
-    """A configuration in a race.
+    """A configuration in a race, with its runs at different resolutions and the models of error and time.
 
     Attributes
     ----------
@@ -115,7 +115,8 @@ class Contender:
 
     @property
     def order(self) -> float:
-        """Decades of error per decade of resolution, by the last two meaningful runs, else the declared order."""
+        """Decades of error per decade of resolution, by the last two meaningful runs, within bounds; else the declared
+        order."""
         declared = self._declared_order
         told = self._meaningful_pair
         if len(told) < 2 or told[1].resolution < 1.3 * told[0].resolution:
@@ -134,7 +135,9 @@ class Contender:
         return sorted(told, key=lambda run: run.resolution)[-2:]
 
     def predict_resolution(self, demand: float) -> float:
-        """Return the resolution at which a demand is met, by the model; steps end on rows of the grid."""
+        """Return the resolution (steps in a row of the grid, or 1/tolerance) at which an error `demand` should be met.
+        From the run nearest to the demand and the order; ``start`` without runs, several times the finest resolution
+        after runs with large errors. Steps end on rows of the grid."""
         if not self.runs:
             return self.start
         last = min(self.runs, key=lambda run: abs(math.log(max(run.error, 1e-300) / demand)))
@@ -178,7 +181,7 @@ class Contender:
         return self.predict_seconds(demand)
 
     def predict_seconds(self, demand: float) -> float:
-        """Return the seconds needed to meet a demand, by the model; 0 if there is none yet."""
+        """Return the seconds of a run that should meet an error `demand`, by the model of time; 0 without runs."""
         if not self.runs:
             return 0.0
         wanted = self.predict_resolution(demand)
@@ -232,12 +235,16 @@ CLOSE, FINALISTS = 1.25, 3
 
 @dataclass
 class Race:
-    """Runs contenders against a judge.
+    """A race of configurations to a demanded error, run against the references of a judge.
 
     Attributes
     ----------
-    demand : to be met
+    judge : runs configurations and compares them with references
+    demand : error to be met
+    say : called with a word on the present work
     training : further conditions under which the demand is to be met
+    runs : number of runs so far
+    left_out : reasons by label of configurations that do not run
     entered : contenders that race or have raced
     """
 
@@ -256,8 +263,11 @@ class Race:
     def run(self, contenders: Sequence[Contender], best: float = math.inf) -> Contender | None:
         """Return the contender that meets the demand at the least cost; None if none does.
 
+        The contender that promises the least time runs next, until none promises less than the best.
+
         Parameters
         ----------
+        contenders : built and run here; their runs are added to them
         best : seconds in which the demand is met already
         """
         for contender in contenders:
@@ -274,7 +284,8 @@ class Race:
         return min(able, key=lambda c: c.seconds(self.demand), default=None)
 
     def prepare(self, contender: Contender) -> None:
-        """Build the model of a contender; one that cannot be built runs no more."""
+        """Build the model of a contender; if the build fails, close the contender and keep the reason in
+        ``left_out``."""
         self.say(f"building: {contender.configuration.label}")
         self.entered.append(contender)
         try:
@@ -283,7 +294,8 @@ class Race:
             self._leave_out(contender, reason(error))
 
     def finish(self, contenders: Sequence[Contender]) -> None:
-        """Take the times of the cheapest runs that meet the demand again, in turns."""
+        """Time the cheapest runs that meet the demand again, in turns, and set their median times. At most three
+        contenders within 25 % of the cheapest take part; no change for a single one."""
         able = sorted((c for c in contenders if c.best(self.demand)), key=lambda c: c.seconds(self.demand))
         close = [c for c in able if c.seconds(self.demand) <= CLOSE * able[0].seconds(self.demand)][:FINALISTS]
         if len(close) < 2:
@@ -301,7 +313,9 @@ class Race:
             contender.runs[contender.runs.index(run)] = replace(run, seconds=statistics.median(taken))
 
     def _least(self, contenders: Sequence[Contender]) -> float:
-        """Return the least seconds of a run that meets the demand under all conditions of the training."""
+        """Return the least seconds of a run that meets the demand under all conditions of the training; infinite if
+        none does. The cheapest run is tried under missing conditions first, and its error in the contender is
+        replaced."""
         while True:
             able = [(run.seconds, n) for n, c in enumerate(contenders) if (run := c.best(self.demand)) is not None]
             if not able:
@@ -314,7 +328,8 @@ class Race:
             first.reopen(self.demand)
 
     def _train(self, contender: Contender, run: RaceRun) -> RaceRun:
-        """Return a run with the largest error after runs under the remaining conditions of the training."""
+        """Return a run with the largest error, after runs under the remaining conditions of the training. Ends at the
+        first condition that misses the demand; a failed run counts as an infinite error."""
         error, done = run.error, run.conditions
         for condition in self.training[done:]:
             outcome = under(self.judge, contender.how(run), condition)
@@ -326,7 +341,9 @@ class Race:
         return replace(run, error=error, conditions=done)
 
     def _try_resolution(self, contender: Contender, resolution: float, best: float) -> RaceRun:
-        """Return a run of a contender; of infinite error without reaching the end."""
+        """Run a contender at a resolution and return the run with error and median time. The error is infinite if the
+        run does not reach the end; a refused run closes the contender. Only runs that meet the demand in less than 1.5
+        times the seconds `best` are tried under the training and timed repeatedly."""
         self.runs += 1
         tried = RaceRun(resolution, math.inf, 1e-3)
         outcome = self.runner.run(**contender.how(tried), estimated=False)
@@ -370,7 +387,7 @@ DEARER = 3.0
 
 @dataclass
 class RaceEntries:
-    """Enters contenders into a race.
+    """Choice of the contenders that enter a race: methods of the scene, relatives of the best, other formulations.
 
     Attributes
     ----------
@@ -389,7 +406,9 @@ class RaceEntries:
     say: Callable[[str], None]
 
     def run_race(self) -> list[Contender]:
-        """Return all contenders after the race."""
+        """Run the whole race, one candidate of each family first, and return all contenders. Afterwards relatives and
+        settings of the best race, then other formulations, until steps on one of them take more than three times as
+        long."""
         usual = {"rho_inf": self.defaults.rho_inf}
         contenders = [self._contender(c, c.configuration(usual)) for c in one_of_each(self.own)]
         best = self.race_with_neighbours(contenders, self.race.run(contenders))
@@ -437,10 +456,9 @@ class RaceEntries:
         return contender
 
     def _relatives(self, best: Contender | None) -> list[Contender]:
-        """Return other methods of the winner's family, and other values of the winner's parameters.
-
-        A method that equals another method of the family with a parameter's value is left out.
-        """
+        """Return contenders with other methods of the winner's family, and with other values of the winner's
+        parameters. A method that equals another method of the family with a parameter's value is left out. Empty
+        without a winner, or if ``parameters`` are not varied."""
         if best is None or "parameters" not in self.axes:
             return []
         result = []
@@ -454,7 +472,8 @@ class RaceEntries:
         return result
 
     def _settings(self, best: Contender | None) -> list[Contender]:
-        """Return the winner with other settings of the iteration, and in single precision."""
+        """Return contenders with the winner's method with other settings of the iteration, and in single precision.
+        Single precision for demands of 1e-5 and more only. Empty without a winner."""
         if best is None:
             return []
         policies = facts_of(best.configuration.method).policies
@@ -467,7 +486,7 @@ class RaceEntries:
 
     def _contenders_on(self, name: str, best: Contender | None) -> list[Contender]:
         """Return contenders on another formulation: the winner's family if it runs there, else one contender of each
-        family."""
+        family. Empty, with the reason in ``left_out``, if the formulation cannot be built."""
         self.say(f"building: {name}")
         try:
             there = candidates(name, self.race.runner.model(name), self.methods, self.race.left_out)

@@ -34,12 +34,16 @@ _OF_METHODS = (
 
 
 def with_settings(path: Path | None, simulation: Mapping[str, Any], coordinates: str, group: str) -> str:
-    """Return the text of a scene file with other settings of ``[simulation]``, coordinates and groups of bodies.
+    """Return the text of a TOML scene file with other settings of ``[simulation]``, coordinates and groups of bodies.
+
+    Comments of the file are kept. Empty `coordinates` or `group` leave these unchanged.
 
     Raises
     ------
     UsageError
         There is no such file, or its syntax is not supported here: the settings are in the message.
+    FileError
+        The file cannot be read.
     """
     keys = ", ".join(f"{name} = {_value(value)}" for name, value in simulation.items())
     hint = f"[simulation] {keys}" + (f", and coordinates = {_value(coordinates)}" if coordinates else "")
@@ -69,7 +73,8 @@ def with_settings(path: Path | None, simulation: Mapping[str, Any], coordinates:
 
 
 def _span(lines: list[str], section: str) -> tuple[int, int] | None:
-    """Return the lines of a section, without its header; the empty name is for the lines before the first header."""
+    """Return the numbers of the first line of a section, after its header, and of the line after the section; None
+    without it. The empty name is for the lines before the first header."""
     headers = [number for number, line in enumerate(lines) if re.match(r"^\s*\[", line)]
     if not section:
         return 0, headers[0] if headers else len(lines)

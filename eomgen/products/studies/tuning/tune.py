@@ -123,7 +123,7 @@ def tune(
 
 @dataclass
 class _Tuning:
-    """The work of one call of ``tune``."""
+    """The state of one call of ``tune``: runner, demand and options, and the reasons for omitted configurations."""
 
     runner: Runner
     demand: Demand
@@ -145,7 +145,9 @@ class _Tuning:
         return self.formulations.own
 
     def result(self, source: Path | None) -> Tuned:
-        """Return the configuration that meets the demand at the least cost."""
+        """Race and verify the configurations, and return the cheapest that meets the demand, with rivals, checks and
+        costs. `source` is the scene's file, if any. Raises ModelError if no method runs, NumericalError if none meets
+        the demand."""
         demand = self.demand
         began = time.process_time()
         self.left_out |= self.formulations.refused
@@ -186,7 +188,8 @@ class _Tuning:
         return self._result(contenders, winner, run, checks, own_settings, spent, source)
 
     def _others(self) -> list[str]:
-        """Return the names of formulations other than the scene's own that may win."""
+        """Return the names of other formulations that may win: simplified ones first, then other coordinates. Other
+        coordinates are left out, with a reason, if joint coordinates have no constraints."""
         less = self.formulations.simplified
         others = [name for name in self.formulations.scenes if name != self.own and name not in less]
         if self.own == JOINT and not self.runner.model(JOINT).multipliers and others:
@@ -243,7 +246,8 @@ class _Tuning:
         spent: tuple[float, int],
         source: Path | None,
     ) -> Tuned:
-        """Return the winner with rivals, checks and costs."""
+        """Return the result for the winner's run, with rivals, verification runs, the scene's own settings and costs.
+        `spent` are seconds of computation and the number of runs."""
         demand = self.demand
         grid, value = self.runner.grid, self._value(winner, run)
         name = winner.configuration.formulation
@@ -282,7 +286,8 @@ class _Tuning:
         return 1.0 / run.resolution if winner.kind == TOLERANCE else self.runner.grid.row / run.resolution
 
     def _own_settings(self, judge: Judge) -> tuple[str, float, float]:
-        """Return the scene's settings in words, with error and seconds."""
+        """Run the scene with its own method and step; return both in words, the error and the seconds of stepping.
+        Error and seconds are infinite if the run does not reach the end."""
         simulation = self.defaults
         configuration = self.runner.own_configuration()
         words = f"{configuration.method}, step {simulation.step:g} s"
@@ -293,7 +298,8 @@ class _Tuning:
         return words, judge.error(outcome.observation), measure_seconds(outcome.repeated, 1)[0]
 
     def _simulation(self, winner: Contender, value: float) -> dict[str, Any]:
-        """Return the keys of a scene's section ``simulation``."""
+        """Return the winner's method, step or tolerance (`value`), recording and settings as keys of a scene's
+        ``simulation``."""
         interval = self.defaults.step * self.defaults.record_every
         settings: dict[str, Any] = {"method": winner.configuration.method}
         if winner.kind == TOLERANCE:
@@ -305,7 +311,8 @@ class _Tuning:
 
 
 def _rivals(contenders: Sequence[Contender], winner: Contender, demand: float) -> tuple[RacedMethod, ...]:
-    """Return the best of each other method and formulation."""
+    """Return the best run of each other method and formulation, cheapest first; expected seconds if none meets the
+    demand."""
     best: dict[tuple[str, str], RacedMethod] = {}
     for contender in contenders:
         key = (contender.configuration.method, contender.configuration.formulation)

@@ -61,11 +61,17 @@ if TYPE_CHECKING:
 def judge_claim(
     claim: Claim, engine: Engine, tape: Engine, system: System, states: CheckedStates, rng: np.random.Generator
 ) -> FormReport:
-    """Return the report of a claim at states.
+    """Return the report of a claim at states: verdict, largest errors of each comparison, and remarks.
+
+    Compared are central differences and complex steps of the claim's source, and its second derivation. States outside
+    the domain of the source are left out with a remark.
 
     Parameters
     ----------
+    claim : the closed form
     engine, tape : the compiled functions, and functions that take complex numbers
+    system : with the operations of the functions
+    states : blocks and names of states
     rng : source of random changes for the condition
     """
     remarks, names, state = Remarks(), states.names, dict(states.blocks)
@@ -133,7 +139,7 @@ def judge_claim(
 
 
 def _at_edges(at: ClaimAtStates, apart: Array, operations: NonSmoothOperations, remarks: Remarks) -> Array:
-    """Return the entries (S, R, C) of states on edges of formulas, and remark the formulas."""
+    """Return the marked entries (S, R, C) at states on edges of formulas, as booleans; the formulas are remarked."""
     at_edges = np.zeros_like(apart)
     for k in np.flatnonzero(apart.any(axis=(-2, -1))):
         for remark, operation in operations.edges(at.one(k)):
@@ -145,8 +151,9 @@ def _at_edges(at: ClaimAtStates, apart: Array, operations: NonSmoothOperations, 
 def _not_numbers(
     at: ClaimAtStates, operations: NonSmoothOperations, finite: Array, remarks: Remarks, by: str = ""
 ) -> list[Disagreement]:
-    """Return the states at which the closed form, or the second derivation ``by``, is not a number without a cause in
-    the formulas; other such states are remarked."""
+    """Return a disagreement for each state with entries that are not finite, unless a formula's derivative is
+    unbounded. `finite` (S, R, C) is whether the closed form, or the second derivation ``by``, is a number. Unbounded
+    derivatives are remarked instead."""
     failures = []
     for k in np.flatnonzero(~finite.all(axis=(-2, -1))):
         remarked, name = operations.singular(at.one(k)), at.names[k]
@@ -163,7 +170,9 @@ def _not_numbers(
 def _worst(
     at: ClaimAtStates, counted: Array, value: Array, expected: Array, allowed: Array, by: str
 ) -> list[Disagreement]:
-    """Return the entry with the largest error relative to its tolerance, if any counted entry exceeds its tolerance."""
+    """Return a list with the entry of the largest error relative to its tolerance; empty if no error exceeds its
+    tolerance. Arrays are (S, R, C): `counted` entries of `value` are compared with `expected`, `allowed` is the
+    tolerance."""
     with np.errstate(all="ignore"):
         off = np.where(counted & np.isfinite(expected), np.abs(expected - value) / allowed, 0.0)
     if not off.size or not np.max(off) > 1.0:
@@ -191,8 +200,8 @@ def _largest(difference: Array, sizes: EntrySizes, chosen: Array) -> float | Non
 
 
 def _best(errors: Array) -> tuple[float | None, float | None, float | None]:
-    """Return the smallest error, the step of this error, and the slope of the errors at larger steps unless these
-    errors are round-off."""
+    """Return the smallest of the errors by step, its step, and the order of the errors at larger steps. All are None
+    without a finite error; the order is None if the larger errors are round-off or a bend."""
     if not np.isfinite(errors).any():
         return None, None, None
     least = int(np.nanargmin(errors))
@@ -293,7 +302,8 @@ def check(
 
 
 def _explain_inertia(report: FormReport, model: Model, states: CheckedStates) -> FormReport:
-    """Return the report of a claim, with a warning if the inertia matrix is not positive definite."""
+    """Return a claim's report, with an explanation if the inertia matrix is not positive definite at its worst
+    state."""
     if report.name != "mass.M, definite" or report.worst is None:
         return report
     q = states.blocks["q"][states.names.index(report.worst.state)]
@@ -304,7 +314,8 @@ def _explain_inertia(report: FormReport, model: Model, states: CheckedStates) ->
 
 
 def _terms(scene: Described, only: Sequence[str]) -> list[str]:
-    """Return the terms to build: of terms that are built only by name, the named terms."""
+    """Return the terms to build for the check of a scene: all, but costly ones only if `only` names them. `only` are
+    names, or beginnings of names, of closed forms."""
     size = pipeline.derive(scene, ["residual"]).nv
     left_out = _costly(size)
     if only:
@@ -352,7 +363,8 @@ def _claims(space: Space) -> list[Claim]:
 
 
 def _chosen(claims: Sequence[Claim], only: Sequence[str]) -> list[Claim]:
-    """Return the requested claims. Raises UsageError for an unknown name."""
+    """Return the claims whose names begin with one of the names `only`, all without names. Raises UsageError for a name
+    without a claim."""
     for name in only:
         if not any(claim.name.startswith(name) for claim in claims):
             known = [*(claim.name for claim in claims), *(term.name for term in _CHECKED)]

@@ -56,12 +56,12 @@ _HELD = 2**23
 
 @dataclass(frozen=True)
 class ClaimAtStates:
-    """A claim at states (S).
+    """A claim (a closed form and its derivation by differentiation) at S states.
 
     Attributes
     ----------
     engine, tape : the compiled functions, and functions that take complex numbers
-    state, names : the states, and the name of each
+    state, names : blocks of the states by name, (S, size) each, and the name of each state
     """
 
     claim: Claim
@@ -114,7 +114,8 @@ class Differences:
 
 
 def differences(at: ClaimAtStates) -> Differences:
-    """Return finite differences of the source of a claim."""
+    """Return central differences of the claim's function at its states, each with the best step and an error bar. The
+    ladder of steps, the bars and the search for kinks follow the description of this module."""
     parts = [_difference_quotients(part) for part in _in_parts(at)]
     central, sided = (np.concatenate(values, axis=1) for values in zip(*parts, strict=True))
     floor = _last_place(at)
@@ -160,8 +161,9 @@ def _by_step(steps: Array, like: Array) -> Array:
 
 
 def _kinks(sided: Array, scatter: Array, size: float) -> tuple[Array, Array]:
-    """Return the mask of one-sided differences (2, K, S, R, C) that do not meet, and the smallest step that shows
-    it."""
+    """Return whether one-sided differences do not meet, (S, R, C), and the smallest step that shows the kink, (S, R,
+    C). `sided` (2, K, S, R, C) are backward and forward differences by step, `scatter` (S, R, C) is the measured
+    rounding of the function, `size` the largest derivative."""
     gap = np.abs(sided[1] - sided[0])
     noise = 40.0 * scatter / _by_step(LADDER, gap)
     telling = np.where(noise <= 1e-4 * max(size, 1e-300), np.arange(len(LADDER)).reshape(-1, *(1,) * scatter.ndim), -1)
@@ -181,7 +183,7 @@ def _in_parts(at: ClaimAtStates) -> Iterator[ClaimAtStates]:
 
 
 def _difference_quotients(at: ClaimAtStates) -> tuple[Array, Array]:
-    """Return central differences (K, S, R, C), and one-sided differences (2, K, S, R, C)."""
+    """Return central differences (K, S, R, C) at K steps, and backward and forward differences (2, K, S, R, C)."""
     rates, around = at.rates, spread(at.state)
     here = at.source(at.state)[..., np.newaxis, :]
     central, backward, forward = [], [], []
@@ -273,7 +275,8 @@ def with_rounding_of_complex_steps(
 
 
 def _effect_of_rounding(near: Iterable[Array], here: Array, whole: Array) -> Array:
-    """Return the largest change of values from ``here`` by rounding of arguments, (S, R, C)."""
+    """Return the largest change from the values `here` (S, R, C) to the values in `near`, for arguments changed by
+    rounding. Changes above 1e-7 of `whole` come from another branch of a function, and count as zero."""
     effect = np.zeros(here.shape)
     with np.errstate(all="ignore"):
         for value in near:
@@ -294,7 +297,8 @@ def _source_size(at: ClaimAtStates) -> Array:
 def _perturbed_values(
     at: ClaimAtStates, value: Callable[[ClaimAtStates], Array], rng: np.random.Generator
 ) -> Iterator[Array]:
-    """Yield values at the states with all numbers changed by possible rounding."""
+    """Yield four times the result of `value` at the claim's states with all numbers changed at random by possible
+    rounding."""
     reach = np.ones(at.state["v"].shape)
     for factor in at.engine.factors:
         if factor.group == "R":
@@ -320,7 +324,7 @@ _NAMED = 4
 
 
 class Remarks:
-    """Remarks on a closed form, each with the states to which it applies."""
+    """Remarks on a closed form, each with the names of the states to which it applies."""
 
     def __init__(self) -> None:
         self._states: dict[tuple[str, str], dict[str, None]] = {}
@@ -331,7 +335,7 @@ class Remarks:
 
     @property
     def texts(self) -> tuple[str, ...]:
-        """One sentence for each remark and its states; of many formulas the first formulas are listed."""
+        """One sentence for each remark with its states, and the first four formulas at fault in parentheses."""
         alike: dict[tuple[str, tuple[str, ...]], list[str]] = {}
         for (remark, of), where in self._states.items():
             alike.setdefault((remark, tuple(where)), []).append(of)
@@ -352,8 +356,10 @@ def non_smooth_entries(
     sizes: EntrySizes,
     remarks: Remarks,
 ) -> Array:
-    """Return the entries near a kink or jump of a formula (S, R, C) that affects differences, and remark the
-    formula."""
+    """Return the entries (S, R, C) for which a nearby kink or jump of a formula explains that differences do not agree.
+    Looked at are entries whose difference deviates, has no digits, or shows a kink. Each formula at fault is added to
+    `remarks`, and so are differences without digits. `value` (S, R, C) is the closed form, `finite` whether it is
+    finite."""
     with np.errstate(all="ignore"):
         off = np.abs(by_differences.best - value) > BARS * by_differences.bar + sizes.differences
     vague = finite & ~(by_differences.bar <= NO_DIGITS * sizes.state)
@@ -411,13 +417,14 @@ _UNBOUNDED: dict[Op, tuple[str, Callable[[Array, Array], Array]]] = {
 
 @dataclass(frozen=True)
 class NonSmoothOperations:
-    """Operations of some functions by node, each with name and operands."""
+    """Operations with kinks, jumps or unbounded derivatives on the tape (the list of elementary operations) of a
+    system. ``functions`` are the names of the functions whose operations count."""
 
     system: System
     functions: tuple[str, ...]
 
     def decisions(self, states: Sequence[Blocks]) -> list[str]:
-        """Return the operations that take different branches at the given states, as text.
+        """Return the operations that take different branches at the given states, as texts such as ``abs in LABEL``.
 
         Parameters
         ----------
@@ -435,8 +442,8 @@ class NonSmoothOperations:
         return list(dict.fromkeys(result))
 
     def step_of_laws(self) -> float:
-        """Return the largest relative step of differences by which laws in files have the next derivatives, 0 without
-        such laws."""
+        """Return the largest relative step of differences that give derivatives of laws in files; 0 without such
+        laws."""
         orders = [0]
         for node, op in self._live():
             call = self.system.tape.maps[self.system.tape.a[node]] if op is Op.MAP else None
@@ -446,8 +453,8 @@ class NonSmoothOperations:
         return float(np.finfo(float).eps) ** (1.0 / (max(orders) + 2.0)) if max(orders) else 0.0
 
     def edges(self, state: Blocks) -> list[tuple[str, str]]:
-        """Return remarks and operations on edges: choices between operands that are equal at a state, and functions
-        with an unbounded derivative there."""
+        """Return pairs (remark, operation) for the operations that are exactly on an edge at a state. These are choices
+        between equal operands, ``not smooth``, and functions with an unbounded derivative, ``unbounded derivative``."""
         nodes = [(node, op) for node, op in self._live() if op in _KINKS and op is not Op.SELECT]
         result = [
             ("not smooth", self._operation_name(_KINKS[op], node))
@@ -461,7 +468,8 @@ class NonSmoothOperations:
         return list(dict.fromkeys(self._operation_name(_KINKS[op], node) for node, op in self._live() if op in _KINKS))
 
     def singular(self, state: Blocks) -> list[str]:
-        """Return the functions with an unbounded derivative at the argument, as text."""
+        """Return the functions whose derivative is unbounded at the argument in this state, as texts such as ``sqrt in
+        LABEL``."""
         nodes = [(node, op) for node, op in self._live() if op in _UNBOUNDED]
         result = []
         for (node, op), operands in zip(nodes, self._operands(nodes, state), strict=True):
@@ -479,7 +487,8 @@ class NonSmoothOperations:
         yield from ((node, tape.op[node]) for node in tape.live(refs))
 
     def _operands(self, nodes: Sequence[tuple[int, Op]], state: Blocks) -> list[Array]:
-        """Return the values of the first and last operand of each node (SELECT: the condition)."""
+        """Return for each (node, operation) an array (2,) of the first and the last operand's value at a state. Of
+        ``select`` both numbers are the condition, of a curve both are the argument."""
         tape, refs = self.system.tape, list[Ref]()
         for node, op in nodes:
             operands = (tape.a[node],) if op is Op.CURVE else tape.operands(node)

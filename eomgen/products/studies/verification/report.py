@@ -104,7 +104,8 @@ _LEAST = 1e-17
 
 
 def draw(forms: Sequence[FormReport], title: str, path: Path) -> Path:
-    """Draw errors of closed forms over the step, a panel for each family. Raises FileError."""
+    """Draw errors of closed forms over the step into a file, a panel for each family, and return the path. Raises
+    FileError if the file cannot be written."""
     panels = _panels(forms)
     columns = 1 if len(panels) == 1 else 2
     rows = -(-len(panels) // columns)
@@ -119,7 +120,8 @@ def draw(forms: Sequence[FormReport], title: str, path: Path) -> Path:
 
 
 def _panels(forms: Sequence[FormReport]) -> list[tuple[str, list[FormReport]]]:
-    """Return the forms of each family, as evenly as a panel's limit allows."""
+    """Return (family, closed forms) of each panel; families with more than seven forms have several panels of similar
+    size."""
     families: dict[str, list[FormReport]] = {}
     for form in forms:
         families.setdefault(form.family, []).append(form)
@@ -160,7 +162,7 @@ _LEFT_OUT = "W0087"
 
 @dataclass(frozen=True)
 class CheckReport:
-    """A scene's closed forms, checked.
+    """Result of the check of all closed forms of a scene.
 
     Attributes
     ----------
@@ -192,7 +194,7 @@ class CheckReport:
 
     @property
     def summary(self) -> str:
-        """The outcome in a few words."""
+        """The outcome in a few words: ``all agree``, the number of forms not shown to agree, or an interruption."""
         if self.unchecked and not self.failures:
             return f"interrupted: {len(self.forms)} closed forms agree, and {len(self.unchecked)} are not checked"
         if not self.passed:
@@ -251,7 +253,7 @@ class CheckReport:
 
 
 def make(folder: Path) -> None:
-    """Create a folder if missing. Raises FileError."""
+    """Create a folder, with its parents, if missing. Raises FileError if that fails."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -39,7 +39,9 @@ class CheckedStates:
 def draw(
     model: Model, system: System, engine: Engine, count: int, rng: np.random.Generator
 ) -> tuple[CheckedStates, Space]:
-    """Return states, beginning with the initial state, and the space of the states."""
+    """Return `count` states for a check, beginning with the initial state, and the space of the states. Half of the
+    states are along a short simulated motion, half are random around the motion; states at which the equations are not
+    finite are left out, with a note."""
     notes: list[str] = []
     motion, names = _motion(model, max(1, count // 2), notes)
     scales = _scales(model, motion, _length(model))
@@ -61,7 +63,8 @@ def draw(
 
 
 def _motion(model: Model, count: int, notes: list[str]) -> tuple[list[dict[str, Array]], list[str]]:
-    """Return the initial state and states along a short motion from there."""
+    """Return at most `count` states (q, v, z, t) along a short simulated motion from the initial state, and their
+    names. The initial state alone, with a note, if there is no motion."""
     initial = {"q": model.initial_q, "v": model.initial_v, "z": model.initial_z, "t": np.zeros(1)}
     if count == 1:
         return [initial], ["initial state"]
@@ -94,7 +97,8 @@ def _length(model: Model) -> float:
 
 
 def _scales(model: Model, motion: list[dict[str, Array]], length: float) -> dict[str, Array]:
-    """Return the size of small changes: 1 rad and 1 rad/s, the scene's length and length per s; the reach of z."""
+    """Return the sizes of small changes of ``v`` (nv,) and ``z`` (nz,). They are 1 rad and 1 rad/s, or `length` (m) for
+    lengths, a part of the length for beams; the largest value of each internal state in the motion."""
     units = np.ones(model.nv)
     beams = {item.name: item.length for item in model.description.coordinates if item.length}
     for factor in model.factors:
@@ -110,8 +114,8 @@ def _scales(model: Model, motion: list[dict[str, Array]], length: float) -> dict
 def _random(
     model: Model, motion: list[dict[str, Array]], scales: dict[str, Array], rng: np.random.Generator
 ) -> dict[str, Array] | None:
-    """Return a random state near a state of the motion at any time of a run, nearer in each trial until all terms are
-    finite."""
+    """Return a random state near a state of the motion, at any time of a run, on the constraints. It is drawn nearer in
+    each of eight trials until all terms are finite; None if none is found."""
     draws = {name: rng.uniform(-1.0, 1.0, model.nv) for name in ("q", "v")} | {"z": rng.uniform(-1.0, 1.0, model.nz)}
     around = motion[int(rng.integers(len(motion)))]
     time = rng.uniform(0.0, model.description.simulation.duration)
@@ -140,8 +144,9 @@ def _random(
 def _complete_state(
     model: Model, state: dict[str, Array], rng: np.random.Generator, scales: dict[str, Array], part: float
 ) -> dict[str, Array] | None:
-    """Return a state with all blocks, or None if the residual is not finite: inputs near the values of formulas, random
-    accelerations; with constraints, accelerations and multipliers of the motion."""
+    """Return a state with all input blocks of functions, or None if the residual is not finite. Inputs are near the
+    values of formulas (`part` scales the distance), accelerations random; with constraints, accelerations and
+    multipliers are of the motion. Further rates, weights and directions are random."""
     functions, t = model.functions, float(state["t"][0])
     blocks = {**state, "p": model.parameter_array(), "base": model.base(t), "u": model.input_values(t)}
     blocks["u"] = blocks["u"] + 0.3 * part * np.maximum(np.abs(blocks["u"]), 1.0) * rng.uniform(-1.0, 1.0, model.nu)

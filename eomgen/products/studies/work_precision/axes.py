@@ -134,10 +134,11 @@ def checked_axes(names: Sequence[str]) -> tuple[str, ...]:
 def candidates(
     formulation: str, model: Model, methods: Sequence[str], refused: dict[str, str]
 ) -> tuple[Candidate, ...]:
-    """Return the methods that a formulation can be stepped with.
+    """Return the methods that a formulation can be stepped with, as candidates.
 
     Parameters
     ----------
+    formulation, model : name and model of the formulation
     methods : wanted names; all that make a difference to the scene if there are none
     refused : filled with the reasons for which methods cannot run, by formulation and method
 

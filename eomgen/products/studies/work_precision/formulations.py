@@ -37,11 +37,16 @@ MET = 1e-9
 def same_start(
     model: Model, q: Array, v: Array, target: Model, t: float, parameters: Mapping[str, float] | None
 ) -> dict[str, Any]:
-    """Return the initial state of another formulation with the poses and twists of the bodies of ``model``.
+    """Return the initial state (``q``, ``v``) of another formulation with the poses and twists of the bodies of
+    ``model``.
+
+    The configuration is found by Gauss-Newton steps from the initial one of `target`.
 
     Parameters
     ----------
+    model, target : the scene's own model, and the model of the other formulation
     q, v : (nq,), (nv,), consistent, of ``model``
+    t, parameters : time, s, and tunable parameters by name
 
     Raises
     ------
@@ -96,7 +101,8 @@ _Moved = Mapping[tuple[str, int], int | None]
 
 
 def simplify(scene: Scene) -> Iterator[tuple[str, Scene]]:
-    """Yield scenes of less fidelity with descriptions; none for a scene without beams."""
+    """Yield (description, scene) of less fidelity: fewer beam modes, order 1, no stiffening, rigid beams. None for a
+    scene without beams."""
     beams = {body.name: body.beam for body in scene.bodies if body.beam is not None}
     modal = [item.modes for beam in beams.values() for item in beam.deformations if not item.nodal]
     most = max(modal, default=1)
@@ -118,8 +124,8 @@ def _with_beams(scene: Scene, **changes: Any) -> Scene:
 
 
 def _with_modes(scene: Scene, most: int) -> Scene:
-    """Return a scene whose beams have at most this number of modes of each deformation; coordinates left out are zero
-    in formulas."""
+    """Return a scene whose beams have at most `most` modes of each deformation. Coordinates left out are zero in
+    formulas."""
     moved: dict[tuple[str, int], int | None] = {}
     bodies = []
     for body in scene.bodies:
@@ -145,7 +151,8 @@ def _rigid(scene: Scene) -> Scene:
 
 
 def _renumber_coordinates(scene: Scene, moved: _Moved) -> Scene:
-    """Return a scene with new places of the coordinates of beams in formulas."""
+    """Return a scene whose formulas have the coordinates of beams at new places. `moved` maps (beam, index) to the new
+    index; None makes the coordinate zero."""
 
     def change(value: Any) -> Any:
         if not isinstance(value, Symbol):
@@ -218,12 +225,15 @@ class Formulations:
 
 
 def formulations(described: Any, options: Mapping[str, Any], *, others: bool, fidelity: bool = False) -> Formulations:
-    """Return the formulations of a source of ``eomgen.load``.
+    """Return the formulations of a source of ``eomgen.load``: joint coordinates, absolute ones on each group,
+    simplified ones.
 
-    A finished Scene keeps the coordinates, which are chosen when the scene is read.
+    A finished Scene keeps the coordinates, which are chosen when the scene is read; other documents have one
+    formulation.
 
     Parameters
     ----------
+    described : path, mapping, Scene or document
     options : of ``eomgen.load``
     others : whether formulations besides the scene's own are wanted
     fidelity : whether formulations of less fidelity are also wanted

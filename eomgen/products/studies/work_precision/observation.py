@@ -27,7 +27,7 @@ MEASURES = ("largest", "rms", "final")
 
 @dataclass(frozen=True)
 class ErrorSize:
-    """An error relative to the size of the quantity: largest, root mean square over time, and last value."""
+    """An error over time, relative to the size of the quantity: largest value, root mean square, and last value."""
 
     largest: float
     rms: float
@@ -81,7 +81,8 @@ class Observation:
 
 
 def with_arrays(arrays: Mapping[str, Array], components: RunNames, rows: tuple[str, ...]) -> Observation:
-    """Return the observation that has these arrays, by the names of ``Observation.arrays``."""
+    """Return the observation with the arrays of ``Observation.arrays``, names of components and names of constraint
+    rows."""
 
     def arrays_by_name(kind: str) -> dict[str, Array]:
         return {key.partition(".")[2]: array for key, array in arrays.items() if key.startswith(f"{kind}.")}
@@ -98,7 +99,8 @@ def with_arrays(arrays: Mapping[str, Array], components: RunNames, rows: tuple[s
 
 
 def observe(model: Model, solution: Solution) -> Observation:
-    """Return the observation of a run."""
+    """Return the observation of a run: states, multipliers, outputs, and poses and twists if the model has these
+    terms."""
     there = "poses" in model.terms
     poses = {name: np.asarray(array) for name, array in solution.poses.items() if name != "base"} if there else {}
     p = solution.metadata["parameters"] or None
@@ -193,7 +195,7 @@ def _places(t: Array, among: Array) -> slice:
 
 
 def known_errors(of: Observation, reference: Observation, uncertainty: Mapping[str, ErrorSize]) -> dict[str, ErrorSize]:
-    """Return the errors of a run, none below the uncertainty of the reference."""
+    """Return the errors of a run against a reference by quantity, none below the uncertainty of the reference."""
     result = errors(of, reference)
     for name, size in result.items():
         if (bar := uncertainty.get(name)) is not None:
@@ -214,7 +216,7 @@ def _one_kind(difference: Array, reference: Array) -> Array:
 
 
 def _kinds(of: Observation) -> list[list[int]]:
-    """Return the components of v by kind: rotations, and components with another unit."""
+    """Return lists with the numbers of the components of v that have the same kind: rotations, or another unit."""
     kinds: dict[str, list[int]] = {}
     for factor in of.factors:
         for k in range(factor.v_size):

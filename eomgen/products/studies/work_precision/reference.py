@@ -51,7 +51,7 @@ class ReferenceSolution:
 
 @dataclass(frozen=True)
 class RunReference:
-    """Reference of runs.
+    """The reference that runs are compared with.
 
     Attributes
     ----------
@@ -95,12 +95,14 @@ def reference(
 ) -> RunReference:
     """Return the reference of a study, or of a single run of a study.
 
-    Of the methods from order 4 on, methods with adaptive steps come first, then the highest orders; of
-    formulations, those without constraints. The second run is by a method of another family.
+    Of the methods from order 4 on, methods with adaptive steps come first, then the highest orders; of formulations,
+    those without constraints. The second run is by a method of another family.
 
     Parameters
     ----------
+    runner, candidates : runs configurations; methods on formulations that may serve
     seconds : that both may take
+    say : called with a word on the present work
     settled : steps are halved until two runs differ by no more than this
     count : 1: a second run only if the method chooses its steps or its step has been halved, by the same method
     first_steps : between two times of the grid, of the coarsest run
@@ -152,7 +154,8 @@ def hold(both: str, part: float) -> None:
 
 
 def check_moves(runner: Runner, observation: Observation) -> None:
-    """Raise NumericalError without motion, because methods cannot be compared then."""
+    """Raise NumericalError if no coordinate and velocity changes in a run, because methods cannot be compared then. A
+    model with internal states passes."""
     model = runner.model(next(iter(runner.formulations.scenes)))
     if model.nz or not all(
         np.array_equal(values, values[:1].repeat(len(values), 0)) for values in (observation.q, observation.v)
@@ -163,7 +166,8 @@ def check_moves(runner: Runner, observation: Observation) -> None:
 
 
 def rank(runner: Runner, candidate: Candidate) -> tuple[bool, bool, int, bool, int]:
-    """Return the sort key of candidates for a reference, the best first."""
+    """Return the sort key of a candidate for a reference, smaller for better ones. Better are orders from 4 on, chosen
+    steps, higher orders, no constraints, earlier formulations."""
     constrained = bool(runner.model(candidate.formulation).multipliers)
     names = list(runner.formulations.scenes)
     return (
@@ -177,7 +181,7 @@ def rank(runner: Runner, candidate: Candidate) -> tuple[bool, bool, int, bool, i
 
 @dataclass(frozen=True)
 class _ReferenceSearch:
-    """Runs of methods as references.
+    """Search for the most accurate run of a method.
 
     Attributes
     ----------
@@ -194,7 +198,8 @@ class _ReferenceSearch:
     conditions: Mapping[str, Any]
 
     def best(self, candidate: Candidate) -> tuple[ReferenceSolution | None, str]:
-        """Return a candidate's best run, or why there is none."""
+        """Return a candidate's most accurate run and an empty text; None and the reason if there is none. Of a method
+        that chooses its steps the run at the least tolerance."""
         if not candidate.method.chooses_steps:
             return self._halve_steps(candidate)
         known = {x for x in (*TIGHT, *candidate.tolerances) if possible(candidate.row.name, {TOLERANCE: x})}
@@ -212,7 +217,8 @@ class _ReferenceSearch:
         return self.runner.run(configuration, **resolution, dense=True, timed=False, estimated=False, **more)
 
     def _halve_steps(self, candidate: Candidate) -> tuple[ReferenceSolution | None, str]:
-        """Return the run at which halving the step has ended, extrapolated to step zero for methods of low order."""
+        """Return the run at which halving the step has ended, and the message of the last run; None and a reason
+        without one. Results of methods of low order are extrapolated to step zero."""
         try:
             self.runner.prepare(candidate.configuration({}))  # building takes none of the effort
         except EomgenError as error:
@@ -266,7 +272,8 @@ def _largest_error(apart: Mapping[str, ErrorSize]) -> float:
 
 
 def _extrapolate(fine: Observation, coarse: Observation, order: int) -> Observation:
-    """Return the extrapolation to step zero from half the step and the step, quaternions brought to unit length."""
+    """Return the extrapolation to step zero of runs with half the step and with the step, for a method of an order.
+    Quaternions are brought to unit length."""
     weight = 1.0 / (2.0**order - 1.0)
     arrays = {name: fine.arrays[name] + weight * (fine.arrays[name] - coarse.arrays[name]) for name in fine.arrays}
     for factor in fine.factors:

@@ -44,7 +44,7 @@ class Point:
     error : sizes of the errors by quantity, none below the uncertainty of the reference; empty if the run did not
         reach the end
     seconds : median of the processor's time for all steps, s, without outputs, energies and the error estimate; None
-    for
+        for
         points without timing
     least : the least of these times
     repeats : how many were taken
@@ -71,19 +71,19 @@ class Point:
         return f"{self.configuration.label}, {self.kind} {self.value:.4g}"
 
     def error_of(self, quantity: str, measure: str = "largest") -> float:
-        """Return the size of an error of the run.
+        """Return the relative error of the run in a quantity; infinite if it is not known or not finite.
 
         Parameters
         ----------
         quantity : str
             Quantity of the study, as of ``tradeoff``: ``q``, ``v``, the name of an output ...
         measure : str, optional
-            ``largest`` or ``final``, as of ``tradeoff``.
+            ``largest``, ``rms`` or ``final``, as of ``tradeoff``.
 
         Returns
         -------
         float
-            In the quantity's unit.
+            Relative to the size of the quantity in the reference.
         """
         size = self.error.get(quantity)
         value = math.inf if size is None else float(getattr(size, measure))
@@ -176,7 +176,7 @@ class Tradeoff:
         Returns
         -------
         float
-            Absolute or relative, as the measure says.
+            Relative error; infinite if unknown.
         """
         return point.error_of(self.quantity, self.measure)
 
@@ -262,7 +262,9 @@ class Tradeoff:
 
     @property
     def slopes(self) -> tuple[Slope, ...]:
-        """The order of each configuration with adaptive steps, over the asymptotic part."""
+        """The measured order of each configuration at given steps (without tolerance), over three or four points of the
+        asymptotic part. Configurations with fewer points of small errors well above the reference's uncertainty are
+        left out."""
         groups: dict[str, list[Point]] = {}
         for point in self.points:
             if point.kind == "step" and point.ended == REACHED:
@@ -339,7 +341,7 @@ class Tradeoff:
         return [data, table, self.plot(target / "tradeoff.png")]
 
     def _table(self) -> Iterator[list[Any]]:
-        """Yield the rows of tradeoff.csv."""
+        """Yield the rows of tradeoff.csv as lists: the headings, then one row for each point with errors and counts."""
         quantities = list(dict.fromkeys(name for p in self.points for name in p.error))
         counted = list(dict.fromkeys(name for p in self.points for name in p.stats))
         columns_of_points = ("formulation", "method", "parameters", "policy", "real", "profile", "kind", "value")
@@ -396,7 +398,8 @@ _LARGEST = 10.0
 
 
 def draw(study: Tradeoff, path: Path) -> Path:
-    """Draw a study. Raises FileError."""
+    """Draw error over time of all configurations, the front and the failures into a file, and return the path. Raises
+    FileError if the file cannot be written."""
     figure = new_figure((13.0, 7.2))
     axis = figure.subplots()
     _curves(axis, study)
@@ -414,8 +417,8 @@ def draw(study: Tradeoff, path: Path) -> Path:
 
 
 def _groups(study: Tradeoff) -> list[list[Point]]:
-    """Return the points of each configuration: the best configuration of each method, best first, then the remaining
-    configurations."""
+    """Return the timed points in a list for each configuration: the best configuration of each method, best first, then
+    the remaining configurations."""
     groups: dict[str, list[Point]] = {}
     for point in study.usable:
         groups.setdefault(point.configuration.key, []).append(point)
@@ -427,7 +430,8 @@ def _groups(study: Tradeoff) -> list[list[Point]]:
 
 
 def _rank(study: Tradeoff, members: list[Point]) -> float:
-    """Return the ratio of the cost of a configuration to the cheapest, in decades, summed over the demands."""
+    """Return the cost of a configuration's points relative to the cheapest, in decades, summed over the demands. A
+    demand that is not met counts four decades."""
     total = 0.0
     for demand in DEMANDS:
         best = study.best(demand)

@@ -34,7 +34,8 @@ from eomgen.toolchain.profiles import STANDARD_PROFILE
 
 
 def machine() -> dict[str, str]:
-    """Return processor, system, compiler and versions by name."""
+    """Return processor, system, compiler, and versions of Python and eomgen as a mapping; ``unknown`` without a
+    compiler."""
     try:
         compiler = find_compiler().version
     except ToolchainError:
@@ -166,7 +167,8 @@ class Runner:
         self._starts: dict[tuple[Any, ...], dict[str, Any] | None] = {}
 
     def model(self, formulation: str, real: str = "double", profile: str = STANDARD_PROFILE) -> Model:
-        """Return the model of a formulation. Raises EomgenError."""
+        """Return the model of a formulation, in an arithmetic (``double`` or ``float``) and a build profile, built
+        once. Raises EomgenError if it cannot be built."""
         key = (formulation, real, profile)
         if key not in self._models:
             with self._building(" ".join(key)), warnings.catch_warnings():
@@ -214,7 +216,8 @@ class Runner:
 
     @contextmanager
     def _building(self, name: str) -> Iterator[None]:
-        """Take the time of a build; one that fails has taken the processor's, too."""
+        """Return a context that keeps the seconds of a build under a name in ``compiled``. The processor's time is
+        added to ``building``, also of a build that fails."""
         began, processor = time.perf_counter(), time.process_time()
         try:
             yield
@@ -270,13 +273,17 @@ class Runner:
         timed: bool = True,
         estimated: bool = True,
     ) -> ComparedRun:
-        """Return the results of a configuration with a number of steps in a row of the grid, or with a tolerance.
+        """Run a configuration with a number of steps in a row of the grid, or with a tolerance, and return the result.
+
+        A run that is refused, ends early or takes longer than the limit is a result, too, not an error.
 
         Parameters
         ----------
+        configuration : formulation, method, parameters, settings, arithmetic and profile
         per_row : p/q: p steps in q rows; not used with a tolerance
+        tolerance : of a method that chooses steps
         dense : whether all rows are recorded, in place of the rows that a run of the scene's file would record:
-            ``Grid.recorded`` apart, or every step if these are not whole steps
+            every ``Grid.recorded`` rows, or every step if these are not whole steps
         initial : of this run, ``q`` and ``v`` of the scene's own formulation, for any formulation that runs
         parameters, inputs : of this run, in place of the study's
         later : rows of the grid by which this run begins later; the end is unchanged
@@ -340,7 +347,8 @@ class Runner:
 
 
 def _shorten_state(source: Model, target: Model, initial: Mapping[str, Any]) -> dict[str, Any]:
-    """Return an initial state with the components that a scene of less fidelity has: the first of each factor."""
+    """Return `initial` (``q``, ``v`` of `source`) with the components that a model of less fidelity has. These are the
+    first components of each factor of the same name; further factors keep the target's initial q, and v = 0."""
     q, v = np.array(target.initial_q, dtype=float), np.zeros(target.nv)
     places = {factor.name: factor for factor in source.factors}
     for there in target.factors:
@@ -377,10 +385,13 @@ def ladder_grid(start: float, end: float, step: float, interval: float, steps: S
     """Return the grid of runs with a ladder of steps, all of which end together: with the last whole coarsest step
     before ``end``.
 
+    The grid has 4000 rows or more, unless the given steps would need more than 20000.
+
     Parameters
     ----------
+    start, end : of the runs, s
     step, interval : the scene's step, and time between recorded rows, s
-    steps : those asked for, if any, s
+    steps : requested steps, if any, s
 
     Raises
     ------
@@ -414,6 +425,10 @@ def tuning_grid(end: float, step: float, interval: float) -> Grid:
     """Return the grid of runs with any step: the times include all rows recorded by the scene's runs, unless there are
     too many.
 
+    Parameters
+    ----------
+    end, step, interval : end of runs from 0, the scene's step, and time between recorded rows, s
+
     Raises
     ------
     UsageError
@@ -446,8 +461,8 @@ def fraction_of(resolution: float) -> Fraction:
 
 
 def per_coarsest(coarse: Grid, steps: Sequence[float]) -> tuple[int, ...]:
-    """Return the numbers of steps in the coarsest step of this grid, coarsest first. Raises UsageError for steps that
-    do not divide the coarsest step."""
+    """Return the numbers of steps in a row of this grid, the coarsest step, coarsest first. They are 1 to 4096 by
+    doubling without given `steps` (s). Raises UsageError for steps that do not divide the coarsest."""
     if not steps:
         return tuple(2**k for k in range(int(math.log2(FINEST)) + 1))
     result = []

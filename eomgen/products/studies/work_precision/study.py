@@ -62,7 +62,8 @@ _POINTS, _REFERENCE = "points.jsonl", "reference.npz"
 def identity(
     formulations: Formulations, grid: Grid, parameters: Mapping[str, float] | None, inputs: Mapping[str, Any] | None
 ) -> str:
-    """Return a text that identifies the points of one study: it differs for other scenes, times or parameters."""
+    """Return a JSON text that identifies the points of one study: scenes, grid of times, parameters, inputs and
+    version. Points are used again only if the text is equal; it differs for other scenes, times or parameters."""
     digests = b"".join(scene.digest for scene in formulations.scenes.values())
     scene_values = {
         "scene": hashlib.sha256(digests).hexdigest(),
@@ -75,7 +76,9 @@ def identity(
 
 
 class PointJournal:
-    """Existing points of a study, and the file for new points.
+    """Journal in a folder of the finished points and the reference of a study, from which the study can be resumed.
+
+    ``points`` maps a key (configuration, kind and value) to each point read from the folder.
 
     Parameters
     ----------
@@ -84,6 +87,7 @@ class PointJournal:
     described : str
         As of ``identity``.
     resume : bool
+        Whether to go on with a study that the folder contains.
 
     Raises
     ------
@@ -109,7 +113,7 @@ class PointJournal:
         self._lines.append({"key": key, "point": finite(point.to_dict())})
 
     def keep_reference(self, held: RunReference) -> None:
-        """Write the reference."""
+        """Write the reference (observation, methods, uncertainty) to ``reference.npz``; no file without a folder."""
         if self._folder is None:
             return
         observation = held.observation
@@ -122,7 +126,8 @@ class PointJournal:
         write_arrays(self._folder / _REFERENCE, observation.arrays, metadata)
 
     def reference(self) -> RunReference | None:
-        """Return the reference of a continued study, if any."""
+        """Return the reference read from ``reference.npz`` of the folder; None without a folder or without this
+        file."""
         if self._folder is None or not (self._folder / _REFERENCE).exists():
             return None
         arrays, data = read_arrays(self._folder / _REFERENCE, "reference of a study", "another folder")
@@ -153,12 +158,17 @@ REFINED_CONFIGURATIONS = 3
 
 @dataclass
 class _Ladder:
-    """A configuration with steps or tolerances, coarse to fine.
+    """A configuration with the steps or tolerances at which to run it, from coarse to fine.
 
     Attributes
     ----------
-    values : steps in the coarsest, or tolerances
+    order : of the method
+    kind : ``step`` or ``tolerance``
+    values : numbers of steps in the coarsest step, or tolerances
+    next : number of the next value to run
     errors : of the points so far
+    last_seconds : computation of the last point, s
+    refusals : successive runs that were refused
     """
 
     configuration: Configuration
@@ -287,7 +297,7 @@ def tradeoff(
 
 @dataclass
 class _WorkPrecisionStudy:
-    """The work of one call of ``tradeoff``.
+    """The state of one call of ``tradeoff``: its runner and options, and the points, omissions and seconds so far.
 
     Attributes
     ----------
@@ -321,7 +331,9 @@ class _WorkPrecisionStudy:
         return self.runner.grid.row * self.runner.grid.coarsest
 
     def result(self, outputs: tuple[str, ...], measure: str, journal: PointJournal, began: float) -> Tradeoff:
-        """Return the study's result."""
+        """Run the whole study and return the result: reference, all ladders, variants of the best, and times of the
+        front. `outputs` are the quantities of errors, `began` is the start of the call by ``time.perf_counter``. Raises
+        NumericalError if the reference has no uncertainty in the first quantity."""
         self.journal = journal
         self.left_out |= self.formulations.refused
         every = self._candidates()
@@ -370,7 +382,9 @@ class _WorkPrecisionStudy:
         )
 
     def _candidates(self) -> tuple[Candidate, ...]:
-        """Build the formulations and return the configurations to run; reasons for others go to ``left_out``."""
+        """Build the models of all formulations, and return the methods that run on each as candidates. Formulations and
+        methods that do not run go to ``left_out`` with the reason. Raises ModelError if none is left, or if the scene's
+        own formulation cannot be built."""
         every: list[Candidate] = []
         methods = self.methods if "method" in self.axes else (self.methods or (self.runner.own_method(),))
         scene_formulation = self.formulations.own
@@ -421,7 +435,8 @@ class _WorkPrecisionStudy:
         return ladders
 
     def _refinements(self) -> list[_Ladder]:
-        """Return the best configurations with other settings, arithmetic and profiles, one change at a time."""
+        """Return ladders with variants of the three configurations with most points on the front. Each variant changes
+        one of solver settings, arithmetic and build profile, and has the values of the points on the front."""
         refinements: list[_Ladder] = []
         near: dict[str, list[Point]] = {}
         for point in self._tradeoff().front:
@@ -444,7 +459,8 @@ class _WorkPrecisionStudy:
         return refinements
 
     def _sweep(self, ladders: Sequence[_Ladder]) -> None:
-        """Run ladders side by side, one point of each at a time, so that a budget that ends leaves none out."""
+        """Run all ladders side by side, one value of each at a time, so that the end of the budget leaves no ladder
+        out."""
         for ladder in ladders:
             if not self._prepare(ladder):
                 ladder.end()
@@ -472,8 +488,9 @@ class _WorkPrecisionStudy:
         return True
 
     def _take(self, ladder: _Ladder) -> None:
-        """Run the next value of a ladder, or end the ladder if the value would cost too much or the error is small
-        enough."""
+        """Run the next value of a ladder and add the point. The ladder ends without a run if the value would exceed
+        the budget or the time limit, and after the run if the error is small enough or four successive runs were
+        refused."""
         value = ladder.values[ladder.next]
         finer = 2.0 if ladder.kind == "step" else 1.5
         expected = finer * ladder.last_seconds
@@ -503,7 +520,8 @@ class _WorkPrecisionStudy:
         return len(last) == 3 and last[-1] < 1e-6 and last[1] > 0.7 * last[0] and last[2] > 0.7 * last[1]
 
     def _point(self, ladder: _Ladder, value: float) -> Point:
-        """Return the point of a configuration at a value, from memory or the journal, or by a run."""
+        """Return the point of a ladder's configuration at a value, from memory or the journal, or else by a run.
+        `value` is a tolerance, or the number of steps in the coarsest step. A new point is written to the journal."""
         shown_value = value if ladder.kind == TOLERANCE else self.coarsest / value
         key = f"{ladder.configuration.key} {ladder.kind} {shown_value!r}"
         if key in self.points:
@@ -527,7 +545,8 @@ class _WorkPrecisionStudy:
         return self.runner.run(configuration, Fraction(in_coarsest, self.runner.grid.coarsest))
 
     def _measure(self, ladder: _Ladder, value: float, outcome: ComparedRun) -> Point:
-        """Return a point with the errors and the measured time of a finished run."""
+        """Return the point of a finished run, with errors against the reference and the median time of repeated runs.
+        Errors and times are missing if the run did not reach the end; times are missing if a repeated run fails."""
         point = Point(ladder.configuration, ladder.kind, value, outcome.ended, outcome.said, order=ladder.order)
         if outcome.ended != REACHED or outcome.observation is None or outcome.repeated is None:
             return replace(point, stats=outcome.stats)
@@ -547,7 +566,7 @@ class _WorkPrecisionStudy:
         )
 
     def _time_front(self) -> None:
-        """Time points near the front with the number of repetitions of the study."""
+        """Time points near the front again, with all repetitions of the study; points with as many repetitions stay."""
         front = self._tradeoff().front
         for key, point in list(self.points.items()):
             if point.repeats >= self.repeats or point.seconds is None or self.spent > self.budget:

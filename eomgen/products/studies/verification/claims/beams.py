@@ -44,7 +44,8 @@ from eomgen.system.system import System
 
 @dataclass(frozen=True)
 class _Change:
-    """The equations of a scene, and of the same scene with other beams, on tapes."""
+    """The inverse dynamics of a scene and of the same scene with other beams, as functions that take complex
+    numbers."""
 
     own: Engine
     other: Engine
@@ -58,11 +59,10 @@ class _Change:
 
 
 def beam_claims(space: Space) -> list[Claim]:
-    """Return the claims of the term ``elastic``.
-
+    """Return the claims that the matrices K, D and K_geo of the term ``elastic`` are effects of beams on the equations.
     The part of shortening in the partials of the elastic rows is K_geo for straight beams with coordinates at rest,
     without the part of distributed loads: such loads push along the axis, and K_geo includes only forces at the end.
-    """
+    Empty without this term."""
     scene = space.scene
     if not space.has("elastic", "inverse_dynamics") or not isinstance(scene, Scene):
         return []
@@ -92,7 +92,7 @@ def _with(scene: Scene, changed: Callable[[Beam], Beam]) -> Engine:
 
 
 def _straight(factors: list[Factor]) -> Callable[[Blocks], dict[str, Array]]:
-    """Return a function that gives states with straight beams whose coordinates are at rest."""
+    """Return a function that maps a state to the state with q, v and a of the beams' `factors` set to zero."""
 
     def straight(state: Blocks) -> dict[str, Array]:
         result = dict(state)
@@ -115,7 +115,9 @@ def _claim(
     at: Callable[[Blocks], dict[str, Array]],
     kept: Array | None = None,
 ) -> Claim:
-    """Return the claim of one matrix, of whose second derivation only the rows and columns ``kept`` count, if given."""
+    """Return the claim that matrix `name` of the term ``elastic`` equals a difference of derivatives of inverse
+    dynamics. `change` has the equations with and without an effect, `block` is q or v, `at` maps states to the compared
+    states. Only the rows and columns ``kept`` of the second derivation count, if given."""
     along = space.along[block].matrix
 
     def second(engine: Engine, state: Blocks) -> Array:
@@ -144,7 +146,8 @@ _NOTHING: Rows = ((ZERO,) * 6,) * 6
 
 
 def section_claims(space: Space) -> list[Claim]:
-    """Return the claims of the term ``section_loads``, as far as the model has the needed terms."""
+    """Return the claims that section loads of geometrically exact beams are in equilibrium with nodes, strains and
+    loads. Empty without the terms ``section_loads`` and ``poses``."""
     scene = space.scene
     if not space.has("section_loads", "poses") or not isinstance(scene, Scene):
         return []
@@ -159,7 +162,8 @@ def section_claims(space: Space) -> list[Claim]:
 
 @dataclass(frozen=True)
 class _BeamElements:
-    """The geometrically exact beams of a scene: elements in the order of the term, and the bodies at the ends."""
+    """The geometrically exact beams of a scene, and the numbers of the bodies at the first and second end of each
+    element. Elements are in the order of the term ``section_loads``."""
 
     beams: tuple[Cosserat, ...]
     first: tuple[int, ...]
@@ -182,7 +186,8 @@ class _BeamElements:
         return tuple(f"{name} of {element}" for element in elements for name in names)
 
     def on_nodes(self, first: Value, second: Value) -> Value:
-        """Return the generalized forces of wrenches at both ends of elements, (..., elements, 6)."""
+        """Return a function for the generalized forces (..., nv, 1) of wrenches on the nodes at both ends of all
+        elements. `first` and `second` give the wrenches (..., elements, 6) in the axes of the nodes."""
 
         def value(engine: Engine, state: Blocks) -> Array:
             J = engine("jacobians", state)["J"]
@@ -254,7 +259,7 @@ def _mean(beams: _BeamElements) -> Claim:
 
 
 def _strains(beams: _BeamElements, system: System) -> Claim:
-    """Stiffness of the sections times strains is the mean load at rest, if multipliers are zero."""
+    """Return the claim that stiffness of the sections times strains is the mean load at rest, with zero multipliers."""
     numbers = {parameter.name: k for k, parameter in enumerate(system.parameters)}
 
     def matrices(state: Blocks) -> Array:
@@ -285,7 +290,8 @@ def _strains(beams: _BeamElements, system: System) -> Claim:
 
 
 def _jumps(space: Space, beams: _BeamElements, scene: Scene) -> Claim:
-    """Forces of sections on the nodes, by virtual work, are the part of the beams in the generalized forces."""
+    """Return the claim that section loads at nodes give, by virtual work, the generalized forces of the beams'
+    stiffness. The second derivation are the equations with and without stiffness."""
     without = on_tape(pipeline.derive(_without_stiffness(scene), ["force"]))
     tape_engine = on_tape(space.system)
     names = tuple(f"{beam.name}: no " for beam in beams.beams)
@@ -311,7 +317,8 @@ def _jumps(space: Space, beams: _BeamElements, scene: Scene) -> Claim:
 
 
 def _halves(space: Space, beams: _BeamElements, scene: Scene) -> Claim:
-    """Doubled distributed loads, weight and inertia of elements increase the residual by the loads on halves."""
+    """Return the claim that loads on halves of elements give, by virtual work, the effect of loads, weight and inertia.
+    The second derivation is the change of the residual by doubled distributed loads and masses."""
     twice = on_tape(pipeline.derive(_with_twice_the_loads(scene), ["residual"]))
     tape_engine, halves = on_tape(space.system), ClaimOutput("section_loads", "load_on_halves")
     return Claim(
@@ -361,7 +368,7 @@ def _without_stiffness(scene: Scene) -> Scene:
 
 
 def _with_elements(scene: Scene, changed: Callable[[BeamElement], BeamElement]) -> Scene:
-    """Return a scene with other elements of the geometrically exact beams."""
+    """Return a scene in which `changed` is applied to each element of the geometrically exact beams."""
     elements = tuple(
         replace(item, beam=replace(item.beam, parts=tuple(map(changed, item.beam.parts))))
         if isinstance(item, CosseratBeam)

@@ -35,7 +35,8 @@ _HELD = 2**24
 
 @dataclass(frozen=True)
 class Engine:
-    """Functions by name: ``engine(function, blocks)`` gives outputs by name, each (..., *shape)."""
+    """Functions of a model by name: ``engine(function, blocks)`` gives outputs by name, each (..., *shape).
+    ``functions`` maps each function to its input blocks; ``in`` says whether there is a function."""
 
     factors: Sequence[Factor]
     functions: Mapping[str, tuple[str, ...]]
@@ -49,7 +50,7 @@ class Engine:
 
 
 def compiled_engine(model: Model, system: System) -> Engine:
-    """Return the functions of a compiled model."""
+    """Return an engine with the compiled functions of a model, in double precision."""
     functions = model.functions
 
     def call(function: str, blocks: Blocks) -> dict[str, Array]:
@@ -60,7 +61,7 @@ def compiled_engine(model: Model, system: System) -> Engine:
 
 
 def on_tape(system: System) -> Engine:
-    """Return the functions of a system, operation by operation over NumPy arrays, real or complex."""
+    """Return an engine with the functions of a system, evaluated operation by operation over real or complex arrays."""
     tape = system.tape
     lengths = {name: len(tape.live(function.refs)) for name, function in system.functions.items()}
 
@@ -147,7 +148,9 @@ class Directions:
 
 
 def directions(names: Sequence[str], scales: Array, rng: np.random.Generator, limit: int = COLUMNS) -> Directions:
-    """Return one direction for each component, or ``limit`` random ones: half components, half combinations of all."""
+    """Return one direction for each component of a block, or ``limit`` random ones for larger blocks. Of the random
+    ones, half are components, and half combinations of all. `scales` (size,) are the lengths along each component,
+    `names` its names."""
     size, half = len(names), limit // 2
     if size <= limit:
         return Directions(np.diag(scales), tuple(names))
@@ -242,7 +245,7 @@ class ClaimOutput:
 
 @dataclass(frozen=True)
 class Claim:
-    """One closed form.
+    """A claim that a closed form is the derivative of another function, or equals a second derivation.
 
     Attributes
     ----------
@@ -260,6 +263,7 @@ class Claim:
         The same numbers by another derivation, which ``second_name`` names.
     size : callable, optional
         Natural magnitude (...) of the compared values, if sums may cancel.
+    rows, columns : names of rows and columns of ``value``
     functions : names of the functions that the source needs; of an ``ClaimOutput`` its function by default
     sided : whether two exact derivations may take different sides of a kink, as second derivatives of ``min(x, x)`` do
     family : the panel of the figure
@@ -331,7 +335,8 @@ _RATES = {"q": "v", "v": "a", "a": "j", "j": "s", "u": "u_dot", "u_dot": "u_ddot
 
 
 def along_motion(engine: Engine, *blocks: str) -> Rates:
-    """Return the direction of the motion in the given blocks, as far as a state has them, and in time."""
+    """Return a function that maps a state to the direction of its motion, by block: rates (..., 1, size), and time.
+    Blocks without a rate in the state are left out."""
 
     def directions(state: Blocks) -> dict[str, Array]:
         rates = {block: state[_RATES[block]] for block in blocks if _RATES.get(block) in state}

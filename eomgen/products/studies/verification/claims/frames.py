@@ -38,7 +38,8 @@ _MOMENTUM = tuple(f"{part} {axis}" for part in ("angular", "linear") for axis in
 
 
 def frame_claims(space: Space) -> list[Claim]:
-    """Return the claims of the terms that the model has."""
+    """Return the claims on Jacobians, drifts and mobilities of frames, and on the centre of mass, as far as the model
+    has these terms."""
     claims = []
     for reference, (ending, _) in REFERENCES.items():
         names = f"frame_jacobians{ending}", f"frame_jacobian_rates{ending}", f"frame_drifts{ending}"
@@ -60,7 +61,7 @@ _CENTER, _CENTER_JACOBIAN = ClaimOutput("center_of_mass", "c"), ClaimOutput("cen
 
 
 def _center_of_mass_claims(space: Space) -> list[Claim]:
-    """Return the claims of the centre of mass and of the momentum."""
+    """Return the claims of the centre of mass and of the centroidal momentum that the model's terms allow."""
     claims = []
     if space.has("center_of_mass", "center_of_mass_jacobian"):
         claims.append(jacobian(space, _CENTER_JACOBIAN, _CENTER, "q", _AXES))
@@ -76,7 +77,9 @@ def _center_of_mass_claims(space: Space) -> list[Claim]:
 
 
 def _in_time(space: Space, entry: str, matrix: str, rate: str, drift: str, rows: tuple[str, ...]) -> list[Claim]:
-    """Return the claims of dJ/dt along the motion, and of dJ/dt v, the derivative of J v at constant v."""
+    """Return the claims on dJ/dt along the motion, and on dJ/dt v, the derivative of J v at constant v. `matrix`,
+    `rate` and `drift` are the functions with J (output `entry`), its rate, and dJ/dt v; no second claim without the
+    function `drift`."""
     J, J_dot = ClaimOutput(matrix, entry), ClaimOutput(rate, f"{entry}_dot")
     motion = along_motion(space.engine, "q")
 
@@ -113,7 +116,8 @@ def _in_time(space: Space, entry: str, matrix: str, rate: str, drift: str, rows:
 
 
 def _jacobians(space: Space, reference: str) -> Claim:
-    """Return the claim that J w is the twist of the pose along w, the base held."""
+    """Return the claim that a frame Jacobian J times w is the twist of the pose along w, with the base held.
+    `reference` says in which axes J is: ``body``, ``world`` or aligned."""
     frames, count = space.system.frames, len(space.system.frames)
     W, J = space.along["q"].matrix, ClaimOutput(f"frame_jacobians{REFERENCES[reference][0]}", "J")
     factors = _pose_space(frames)
@@ -142,7 +146,8 @@ def _pose_space(names: Sequence[str]) -> tuple[Factor, ...]:
 
 
 def _in_own_axes(pose: Array, twist: Array, reference: str) -> Array:
-    """Return twists (..., 6) of frames with poses (..., 7) in frame axes, about the origins of the frames."""
+    """Return twists (..., 6) of frames with poses (..., 7) in frame axes, about the origins of the frames. `reference`
+    says in which axes, and about which point, the given twists are: ``body``, ``world``, or else aligned."""
     if reference == "body":
         return twist
     omega, velocity = twist[..., :3], twist[..., 3:]
@@ -168,7 +173,8 @@ def _mobilities(space: Space) -> Claim:
 
 
 def _momentum(space: Space) -> list[Claim]:
-    """Return the claims of A: linear rows by the Jacobian of the centre of mass; all by the sum over rigid bodies."""
+    """Return the claims on the centroidal momentum matrix A: linear rows by the Jacobian of the centre of mass, all
+    rows by the sum over rigid bodies."""
     scene, A = space.scene, ClaimOutput("centroidal_momentum", "A")
     W, names = space.along["q"].matrix, space.along["q"].names
     claims = []
@@ -208,7 +214,7 @@ def _momentum(space: Space) -> list[Claim]:
 
 @dataclass(frozen=True)
 class _RigidBodies:
-    """Rigid bodies of a scene in the order of the terms of bodies."""
+    """Masses and inertias of the rigid bodies of a scene, in the order of bodies in terms such as ``poses``."""
 
     system: System
     scene: Scene
@@ -243,7 +249,7 @@ class _RigidBodies:
         return np.swapaxes(both, -1, -2)
 
     def values(self, formulas: Sequence[Formula], state: Blocks) -> Array:
-        """Return formulas of parameters at states, (..., n)."""
+        """Return the values (..., n) of n formulas of parameters, at the tunable parameters ``p`` of states."""
         known = {parameter.name: np.asarray(parameter.value) for parameter in self.scene.parameters}
         known |= {parameter.name: state["p"][..., k] for k, parameter in enumerate(self.system.parameters)}
 
@@ -258,7 +264,7 @@ _BODY_POSE, _BODY_TWIST = ClaimOutput("poses", "pose").flat, ClaimOutput("twists
 
 
 def body_claims(space: Space) -> list[Claim]:
-    """Return the claims of the terms that the model has."""
+    """Return the claims of twists, accelerations and Jacobians of bodies that the model has."""
     claims = [_twists(space)] if space.has("poses", "twists") else []
     if space.has("twists", "accelerations"):
         claims.append(_accelerations(space))

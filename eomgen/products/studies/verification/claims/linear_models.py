@@ -46,7 +46,8 @@ _DRIVES: Mapping[str, Mapping[str, tuple[ClaimOutput, str, float]]] = {
 
 
 def linear_claims(space: Space) -> list[Claim]:
-    """Return the claims of the terms that the model has."""
+    """Return the claims on partials of residual, outputs, constraint accelerations and joint velocities in states and
+    inputs. Claims belong to terms that the model has."""
     claims: list[Claim] = []
     if space.has("linearization"):
         claims += _state_claims(space, "linearization") + _input_claims(space, "linearization")
@@ -84,7 +85,8 @@ def _state_claims(space: Space, term: str) -> list[Claim]:
 
 
 def _input_claims(space: Space, term: str) -> list[Claim]:
-    """Return the claims about partials in inputs: free inputs, and disturbances (given inputs, base accelerations)."""
+    """Return the claims on partials of a term in free inputs, and in disturbances: given inputs and base
+    accelerations."""
     description, nu = space.description, space.system.nu
     prescribed = [number for number, item in enumerate(description.inputs) if item.given]
     free = [number for number, item in enumerate(description.inputs) if not item.given]
@@ -113,7 +115,7 @@ def _input_claims(space: Space, term: str) -> list[Claim]:
 
 
 def _joint_velocities(space: Space) -> list[Claim]:
-    """Return the claims of the velocities of joints: partials, rates, and partials of rates."""
+    """Return the claims on velocities of joints between absolute bodies: partials, accelerations, partials of these."""
     term, joints = "joint_velocities", space.description.joints
     names = tuple(name for f in joints for name in component_names("", f.name, f.v_size))
     v, a = ClaimOutput(term, "joint_v"), ClaimOutput(term, "joint_a")
@@ -143,7 +145,8 @@ _FRICTION = (".damping", ".coulomb", ".static")
 
 
 def parameter_claims(space: Space) -> list[Claim]:
-    """Return the claims of the terms that the model has."""
+    """Return the claims on partials in tunable parameters, on constraint forces, on laws of inputs and on the
+    regressor. Claims belong to terms that the model has."""
     claims: list[Claim] = []
     rows, system = space.rows, space.system
     if space.has("parameter_partials"):
@@ -246,7 +249,8 @@ def _power(space: Space) -> Claim:
 
 
 def _input_jacobian(space: Space) -> Claim:
-    """Return the claim of the Jacobian of the inputs that the scene gives in its parameters and the time."""
+    """Return the claim that ``input_derivatives`` is the Jacobian of the inputs' laws in parameters and time, (nu, np +
+    1)."""
     along, term, system = space.along["p"], "input_derivatives", space.system
     matrix = np.pad(along.matrix, ((0, 1), (0, 1)))
     matrix[-1, -1] = 1.0
@@ -277,7 +281,8 @@ def _constraint_forces(engine: Engine, state: Blocks) -> Array:
 
 
 def _acceleration_claim(space: Space, term: str, name: str, block: str) -> Claim:
-    """Return the claim of partials of B a + g."""
+    """Return the claim that output `name` of a term has the partials of B a + g, the constraints' accelerations, in a
+    block."""
     return jacobian(
         space,
         ClaimOutput(term, name),

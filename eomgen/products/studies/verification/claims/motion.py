@@ -30,11 +30,9 @@ _POSE = (Factor("SE3", "pose", 0, 7, 0, 6),)
 
 
 def motion_claims(space: Space) -> list[Claim]:
-    """Return the claims of the terms that the model has.
-
-    Water that moves with hulls has the inertia of Morison's equation, the added mass times the acceleration of each
-    place, which no kinetic energy gives: then inertia is not asked to follow from M.
-    """
+    """Return the claims of the terms of the equations of motion, energies and momenta that the model has. Water that
+    moves with hulls has the inertia of Morison's equation, the added mass times the acceleration of each place, which
+    no kinetic energy gives: then inertia is not asked to follow from M."""
     scene, blocks = space.scene, ("coupling", "force")
     by_energy = not (isinstance(scene, Scene) and any(element.adds_mass_to for element in scene.elements))
     claims: list[Claim] = []
@@ -105,7 +103,8 @@ def _mass(space: Space) -> Claim:
 
 
 def _definite(*, constrained: bool) -> Claim:
-    """Return the claim that M is symmetric and positive definite."""
+    """Return the claim that M is symmetric and positive definite; if constrained, along motions that constraints
+    allow."""
 
     def value(engine: Engine, state: Blocks) -> Array:
         M = engine("mass", state)["M"]
@@ -129,7 +128,8 @@ def _definite(*, constrained: bool) -> Claim:
 
 
 def _coupling(space: Space) -> Claim:
-    """h w = d(M v)/dt w - ad(v)^T M v w - d(v M v / 2)/dq w, with v held constant."""
+    """Return the claim that the term h follows from derivatives of the inertia matrix by q. h w = d(M v)/dt w - ad(v)^T
+    M v w - d(v M v / 2)/dq w, with v held constant."""
     W = space.along["q"].matrix
 
     def source(engine: Engine, state: Blocks) -> Array:
@@ -169,7 +169,8 @@ def _by_recursion(engine: Engine, state: Blocks) -> Array:
 
 
 def _inertia(space: Space, name: str, meaning: str, of: Value) -> Claim:
-    """Return the claim that forces of inertia are the rate of momentum minus the derivative of kinetic energy by q."""
+    """Return the claim that forces of inertia are the rate of momentum minus the derivative of kinetic energy by q.
+    `of` gives these forces (..., nv); `name` and `meaning` are texts of the claim."""
     few = space.few.matrix
 
     def source(engine: Engine, state: Blocks) -> Array:
@@ -219,7 +220,8 @@ def _largest(values: list[Array]) -> Array:
 def _by_blocks_of_tau(
     space: Space, name: str, meaning: str, value: Value, second: Value, second_name: str = "sum of blocks"
 ) -> Claim:
-    """Return the claim of forces by two derivations, which may cancel as M a, h, b and -Q may."""
+    """Return the claim that forces by two derivations, `value` and `second`, are equal. Errors are judged by the
+    largest of M a, h, b and -Q, which may cancel."""
     return Claim(
         name,
         meaning,
@@ -258,7 +260,8 @@ def _free(engine: Engine, state: Blocks) -> dict[str, Array]:
 
 
 def _forward(space: Space) -> Claim:
-    """Products with M instead of its inverse: the comparison is as well conditioned as the blocks."""
+    """Return the claim that M times the acceleration of forward dynamics is Q - h - b. Products with M instead of its
+    inverse are as well conditioned as the blocks."""
     return Claim(
         "forward_dynamics.vdot",
         "M vdot = Q - h - b",
@@ -282,7 +285,8 @@ def _there_and_back(space: Space) -> Claim:
 
 
 def _balance(space: Space) -> Claim:
-    """d(T + V)/dt = power + power of base and drivers + v r - lam w, r and w residuals of motion and constraints."""
+    """Return the claim of the energy balance along any motion, also one that violates the equations. d(T + V)/dt =
+    power + power of base and drivers + v r - lam w, r and w residuals of motion and constraints."""
 
     def value(engine: Engine, state: Blocks) -> Array:
         powers = engine("energy", state)["energy"][..., 2:].sum(axis=-1)

@@ -39,7 +39,8 @@ _MULTIPLIERS = 2.0**40
 
 
 def partial_claims(space: Space) -> list[Claim]:
-    """Return the claims of the terms that the model has."""
+    """Return the claims that K, C and M, and the matrices of internal states, are derivatives of residual and rates.
+    Claims belong to terms that the model has."""
     rows = space.rows["v"]
     claims: list[Claim] = []
     if space.has("partials"):
@@ -65,7 +66,8 @@ def partial_claims(space: Space) -> list[Claim]:
 
 
 def constraint_claims(space: Space) -> list[Claim]:
-    """Return the claims of constraint rows; rows at velocity level come after the holonomic rows."""
+    """Return the claims that Jacobian, rates and accelerations of constraints are derivatives of the constraint rows.
+    Rows at velocity level come after the holonomic rows. Empty without constraints."""
     if not space.has("constraint_jacobian"):
         return []
     first, rows = space.system.holonomic, space.rows["lam"]
@@ -184,7 +186,8 @@ _OF_MATRICES = {
 
 
 def packed_claims(space: Space) -> list[Claim]:
-    """Return the claims of functions of implicit steppers: nonzeros of all matrices, and all rows."""
+    """Return the claims that the functions of implicit steppers give the same rows and matrices as the separate terms.
+    Matrices are packed as their nonzeros."""
     system = space.system
     claims: list[Claim] = []
     if space.has("equations"):
@@ -208,7 +211,8 @@ def packed_claims(space: Space) -> list[Claim]:
 
 
 def _same(space: Space, entry: str, second_entry: str, rows: str) -> Claim:
-    """Return the claim of rows that two functions give, compared off the motion, unless the rows vanish there."""
+    """Return the claim that ``equations`` and the function `second_entry` give the same output `entry`. Both are
+    compared off the motion, unless the rows vanish there; `rows` is the block that names the rows."""
 
     def beside(engine: Engine, state: Blocks) -> dict[str, Array]:
         away = move_state(engine, state, {"q": np.broadcast_to(_scale(space, "q"), state["v"].shape)}, 0.1)
@@ -230,7 +234,8 @@ def _same(space: Space, entry: str, second_entry: str, rows: str) -> Claim:
 
 
 def _nonzeros_claim(function: str, name: str, dense_function: str, system: System, packed: str = "") -> Claim:
-    """Return the claim of nonzeros, the output ``packed`` of a function, against a matrix of another function."""
+    """Return the claim that a function's output of nonzeros equals the matrix `name` of another function. `packed` is
+    the output's name, if different from `name`."""
     packed = packed or name
     shape = next(block.shape for block in system.functions[dense_function].outputs if block.name == name)
 
@@ -256,7 +261,8 @@ def _dense(values: Array, places: Sequence[tuple[int, int]], shape: Sequence[int
 
 
 def _elimination_claims(space: Space) -> list[Claim]:
-    """Return K, C and M of a long tree's extended system, with inner unknowns eliminated."""
+    """Return the claims on K, C and M of a long tree's extended system, with inner unknowns eliminated. Compared are
+    derivatives of the residual, and the term ``partials`` if the model has it."""
     from scipy.sparse import csc_array  # noqa: PLC0415  # slow to import, and only long trees need it
     from scipy.sparse.linalg import splu  # noqa: PLC0415
 
@@ -296,7 +302,8 @@ def _elimination_claims(space: Space) -> list[Claim]:
 
 
 def _tape_matrices(system: System) -> dict[str, Value]:
-    """Return K, C and M by forward differentiation of the residual's operations, unless that would be too much."""
+    """Return functions for K, C and M by forward differentiation of the residual's operations, by name. Empty if the
+    work, operations times velocities, would exceed 150000."""
     tape, nv = system.tape, system.nv
     residual = system.functions["residual"]
     if len(tape.live(residual.refs)) * nv > _DIFFERENTIATED:
@@ -328,7 +335,8 @@ FIRST = (
 
 
 def second_claims(space: Space) -> list[Claim]:
-    """Return the claim, if the model has first partials of all."""
+    """Return the claim that ``second_partials`` is the directional derivative of the gradient of weighted equations.
+    The gradient is made of first partials. Empty if the model lacks one of both terms."""
     if not space.has("second_partials", "partials"):
         return []
     rows, system = space.rows, space.system
@@ -409,7 +417,8 @@ def argument_claims(space: Space) -> list[Claim]:
 def _argument_claims(
     system: System, term: str, names: tuple[str, str], whole: Array, rates: dict[str, Array]
 ) -> list[Claim]:
-    """Return the claims on a term's Jacobian and Hessian along the columns of ``whole``."""
+    """Return the claims on a term's Jacobian and Hessian along the columns of ``whole`` (arguments, directions).
+    `names` are the functions of Jacobian and Hessian, `rates` the directions by block."""
     height, width = len(system.functions[term].refs), len(whole)
 
     def of(name: str, shape: tuple[int, int]) -> Value:
@@ -460,7 +469,8 @@ def _argument_claims(
 
 
 def _half_brackets(factors: Sequence[Factor], gradient: Array) -> Array:
-    """Return 1/2 [e_j, e_i] . gradient at (i, j), directions of one factor: X_j X_i f less the symmetric part."""
+    """Return 1/2 [e_j, e_i] . gradient at (..., i, j), for directions of one factor on a group: X_j X_i f less the
+    symmetric part. `gradient` is (..., n); entries of factors R^n are zero."""
     result = np.zeros((*gradient.shape, gradient.shape[-1]), gradient.dtype)
     cross = np.cross(np.eye(3)[:, np.newaxis], np.eye(3)[np.newaxis])  # (i, j, component)
     for factor in factors:
@@ -477,7 +487,9 @@ def _half_brackets(factors: Sequence[Factor], gradient: Array) -> Array:
 
 
 def _by_inputs(partials: Blocks, prescribed: Sequence[bool]) -> dict[str, Array]:
-    """Return partials in all inputs, in order, from partials in driven and in given inputs."""
+    """Return partials in all inputs, in their order, from partials in driven and in prescribed inputs. The keys are
+    ``Ru`` (residual), ``Zu`` (internal rates) and ``Uy`` (outputs), as far as there are such partials. `prescribed` is
+    whether each input has a law."""
     made = {}
     for name, driven_name, given_name, sign in (
         ("Ru", "B0", "E0", -1.0),
@@ -499,7 +511,8 @@ def _by_inputs(partials: Blocks, prescribed: Sequence[bool]) -> dict[str, Array]
 
 
 def _rows(block: str, partials: Blocks, holonomic: int) -> Iterator[tuple[str, Array]]:
-    """Yield the weighted quantities, and the partials in a block."""
+    """Yield the name of each weighted quantity (residual ``r``, ``Phi``, ``w``, ...) and its partials in a block.
+    `holonomic` is the number of constraint rows at position level."""
     places = {
         "q": {"r": "K", "zdot": "Fq", "w": "Z", "wdot": "Aq", "y": "Yq"},
         "v": {"r": "C", "zdot": "Fv", "w": "B", "wdot": "Av", "y": "Yv"},

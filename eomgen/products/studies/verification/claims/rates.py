@@ -56,7 +56,8 @@ _PART, _PART_OF_TERMS = 1e-3, 0.03
 
 
 def rate_claims(space: Space) -> list[Claim]:
-    """Return the claims of the terms that the model has."""
+    """Return the claims on time derivatives of terms, on second derivations, Coriolis matrices and laws of base and
+    inputs. Claims belong to terms that the model has."""
     claims: list[Claim] = []
     for term, outputs, (function, entry) in _TERMS:
         if not space.has(term, function):
@@ -97,7 +98,8 @@ def rate_claims(space: Space) -> list[Claim]:
 
 
 def _coriolis(space: Space) -> list[Claim]:
-    """Return the claims of Coriolis matrices: C v = h, and C + C^T = M' of the skew one."""
+    """Return the claims on Coriolis matrices: C v = h, and C + C^T = dM/dt of the skew one, as far as there are such
+    terms."""
     claims = [
         Claim(
             f"{term}.C",
@@ -137,11 +139,9 @@ def _mass_terms(space: Space, term: str, order: int) -> list[tuple[str, str, int
 
 
 def _rounding_of(function: str, entry: str, order: int, *more: tuple[str, str, int]) -> Value:
-    """Return the size below which a derivative is rounding of cancelling terms.
-
-    The terms are the quantity, times the rate of the motion to the power of the order; ``more`` are further quantities,
-    in the same way.
-    """
+    """Return a function for the size (...) of a derivative below which it is rounding of cancelling terms. The terms
+    are the output `entry` of a function, times the rate of the motion to the power of the order; ``more`` are further
+    (function, output, order), in the same way."""
     quantities = [(ClaimOutput(of, name).flat, power) for of, name, power in ((function, entry, order), *more)]
 
     def size(engine: Engine, state: Blocks) -> Array:
@@ -187,7 +187,7 @@ def _entries(space: Space, name: str) -> tuple[str, ...]:
 
 
 def _drivers(space: Space) -> list[Claim]:
-    """Return the claims of derivatives of prescribed laws, functions of time alone."""
+    """Return the claims on time derivatives of the prescribed motion of the base and of prescribed inputs."""
     claims = []
     in_time = constant_directions({"t": np.ones((1, 1))})
     if space.has("base_rates"):
@@ -222,7 +222,8 @@ def _drivers(space: Space) -> list[Claim]:
 
 
 def event_claims(space: Space) -> list[Claim]:
-    """Return the claims of the terms ``events`` and ``event_impulse``."""
+    """Return the claims on rates of event functions, and on gradients of event functions with impacts; empty without
+    events."""
     if not space.has("events"):
         return []
     events, value = space.system.events, ClaimOutput("events", "event")
