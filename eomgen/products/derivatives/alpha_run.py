@@ -74,7 +74,8 @@ def step_matrices(
 
 
 def _by_rows(equations: StepEquations, partials: EquationPartials, held: int) -> dict[str, Array]:
-    """Return the blocks of whole partials; ``held``: constraints with multipliers of velocities."""
+    """Return the matrices of steps by name of ``StepMatrices``, as blocks of whole partials. ``held`` is the number of
+    position constraints with multipliers of velocities."""
     e, nv, nz = partials, equations.nv, equations.nz
     places = {
         "R": slice(nv),
@@ -90,8 +91,8 @@ def _by_rows(equations: StepEquations, partials: EquationPartials, held: int) ->
 
 
 def _by_kinds(equations: StepEquations, partials: EquationBlocks, held: int) -> dict[str, Array]:
-    """Return the blocks of partials by kinds of equations; in index 3 the constraints on positions stand in place of
-    their rates."""
+    """Return the matrices of steps by name of ``StepMatrices``, from partials by kinds of equations. With ``held`` 0
+    (index 3) the constraints on positions stand in place of their rates."""
     e, nh = partials, equations.holonomic
     of_rates = {"Zq": e.Z, "Zv": e.B, "Zp": e.Zp}
     if held < nh:
@@ -108,7 +109,8 @@ def _by_kinds(equations: StepEquations, partials: EquationBlocks, held: int) -> 
 
 
 def _predicted_exponents(before: States, after: States, a: Array, coefficients: Sequence[Any]) -> Array:
-    """Return v + h ((1/2 - beta) a + beta a') of steps, (n, nv)."""
+    """Return v + h ((1/2 - beta) a + beta a') of n steps, (n, nv), with algorithmic accelerations a and a'. `a` is (n,
+    nv), or (nv,) at the start of the first of consecutive steps."""
     h, alpha_m, alpha_f, beta = coefficients[:4]
     weighted = (1.0 - alpha_f) * after.a + alpha_f * before.a
     if a.ndim == 1:
@@ -180,7 +182,7 @@ class StartedRun(LinearRun[PartType]):
         return self.linear.products(matrices, columns)
 
     def _prescribed_at(self, share: float) -> PrescribedInputs:
-        """Return inputs and base at a share of the first step: rows of inputs are linear in between."""
+        """Return inputs and base at a share (0 to 1) of the first step: rows of inputs are linear in between."""
         run, equations = self.run, self.equations
         ends = run.grid.start + run.grid.step * np.array([0.0, 1.0])
         now = np.array([run.grid.start + share * run.grid.step])
@@ -194,10 +196,10 @@ class StartedRun(LinearRun[PartType]):
 
 
 class AlphaRun(StartedRun[AlphaPart]):
-    """A run of generalized-alpha with linearised steps."""
+    """A run of generalized-alpha without jumps, with linearised steps and start."""
 
     def linearise_part(self, part: RunSegment) -> AlphaPart:
-        """Make a part of the run linear."""
+        """Return a part of the run made linear. Raises NumericalError if partials are not finite."""
         states, prescribed = self.states(part)
         blocks = self.blocks(states, prescribed)
         both = self.equations.blocks(blocks)

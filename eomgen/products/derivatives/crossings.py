@@ -100,7 +100,8 @@ def _decided_by_motion(formula: Formula) -> bool:
 
 
 def _crossings(run: LinearRun[Any], branches: Branches) -> list[BranchCrossing]:
-    """Return the earliest rows after which the side of a branch changes, or at which the state rests on a branch."""
+    """Return the first 64 crossings in time: rows after which a branch changes side, or at which the state rests on it.
+    Branches that depend on time and parameters alone are left out."""
     result: list[BranchCrossing] = []
     moving = [{symbol.block for symbol in branch.symbols} - {"t", "p"} for branch in branches.branches]
     for part in run.motion.forwards():
@@ -122,7 +123,8 @@ def _crossings(run: LinearRun[Any], branches: Branches) -> list[BranchCrossing]:
 
 
 def _jumps(branches: Branches, crossing: BranchCrossing) -> bool:
-    """Return whether the equations are not the same on both sides of a branch."""
+    """Return whether the equations differ on both sides of a branch, at the crossing found by bisection between
+    rows."""
     if crossing.change == 0.0:
         pair = [_aside(crossing.before, sign) for sign in (-1.0, 1.0)]
     else:
@@ -140,7 +142,8 @@ def _jumps(branches: Branches, crossing: BranchCrossing) -> bool:
 
 
 def _shifts(run: LinearRun[Any], branches: Branches, jumps: Sequence[BranchCrossing]) -> Iterator[Array]:
-    """Yield the shift of each jump's moment, in steps, by each direction at full length."""
+    """Yield the shifts (directions,) of each jump's moment, in steps, if a direction changes by its full value.
+    Parameters count by their values, other directions by 1."""
     if not jumps:
         return
     tangents = _tangents_at(run, {row for crossing in jumps for row in (crossing.row, crossing.row + 1)})
@@ -175,7 +178,8 @@ def _tangents_at(run: LinearRun[Any], rows: set[int]) -> dict[int, Array]:
 def _along(
     run: LinearRun[Any], values: Mapping[str, Array], tangent: Array, direction: int, step: float
 ) -> dict[str, Array]:
-    """Return input blocks of a row, moved along a direction."""
+    """Return the input blocks of a row, moved by `step` along a tangent (record,) and the parameters of direction
+    number `direction`."""
     equations = run.equations
     model, nv, nz = equations.model, equations.nv, equations.nz
     dq, dv, da, dz, dlam = np.split(step * tangent, np.cumsum([nv, nv, nv, nz]))
@@ -210,7 +214,7 @@ def _between(crossing: BranchCrossing, share: float) -> dict[str, Array]:
 
 
 def _aside(values: Mapping[str, Array], sign: float) -> dict[str, Array]:
-    """Return input blocks at a small distance from a state, in either direction."""
+    """Return input blocks with q, v and z moved by a small random amount, the same for each call, times `sign`."""
     draws = np.random.default_rng(0)
     moved = {
         name: array + sign * _ASIDE * (1.0 + np.abs(array)) * draws.standard_normal(array.shape)

@@ -94,7 +94,8 @@ def bordered_matrix(M: Array, B: Array, across: Array | None = None) -> Array:
 
 
 def solve(matrix: Array, right: Array, times: Array) -> Array:
-    """Return -matrix^-1 right of n steps or rows. Raises NumericalError."""
+    """Return -matrix^-1 right for n steps or rows, (n, size, columns). Raises NumericalError, with the time of `times`
+    (n,), if a matrix is singular."""
     try:
         return np.asarray(-np.linalg.solve(matrix, right), dtype=np.float64)
     except np.linalg.LinAlgError:
@@ -105,7 +106,7 @@ def solve(matrix: Array, right: Array, times: Array) -> Array:
 
 
 class StepEquations:
-    """The equations of a step.
+    """The equations e of a step and the outputs of a model, with their partials at rows of a run.
 
     Parameters
     ----------
@@ -114,8 +115,7 @@ class StepEquations:
     outputs : rows of the outputs that derivatives are taken of
     holonomic : rows of constraints on positions
     driven : directions of inputs, which are further parameters after the chosen parameters: the change of inputs along
-    these
-        directions differs from row to row: block ``du`` of the values, (n, nu, driven)
+        these directions differs from row to row: block ``du`` of the values, (n, nu, driven)
     """
 
     def __init__(
@@ -155,7 +155,8 @@ class StepEquations:
         return self._later[term].functions
 
     def values(self, states: States, prescribed: PrescribedInputs, du: Array | None = None) -> dict[str, Array]:
-        """Return input blocks at rows; ``du``: changes of inputs along directions, None: none."""
+        """Return the input blocks of compiled functions at n rows, by name: p, t, q, v, a, z, lam, u, base and du.
+        ``du`` (n, nu, driven) are changes of inputs along directions; None for zeros."""
         values = {"p": self.p, "t": states.t, "q": states.q, "v": states.v, "a": states.a, "z": states.z}
         values["lam"] = states.multipliers
         if prescribed.u is not None:
@@ -168,7 +169,8 @@ class StepEquations:
         return values
 
     def of(self, term: str, values: Mapping[str, Array]) -> dict[str, Array]:
-        """Return the blocks of a term by name, (n, ...) each; none if the scene has no such term."""
+        """Return the outputs of a compiled term at n rows, (n, ...) by name; an empty mapping if the scene has no such
+        term."""
         functions = self._functions(term)
         if term not in functions:
             return {}
@@ -215,7 +217,7 @@ class StepEquations:
         return np.concatenate([r, -self.of("internal_rate", values)["zdot"]], axis=1) if self.nz else r
 
     def with_accelerations(self, values: Mapping[str, Array]) -> dict[str, Array]:
-        """Return input blocks with the accelerations and the multipliers of their states; ``values`` have zeros."""
+        """Return input blocks with the accelerations and multipliers of their states; ``values`` have zeros instead."""
         if self.nl and len(values["t"]) == 1:  # without the bookkeeping of batches
             vdot, lam = (array[np.newaxis] for array in accelerations(self.model.functions, rows_of(values, 0)))
         elif self.nl:
@@ -226,7 +228,7 @@ class StepEquations:
         return {**values, "a": vdot, "lam": lam}
 
     def partials(self, values: Mapping[str, Array], *, parameters: bool = True) -> EquationPartials:
-        """Return the partials of e; partials in the parameters are 0 unless ``parameters``."""
+        """Return the partials of the equations e at n rows; partials in the parameters are 0 unless ``parameters``."""
         nv, nz, nl, nh, count = self.nv, self.nz, self.nl, self.holonomic, len(values["t"])
         of = self.blocks(values, parameters=parameters)
         if not nz and not nl:
@@ -248,7 +250,8 @@ class StepEquations:
         return EquationPartials(Jq, Jv, Ja, Jz, Jlam, Jp)
 
     def blocks(self, values: Mapping[str, Array], *, parameters: bool = True) -> EquationBlocks:
-        """Return the partials of e by kinds of equations; partials in the parameters are 0 unless ``parameters``."""
+        """Return the partials of e at n rows by kinds of equations; partials in the parameters are 0 unless
+        ``parameters``."""
         nv, nz, nl, nh, count = self.nv, self.nz, self.nl, self.holonomic, len(values["t"])
         of_residual = self.of("partials", values)
         of_rates = self.of("internal_partials", values) if nz else {}
@@ -331,7 +334,7 @@ class StepEquations:
         return of_state, of_parameters
 
     def input_partials(self, values: Mapping[str, Array]) -> tuple[Array, Array]:
-        """Return partials of e in the inputs, (n, rows, nu), and of the outputs, (n, outputs, nu)."""
+        """Return partials of e in the inputs, (n, rows, nu), and of the chosen outputs, (n, outputs, nu), at n rows."""
         inputs, count = self.model.description.inputs, len(values["t"])
         driven = [number for number, item in enumerate(inputs) if not item.given]
         prescribed = [number for number, item in enumerate(inputs) if item.given]
@@ -432,8 +435,8 @@ class StepEquations:
         return self._parameters(partials, name, rows, len(values["t"]))
 
     def reaction_partials(self, values: Mapping[str, Array], eta: Array) -> tuple[Array, Array]:
-        """Return partials of B^T eta, holonomic rows alone, in q, (n, nv, nv), and in the parameters, (n, nv,
-        parameters)."""
+        """Return partials of B^T eta, holonomic rows alone, at n rows for eta (n, holonomic). The first array is in q,
+        (n, nv, nv), the second in the parameters, (n, nv, parameters)."""
         lam = np.zeros_like(values["lam"])
         lam[:, : self.holonomic] = eta
         forces = self.of("reaction_partials", {**values, "lam": lam})

@@ -21,7 +21,7 @@ _CALL = re.compile(r"\s*(\w+)\s*\(\s*(.+?)\s*\)\s*")
 
 @dataclass(frozen=True)
 class RowWeights:
-    """Weights of the rows of a run.
+    """Weights of outputs at the rows of a run, whose sum is a functional.
 
     Attributes
     ----------
@@ -62,10 +62,11 @@ class RowWeights:
 def read_functional(
     text: object, components: Mapping[str, Sequence[int]], size: int, steps: int, every: int
 ) -> RowWeights:
-    """Return the weights of a functional.
+    """Return the row weights of a functional, given as a text ``final(tip)`` or as weights by output.
 
     Parameters
     ----------
+    text : the text, or a mapping from outputs to weights of recorded rows or of all rows
     components : indices of each output's components among the chosen components
     size : number of these
     steps : of the run
@@ -74,6 +75,7 @@ def read_functional(
     Raises
     ------
     UsageError
+        An unknown kind or output, several components, weights of another shape.
     """
     if isinstance(text, str):
         return _from_text(text, components, size)

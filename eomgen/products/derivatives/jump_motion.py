@@ -75,7 +75,7 @@ class JumpSegment(RunSegment):
 
 
 class JumpMotion(ReplayedRun):
-    """A run whose state jumps at samples or events."""
+    """A run whose state jumps at samples or events, stepped again in parts with the jumps recorded."""
 
     @cached_property
     def _cut_before(self) -> dict[int, tuple[bool, bool]]:
@@ -83,7 +83,7 @@ class JumpMotion(ReplayedRun):
         return {}
 
     def _step(self, row: Array) -> RunSegment:
-        """Step through a part of the run after ``row``, cut at events and samples, and return the segment."""
+        """Step through the next part of the run from ``row``, cut at events and samples, and return the segment."""
         run, done = self.run, self.done
         size = min(self.length, self.steps - done)
         times: Array = run.grid.start + run.grid.step * np.arange(done, done + size + 1, dtype=float)
@@ -126,8 +126,9 @@ class JumpMotion(ReplayedRun):
     def _legs(
         self, times: Sequence[float], count: int, step: int, table: Array | None
     ) -> tuple[list[Any], list[Array]]:
-        """Take ``count`` steps of the grid, or one step in parts that end at ``times``; return the events that act, in
-        order, and rows at all ends."""
+        """Take ``count`` steps of the grid, or one step in parts that end at ``times`` (s). Returns the events that
+        change the motion, in order, and the rows at all ends. `step` is the number of the first step in `table`, the
+        inputs at the rows."""
         if len(times) == 2:
             inputs = None if table is None else table[step : step + count + 1]
             return self._taken_steps(count, self.run.grid.step, inputs)
@@ -149,7 +150,8 @@ class JumpMotion(ReplayedRun):
         state[places["origin"]], state[places["count"]] = grid.start, number
 
     def _taken_steps(self, count: int, size: float, table: Array | None) -> tuple[list[Any], list[Array]]:
-        """Take ``count`` steps of a size; return the events that change the motion, and the rows."""
+        """Take ``count`` steps of a size (s); return the events that change the motion, and the rows at the ends.
+        Raises NumericalError if an event ends the run, or the stepper fails."""
         stepper, run, done = self.stepper, self.run, 0
         stepper.settings[list(run.settings).index("step")] = size
         record = np.empty((count, stepper.sizes["row"]))
@@ -171,7 +173,9 @@ class JumpMotion(ReplayedRun):
         return events, list(record)
 
     def _stretches(self, ends: Sequence[Array], events: list[Any], p: Array) -> list[StepPart]:
-        """Return the stretches between rows of a step; events within the step are taken from the list."""
+        """Return the parts of a cut step between its rows `ends` and at events, with parameters `p` and modes after
+        each event. Events within the step are taken from the list. Raises NumericalError for two events at the same
+        time."""
         result: list[StepPart] = []
         for start, end in pairwise(ends):
             first, samples, acted = start, self._due(start[:1])[0], False
@@ -232,7 +236,7 @@ class JumpMotion(ReplayedRun):
         return tolerance
 
     def _due(self, times: Array) -> NDArray[np.bool_]:
-        """Return the states that are sampled at times, (n, sampled states)."""
+        """Return whether each sampled state is sampled at each time (n,), (n, sampled states)."""
         result = np.zeros((len(times), len(self._clocks["rows"])), dtype=bool)
         for number, row in enumerate(self._clocks["rows"]):
             period, offset = self._clocks["clocks"][row["clock"]]
@@ -241,7 +245,7 @@ class JumpMotion(ReplayedRun):
         return result
 
     def _inside(self, times: Array) -> dict[int, list[float]]:
-        """Return the times of samples inside of steps between times, by number of the step."""
+        """Return the times of samples strictly inside of the steps between `times` (s), by number of the step."""
         result: dict[int, list[float]] = {}
         for period, offset in self._clocks["clocks"]:
             counts = np.arange(max(0.0, np.floor((times[0] - offset) / period)), (times[-1] - offset) / period + 1.0)

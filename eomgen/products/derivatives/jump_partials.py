@@ -42,10 +42,11 @@ class EventPartials:
 
 
 class JumpPartials:
-    """Functions of a run's model in complex numbers, and their partials at states of the run.
+    """Partials of samples, events and impacts at states of a run, by complex steps of the compiled functions.
 
     Parameters
     ----------
+    equations : of a step
     signals : of the run's inputs
     method : layout of the stepper's method
     """
@@ -95,11 +96,15 @@ class JumpPartials:
     # -- jumps -----------------------------------------------------------------------------------------------------
 
     def sample_partials(self, values: Mapping[str, Array], due: NDArray[np.bool_], rates: Array) -> Array:
-        """Return the partials of the states after samples, (n, 2 nv + nz, columns).
+        """Return the partials of q, v and z after samples at n states, (n, 2 nv + nz, columns).
+
+        Columns are q, v, vdot, z, multipliers, parameters, inputs and time.
 
         Parameters
         ----------
-        due : (n, sampled states) of bool
+        values : input blocks before the samples
+        due : (n, sampled states) of bool, states that take new values
+        rates : (n, nu) of given inputs
         """
         e, count = self._equations, len(due)
         moved = self._with_increments(values, rates)
@@ -118,7 +123,8 @@ class JumpPartials:
         return result
 
     def event_partials(self, values: Mapping[str, Array], event: int, rates: Array) -> EventPartials:
-        """Return the partials of an event at the state before the event, (1, ...) each."""
+        """Return the partials of event number `event` and of its action, at the state before the event. `values` are
+        input blocks (1, ...), `rates` (1, nu) the rates of given inputs."""
         e, row = self._equations, self._events[event]
         nv, moved = e.nv, self._with_increments(values, rates)
         guards, of_rates = (np.broadcast_to(x, (1, self.columns, x.shape[-1])) for x in self._of("events", moved))
@@ -150,7 +156,9 @@ class JumpPartials:
         return EventPartials(guard, result, mode)
 
     def _velocity_changes(self, moved: Mapping[str, Array], rows: Sequence[Array], steps: Sequence[Array]) -> Array:
-        """Return the changes of velocities, (columns, nv), by the least impulses with C dv = d (Gauss)."""
+        """Return the changes of velocities, (columns, nv), by the least impulses with C dv = d (Gauss), at incremented
+        states. `rows` are the rows of C, (columns, nv) each, `steps` the entries of d, (columns,) each; constraints are
+        added."""
         blocks, nv, nl = self._impulse(moved), self._equations.nv, self._equations.nl
         C, d = np.stack(rows, axis=1), np.stack(steps, axis=1)
         if nl:
@@ -167,7 +175,7 @@ class JumpPartials:
         return {name: np.broadcast_to(x, (1, self.columns, *x.shape[-2:]))[0] for name, x in parts}
 
     def _identity(self, count: int) -> Array:
-        """Return the partials of q, v and z, (count, 2 nv + nz, columns)."""
+        """Return the partials of q, v and z in themselves, (count, 2 nv + nz, columns): ones and zeros."""
         e = self._equations
         result = np.zeros((count, 2 * e.nv + e.nz, self.columns))
         for first, name in ((0, "q"), (e.nv, "v"), (2 * e.nv, "z")):
@@ -176,7 +184,8 @@ class JumpPartials:
         return result
 
     def _with_increments(self, values: Mapping[str, Array], rates: Array) -> dict[str, Array]:
-        """Return input blocks with an imaginary increment in each column, (n, columns, ...)."""
+        """Return input blocks with an imaginary increment of one variable in each column, (n, columns, ...). `rates`
+        (n, nu) of given inputs move the inputs in the column of time."""
         e, places, count = self._equations, self.places, len(values["t"])
         steps = {}
         for name, columns in places.items():
@@ -199,7 +208,8 @@ class JumpPartials:
         return moved
 
     def _prescribe(self, moved: dict[str, Any], driven: Any) -> None:
-        """Set inputs and base at moved times and parameters; ``driven``: imaginary increments of inputs."""
+        """Set inputs and base of `moved` in place at its times and parameters; ``driven`` are imaginary increments of
+        inputs."""
         arguments = {"t": moved["t"], "p": moved["p"]}
         if "u" in moved:
             prescribed = [name in self._signals.given for name in self._signals.names]

@@ -50,7 +50,8 @@ _LEAST = 1e-300
 
 @dataclass(frozen=True)
 class Accelerated:
-    """Accelerations, multipliers and partials of e at states, with changes along directions."""
+    """Accelerations (n, nv), multipliers (n, nl) and partials of the equations e at n states, with the changes of
+    accelerations, multipliers and rates of internal states along directions, (n, ..., directions)."""
 
     vdot: Array
     lam: Array
@@ -62,13 +63,15 @@ class Accelerated:
 
 @dataclass(frozen=True)
 class Restarts:
-    """Steps that start anew, (n, ...) each; columns: q, v, z, parameters, time and size of the step.
+    """Starts of n steps that begin with newly evaluated accelerations, made linear.
+
+    Columns of the changes are q, v, z, parameters, time and size of the step.
 
     Attributes
     ----------
-    vdot, multipliers, a : at the start
+    vdot, multipliers, a : (n, ...) accelerations, multipliers and algorithmic accelerations at the start
     state : (n, size, columns) of ``LinearSteps``
-    record : (n, size, columns)
+    record : (n, size, columns) of the recorded row: q, v, vdot, z, multipliers
     inertia : (n, nv) W = 1/M_ii, and ``of_inertia`` (n, nv, columns) the changes
     """
 
@@ -132,10 +135,8 @@ class JumpPart(LinearPart):
 
 
 class JumpRun(StartedRun[JumpPart]):
-    """A run of generalized-alpha with jumps, with linearised steps.
-
-    A state has dq, dv, dvdot, da, dz, dzdot and dr, then the changes of W, then the record of the last row.
-    """
+    """A run of generalized-alpha with samples or events, with linearised steps and jumps. A state has dq, dv, dvdot,
+    da, dz, dzdot and dr, then the changes of W = 1/M_ii, then the record of the last row."""
 
     motion: JumpMotion
 
@@ -157,11 +158,9 @@ class JumpRun(StartedRun[JumpPart]):
     # -- sweeps ----------------------------------------------------------------------------------------------------
 
     def tangents(self, part: JumpPart, dp: Array, state: Array) -> Array:
-        """Propagate tangents through a block of consecutive steps, samples and events included.
-
-        ``state`` becomes the tangent at the end of the block; the tangents at its rows, (steps, record, directions),
-        are returned, see ``LinearRun``.
-        """
+        """Propagate tangents through a part of the run, samples and events included; see ``LinearRun``. ``state``
+        (size, directions) becomes the tangent at the end of the part; the tangents at its rows, (steps, record,
+        directions), are returned. `dp` (parameters, directions) are the changes of parameters."""
         record = np.empty((len(part.times), self.linear.record_size, state.shape[1]))
         of_steps, inertia, last = (block.copy() for block in np.split(state, self._split))
         time = np.zeros((1, state.shape[1]))
@@ -182,7 +181,9 @@ class JumpRun(StartedRun[JumpPart]):
         return record
 
     def take_back(self, part: JumpPart, direct: Array, state: Array, gradient: Array) -> None:
-        """Take adjoints back through the sweeps and cuts of a part; see ``LinearRun``."""
+        """Take adjoints back through the steps, samples and events of a part, in place; see ``LinearRun``. `direct`
+        (steps, record, functionals) are derivatives by the rows, ``state`` becomes the adjoint at the start, and
+        derivatives by parameters are added to `gradient`."""
         of_steps, inertia, last = (np.ascontiguousarray(block) for block in np.split(state, self._split))
         size, count = self.linear.record_size, len(gradient)
         for move in reversed(part.moves):
@@ -231,7 +232,7 @@ class JumpRun(StartedRun[JumpPart]):
         return numbers[order], next(ends), next(ends)
 
     def linearise_part(self, part: RunSegment) -> JumpPart:
-        """Make a part of the run linear."""
+        """Return a part of the run made linear: sweeps over steps without a jump, and maps over jumps, in order."""
         assert isinstance(part, JumpSegment)  # for mypy
         states, blocks = states_of(part.rows, self.run.model), self.values(part)[1]
         moves: list[Sweep | Cut] = []
@@ -289,8 +290,9 @@ class JumpRun(StartedRun[JumpPart]):
         into: Mapping[int, int],
         kept: Mapping[int, Array],
     ) -> StepMatrices:
-        """Return the matrices of plain steps, with a column for time after the parameters; ``kept``: W after cut
-        steps."""
+        """Return the matrices of the steps `plain` without a jump inside, with a column for time after the parameters.
+        `before` and `after` are the states at both ends, `starts` the steps that start anew, ``into`` their numbers by
+        step, ``kept`` W = 1/M_ii after cut steps."""
         values = self._blocks(after, part.p[plain + 1], after.t)
         partials = self._with_time(self.equations.partials(values), None)
         known, a = part.memory, np.zeros((len(plain), self.equations.nv))
@@ -325,7 +327,8 @@ class JumpRun(StartedRun[JumpPart]):
     def _into_starts(
         self, part: JumpSegment, blocks: dict[str, Array], anew: NDArray[np.intp], starts: Restarts
     ) -> list[Cut]:
-        """Return the maps from the row before each plain step that starts anew to the state of the start."""
+        """Return for each step in `anew` the linear map from the row before the step to the state of its new start. The
+        maps include the samples due there; `starts` are the starts made linear, in the same order."""
         if not len(anew):
             return []
         values = rows_of(blocks, anew)
@@ -343,10 +346,14 @@ class JumpRun(StartedRun[JumpPart]):
     def _restarts(
         self, rows: Array, ends: Array, p: Array, sizes: Array, *, moving: bool, whole: bool = True
     ) -> Restarts:
-        """Return the starts of steps from rows (n, width), of ``sizes`` (n,); ``ends`` are the rows at their ends.
+        """Return the starts of steps from rows (n, width) made linear; ``sizes`` (n,) are in s, ``ends`` the rows at
+        their ends.
+
+        Raises NumericalError for a damped first step.
 
         Parameters
         ----------
+        p : (n, np) parameters
         moving : whether times and sizes change
         whole : whether accelerations at the ends are known
         """
@@ -407,8 +414,9 @@ class JumpRun(StartedRun[JumpPart]):
     def _off(
         self, states: States, after: States, vdot: Array, a: Array, *, sizes: Array, forces: Array | None, whole: bool
     ) -> Array:
-        """Return the deviations of steps from algorithmic accelerations ``a``, (n,): of velocities, or of positions
-        across the directions W B^T, ``forces``, if accelerations at the ends are not known."""
+        """Return the largest deviation of each step from the method's formulas with algorithmic accelerations ``a``,
+        (n,). Of velocities, or of positions across the directions W B^T, ``forces``, if accelerations at the ends are
+        not known (not `whole`)."""
         h, _, _, beta, gamma = (*sizes[np.newaxis, :, np.newaxis], *self.coefficients[1:5])
         if whole:
             off = after.v - states.v - h * ((1.0 - gamma) * a + gamma * self._next(a, vdot, after.a))
@@ -425,8 +433,8 @@ class JumpRun(StartedRun[JumpPart]):
     def _check_first_steps(
         self, states: States, after: States, a: Array, off: Array, sizes: Array, *, whole: bool
     ) -> None:
-        """Raise NumericalError for a first step that was damped; ``a``: accelerations at both ends, ``off``: deviations
-        of ``_off``."""
+        """Raise NumericalError if a first step after a jump was damped: it deviates from the method by too much. ``a``
+        are accelerations at both ends, ``off`` (n,) the deviations of ``_off``."""
         change = sizes * np.max(np.abs(a), axis=1, initial=0.0)
         change = change + 1e-9 * np.max(np.abs(np.concatenate([after.v, states.v], axis=1)), axis=1, initial=0.0)
         rounded = 1e-13 * np.max(np.abs(states.q), axis=1, initial=1.0)
@@ -438,8 +446,9 @@ class JumpRun(StartedRun[JumpPart]):
             raise NumericalError(Problem("sensitivities", f"{fault} and has no derivatives [E0581]", hint))
 
     def _accelerate(self, states: States, p: Array, at: Array, along: Sequence[Array], *, moving: bool) -> Accelerated:
-        """Return accelerations, multipliers and rates at states, with changes along directions of q, v, z, parameters
-        and time."""
+        """Return accelerations, multipliers and partials at n states, with changes along directions. `along` are the
+        changes of q, v, z, parameters and time, (n, ..., directions) each; `at` times within the steps; `moving`
+        whether partials in time are needed."""
         e = self.equations
         nv, nz, nl = e.nv, e.nz, e.nl
         dq, dv, dz, dp, dt = along
@@ -476,8 +485,9 @@ class JumpRun(StartedRun[JumpPart]):
     def _through(
         self, part: JumpSegment, blocks: dict[str, Array], step: int, stretches: Iterator[LinearStretch]
     ) -> tuple[Cut, Array]:
-        """Return the map of a cut step from the record before the step and the parameters to the record at the end,
-        and W there."""
+        """Return the map of a cut step from the record before it and the parameters to the record at its end, and W
+        there. A cut step has samples or events inside; `stretches` yields its parts made linear. `blocks` are input
+        blocks at the rows of the part."""
         e, count, size = self.equations, self.equations.parameters, self.linear.record_size
         start = rows_of(blocks, slice(step, step + 1))
         record, dp = np.eye(size + count)[:size], np.eye(size + count)[size:]
@@ -515,7 +525,8 @@ class JumpRun(StartedRun[JumpPart]):
         return Cut(step, record, inertia if len(inertia) else None), made.inertia
 
     def _linearise_short_stretch(self, stretch: StepPart) -> LinearStretch:
-        """Return a stretch of two terms of a Taylor series made linear."""
+        """Return a very short part of a cut step, which the stepper takes by two terms of a Taylor series, made
+        linear."""
         e, h = self.equations, np.array([stretch.length])
         nv, nz = e.nv, e.nz
         first, last, p = stretch.first[np.newaxis], stretch.last[np.newaxis], stretch.p[np.newaxis]
@@ -546,7 +557,7 @@ class JumpRun(StartedRun[JumpPart]):
         return [self._linearise_short_stretch(stretch) if stretch.short else next(made) for stretch in stretches]
 
     def _linearise_stepped(self, stretches: Sequence[StepPart]) -> Iterator[LinearStretch]:
-        """Yield stretches that are stepped, made linear."""
+        """Yield the parts of cut steps that are taken as whole steps of their own size, made linear, in order."""
         e, factors = self.equations, self.equations.model.factors
         nv, nz, nl, count = e.nv, e.nz, e.nl, e.parameters
         first, last, p = (
@@ -596,7 +607,8 @@ class JumpRun(StartedRun[JumpPart]):
     def _check_event(
         self, event: EventPartials, stretch: StepPart, values: dict[str, Array], rate: float, directions: Array
     ) -> None:
-        """Raise NumericalError for grazing and UsageError for a mode whose new value depends on directions."""
+        """Raise NumericalError for an event at which the motion grazes, and UsageError for a mode whose new value
+        depends on directions. `rate` is the rate of the event's function, `values` are input blocks at the event."""
         e, row = self.equations, self.motion.stepper.layout["method"]["events"]["rows"][stretch.event]
         q, v = np.abs(event.guard[: e.nv]), np.abs(event.guard[e.nv : 2 * e.nv])
         speed, acceleration = np.abs(values["v"][0]), np.abs(values["a"][0])
@@ -621,7 +633,8 @@ class JumpRun(StartedRun[JumpPart]):
     # -- inputs ----------------------------------------------------------------------------------------------------
 
     def _blocks(self, states: States, p: Array, at: Array) -> dict[str, Array]:
-        """Return input blocks at states with parameters (n, np); ``at``: times (n,) within the steps of the states."""
+        """Return input blocks at n states with parameters `p`, (np,) or (n, np); ``at`` are times (n,) within the
+        steps, which decide between which rows inputs are interpolated."""
         model, t = self.run.model, states.t
         rows = np.broadcast_to(p, (len(t), p.shape[-1])) if self._switches else self.equations.p
         u, base = None, None
@@ -633,8 +646,8 @@ class JumpRun(StartedRun[JumpPart]):
         return {**self.equations.values(states, PrescribedInputs(u, base), self.moved_inputs(t)), "p": rows}
 
     def _between(self, t: Array, at: Array, followed: Array) -> Array:
-        """Interpolate inputs linearly within the steps of ``at``; inputs by formulas that the stepper evaluates are
-        evaluated at the times."""
+        """Return inputs (n, nu) at times t (n,), interpolated linearly within the steps that contain the times ``at``.
+        Inputs by formulas that the stepper evaluates itself are taken from `followed` (n, nu)."""
         signals, grid = self.run.signals, self.run.grid
         number = np.clip(np.floor((at - grid.start) / grid.step + 1e-9), 0, self.motion.steps - 1)
         start = grid.start + grid.step * number
@@ -646,7 +659,7 @@ class JumpRun(StartedRun[JumpPart]):
         return result
 
     def _rates(self, at: Array) -> Array:
-        """Return the rates of given inputs at times (n,), (n, nu)."""
+        """Return the rates (n, nu) of inputs given by rows, at times (n,); zeros if inputs are not given by rows."""
         if not self.run.takes_rows:
             return np.zeros((len(at), self.run.model.nu))
         none, step = np.zeros((len(at), self.run.model.nu)), self.run.grid.step

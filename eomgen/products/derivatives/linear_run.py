@@ -27,7 +27,8 @@ from eomgen.simulation.stepping.states import PrescribedInputs, States, states_o
 
 
 def undefined_derivatives(model: CompiledModel, where: str) -> NumericalError:
-    """Return the error for derivatives that are not finite numbers; ``where``: the place in words."""
+    """Return the NumericalError for derivatives that are not finite; the second argument is the place in words, such as
+    a time."""
     operations = rough_operations(model.description.formulas)
     fault = f"derivatives are not finite numbers {where} [E0584]: "
     if operations:
@@ -92,13 +93,13 @@ PartType = TypeVar("PartType", bound=LinearPart)
 
 @dataclass
 class RunAdjoint:
-    """Adjoints of functionals during a backward sweep.
+    """Adjoints of functionals during a backward sweep through a run, changed in place.
 
     Attributes
     ----------
-    state : of the start of steps, (state, functionals)
-    parameters : (parameters, functionals)
-    record : of the row at the start of the part, (record, functionals)
+    state : derivatives by the state at the start of steps, (state, functionals)
+    parameters : derivatives by parameters, (parameters, functionals)
+    record : derivatives by the row at the start of the part, (record, functionals)
     """
 
     state: Array
@@ -125,7 +126,7 @@ class RunAdjoint:
 
 
 class LinearRun(ABC, Generic[PartType]):
-    """A run with linearised steps.
+    """A run whose steps and start are made linear, part by part, along directions of derivatives.
 
     Attributes
     ----------
@@ -210,8 +211,8 @@ class LinearRun(ABC, Generic[PartType]):
         return self.equations.values(states, prescribed, self.moved_inputs(states.t))
 
     def moved_inputs(self, times: Array) -> Array | None:
-        """Return the changes of inputs along directions at times (n,), (n, nu, samples), linear between rows; None
-        if there are none."""
+        """Return the changes of inputs along the directions of inputs at times (n,), (n, nu, samples), linear between
+        rows. None without directions of inputs."""
         if not self.samples:
             return None
         position = (times - self.run.grid.start) / self.run.grid.step
@@ -228,8 +229,9 @@ class LinearRun(ABC, Generic[PartType]):
         return np.stack([weight.row_weights(part.first, count, steps, step) for weight in weights], axis=2)
 
     def row_derivatives(self, part: LinearPart, of_outputs: Array, by: Array) -> Array:
-        """Return the derivatives of functionals by each row, (rows, record, functionals), and add to the derivatives in
-        parameters; rows that parts share count in the first part alone."""
+        """Return the derivatives of functionals by each row of a part, (rows, record, functionals). `of_outputs` (rows,
+        outputs, functionals) are weights; derivatives by parameters are added to `by`. Rows that parts share count in
+        the first part alone."""
         weighed = np.flatnonzero(of_outputs.any(axis=(1, 2)))
         if not len(weighed):
             return np.zeros((len(of_outputs), self.equations.record_size, of_outputs.shape[2]))
@@ -255,7 +257,8 @@ class LinearRun(ABC, Generic[PartType]):
         return LinearizedStart(*start, self.start.asked)
 
     def _directions(self) -> StateDirections:
-        """Return the directions at the start."""
+        """Return the changes of the requested start along the directions, one column each, with changes of parameters.
+        Sets ``rest`` for a start at static equilibrium, and ``follows``."""
         equations, columns, run, start = self.equations, self.columns, self.run, self.start
         sizes = {"q": equations.nv, "v": equations.nv, "z": equations.nz}
         count, driven = len(columns["p"]), self.size - len(self.samples)
@@ -278,7 +281,7 @@ class LinearRun(ABC, Generic[PartType]):
         return StateDirections(changes["q"], changes["v"], changes["z"], dp)
 
     def prescribe(self, times: Array) -> PrescribedInputs:
-        """Return inputs and base at times (n,)."""
+        """Return the inputs (n, nu) and the state of the base at times (n,), each None if the model has none."""
         model, u = self.run.model, None
         if model.nu and self.run.takes_rows:
             u = self.run.signals.rows(times)

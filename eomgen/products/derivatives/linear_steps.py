@@ -165,7 +165,8 @@ def reactions(B: Array, W: Array, moved: Array) -> tuple[Array, Array, Array]:
 
 
 def turning(factors: Sequence[Factor], increments: Array) -> tuple[Array, Array]:
-    """Return Ad(exp(-theta)) and T(theta) of the rotating factors at increments (n, nv), (n, numbers) each."""
+    """Return Ad(exp(-theta)) and T(theta) of the rotating factors at increments (n, nv). Both are (n, numbers), the
+    blocks of the factors one after another, row by row."""
     ffi, lib = routine(_FILES, _CDEF)
     turn, kinds = turning_factors(factors)
     theta, numbers = np.ascontiguousarray(increments), int(np.sum(turn[:, 1] ** 2))
@@ -184,10 +185,11 @@ def turning_factors(factors: Sequence[Factor]) -> tuple[NDArray[Any], NDArray[An
 
 
 class LinearSteps:
-    """The compiled linearised steps of a run.
+    """The compiled linearised steps of a run: tangents and adjoints through steps in C.
 
     Parameters
     ----------
+    sizes, factors : of the model
     coefficients : h, alpha_m, alpha_f, beta, gamma, and alpha_m and gamma of equations of first order
     eta : rows of constraints with multipliers at velocity level
     """
@@ -293,7 +295,8 @@ class LinearSteps:
         return result
 
     def _arguments(self, matrices: StepMatrices, parameters: int, steps: int, directions: int) -> tuple[Any, ...]:
-        """Return the structure for C with a plan for its steps, and the arrays to which it points."""
+        """Return the structure for C with a plan for its steps, and the arrays to which it points, which have to be
+        kept alive. `parameters`, `steps` and `directions` are numbers."""
         ffi = self._ffi
         arguments = ffi.new("eg_steps *")
         arguments.nv, arguments.nz, arguments.nl, arguments.nh = self._nv, self._nz, self._nl, self._nh
@@ -325,7 +328,8 @@ class LinearSteps:
         return arguments, matrices, A, T
 
     def _plan_steps(self, arguments: Any) -> None:
-        """Plan the sums and the elimination of steps, whose nonzeros are added to the nonzeros of earlier steps."""
+        """Plan the sums over nonzeros and the elimination of steps in C, for the nonzeros of these and all earlier
+        steps. The plan's memory grows until it suffices."""
         ffi, lib, rows = self._ffi, self._lib, self.rows
         bits, numbers = np.empty(len(self._seen), np.longlong), np.empty(lib.eomgen_plan_numbers(arguments), np.intc)
         while True:

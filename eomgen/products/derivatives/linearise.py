@@ -170,7 +170,9 @@ def _start(
     *,
     at_rest: bool,
 ) -> Start:
-    """Return the dependence of a run's initial state on parameters ``by``. Raises UsageError."""
+    """Return the dependence of a run's initial state on the parameters ``by``. `initial` is the caller's, `state` the
+    state with which the run begins, at static equilibrium if `at_rest`. Raises UsageError if derivatives of the initial
+    state in the parameters are not known."""
     asked = initial_state(model, initial, p, asked=not at_rest)
     if at_rest:
         asked = InitialState(state.q, asked.v, state.z)
@@ -203,7 +205,8 @@ def _linear_run(
     by: DerivativeVariables,
     rows: Sequence[int],
 ) -> LinearRun[Any]:
-    """Return the linearised run of the class that fits the method, ready for tangents and adjoints."""
+    """Return the run made linear, of the class that fits the method and the jumps, ready for tangents and adjoints.
+    `rows` are the components of outputs with derivatives, `by` the variables, `state` and `start` the initial state."""
     model = run.model
     motion: type[ReplayedRun]
     linear: Callable[..., LinearRun[Any]]
@@ -222,8 +225,9 @@ def _linear_run(
 def _directions(
     model: CompiledModel, by: Sequence[str] | None, inputs: Collection[str], steps: int
 ) -> tuple[tuple[str, ...], DerivativeVariables]:
-    """Return names and kinds of directions: parameters come first, then the state, then samples of inputs;
-    ``inputs``: inputs that the caller gives."""
+    """Return the names of the variables of derivatives, and their columns: parameters, then q, v, z, then samples of
+    inputs. ``inputs`` are names of inputs that the caller gives, `steps` the number of steps. Raises UsageError for
+    unknown or repeated names."""
     parameters, states = list(model.parameters), list(model.z_names)
     rates = list(model.v_names)
     places = [f"q{name[1:]}" for name in rates]
@@ -247,7 +251,8 @@ def _directions(
 def _names(
     by: Sequence[str] | None, parameters: Sequence[str], places: Sequence[str], rates: Sequence[str]
 ) -> list[str]:
-    """Return the names of directions, of the tunable parameters by default. Raises UsageError if there are none."""
+    """Return the names of the variables of derivatives, all tunable parameters by default. Raises UsageError if there
+    are none."""
     names = list(parameters if by is None else names_of("by", "directions", by, ([*parameters, *places])[0]))
     if not names:
         fault = (
@@ -263,7 +268,9 @@ def _names(
 def _samples(
     model: CompiledModel, names: Sequence[str], inputs: Collection[str], steps: int
 ) -> list[tuple[str, tuple[int, int]]]:
-    """Return names of samples of inputs with columns and rows. Raises UsageError."""
+    """Return for names such as ``inputs.push[3]`` the name with the (column, row) of the input's sample. The row is -1
+    for a common change at all rows; ``[:]`` gives one name for each row. Raises UsageError for an unknown input, an
+    input by a formula, or a row beyond the run."""
     known = [item.name for item in model.description.inputs]
     result = []
     for name in names:
@@ -286,7 +293,8 @@ def _samples(
 
 
 def _outputs(model: CompiledModel, of: Sequence[str] | None) -> dict[str, list[int]]:
-    """Return the components of the outputs that are chosen, by name, among all outputs."""
+    """Return the numbers of the components of chosen outputs among all components, by name; all outputs by default.
+    Raises UsageError for an unknown output, or if there are none."""
     places: dict[str, list[int]] = {}
     count = 0
     for item in model.library.layout["outputs"]:
@@ -304,7 +312,8 @@ def _outputs(model: CompiledModel, of: Sequence[str] | None) -> dict[str, list[i
 
 
 def _check(model: CompiledModel, chosen: ChosenStepper, grid: TimeGrid, initial: Mapping[str, Any] | None) -> None:
-    """Raise UsageError for runs without derivatives here, and say why."""
+    """Raise UsageError for a run that has no derivatives: held corrections, multipliers at rows, jumps, cut steps,
+    floats."""
     check_initial(initial)
     layout = chosen.library.layout
     if held := [start.joint for start in starts_of(model, initial) if start.held]:
@@ -344,7 +353,8 @@ def _in_index_3(layout: Mapping[str, Any], method: Method) -> bool:
 
 
 def _check_jumps(layout: Mapping[str, Any], method: Method) -> None:
-    """Raise UsageError for samples and events without derivatives."""
+    """Raise UsageError for samples and events without derivatives: other methods, functions or quanta of sampled
+    states."""
     jumps = "events" if "events" in layout["method"] else "sampled states" if layout["sampled"] else ""
     if jumps and (_in_index_3(layout, method) or not isinstance(method.linear_step, LinearStep)):
         fault = f"the scene has {jumps}, across which this method has no derivatives [E0607]"
@@ -365,8 +375,8 @@ def _check_jumps(layout: Mapping[str, Any], method: Method) -> None:
 
 
 def _check_formulas(model: CompiledModel, inputs: Collection[str], by: Sequence[str]) -> None:
-    """Raise UsageError for an input of the caller whose formula in the scene knows a parameter of ``by``: partials
-    would belong to the formula."""
+    """Raise UsageError for an input given by the caller whose formula in the scene contains a parameter of ``by``.
+    Partials would belong to the formula, which the run does not use."""
     for item in model.description.inputs:
         if item.name not in inputs or item.formula is None:
             continue

@@ -86,7 +86,8 @@ class ReplayedRun:
         return -(-self.steps // self.length)
 
     def forwards(self) -> Iterator[RunSegment]:
-        """Yield the parts in order; data for going backwards are kept."""
+        """Step through the run again, and yield its parts in order; parts or checkpoints are kept for going
+        backwards."""
         self.stepper.restore(*self._first)
         self._parts, self._checkpoints, self.done = [], [], 0
         row = self.first_row
@@ -100,7 +101,7 @@ class ReplayedRun:
             yield part
 
     def backwards(self) -> Iterator[RunSegment]:
-        """Yield the parts from the last to the first."""
+        """Yield the parts from the last to the first: kept ones, or stepped again from checkpoints."""
         if not self._parts and not self._checkpoints:
             for _ in self.forwards():
                 pass
@@ -123,7 +124,7 @@ class ReplayedRun:
         return RunSegment(done, np.concatenate([row[np.newaxis], record]), memory)
 
     def check_whole_steps(self) -> None:
-        """Raise NumericalError if a step was halved."""
+        """Raise NumericalError if the stepper has halved a step, which then has no derivatives."""
         if self.stepper.statistics.get("halvings"):
             fault = (
                 f"a step near t = {self.stepper.t:.6g} s converged in halves only, and these have no"

@@ -26,8 +26,10 @@ from eomgen.products.derivatives.transition_run import TransitionRun
 
 
 def input_derivatives(run: AlphaRun, weights: RowWeights) -> Array:
-    """Return derivatives of a functional in the inputs at the rows, (steps + 1, nu): a step takes inputs at the end of
-    the step, an output at the row, and the start within the first step, between two rows.
+    """Return derivatives of a functional in the inputs at the rows, (steps + 1, nu), by one adjoint run.
+
+    A step takes inputs at the end of the step, an output at the row, and the start within the first step, between two
+    rows.
 
     Raises
     ------
@@ -55,7 +57,8 @@ def input_derivatives(run: AlphaRun, weights: RowWeights) -> Array:
 
 
 def _resting(run: AlphaRun) -> StateDirections:
-    """Return the changes, by the inputs at the first row, of the rest from which a run starts, one direction each."""
+    """Return the changes of the static equilibrium from which a run starts by the inputs at the first row. One
+    direction for each input; velocities and parameters do not change."""
     equations, rest = run.equations, run.rest
     if rest is None:
         t = np.array([run.run.grid.start])
@@ -114,7 +117,7 @@ class Sensitivities:
 
     @cached_property
     def _rows(self) -> tuple[Array, Array]:
-        """Times and outputs (n, outputs), which need no tangents."""
+        """Times (n,) and chosen outputs (n, outputs) of the recorded rows, which need no tangents."""
         run, times, values = self._run, [], []
         for part in run.motion.forwards():
             t, blocks = run.values(part)
@@ -130,7 +133,7 @@ class Sensitivities:
 
     @cached_property
     def _tables(self) -> Array:
-        """Derivatives (n, outputs, directions), by tangents."""
+        """Derivatives (n, outputs, directions) of the chosen outputs at the recorded rows, by tangents."""
         run = self._run
         equations = run.equations
         state, record = run.state.copy(), run.record[np.newaxis]
@@ -432,7 +435,8 @@ class Sensitivities:
         return {name: table[:, column] for name, column in columns.items()}
 
     def _twice(self, wanted: str) -> AlphaRun:
-        """Return the run, for methods with second derivatives. Raises UsageError."""
+        """Return the run if second derivatives of it are known; `wanted` is the method's name for the message. Raises
+        UsageError for other methods, jumps, and initial states that depend on parameters or were moved."""
         run = self._run
         if not isinstance(run, AlphaRun):
             jumps = "the state jumps along the run, at samples or events"
@@ -473,7 +477,7 @@ class Sensitivities:
 
 
 def _component_indices(outputs: Mapping[str, Sequence[int]]) -> dict[str, list[int]]:
-    """Return the indices of outputs' components among the chosen components."""
+    """Return for each output the consecutive numbers of its components among the components of the chosen outputs."""
     result: dict[str, list[int]] = {}
     count = 0
     for name, places in outputs.items():

@@ -58,11 +58,11 @@ _TINY = 1e-100
 
 @dataclass(frozen=True)
 class RotatingFactorChange:
-    """Changes of A and T of a rotating factor, at (n,) steps.
+    """Changes of A = Ad(exp(-theta)) and T = T(theta) of a rotating factor with the increment theta, at n steps.
 
     Attributes
     ----------
-    v : place of the factor's velocities
+    v : slice of the factor's velocities
     A, T_inverse : (n, size, size)
     by_first, by_increment : (n, size, size, size), changes of A and of T: row, column, component of theta
     """
@@ -75,7 +75,7 @@ class RotatingFactorChange:
 
     @classmethod
     def of(cls, factor: Factor, theta: Array) -> RotatingFactorChange:
-        """Return the matrices of a factor at increments theta (n, nv)."""
+        """Return the matrices of a factor and their changes at increments theta (n, nv)."""
         group, part = group_named(factor.group, factor.v_size), theta[:, factor.v]
         A = numeric.adjoint(group, numeric.exp(group, -part))
         T = numeric.tangent(group, part)
@@ -110,12 +110,12 @@ def _along(group: Group, theta: Array, component: int) -> Array:
 
 
 class StartSecondDerivatives:
-    """Second derivatives of the start along pairs of directions.
+    """Second derivatives of the start of a run along pairs of directions, summed in ``hessian``.
 
     Parameters
     ----------
     run : source of the first directions
-    second : second derivatives of the requested and of the corrected start
+    second : second directions, changes of the requested start; the run's own by default
     """
 
     def __init__(self, run: AlphaRun, second: StateDirections | None = None) -> None:
@@ -130,7 +130,8 @@ class StartSecondDerivatives:
 
     def of(self, state: Array, record: Array, of_inertia: Array) -> Array:
         """Return the second derivatives, (first directions, second directions), of state . s + record . r + of_inertia
-        . W; s is the state from which steps begin, r the recorded row."""
+        . W. s is the state from which steps begin, r the recorded row, W = 1/M_ii; the arguments are their multipliers,
+        vectors."""
         nv, nz, nh = self.equations.nv, self.equations.nz, self.equations.holonomic
         back = StartDerivatives.of(state, record, nv, nz)
         for number in reversed(range(len(self.stages[0]))):
@@ -148,7 +149,8 @@ class StartSecondDerivatives:
         return self.hessian
 
     def _acceleration(self, number: int, back: StartDerivatives) -> None:
-        """Add the second derivatives of a stage's accelerations and multipliers, and reverse them."""
+        """Add the second derivatives of a stage's accelerations and multipliers to the Hessian, and take `back` to its
+        state."""
         first, second = (stages[number] for stages in self.stages)
         multipliers, tau, of_q = self.start.taken_back(first, number, back)
         self._pair(first.row, second.row, multipliers, tau, number)
@@ -157,7 +159,8 @@ class StartSecondDerivatives:
             self.hessian += self.on[0].dq[turning.v].T @ changed[0][0] + first.dtheta[turning.v].T @ changed[1][0]
 
     def _inertia(self, of_inertia: Array, back: StartDerivatives) -> None:
-        """Add the second derivatives of W = 1/M_ii."""
+        """Add the second derivatives of W = 1/M_ii to the Hessian, and its derivatives in q to `back`. ``of_inertia``
+        (nv,) are multipliers of W."""
         nv, W, size = self.equations.nv, self.W, len(self.asked[0].dp)
         dW = [directions.dp[size:] for directions in self.on]
         self.hessian += dW[0].T @ (2.0 * (of_inertia / W)[:, np.newaxis] * dW[1])
@@ -173,7 +176,8 @@ class StartSecondDerivatives:
         back.q = back.q - omega @ inertia_partials(self.equations, self.start.first[0])[1][0]
 
     def _velocity(self, back: StartDerivatives) -> None:
-        """Add the second derivatives of the velocities that are moved onto the constraints, and reverse the move."""
+        """Add the second derivatives of moving velocities onto the constraints to the Hessian, and take `back` through
+        the move."""
         equations, stage = self.equations, self.stages[0][0]
         nv, nz, nh, nl, size = equations.nv, equations.nz, equations.holonomic, equations.nl, len(self.asked[0].dp)
         M, B = stage.matrix[:nv, :nv], stage.matrix[nv:, :nv]
@@ -189,7 +193,8 @@ class StartSecondDerivatives:
         back.q = back.q - tau @ stage.partials.Jq[0]
 
     def _position(self, back: StartDerivatives) -> None:
-        """Add the second derivatives of the positions that are moved onto the constraints, and reverse the move."""
+        """Add the second derivatives of moving positions onto the constraints to the Hessian, and take `back` through
+        the move."""
         equations, stage, size = self.equations, self.stages[0][0], len(self.asked[0].dp)
         nv, nz, nh, nl = equations.nv, equations.nz, equations.holonomic, equations.nl
         M, B = stage.matrix[:nv, :nv], stage.matrix[nv : nv + nh, :nv]
@@ -209,7 +214,7 @@ class StartSecondDerivatives:
         back.q = gamma
 
     def _rest(self, rest: LinearizedRest, back: StartDerivatives) -> None:
-        """Add the second derivatives of the static equilibrium at the start: K d_j dq_i = -e''."""
+        """Add the second derivatives of the static equilibrium at the start, K d_j dq_i = -e'', to the Hessian."""
         equations, nh = self.equations, self.equations.holonomic
         nv, nz = equations.nv, equations.nz
         multipliers = np.zeros(nv + nz + nh + equations.nl)
@@ -230,8 +235,9 @@ class StartSecondDerivatives:
     def _add_moving_projection(
         self, M: Array, B: Array, m: Array, moved: list[Array], along: Sequence[StateDirections]
     ) -> None:
-        """Add m . (dB_j^T sigma_i - dM_j c_i) and the same with i and j exchanged; ``moved``: c, in range of M^-1 B^T;
-        ``along``: directions of dB and dM."""
+        """Add m . (dB_j^T sigma_i - dM_j c_i), and the same with i and j exchanged, to the Hessian. `m` (nv,) are
+        weights, ``moved`` the corrections c, in range of M^-1 B^T, ``along`` the directions of dB and dM, for first and
+        second directions each."""
         nv, first = self.equations.nv, 3 * self.equations.nv + self.equations.nz
         multipliers = np.zeros((1, nv + self.equations.nz + self.equations.holonomic + self.equations.nl))
         multipliers[0, :nv] = -m
@@ -258,7 +264,7 @@ class StartSecondDerivatives:
         return np.concatenate([dq, np.zeros_like(dq) if dv is None else dv, none, dp])
 
     def _brackets(self, weights: Array, first: Array, second: Array) -> Array:
-        """Return weights . [one_j, other_i], (i, j)."""
+        """Return weights . [first_j, second_i] for columns of `first` and `second` (nv, directions), as (i, j)."""
         factors = self.equations.model.factors
         if all(factor.group == "R" for factor in factors):
             return np.zeros((second.shape[1], first.shape[1]))
@@ -298,14 +304,14 @@ class Gradients:
 
 @dataclass(frozen=True)
 class _AlphaTangents:
-    """A part of a run with tangents along directions.
+    """A part of a run made linear, with tangents at its rows and of its steps along directions.
 
     Attributes
     ----------
     rows : (rows, record_size + parameters, directions)
     steps : (rows - 1, 2 nv + nh, directions), of q at the start of steps, of increments of rotations, of eta
     parameters : (parameters, directions), W after the equations'
-    turnings : of the steps
+    turnings : changes of the rotating factors in the steps
     """
 
     part: AlphaPart
@@ -320,7 +326,10 @@ class _AlphaTangents:
         return slice(0 if self.part.first == 0 else 1, None)
 
     def changes(self, run: AlphaRun, multipliers: Array, ends: Array, weights: Array) -> tuple[Array, Array, Array]:
-        """Return second derivatives by rows and by steps, shaped as these, and by parameters through steps.
+        """Return changes of a functional's derivatives along the tangents: by rows, by steps and by parameters through
+        steps.
+
+        The first two are shaped as ``rows`` (rows of this part) and ``steps``.
 
         Parameters
         ----------
@@ -341,7 +350,8 @@ class _AlphaTangents:
         return of_rows[self.own], of_steps, of_parameters
 
     def _add_reactions(self, run: AlphaRun, of_D: Array, of_steps: Array, of_parameters: Array) -> None:
-        """Add the derivatives by steps and parameters of W B^T eta, which D has with a minus; ``of_D``: by D."""
+        """Add changes of the derivatives of W B^T eta, which D has with a minus, to `of_steps` and `of_parameters`, in
+        place. ``of_D`` (rows - 1, nv) are derivatives of the functional by D, the rate of the increment of a step."""
         equations, W, matrices = run.equations, run.inverse_inertia, self.part.matrices
         nv, chosen = equations.nv, equations.parameters
         before = rows_of(self.part.blocks, slice(-1))
@@ -359,7 +369,7 @@ class _AlphaTangents:
 
 
 def gradients(run: AlphaRun, weights: Sequence[RowWeights]) -> Gradients:
-    """Return the gradients of functionals by one adjoint run of all."""
+    """Return the gradients of functionals, (functionals, directions), by one adjoint run of all, with the adjoints."""
     adjoint, parts = RunAdjoint.of(run, len(weights)), []
     for part in map(run.linearise_part, run.motion.backwards()):
         swept = take_back(run, part, weights, adjoint)
@@ -421,7 +431,8 @@ def _inner_product(first: Array, second: Array) -> Array:
 
 
 def _parts(run: AlphaRun, along: StateDirections, state: Array, record: Array) -> Iterator[_AlphaTangents]:
-    """Yield the parts from the last to the first with tangents along directions."""
+    """Yield the parts of a run from the last to the first, made linear, with tangents along directions. `along` are
+    changes of the start, `state` and `record` the same for the state of steps and for the first row."""
     begins = [(state.copy(), record)]
     parts = run.motion.parts
     if parts > 1:

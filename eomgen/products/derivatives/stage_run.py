@@ -39,7 +39,7 @@ _ROUNDING = 1e-13
 
 
 class PartitionedMotion(ReplayedRun):
-    """A run whose rows lack the dependent components of each step."""
+    """A run by coordinate partitioning, whose segments keep the dependent components of each step, which rows lack."""
 
     def _take_steps(self, size: int, table: Array | None, record: Array) -> Array:
         part = self.stepper.places["dependent"]
@@ -77,7 +77,7 @@ class Slopes:
 
 
 class StageRun(TransitionRun):
-    """A run of an explicit method with linearised steps."""
+    """A run of an explicit Runge-Kutta method in the Lie algebra, with linearised steps from state to state."""
 
     @cached_property
     def method(self) -> LinearTransitions:
@@ -87,7 +87,8 @@ class StageRun(TransitionRun):
         return step
 
     def transitions(self, part: RunSegment, ends: StepEnds) -> Array:
-        """Return the derivatives of q, v and z at the ends of the steps, stage by stage."""
+        """Return the derivatives of q, v and z at the ends of the steps, (steps, size, size + parameters), stage by
+        stage."""
         equations, h, count, before = self.equations, self.run.grid.step, len(ends.before.t), ends.before
         nv, size = equations.nv, self.size_of_state
         unit = np.eye(size, size + equations.parameters)
@@ -154,7 +155,8 @@ class StageRun(TransitionRun):
         return np.concatenate([q.along, v.along, z.along, directions], axis=1)
 
     def _rates(self, values: Mapping[str, Array], q: Moved, v: Moved, z: Moved) -> Moved:
-        """Return the rates of the internal states."""
+        """Return the rates of the internal states at n states, with their changes; `values` are the input blocks
+        there."""
         equations, nv, nz = self.equations, self.equations.nv, self.equations.nz
         if not nz:
             return z
@@ -165,7 +167,8 @@ class StageRun(TransitionRun):
     def _correct(
         self, position: Moved, v: Moved, z: Moved, t: Array, prescribed: PrescribedInputs, dependent: NDArray[np.intp]
     ) -> tuple[Moved, Moved]:
-        """Return positions and velocities on the constraints, corrected along the dependent components."""
+        """Return positions and velocities moved onto the constraints along the dependent components, with their
+        changes. `dependent` (n, nl) are the numbers of these components of v."""
         equations, factors = self.equations, self.equations.model.factors
         nv, nz, nl, nh, count = equations.nv, equations.nz, equations.nl, equations.holonomic, len(t)
         unit = np.zeros((count, nv, nl))
@@ -205,10 +208,10 @@ class StageRun(TransitionRun):
     def _moved_onto(
         self, position: Moved, v: Moved, z: Moved, t: Array, prescribed: PrescribedInputs, unit: Array
     ) -> Moved:
-        """Return positions on the constraints of positions, with constraints on velocities besides: Newton's steps hold
-        the rates of these, so their directions move with each position.
+        """Return positions moved onto the constraints of positions, if there are constraints on velocities besides.
 
-        A step is q o exp(x) with B x = -(Phi, 0) along the dependent components, B of all constraints, and
+        Newton's steps hold the rates of these, so their directions move with each position. A step is q o exp(x) with B
+        x = -(Phi, 0) along the dependent components, whose columns are `unit` (n, nv, nl), B of all constraints, and
 
             B dx = -(Phi_q dq + Phi_p dp, 0) - d(B x).
         """
@@ -236,8 +239,8 @@ class StageRun(TransitionRun):
         return Moved(q, dq)
 
     def _check(self, ends: StepEnds, position: Moved, v: Moved) -> None:
-        """Raise NumericalError if a step of the run changed its dependent components within the step, or passed a
-        singular position."""
+        """Raise NumericalError if the stages evaluated again miss the ends of the run's steps. Then a step of the run
+        changed its dependent components within the step, or passed a singular position."""
         factors, before, after = self.equations.model.factors, ends.before, ends.after
         size = np.max(np.abs(np.concatenate([product.difference(factors, before.q, after.q), after.v], axis=1)), axis=1)
         off = np.concatenate([product.difference(factors, position.value, after.q), v.value - after.v], axis=1)

@@ -63,16 +63,17 @@ class LinearizedRest:
 def at_rest(
     equations: StepEquations, state: InitialState, t: Array, prescribed: PrescribedInputs, du: Array | None
 ) -> LinearizedRest:
-    """Return the partials of a rest in the parameters.
+    """Return the static equilibrium at the start of a run made linear, with its derivatives in the parameters.
 
     Parameters
     ----------
+    equations, state : equations of a step, and the equilibrium
     t : (1,) s; ``prescribed``: inputs at this time change by ``du`` along the directions of inputs
 
     Raises
     ------
     UsageError
-        Rest is undetermined along some component.
+        Rest is undetermined along some component, or relative to moving drives.
     """
     nv, nz, nh, nl = equations.nv, equations.nz, equations.holonomic, equations.nl
     still = InitialState(state.q, np.zeros(nv), state.z)
@@ -118,13 +119,8 @@ def _rest_matrix(equations: StepEquations, partials: EquationPartials) -> NDArra
 def moved_positions(
     equations: StepEquations, asked: InitialState, t: Array, prescribed: PrescribedInputs, dq: Array, dp: Array
 ) -> Array:
-    """Return the changes of positions after steps onto the constraints, given changes dq (nv, n) of requested
-    positions.
-
-    Parameters
-    ----------
-    dp : (parameters, n)
-    """
+    """Return the changes of positions after Newton's steps onto the constraints, (nv, n), by changes dq (nv, n) of
+    requested positions and dp (parameters, n) of parameters."""
     nh, factors = equations.holonomic, equations.model.factors
     q, largest = asked.q, 0.0
     for _ in range(_STEPS):
@@ -157,13 +153,9 @@ def moved_velocities(
     dv: Array,
     dp: Array,
 ) -> Array:
-    """Return the changes of velocities after the step onto the constraints, given changes dv (nv, n) of requested
-    velocities.
-
-    Parameters
-    ----------
-    state : positions on the constraints, velocities as requested
-    """
+    """Return the changes (nv, n) of velocities after the step onto the constraints. dq, dv (nv, n) and dp (parameters,
+    n) are changes of positions, of requested velocities and of parameters; `state` has positions on the constraints,
+    velocities as requested."""
     nv, nl = equations.nv, equations.nl
     values = _values(equations, state, t, prescribed)
     partials = equations.partials(values)
@@ -177,7 +169,8 @@ def moved_velocities(
 
 @dataclass(frozen=True)
 class _Correction:
-    """A step c onto constraints, with M c = B^T sigma and B c = off; ``matrix``: of these equations."""
+    """A step c (nv,) onto constraints, with M c = B^T sigma and B c = off; ``matrix`` is the matrix of these
+    equations."""
 
     c: Array
     sigma: Array
@@ -199,10 +192,9 @@ class _Correction:
         of_off: Array,
         along: tuple[Array, Array],
     ) -> Array:
-        """Return the changes of c; ``values``: with accelerations and multipliers 0, ``along``: dq, dp.
-
-        The residual is affine in accelerations and multipliers, and rates of constraints in velocities.
-        """
+        """Return the changes (nv, n) of c by changes `along` (dq, dp) of positions and parameters, and `of_off` of B c.
+        ``values`` and `partials` belong to accelerations and multipliers of 0. The residual is affine in accelerations
+        and multipliers, and rates of constraints in velocities."""
         (nv, count), (dq, dp) = (len(self.c), len(self.sigma)), along
         lam = np.zeros((1, equations.nl))
         lam[0, :count] = -self.sigma
@@ -250,11 +242,9 @@ class StateDirections:
 
 @dataclass(frozen=True)
 class Stage:
-    """A state whose accelerations the start takes: values of input blocks, partials of e there, vdot, and changes.
-
-    ``theta``: increment from the start, which changes by ``dtheta``. ``matrix``: of accelerations and multipliers.
-    ``Aq``, ``Av``: partials of the constraints' accelerations.
-    """
+    """A state at which the start evaluates accelerations: input blocks, partials of e, vdot (nv,), and changes.
+    ``theta`` (nv,) is the increment from the start, which changes by ``dtheta``. ``matrix`` is of accelerations and
+    multipliers, ``Aq`` and ``Av`` are partials of the constraints' accelerations."""
 
     values: dict[str, Array]
     partials: EquationPartials
@@ -278,7 +268,7 @@ class Stage:
 
 @dataclass
 class StartDerivatives:
-    """Derivatives in parts of the start, accumulated while the equations of the start are reversed one by one.
+    """Derivatives of a functional by quantities of the start, changed while the equations of the start are reversed.
 
     Attributes
     ----------
@@ -345,7 +335,8 @@ class LinearizedStart:
         return bool(off[0] > FINITE * (1.0 + off[2]) or off[1] > FINITE * (1.0 + off[3]))
 
     def tangents(self, along: StateDirections, stages: Sequence[Stage]) -> tuple[Array, Array]:
-        """Return the state of ``LinearSteps``, and the row that is recorded, along directions."""
+        """Return the changes, along directions, of the state of ``LinearSteps`` and of the first recorded row. The
+        state has dq, dv, dvdot, da, dz, dzdot twice, the row dq, dv, dvdot, dz, dlam; `stages` as of ``stages``."""
         dvdot, dlam, dzdot = stages[0].dvdot, stages[0].dlam, stages[0].dzdot
         slope = np.zeros_like(dvdot)
         for weight, stage in zip(WEIGHTS, stages, strict=False):
@@ -355,7 +346,7 @@ class LinearizedStart:
         return np.ascontiguousarray(state), np.concatenate([along.dq, along.dv, dvdot, along.dz, dlam])
 
     def taken_back(self, stage: Stage, number: int, back: StartDerivatives) -> tuple[Array, Array, Array]:
-        """Take adjoints of a stage's accelerations back to the state of the stage.
+        """Take adjoints of a stage's accelerations back to the state of the start; `back` is changed in place.
 
         Returns
         -------
@@ -382,8 +373,8 @@ class LinearizedStart:
         return multipliers, tau, of_q
 
     def input_derivatives(self, state: Array, record: Array) -> Array:
-        """Return the derivatives, (2, nu), of state . s + record . r by the inputs at the first two rows, between which
-        inputs are linear; s is the state from which steps begin and r the recorded row."""
+        """Return the derivatives, (2, nu), of state . s + record . r by the inputs at the first two rows. s is the
+        state from which steps begin and r the recorded row; inputs are linear between the two rows."""
         equations = self.equations
         nv, nz = equations.nv, equations.nz
         none = StateDirections(*(np.zeros((size, 0)) for size in (nv, nv, nz, equations.parameters)))
@@ -397,7 +388,8 @@ class LinearizedStart:
         return result
 
     def stages(self, along: StateDirections) -> list[Stage]:
-        """Return the states whose accelerations the start takes, with changes."""
+        """Return the states at which the start evaluates accelerations, with changes along directions. The first is the
+        start itself; two more, half a step and a step ahead, if ``share`` is not 0."""
         nothing = np.zeros_like(self.v), np.zeros_like(along.dv)
         stages = [self._stage(0.0, self.q, self.v, along, *nothing)]
         vdot, dvdot = stages[0].vdot, stages[0].dvdot
@@ -412,7 +404,7 @@ class LinearizedStart:
         return stages
 
     def _stage(self, share: float, q: Array, v: Array, along: StateDirections, theta: Array, dtheta: Array) -> Stage:
-        """Return the accelerations at a state some share of the step ahead, with changes."""
+        """Return the accelerations, with changes along directions, at a state q, v that is `share` of a step ahead."""
         equations = self.equations
         nv, nz, nl = equations.nv, equations.nz, equations.nl
         values, partials = self._accelerate(share, q, v) if share else self.first
@@ -451,10 +443,10 @@ class LinearizedStart:
 
 
 def on_constraints(start: LinearizedStart, along: StateDirections, inverse_inertia: Array) -> StateDirections:
-    """Project directions at the start onto the constraints, as runs project initial states: by the nearest change in
-    the metric of M.
+    """Return directions at the start projected onto the constraints, as runs project initial states.
 
-    With W, ``dp`` of the result has nv more rows: the changes of W = 1/M_ii, which follow from dq and dp.
+    The projection is the nearest change in the metric of M. With W, ``dp`` of the result has nv more rows: the changes
+    of W = 1/M_ii, which follow from dq and dp.
 
     Parameters
     ----------

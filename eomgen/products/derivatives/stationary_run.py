@@ -35,11 +35,11 @@ _SPANNED = 1e-12
 
 
 class StationaryRun:
-    """Gradients and Hessians of outputs at rows of a run with a constant state.
+    """Gradients and Hessians of outputs at all rows of a run with a constant state, by one adjoint run for each output.
 
     Attributes
     ----------
-    solutions : adjoints that were solved until now
+    solutions : number of adjoints that were solved until now
     """
 
     def __init__(self, run: AlphaRun, part: AlphaPart, outputs: Sequence[Array]) -> None:
@@ -52,8 +52,9 @@ class StationaryRun:
 
     @classmethod
     def of(cls, run: AlphaRun, weights: Sequence[RowWeights]) -> StationaryRun | None:
-        """Return the gradients of a run with a constant state; None if the state changes, if derivatives are by other
-        quantities than parameters, or if the scene has constraints or rotations other than angles."""
+        """Return the derivatives of a run with a constant state; None for other runs and for very large tables. Others
+        are runs whose state changes, derivatives by other quantities than parameters, constraints, and rotations other
+        than angles. `weights` are functionals, whose output weights are taken."""
         size = run.size * (run.motion.steps + 1) * (run.equations.nv + run.equations.nz + len(run.equations.outputs))
         plain = not run.equations.nl and all(factor.group == "R" for factor in run.run.model.factors)
         if not plain or len(run.along.dp) < run.size or 8 * size > _MOST_BYTES:
@@ -84,11 +85,9 @@ class StationaryRun:
         return np.asarray(of_state + np.einsum("nop,of->nfp", self._by_parameters, self.weights))
 
     def hessian(self, number: int, row: int) -> Array:
-        """Return the second derivatives of an output at a row, (parameters, parameters).
-
-        Only components by which the equations or the outputs bend take part; rows are taken in groups, because a row of
-        many parameters has a large matrix.
-        """
+        """Return the second derivatives of output `number` at a row, (parameters, parameters). Only components by which
+        the equations or the outputs bend take part; rows are taken in groups, because a row of many parameters has a
+        large matrix."""
         size, width = self.run.size, self.run.linear.record_size
         multipliers, states = (array[..., number] for array in self._responses)
         of_rows = np.zeros((row + 1, multipliers.shape[1]))
@@ -123,8 +122,9 @@ class StationaryRun:
         return self._adjoint_responses(self._asked)
 
     def _adjoint_responses(self, of_record: Array) -> tuple[Array, Array]:
-        """Return multipliers and derivatives as ``_responses``, for components of the recorded row (record, columns),
-        by one adjoint run for each column."""
+        """Return multipliers (steps, rows, columns) and derivatives by the state (steps, state, columns), as
+        ``_responses``. For components of the recorded row, weights `of_record` (record, columns), by one adjoint run
+        for each column."""
         run, steps, columns = self.run, self.run.motion.steps, of_record.shape[1]
         self.solutions += columns
         step = self.part.matrices.at(slice(1))
@@ -138,7 +138,9 @@ class StationaryRun:
         return np.stack(multipliers), np.stack(states)
 
     def _tangents(self, of_record: Array, responses: tuple[Array, Array]) -> Array:
-        """Return changes of components (record, columns) of the rows along the parameters, (n, columns, parameters)."""
+        """Return changes of components of the rows along the parameters, (n, columns, parameters). `of_record` (record,
+        columns) are weights of the components, `responses` their adjoints; sums over earlier rows are convolutions by
+        fast Fourier transforms."""
         run, by_parameters = self.run, self.part.matrices.by_parameters
         multipliers, states = responses
         result = np.empty((len(self.t), of_record.shape[1], run.size))

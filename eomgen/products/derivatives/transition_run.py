@@ -33,7 +33,7 @@ from eomgen.simulation.stepping.states import PrescribedInputs, States
 
 @dataclass(frozen=True)
 class StepEnds:
-    """Both ends of n steps, with partials at the rows (n + 1).
+    """States at both ends of n consecutive steps, with partials at the n + 1 rows.
 
     Attributes
     ----------
@@ -69,7 +69,8 @@ class TransitionPart(LinearPart):
 
 
 class TransitionRun(LinearRun[TransitionPart]):
-    """A run with linearised steps from state to state."""
+    """A run whose steps map q, v and z, made linear as matrices from state to state; subclasses give
+    ``transitions``."""
 
     def __init__(self, motion: ReplayedRun, start: Start, by: DerivativeVariables, rows: Sequence[int]) -> None:
         super().__init__(motion, start, by, rows)
@@ -84,7 +85,7 @@ class TransitionRun(LinearRun[TransitionPart]):
         """Return the derivatives of q, v and z at the ends of the steps, (steps, size, size + parameters)."""
 
     def linearise_part(self, part: RunSegment) -> TransitionPart:
-        """Make a part of the run linear."""
+        """Return a part of the run made linear. Raises NumericalError if derivatives of a step are not finite."""
         states, prescribed = self.states(part)
         blocks = self.blocks(states, prescribed)
         partials = self.equations.partials(blocks)
@@ -102,8 +103,9 @@ class TransitionRun(LinearRun[TransitionPart]):
         return TransitionPart(part.first, states, blocks, transitions, forced)
 
     def forced_changes(self, blocks: Mapping[str, Array], partials: EquationPartials) -> Array:
-        """Return changes of accelerations and multipliers with q, v, z and parameters, at states with these
-        accelerations and multipliers."""
+        """Return changes of accelerations and multipliers with q, v, z and parameters at n states, (n, nv + nl, size +
+        parameters). `blocks` are input blocks with these accelerations and multipliers, `partials` the partials of e
+        there."""
         equations, e = self.equations, partials
         nv, nz, nl, count = equations.nv, equations.nz, equations.nl, len(e.Jq)
         right = np.concatenate([e.Jq, e.Jv, e.Jz, e.P], axis=2)[:, :nv]
@@ -139,7 +141,7 @@ class TransitionRun(LinearRun[TransitionPart]):
         return np.concatenate([parts[0][0], parts[1][0], parts[0][1], parts[1][1]], axis=1)
 
     def take_back(self, part: TransitionPart, direct: Array, state: Array, gradient: Array) -> None:
-        """Take adjoints back through the transitions of a part; see ``LinearRun``."""
+        """Take adjoints back through the transitions of a part, in place; see ``LinearRun``."""
         size, equations = self.size_of_state, self.equations
         nv, nz = equations.nv, equations.nz
         of_q_v, of_a, of_z, of_lam = np.split(direct, np.cumsum([2 * nv, nv, nz]), axis=1)

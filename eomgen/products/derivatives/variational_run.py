@@ -43,10 +43,11 @@ class Momenta:
 
 
 class VariationalRun(TransitionRun):
-    """A run of RATTLie with linearised steps."""
+    """A run of RATTLie with linearised steps from state to state."""
 
     def transitions(self, part: RunSegment, ends: StepEnds) -> Array:
-        """Return the derivatives of q, v and z at the ends of the steps, by the equations of momenta."""
+        """Return the derivatives of q, v and z at the ends of the steps, (steps, size, size + parameters), by the
+        equations of momenta."""
         equations, h = self.equations, self.run.grid.step
         factors, nv, nz, nl = equations.model.factors, equations.nv, equations.nz, equations.nl
         before, after = ends.before, ends.after
@@ -126,7 +127,9 @@ class VariationalRun(TransitionRun):
         return result
 
     def _rates(self, rows: Array, ends: StepEnds, w: Array, by_end: Array, columns: tuple[slice, ...]) -> None:
-        """Set the equations of the internal states; ``columns`` of w, q, z, z' and the parameters."""
+        """Fill the rows of the internal states' equations, (steps, nz, columns), in place. `w` (steps, nv) are mean
+        velocities, `by_end` the derivatives of q at the ends, ``columns`` the slices of w, q, z, z' and the
+        parameters."""
         of_w, of_q, of_z, of_z1, of_p = columns
         nv, nz, half = self.equations.nv, self.equations.nz, 0.5 * self.run.grid.step
         states, unit = slice(nv, nv + nz), np.eye(nz)
@@ -142,7 +145,7 @@ class VariationalRun(TransitionRun):
                 rows[:, :, of_q] -= half * e.Jq[:, states]
 
     def _cotangent(self, theta: Array, momentum: Array) -> tuple[Array, Array]:
-        """Return C(theta), (n, nv, nv), and the partials of C(theta) momentum in theta."""
+        """Return C(theta) = T(theta)^-T, (n, nv, nv), and the partials of C(theta) momentum in theta, (n, nv, nv)."""
         factors, count, nv = self.equations.model.factors, len(theta), self.equations.nv
         C, along = np.broadcast_to(np.eye(nv), (count, nv, nv)).copy(), np.zeros((count, nv, nv))
         for factor in factors:
