@@ -162,7 +162,8 @@ def _print_passage(study: RandomVibration) -> None:
 
 
 def described_processes(inputs: Sequence[Input]) -> list[dict[str, Any]]:
-    """Return the random processes among inputs: modes, and the captured part of the variance."""
+    """Return the random processes among inputs as plain data, for ``eomgen info``: name, type, window, variables,
+    eigenvalues, cumulative shares of the variance ("captured"), and relations to other processes."""
     return [
         {
             "name": item.name,
@@ -184,7 +185,8 @@ def described_processes(inputs: Sequence[Input]) -> list[dict[str, Any]]:
 
 
 def print_processes(processes: list[dict[str, Any]]) -> None:
-    """Print a table of random processes, and how much of the variance the first modes of each capture."""
+    """Print a table of random processes as of ``described_processes``, and how the first modes capture the variance of
+    processes with their own covariance. Without processes there is no output."""
     if not processes:
         return
     out = console()
@@ -217,7 +219,8 @@ def print_processes(processes: list[dict[str, Any]]) -> None:
 
 
 def _kind(item: dict[str, Any]) -> str:
-    """Return a description of a random process in words."""
+    """Return the type of a random process in words, or its relation to others, such as "follows force"; `item` is as of
+    ``described_processes``."""
     if item["follows"]:
         return f"follows {item['follows']}"
     if item["coherent_with"]:

@@ -28,7 +28,8 @@ _LEAST = 1e-10
 
 
 def nearest_correlation(matrix: Array) -> Array:
-    """Return the nearest positive matrix with 1 on the diagonal to a symmetric one, in the norm of Frobenius.
+    """Return the correlation matrix nearest to a symmetric matrix in the norm of Frobenius: positive definite, with 1
+    on the diagonal. The argument is not changed.
 
     References
     ----------
@@ -101,7 +102,9 @@ class CoherenceTable:
 
 @dataclass(frozen=True, eq=False)
 class CrossCovariance:
-    """int_0^inf c G cos(2 pi f tau) df up to lags of ``window``: the covariance of two processes whose spectra are G.
+    """Covariance of two processes of the same spectrum G with a coherence c: int_0^inf c G cos(2 pi f tau) df.
+
+    A spline gives values at lags up to ``window``, s or m.
 
     Raises
     ------
@@ -119,7 +122,8 @@ class CrossCovariance:
 
     @cached_property
     def _spline(self) -> Callable[[Array], Array]:
-        """The integral, through as many lags for each shortest wave as needed for an error at rounding."""
+        """Spline of the cross covariance over lags from 0 to the window, made once. Points are so dense for the
+        shortest wave that the error is rounding."""
         from scipy.interpolate import make_interp_spline  # noqa: PLC0415  # slow to import; most processes have none
 
         frequencies, shares = self._rule
@@ -137,7 +141,8 @@ class CrossCovariance:
 
     @cached_property
     def _rule(self) -> tuple[Array, Array]:
-        """Frequencies, and weights times c G."""
+        """Frequencies (n,) of the quadrature in cycles, and its weights times c G, (n,). Panels are halved until the
+        integral converges; raises UsageError if more than 40000 frequencies are needed."""
         variance = float(self.covariance.at(np.zeros(1))[0])
         edges = sorted({edge for edge in (*_edges(self.covariance), *self.coherence.edges) if edge > 0.0})
         bounded = bool(_edges(self.covariance)) or bool(self.coherence.edges)
@@ -156,7 +161,8 @@ class CrossCovariance:
             before, waves = values, 0.5 * waves
 
     def _last(self, variance: float) -> float:
-        """Return the frequency beyond which c G has no part of the variance."""
+        """Return the frequency in cycles beyond which c G is negligible relative to the variance; raises UsageError if
+        this is too high for the quadrature."""
         last = 1.0 / self.window
         while float(self.density(np.array([last]))[0]) * last > _LEFT * variance or last < 4.0 / self.window:
             last *= 2.0
@@ -167,7 +173,8 @@ class CrossCovariance:
 
 
 def _edges(covariance: Covariance) -> Sequence[float]:
-    """Return the frequencies between which a smooth spectrum has the whole variance; empty for other spectra."""
+    """Return rising frequencies that bound the smooth pieces of a spectrum that is 0 outside: of a band, a road or a
+    table; empty for other spectra."""
     if isinstance(covariance, Band):
         return covariance.low, covariance.high
     if isinstance(covariance, RoadProfile):
@@ -178,7 +185,8 @@ def _edges(covariance: Covariance) -> Sequence[float]:
 
 
 def _panels(borders: Array, widest: float) -> tuple[Array, Array]:
-    """Return nodes and weights of Gauss's rule in panels between borders, none wider than a width."""
+    """Return nodes and weights (n,) of Gauss's rule in panels between rising borders, no panel wider than ``widest``.
+    If more than the allowed nodes are needed, both are zeros with one element too many, which callers refuse."""
     counts = [max(1, math.ceil((end - start) / widest)) for start, end in pairwise(borders)]
     if sum(counts) * _NODES > _MOST_NODES:
         return np.zeros(_MOST_NODES + 1), np.zeros(_MOST_NODES + 1)
@@ -190,8 +198,8 @@ def _panels(borders: Array, widest: float) -> tuple[Array, Array]:
 
 
 def least_eigenvalue(coherences: Sequence[Sequence[Coherence | None]]) -> tuple[float, float]:
-    """Return the least eigenvalue of a matrix of coherences over frequencies, and its frequency; None stands for no
-    coherence."""
+    """Return the least eigenvalue of a symmetric matrix of coherences over all frequencies, and the frequency of this
+    eigenvalue. None in the matrix stands for 0, and for 1 on the diagonal."""
     known = [coherence for row in coherences for coherence in row if coherence is not None]
     edges = np.array(sorted({edge for coherence in known for edge in coherence.edges}))
     decays = [coherence.decay for coherence in known if isinstance(coherence, ExponentialCoherence)]

@@ -268,9 +268,10 @@ _ROUNDING = 1e-9
 
 
 def quantile_map(shares: Array, values: Array) -> tuple[Array, Array]:
-    """Return points (n,), (n,) of the monotone map of a standard normal variable to a variable whose quantiles of
-    rising shares (m,) are rising values (m,): piecewise cubic between the points, straight beyond the first and the
-    last.
+    """Return arguments (n,) and values (n,) of the monotone map of a standard normal variable to a variable with given
+    quantiles: piecewise cubic between the points, straight beyond the first and the last.
+
+    The quantiles are rising `values` (m,) of the rising probabilities `shares` (m,).
 
     References
     ----------
@@ -290,7 +291,9 @@ def quantile_map(shares: Array, values: Array) -> tuple[Array, Array]:
 
 
 def translated_correlation(map_of: Callable[[Array], Array], correlation: Array) -> Array:
-    """Return the correlation of T(g), given a correlation of any shape of the standard normal g.
+    """Return the correlation of T(g), in the shape of the given correlation of the standard normal g.
+
+    ``map_of`` evaluates T at an array. Raises UsageError if T(g) has no variance.
 
     References
     ----------
@@ -313,7 +316,10 @@ def translated_correlation(map_of: Callable[[Array], Array], correlation: Array)
 
 
 def underlying(covariance: Covariance, map_of: Callable[[Array], Array], window: float) -> CovarianceTable:
-    """Return the covariance of g, of variance 1, whose translation has the correlation of another covariance.
+    """Return the covariance of a standard normal g, as a table, whose translation has the correlation of
+    ``covariance``.
+
+    ``map_of`` evaluates the translation at an array; lags go from 0 to ``window``, s or m.
 
     Raises
     ------

@@ -56,7 +56,7 @@ _NEGATIVE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Expansion:
-    """The first modes of a process on a window.
+    """The first n modes of a process on a window [0, T].
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Expansion:
     total : R(0) T, the sum of all eigenvalues; for joint processes, over all processes
     function : returns all phi_i (n, m) at times (m,) in the window
     shares : int phi_i^2 dt, (n,): share of each mode in one of several processes, 1 in one alone
-    repaired : relative change of the norm of the covariance that made the covariance positive
+    repaired : relative change of the norm of the covariance that made the covariance positive; 0 without repair
     """
 
     duration: float
@@ -130,7 +130,7 @@ def expand_jointly(
     modes: int | None = None,
     repair: bool = False,
 ) -> list[Expansion]:
-    """Return the modes of processes with a matrix of covariances and cross covariances, for each process.
+    """Return one expansion for each process, given their matrix of covariances and cross covariances.
 
     All processes have the same variables: g_p(t) = sum sqrt(lambda_i) phi_pi(t) z_i, the phi_i orthonormal over all
     processes together, so eigenvalues, total and share belong to the whole group. Panels are doubled until the
@@ -148,7 +148,7 @@ def expand_jointly(
     Raises
     ------
     UsageError
-        As of ``expand``.
+        As of ``expand``, and for a window too long for the largest number of nodes.
     """
     count, panels, before = len(covariances), 2, np.zeros(0)
 
@@ -226,7 +226,9 @@ def _too_many(share: float, modes: int, has: float) -> Problem:
 
 
 def _chosen(expansion: Expansion, share: float | None, modes: int | None) -> Expansion:
-    """Return the first modes of an expansion: as many as are asked for, or as have the share."""
+    """Return the first modes of an expansion: as many as ``modes`` says, else as many as have the share of the
+    variance. Raises UsageError if both are None, if more than ``MOST_MODES`` are needed, or if the expansion has too
+    few."""
     if modes is None:
         if share is None:
             raise UsageError(
@@ -251,8 +253,9 @@ def _chosen(expansion: Expansion, share: float | None, modes: int | None) -> Exp
 
 
 def _nystrom(covariances: Sequence[Sequence[Covariance]], duration: float, panels: int, repair: bool) -> Expansion:
-    """Return all modes of processes that an even number of panels resolves beyond rounding; the function has a row for
-    each process, (n, processes, m)."""
+    """Return all modes that an even number of panels resolves beyond rounding, for all processes together. The function
+    of the expansion has a row for each process, (n, processes, m). Notable negative eigenvalues raise UsageError unless
+    ``repair`` is true; then the positive ones alone are kept, and ``repaired`` is set."""
     width, count = duration / panels, len(covariances)
     nodes, own_weights = (rule[0] for rule in gauss_legendre(np.array([0.0, width]), _NODES))
     starts = width * np.arange(panels)
@@ -303,8 +306,9 @@ def _nystrom(covariances: Sequence[Sequence[Covariance]], duration: float, panel
 
 
 def _kernel(covariance: Covariance, width: float, nodes: Array, own_weights: Array, panels: int) -> Array:
-    """Return the covariance between the nodes of the first half of the window and all nodes, (half, nodes), times the
-    roots of the quadrature weights."""
+    """Return the covariance between nodes in the first half of the window and all nodes, (half, nodes), times the roots
+    of both nodes' quadrature weights. `width` is of a panel, `nodes` and `own_weights` are of Gauss's rule in one
+    panel. For a covariance with a kink at lag 0, panels on the diagonal are integrated across the kink."""
     # the kernel of two panels depends on the distance of the panels
     offset = width * np.arange(1 - panels // 2, panels)[:, np.newaxis, np.newaxis]
     apart = covariance.at(nodes[:, np.newaxis] - nodes - offset)
@@ -346,7 +350,8 @@ def _lagrange(nodes: Array, at: Array) -> Array:
 
 
 def _closed_form(covariance: Exponential, duration: float) -> Expansion:
-    """Return the modes of the exponential covariance: cosines and sines about the middle of the window."""
+    """Return the first ``MOST_MODES`` modes of the exponential covariance: cosines and sines about the middle of the
+    window, all with a positive value at its start."""
     half, rate = 0.5 * duration, 1.0 / covariance.scale
     k = np.arange(MOST_MODES)
     # x = w half: the even ones solve x tan x = rate half in (k pi, k pi + pi/2), the odd ones -x cot x = rate half in

@@ -97,11 +97,12 @@ def _deviation(key: str, entry: written.RandomProcess, values: Values) -> float:
 
 
 class Covariances:
-    """Reader of covariances, which reports faults.
+    """Reader of covariances of random processes, which reports faults and does not raise them.
 
     Parameters
     ----------
     values : Values
+        Evaluates numbers of the scene, and has the report of faults.
     curves : Curves
         Reads points and tables.
     """
@@ -140,7 +141,8 @@ class Covariances:
         return None if unknown else row.made(*deviation, *arguments)
 
     def _check_keys(self, key: str, entry: written.RandomProcess, title: str, wanted: Sequence[str]) -> bool:
-        """Report keys that are missing or superfluous; return whether all wanted keys are there."""
+        """Return whether an entry has all keys ``wanted`` by the type of its covariance; report missing ones. If none
+        is missing, keys of other types are reported. ``title`` names the type in messages."""
         values = {word: getattr(entry, word) for word in _KEYS}
         if entry.table is not None:
             values["points"] = entry.points or ()
@@ -156,7 +158,8 @@ class Covariances:
         return not missing
 
     def _deviations(self, key: str, entry: written.RandomProcess, kind: str) -> list[float]:
-        """Return the standard deviation of a type that takes it, as a list; faults are reported."""
+        """Return the standard deviation as a list of one number; an empty list for types that define the variance
+        themselves. A value that is not positive, or given with such a type, is reported."""
         if TYPES[kind].deviation:
             value = _deviation(key, entry, self.values)
             if not value > 0.0:
@@ -169,7 +172,9 @@ class Covariances:
         return []
 
     def _argument(self, key: str, name: str, entry: written.RandomProcess, word: str) -> object:
-        """Return the value of a key of a covariance."""
+        """Return the value of key ``word`` as the covariance's class takes it; None if unknown, which is reported. The
+        value is a class of roads, a Curve for "points", two frequencies in Hz for "band", else a number. Values out of
+        range are reported, and returned all the same."""
         if word == "road_class":
             return entry.road_class
         if word == "points":
@@ -191,7 +196,8 @@ class Covariances:
         return number
 
     def _points(self, key: str, name: str, entry: written.RandomProcess) -> Curve | None:
-        """Return the points of a covariance or a spectrum; None for a fault, which is reported."""
+        """Return the points of a covariance over lags, or of a one-sided spectrum over frequencies, as a curve. None if
+        they cannot be read; improper lags or values are reported, and the curve is returned all the same."""
         spectrum = entry.type == "spectrum"
         rule: Any = {"interpolation": "linear", "outside": "hold"}
         rule = rule if spectrum else {"interpolation": "quintic", "outside": "error"}
@@ -236,7 +242,10 @@ class Coherences(_CovarianceReader):
     def read(
         self, names: Sequence[str], entries: Mapping[str, written.RandomProcess]
     ) -> list[list[Coherence | None]] | None:
-        """Return the coherences of the processes of a group with one another; None if there is a fault."""
+        """Return the coherences of the processes ``names`` of a group as a symmetric matrix in this order: lists of
+        lists, None for a pair without coherence and on the diagonal. Instead None if there is a fault, which is
+        reported: contradicting or improper entries, or coherences that no processes have, since their matrix has a
+        negative eigenvalue at some frequency."""
         before = len(self.report.noted)
         result: list[list[Coherence | None]] = [[None] * len(names) for _ in names]
         said: dict[tuple[int, int], object] = {}
@@ -263,7 +272,8 @@ class Coherences(_CovarianceReader):
         return result
 
     def _one(self, key: str, neighbour: str, value: float | Sequence[Sequence[float | str]]) -> Coherence | None:
-        """Return the coherence with another process: exponential of a decay, or a table."""
+        """Return the coherence with process ``neighbour``: exponential for a number, its decay; a table for pairs of
+        frequency and coherence. None for a fault, which is reported under ``key``."""
         if isinstance(value, int | float):
             if not value > 0.0:
                 fault = f"the decay {value:.6g} of the coherence with {neighbour} is not positive [E1000]"
@@ -288,7 +298,9 @@ class Coherences(_CovarianceReader):
 def cross_covariances(
     covariance: Covariance, coherences: Sequence[Sequence[Coherence | None]], window: float
 ) -> list[list[Covariance]]:
-    """Return the covariances of processes with each other, if all have the same covariance and a coherence."""
+    """Return the square matrix of covariances and cross covariances of processes with the same covariance, as lists.
+    The diagonal has the covariance itself; other elements follow from the coherence of the pair, and are zero for None.
+    ``window`` is the largest lag, s or m."""
     none = CoherenceTable(np.array([0.0, 1.0 / window]), np.zeros(2))
     return [
         [
@@ -309,7 +321,8 @@ class Translations(_CovarianceReader):
     """Reader of translations X = T(g) of a Gaussian process g, given by a formula or by quantiles."""
 
     def read(self, name: str, entry: written.RandomProcess) -> Formula | None:
-        """Return the translation of an entry; None for g without translation."""
+        """Return the translation of an entry as a formula of g, from a formula, quantiles or a distribution; None if
+        the process is g itself, and for a fault, which is reported."""
         key = key_of("random", name)
         words = [word for word in ("translation", "quantiles", "distribution") if getattr(entry, word) is not None]
         if len(words) > 1:
@@ -324,8 +337,8 @@ class Translations(_CovarianceReader):
         return self.values.formula(f"{key}.translation", entry.translation, TRANSLATION)
 
     def _quantiles(self, key: str, name: str, entry: written.RandomProcess) -> Formula | None:
-        """Return the monotone map from a normal variable with this mean and deviation to a variable with given
-        quantiles: straight before the first and after the last quantile."""
+        """Return the monotone map from g to a variable with the entry's quantiles, as a formula; None for a fault,
+        which is reported. The map is straight before the first and after the last quantile."""
         points = [self.values.constants(f"{key}[{k}]", pair) for k, pair in enumerate(entry.quantiles or ())]
         share, value = np.array(points, dtype=float).reshape(-1, 2).T
         rising = len(share) >= _FEWEST_QUANTILES and np.all(np.diff(share) > 0.0) and np.all(np.diff(value) > 0.0)
@@ -338,8 +351,8 @@ class Translations(_CovarianceReader):
         return self._standard_curve(name, entry, Curve(f"{name} quantiles", *quantile_map(share, value)))
 
     def _distribution(self, key: str, name: str, entry: written.RandomProcess) -> Formula | None:
-        """Return the map from a normal variable with this mean and deviation to a variable of a distribution, by its
-        quantile function at many places."""
+        """Return the map from g to a variable of the entry's distribution, as a formula: a spline through its quantile
+        function. None for a fault, which is reported, as a distribution with single values."""
         # few processes have one
         from eomgen.products.ensembles import from_normal, read_distribution  # noqa: PLC0415
 
@@ -372,7 +385,10 @@ class Translations(_CovarianceReader):
         translation: Formula | None,
         window: float,
     ) -> Covariance:
-        """Return the covariance of g for which the translated process has the requested covariance. Raises UsageError.
+        """Return the covariance of g for which the translated process has the requested covariance.
+
+        If the translation mentions a refused parameter, the requested covariance is returned. Raises UsageError if no g
+        has such a covariance, if there is no translation, g is not standard normal, or the formula has a curve.
 
         Parameters
         ----------
@@ -415,7 +431,8 @@ class Translations(_CovarianceReader):
         return any(item.kind == "parameter" and item.name not in self.values.parameters for item in symbols(formula))
 
     def check(self, process: NormalSeries) -> None:
-        """Report a translation that has no value for a possible g; note one that is not monotonic there."""
+        """Report a process whose translation is not finite or is constant within six standard deviations of g; note one
+        that is not monotonic there. Formulas with curves or refused parameters are not checked."""
         formula = process.translation
         if formula is None or curves(formula) or self._mentions_refused(formula):
             return

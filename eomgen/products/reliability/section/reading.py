@@ -39,8 +39,9 @@ _TABLE_ERROR, _OF_THE_REST = 1e-6, 1e-4
 
 
 def mode_tables(name: str, expansion: Expansion, start: float) -> tuple[Curve, ...]:
-    """Return the modes as splines over x from ``start`` on, each through as many points as its error requires: modes of
-    short waves have small values, and need less relative accuracy."""
+    """Return the modes of an expansion as splines over x from ``start`` on, the largest eigenvalue first. x is a time
+    in s or a distance in m; `name` is the process's, for the names of the curves. Each curve has as many points as its
+    error requires, 4096 at most: modes of short waves have small values, and need less relative accuracy."""
     count, points = len(expansion.eigenvalues), _FEWEST
     result: dict[int, Curve] = {}
     allowed = max(_TABLE_ERROR, _OF_THE_REST * math.sqrt(max(1.0 - float(expansion.variance_shares[-1]), 0.0)))
@@ -73,7 +74,8 @@ def input_of(process: NormalSeries, entry: written.RandomProcess) -> Input:
 
 
 def variables_as_parameters(process: NormalSeries) -> list[Parameter]:
-    """Return the parameters that are the variables of a process."""
+    """Return tunable parameters for the standard normal variables that belong to a process; the default values are
+    random numbers by the process's seed. Variables shared with another process are left out."""
     names = process.own_variables
     values = standard_normals(process.seed, len(names), process.name).tolist()
     return [
@@ -83,7 +85,8 @@ def variables_as_parameters(process: NormalSeries) -> list[Parameter]:
 
 
 def _formula(process: NormalSeries) -> Formula:
-    """Return a process as a formula of time and the variables of the process."""
+    """Return a process as a formula of time and its variables: the mean plus the sum of modes times variables, through
+    the translation if there is one. The modes take time times speed, less the lag."""
     x: Formula = Symbol("time")
     if process.speed:
         x = process.speed * x
@@ -117,14 +120,16 @@ _SINGULAR = 1e-12
 
 
 class Processes:
-    """Reader of random processes, which reports faults.
+    """Reader of the random processes of a scene, which reports faults and does not raise them.
 
     Parameters
     ----------
     values : Values
+        Evaluates numbers and formulas of the scene, and has the report of faults.
     curves : Curves
         Reads points and tables.
-    duration : of runs, s: default of windows
+    duration : float
+        Duration of runs, s: the default window of a process.
     """
 
     def __init__(self, values: Values, curves: Curves, duration: float) -> None:
@@ -134,7 +139,9 @@ class Processes:
         self._covariances, self._translations = Covariances(values, curves), Translations(values)
 
     def read(self, entries: Mapping[str, written.RandomProcess]) -> tuple[list[Input], list[Parameter]]:
-        """Return processes as inputs, and the variables of processes that follow no other; faults are reported."""
+        """Return processes as inputs, in the order of the entries, and the variables of processes as parameters.
+        Processes that follow another one have no variables. Processes with a fault are left out, and the fault is
+        reported."""
         lags = {name: lag for name, entry in entries.items() if (lag := self._lag(name, entry, entries)) is not None}
         first_of = {name: self._first(name, entry, entries) for name, entry in entries.items() if name in lags}
         result: dict[str, Input] = {}
@@ -157,7 +164,9 @@ class Processes:
     def _add_followers(
         self, result: dict[str, Input], lags: Mapping[str, float], entries: Mapping[str, written.RandomProcess]
     ) -> None:
-        """Add the processes that follow processes of the result."""
+        """Add to ``result``, in place, the entries that follow a process of the result. Each is a copy of the followed
+        process with a separate name, lag (`lags` by name, s or m) and translation. Entries whose lag is unknown are
+        left out."""
         for name, entry in entries.items():
             leader = result.get(entry.follows or "")
             if leader is not None and leader.series is not None and name in lags:
@@ -170,8 +179,8 @@ class Processes:
     def _first(
         self, name: str, entry: written.RandomProcess, entries: Mapping[str, written.RandomProcess]
     ) -> str | None:
-        """Return the process that defines the covariance of a process: the process itself, or the process correlated
-        with it; None for an unknown process, which is reported, and for a process that follows another."""
+        """Return the name of the process that defines the covariance of process `name`: a process correlated or
+        coherent with it, else itself. None for a process that follows another, and for a fault, which is reported."""
         key = key_of("random", name)
         if entry.follows is not None:
             return None
@@ -186,8 +195,9 @@ class Processes:
     def _leader_of_group(
         self, name: str, entry: written.RandomProcess, entries: Mapping[str, written.RandomProcess]
     ) -> str | None:
-        """Return the process with a type among the processes with which a process is correlated or coherent; None for a
-        fault, which is reported."""
+        """Return the name of the process with its own type that a correlated or coherent process refers to; None for a
+        fault. A fault is reported: a reference to itself, to an unknown process or to one that follows another, not
+        exactly one process with a type, or a key that the process with the type sets for both."""
         key = key_of("random", name)
         how, with_others = ("correlation", "correlated") if entry.coherence is None else ("coherence", "coherent")
         others = list(entry.correlation or entry.coherence or {})
@@ -217,7 +227,9 @@ class Processes:
     def _related_processes(
         self, names: Sequence[str], entries: Mapping[str, written.RandomProcess], lag: tuple[float, float]
     ) -> list[NormalSeries]:
-        """Return the first process and all processes correlated or coherent with it; empty for a fault."""
+        """Return the processes of a group in the order of ``names``, the first of which has the type; empty for a
+        fault. The others are correlated or coherent with the first. ``lag`` has the largest and the smallest lag of
+        processes that follow any of the group, by which the window is extended. A fault is reported."""
         first, others = names[0], names[1:]
         coherences = None
         if any(entries[name].coherence is not None for name in others):
@@ -240,7 +252,8 @@ class Processes:
     def _coherent(
         self, first: NormalSeries, process: NormalSeries, name: str, entry: written.RandomProcess
     ) -> NormalSeries:
-        """Return a process with the variables of the group's first process, and with separate modes."""
+        """Return a coherent process of a group, `process` scaled to its own standard deviation, which shares the
+        variables of the first process and has separate modes."""
         scale = self._scale(first, name, entry)
         return self._member(
             process,
@@ -260,7 +273,8 @@ class Processes:
         return process
 
     def _scale(self, first: NormalSeries, name: str, entry: written.RandomProcess) -> float:
-        """Return the standard deviation of a process relative to the first process of its group."""
+        """Return the standard deviation of a process relative to the first process of its group; 1 if none is given. A
+        value that is not positive is reported, and returned all the same."""
         if entry.standard_deviation is None:
             return 1.0
         key = f"{key_of('random', name)}.standard_deviation"
@@ -272,8 +286,9 @@ class Processes:
     def _group(
         self, first: NormalSeries, names: Sequence[str], entries: Mapping[str, written.RandomProcess]
     ) -> list[NormalSeries]:
-        """Return a group of correlated processes, each a sum of the group's variables with weights from the Cholesky
-        factor of the correlation matrix."""
+        """Return a group of correlated processes in the order of ``names``, the first of which is given as ``first``.
+        Each is a sum of the group's variables with weights from the Cholesky factor of the correlation matrix. Only the
+        first process is returned for a group of one, or if the correlations have a fault, which is reported."""
         matrix = None if len(names) == 1 else self._correlations(first, names, entries)
         if matrix is None:
             return [first]
@@ -302,7 +317,9 @@ class Processes:
     def _correlations(
         self, first: NormalSeries, names: Sequence[str], entries: Mapping[str, written.RandomProcess]
     ) -> Array | None:
-        """Return the correlation matrix of a group, repaired if wanted; None for a fault, which is reported."""
+        """Return the correlation matrix of the processes `names`, in this order; None for a fault, which is reported.
+        Pairs without a coefficient have 0. If the matrix is not positive definite, the nearest correlation matrix takes
+        its place, with a note, if the entry of the first process allows a repair; else this is a fault."""
         matrix = np.eye(len(names))
         for i, name in enumerate(names):
             for partner, value in (entries[name].correlation or {}).items():
@@ -333,8 +350,8 @@ class Processes:
     def _lag(
         self, name: str, entry: written.RandomProcess, entries: Mapping[str, written.RandomProcess]
     ) -> float | None:
-        """Return the lag of a process relative to the process that it follows, 0 without such a process; None if
-        unknown, which is reported."""
+        """Return the lag of a process relative to the process that it follows, in s (delay) or m (offset); 0 for a
+        process that follows none. None for a fault, which is reported, as a key that the followed process sets."""
         key = key_of("random", name)
         if entry.follows is None:
             word = _first_set(entry, ("offset", "delay"))
@@ -380,10 +397,13 @@ class Processes:
         earliest: float,
         coherences: Sequence[Sequence[Coherence | None]] | None,
     ) -> list[NormalSeries]:
-        """Return a process with a separate covariance, and a process for each coherent process, with common modes;
-        empty for a fault.
+        """Return a process with its own covariance, then the coherent processes of its group; empty for a fault, which
+        is reported. All have the same name, mean and variables and differ in their modes.
 
-        ``latest``, ``earliest`` : the largest and the smallest lag of processes that follow any process of the group.
+        Parameters
+        ----------
+        latest, earliest : the largest and the smallest lag of processes that follow any process of the group
+        coherences : square matrix of the coherences in the group, None for no coherence of a pair; None for one process
         """
         key = key_of("random", name)
         before = len(self.report.noted)
@@ -448,7 +468,8 @@ class Processes:
         return result
 
     def _along(self, key: str, entry: written.RandomProcess) -> tuple[float, float]:
-        """Return speed, 0 over time, and duration of the window."""
+        """Return the speed, m/s, and the duration of the window, s, of an entry; the speed is 0 for a process over
+        time. Values out of range are reported, and returned all the same."""
         speed, duration = 0.0, self.duration
         if entry.speed is not None:
             speed = self.values.constant(f"{key}.speed", entry.speed)

@@ -51,7 +51,9 @@ class Tails(NamedTuple):
 
 
 class _CumulantFunction:
-    """K - s y and derivatives for thresholds (m,), each with a separate form or all with the same form, at s (m,)."""
+    """K(s) - s y of quadratic forms at thresholds y (m,), and its first three derivatives, at s (m,). All numbers are
+    divided by the standard deviation of the form, by which s is multiplied. There is one form for each threshold, or
+    one for all; methods take s for the thresholds ``rows`` and return as many values."""
 
     def __init__(self, forms: Sequence[QuadraticForm], thresholds: Array) -> None:
         scales = np.array([form.standard_deviation or 1.0 for form in forms])
@@ -86,7 +88,8 @@ class _CumulantFunction:
         return np.asarray(parts.sum(axis=1))
 
     def beside(self, u: Complex, s: Array, rows: NDArray[np.intp]) -> tuple[Complex, Complex]:
-        """Return K(s + u) - K(s) and the derivative, for saddles s; the slope at s, which is rounding, is left out."""
+        """Return K(s + u) - K(s) and its derivative by u, for saddles s and complex u of the thresholds ``rows``. The
+        slope at s, which is rounding, is left out."""
         values, at = self.values[rows], u[:, None]
         bent = 1.0 - s[:, None] * values
         ahead, x = bent - at * values, at * values / bent
@@ -96,10 +99,8 @@ class _CumulantFunction:
         return np.asarray(rise.sum(axis=1)), np.asarray(slope.sum(axis=1))
 
     def saddles(self) -> Array:
-        """Return s (m,) between the poles where K' = y; an infinity if y is not a value of the form.
-
-        K' rises all along the strip between the poles, so the interval about a saddle is halved.
-        """
+        """Return s (m,) between the poles at which K' = y: inf if y is above all values of the form, -inf if below. K'
+        rises all along the strip between the poles, so the interval about a saddle is halved."""
         rows = np.arange(self.offsets.size)
         at_zero = np.real(self.first(np.zeros(rows.size), rows))
         sign = np.where(at_zero > 0.0, -1.0, 1.0)
@@ -128,7 +129,8 @@ class _CumulantFunction:
         return result
 
     def _bisect(self, inner: Array, outer: Array, rows: NDArray[np.intp], at_zero: Array) -> Array:
-        """Return saddles between ``inner``, at which K' - y has the same sign as at zero, and ``outer``."""
+        """Return saddles of the thresholds ``rows`` between ``inner``, at which K' - y has the same sign as at zero,
+        and ``outer``; ``at_zero`` is K' - y at s = 0. Halvings are followed by Newton steps."""
         for _ in range(_HALVINGS):
             middle = 0.5 * (inner + outer)
             before = np.real(self.first(middle, rows)) * np.sign(at_zero) > 0.0
@@ -140,11 +142,12 @@ class _CumulantFunction:
 
 
 def steepest_descent(forms: Forms, thresholds: ArrayLike) -> Tails:
-    """Return both tails at thresholds (m,): the inversion integral along the path of steepest descent.
+    """Return P(Y <= y) and P(Y > y) of quadratic forms at thresholds, by integration along paths of steepest descent.
 
-    On that path from the saddle point the exponent falls as t^2 / 2 with the parameter t, so the integrand is a
-    Gaussian times a smooth factor, and the trapezoidal rule is exact to rounding. The pole at s = 0, at t = i w, is
-    subtracted; the contribution of the pole is the normal distribution at w.
+    `forms` is one form for all thresholds, or one for each. The tails have the shape of the thresholds. On the path
+    from the saddle point the exponent falls as t^2 / 2 with the parameter t, so the integrand is a Gaussian times a
+    smooth factor, and the trapezoidal rule is exact to rounding. The pole at s = 0, at t = i w, is subtracted; the
+    contribution of the pole is the normal distribution at w.
 
     Raises
     ------
@@ -192,7 +195,8 @@ def steepest_descent(forms: Forms, thresholds: ArrayLike) -> Tails:
 def _on_path(
     generating: _CumulantFunction, saddles: Array, rows: NDArray[np.intp], guess: Complex, t: float
 ) -> tuple[Complex, Complex]:
-    """Return u next to a guess at which K has fallen by t^2 / 2 from a saddle, and the slope of K there."""
+    """Return u next to a guess at which K has fallen by t^2 / 2 from its value at a saddle, and the slope of K at the
+    saddle plus u: complex, one for each of the thresholds ``rows``."""
     u = guess
     for _ in range(_CORRECTIONS):
         rise, slope = generating.beside(u, saddles, rows)
@@ -204,7 +208,9 @@ def _on_path(
 
 
 def lugannani_rice(forms: Forms, thresholds: ArrayLike) -> Tails:
-    """Return both tails at thresholds (m,) by the saddle point alone.
+    """Return P(Y <= y) and P(Y > y) of quadratic forms at thresholds by the saddle point alone, an approximation.
+
+    `forms` is one form for all thresholds, or one for each. The tails have the shape of the thresholds.
 
     References
     ----------
@@ -232,7 +238,9 @@ def _flat(thresholds: ArrayLike) -> tuple[Array, tuple[int, ...]]:
 
 
 def _saddle_points(several_forms: Forms, y: Array) -> tuple[_CumulantFunction, Array, Array, Array]:
-    """Return the generating function, saddles, and the tails if a form has no spread or never comes."""
+    """Return the cumulant function, its saddles (m,), and probabilities P(Y <= y), P(Y > y), 0 or 1, for thresholds y
+    (m,). The probabilities hold if the saddle is infinite: the form has no spread, or never takes the value y. For
+    other thresholds they are to be replaced."""
     forms = [several_forms] if isinstance(several_forms, QuadraticForm) else list(several_forms)
     generating = _CumulantFunction(forms, y)
     spread = np.broadcast_to([form.standard_deviation > 0.0 for form in forms], y.shape)
@@ -275,6 +283,8 @@ def importance_sampling(
     response: Response, point: Array, threshold: float, *, above: bool, samples: int, seed: int
 ) -> ProbabilityEstimate:
     """Estimate P(y > threshold), or P(y <= threshold), by importance sampling with unit covariance about a point.
+
+    The estimate is NaN if the response has no value at some sample.
 
     Parameters
     ----------
@@ -331,7 +341,8 @@ class Draws:
     _parts: list[tuple[Array, ...]] = field(default_factory=list, init=False)
 
     def first(self, count: int) -> tuple[Array, ...]:
-        """Return at least ``count`` points, (m, n), and the results, (m,) each."""
+        """Return all points (m, n) drawn so far, m at least `count`, and the results of the runs, (m,) each. Only
+        missing points are drawn and run; they are kept for later calls."""
         have = sum(len(part[0]) for part in self._parts)
         if have < count:
             random = np.random.default_rng([self.seed, have])
@@ -352,7 +363,8 @@ class Draws:
         return np.asarray(special.softmax(self._exponents(points), axis=1))
 
     def _exponents(self, points: Array) -> Array:
-        """Return logarithms of each centre's density of samples relative to the normal density, (m, c)."""
+        """Return logarithms of each centre's part in the density of samples, relative to the standard normal density,
+        (m, c) at points (m, n); their exponentials add up to the relative density of all samples."""
         centres = np.atleast_2d(self.centre)
         scales = np.ones(len(centres)) if self.scales is None else self.scales
         # |z - c|^2 without the cancellation of large squares for the scale 1
@@ -363,10 +375,11 @@ class Draws:
 
 
 def far_branches(form: QuadraticForm, threshold: float, point: Array, probability: float, *, above: bool) -> Array:
-    """Return points of a form's limit state in other directions than the most probable point: (m, n).
+    """Return points of a form's limit state on other branches than the most probable point, (m, n), the nearest first.
 
     A form that bends back reaches the threshold on both sides of the mean along a principal axis. Samples about the
     most probable point never see the other side, so a correction by such samples is wrong by the probability there.
+    There are three points at most; none, (0, n), if the mean passes the threshold.
 
     Parameters
     ----------
@@ -375,6 +388,8 @@ def far_branches(form: QuadraticForm, threshold: float, point: Array, probabilit
     probability : float
         P(y > threshold), or P(y <= threshold), by the form: sides that are likely by less than a thousandth of this
         probability are left out.
+    above : bool
+        Whether y > threshold is meant, or y <= threshold.
     """
     values, vectors = np.linalg.eigh(0.5 * (form.hessian + form.hessian.T))
     sign = 1.0 if above else -1.0
@@ -405,14 +420,12 @@ def corrected_tail(
 ) -> ProbabilityEstimate:
     """Estimate P(y > threshold), or P(y <= threshold), by a quadratic form and a correction by samples.
 
-    The estimate uses samples alone if the error of samples is less than the error with the correction, as for a bad
-    form.
-
-    For a good form both limit states nearly coincide, and their difference needs few samples. The number of samples
-    doubles until the standard error is half of ``accuracy``, relative to the probability, or until twice the number
-    would exceed ``most``. Two additional samples between both limit states enter the error, of which none is seen with
-    a chance of an eighth. The result is not a number if samples end before that accuracy with weights so unequal that
-    their mean is not normally distributed.
+    For a good form both limit states nearly coincide, and their difference needs few samples. Samples alone are used if
+    their error is less, as for a bad form. The number of samples doubles until the standard error is half of
+    ``accuracy``, relative to the probability, or until twice the number would exceed ``most``. Two additional samples
+    between both limit states enter the error, of which none is seen with a chance of an eighth. The result is NaN if a
+    sample has no value, or if samples end before that accuracy with weights so unequal that their mean is not normally
+    distributed.
 
     Parameters
     ----------
@@ -421,6 +434,8 @@ def corrected_tail(
     form : QuadraticForm, optional
     of_form : float
         Probability by the quadratic form; 0 without one.
+    above : bool
+        Whether y > threshold is meant, or y <= threshold.
 
     References
     ----------

@@ -48,14 +48,14 @@ FARTHEST = 10.0
 
 @dataclass(frozen=True)
 class MostProbablePoint:
-    """The point nearest to the mean at which a response takes a value.
+    """The point nearest to the mean at which a response takes a value, in the space of standard normal variables.
 
     Attributes
     ----------
     threshold : the value
-    point : (n,)
-    multiplier : of the condition y = threshold
-    expansion : of the response there
+    point : (n,), values of the standard normal variables
+    multiplier : m of the conditions z + m grad y = 0, y = threshold
+    expansion : value, gradient and Hessian of the response there
     iterations : of Newton's method from the point before
     aside : distance to the point that has the direction of the gradient exactly, in standard deviations; 0 but for
         responses whose gradient jumps
@@ -76,8 +76,8 @@ class MostProbablePoint:
 
     @property
     def curvatures(self) -> Array:
-        """Principal curvatures (n - 1,) of the limit state, positive if the limit state bends away from the mean, times
-        the distance: curvatures of y above the threshold if the index is positive."""
+        """Principal curvatures (n - 1,) of the limit state y = threshold at the point, per standard deviation. Positive
+        if y bends down along the surface, so that for a positive index the limit state bends away from the mean."""
         n = len(self.point)
         gradient = self.expansion.gradient
         length = float(np.linalg.norm(gradient))
@@ -157,7 +157,7 @@ def most_probable_points(response: Response, thresholds: Sequence[float]) -> lis
 def points_on_curve(
     response: Response, thresholds: Sequence[float], kinked: Callable[[], bool] = bool
 ) -> tuple[dict[int, MostProbablePoint], dict[int, UnreachedThreshold]]:
-    """Return the most probable points by indices of thresholds, and the reasons for missing points.
+    """Return the most probable points and the errors of missing points, each a dict by number of the threshold.
 
     From the mean the curve of most probable points is followed to both sides in steps of a quarter of a standard
     deviation or more; each point solves z + m g = 0, y = threshold by Newton's method, from the extrapolation of two
@@ -197,7 +197,8 @@ def points_on_curve(
 
 
 def _why_it_ends(response: Response, last: MostProbablePoint) -> str:
-    """Return why the curve of most probable points is followed no farther than to one."""
+    """Return the reason, in words, why the curve of most probable points ends at `last`: too far from the mean, a
+    gradient that jumps next to the point (``JUMPING``), or a bound of the response."""
     if np.linalg.norm(last.point) > FARTHEST:
         return "beyond which nothing is so probable as 1e-23"
     ahead = _BESIDE * last.expansion.gradient / np.linalg.norm(last.expansion.gradient)
@@ -209,7 +210,8 @@ def _why_it_ends(response: Response, last: MostProbablePoint) -> str:
 
 
 class UnreachedThreshold(NumericalError):
-    """The curve of most probable points ends before a threshold; ``last``: at which point, ``why``."""
+    """Error for a threshold that the curve of most probable points from the mean does not reach; ``last`` is the last
+    point of the curve, ``why`` the reason in words."""
 
     def __init__(self, last: MostProbablePoint, threshold: float, why: str) -> None:
         far = float(np.linalg.norm(last.point))
@@ -226,7 +228,10 @@ def _follow_curve(
     threshold: float,
     kinked: Callable[[], bool],
 ) -> tuple[MostProbablePoint, MostProbablePoint]:
-    """Follow the curve of most probable points to the next threshold; return the previous point, too."""
+    """Follow the curve of most probable points from `last` to a threshold; return the previous point and the point of
+    the threshold. `before` is the point before `last` on the curve, or None. Steps are halved if Newton's method fails;
+    then ``kinked`` says whether to accept points next to jumps of the gradient with reduced accuracy. Raises
+    UnreachedThreshold if the steps become too small, or the points too far from the mean."""
     stride = _STRIDE
     while True:
         slope = float(np.linalg.norm(last.expansion.gradient))
@@ -270,8 +275,10 @@ def _system(multiplier: float, gradient: Array, hessian: Array) -> Array:
 def _extrapolate(
     before: MostProbablePoint | None, last: MostProbablePoint, threshold: float
 ) -> tuple[Array, float, Array]:
-    """Return the extrapolated point, multiplier and Hessian: by value and slope at two points (Hermite), the Hessian
-    linearly."""
+    """Return a point (n,), a multiplier and a Hessian (n, n) extrapolated along the curve to a threshold, to start
+    Newton's method. The point and the multiplier follow values and slopes at both points (Hermite), the Hessian the
+    line through both. If ``before`` is None or too close to ``last``, the slope at ``last`` alone and its Hessian are
+    taken."""
     here, rate = np.append(last.point, last.multiplier), _rates(last)
     hessian = last.expansion.hessian.copy()
     ahead = threshold - last.threshold
@@ -344,8 +351,8 @@ def _is_solved(z: Array, multiplier: float, value: float, threshold: float, grad
 
 
 def further_design_points(response: Response, design_point: MostProbablePoint, seed: int) -> list[MostProbablePoint]:
-    """Return other points with the same threshold whose distance from the mean exceeds that distance of the design
-    point by less than one standard deviation.
+    """Return other most probable points of the same threshold, less than one standard deviation farther from the mean
+    than the design point, the nearest first.
 
     A bistable system has several such points, and the probability is then some sum of the contributions. The search
     starts from the mirrored point and random directions at the same distance, by the method of Hasofer and Lind with
@@ -378,8 +385,10 @@ def _unseen_points(starts: int, points: int) -> float:
 def descend(
     response: Response, begin: Array, threshold: float, known: Sequence[MostProbablePoint]
 ) -> MostProbablePoint | None:
-    """Return the most probable point reached by steps of at most one standard deviation. None if the steps come to a
-    known point, settle much farther out than the first known point, or do not settle.
+    """Return a most probable point found from a start by steps of at most one standard deviation, or None.
+
+    None if the steps come to a known point or end much farther out than the first known point (10 standard deviations
+    without known points), if the response has no slope, or if Newton's method at the end fails.
 
     Parameters
     ----------
@@ -441,16 +450,19 @@ def all_centres(
 ) -> tuple[Array, Draws | None]:
     """Return points (c, n) about which the response passes a threshold, and samples about all of them.
 
-    The samples are None if none of them passes it. Searches end by the rule in ``further_design_points``.
+    Samples far from known points that pass the threshold start searches for further points, which end by the rule in
+    ``further_design_points``. The points are (0, n) and the samples None if no point is known or found.
 
     Parameters
     ----------
     response : Response
     points : sequence of (n,)
-        Known points.
+        Known points; if empty, samples look for a first one.
     threshold : float
     above : bool
         Whether y > threshold is the passage, or y <= threshold.
+    seed : int
+        Of the samples.
     """
     centres = np.array(points) if points else _first_centre(response, threshold, above=above, seed=seed)
     if not len(centres):
@@ -480,7 +492,8 @@ def all_centres(
 
 
 def _first_centre(response: Response, threshold: float, *, above: bool, seed: int) -> Array:
-    """Return a point that passes a threshold, (1, n), by samples that come farther and farther; (0, n) if none does."""
+    """Return a point that passes a threshold, (1, n), by samples about the mean whose deviation is doubled until one
+    passes; (0, n) if none does. `above` says whether y > threshold is the passage, or y <= threshold."""
     reach = 1.0
     while reach * np.sqrt(response.size) <= max(FARTHEST, np.sqrt(response.size)):
         draws = Draws(lambda z: (response.values(z),), np.zeros(response.size), seed, np.array([reach]))
@@ -494,8 +507,9 @@ def _first_centre(response: Response, threshold: float, *, above: bool, seed: in
 
 
 def _nearest(response: Response, point: Array, threshold: float, *, above: bool) -> Array:
-    """Return a point near the mean that passes the threshold, from one that does: the most probable one if a search
-    comes to it, else the first one of the ray from the mean."""
+    """Return a point (n,) nearer to the mean that just passes a threshold, given a point that passes. The result is the
+    most probable point if a search finds one, else the first place on the ray from the mean to ``point`` that passes.
+    `above` says whether y > threshold is the passage, or y <= threshold."""
     parts = 1 + int(np.linalg.norm(point) / _STRIDE)
     ray = np.linspace(0.0, 1.0, parts + 1)[1:, np.newaxis] * point
     y = response.values(ray)
@@ -511,14 +525,15 @@ def _nearest(response: Response, point: Array, threshold: float, *, above: bool)
 def searched_points(
     response: Response, threshold: float, starts: int, seed: int, distance: float = 1.0
 ) -> list[MostProbablePoint]:
-    """Return most probable points of a threshold, the nearest first, by searches from random directions.
+    """Return most probable points of a threshold, the nearest to the mean first, by searches from random directions; an
+    empty list if no search succeeds.
 
     Parameters
     ----------
     starts : int
         Number of directions, of which each is followed by its opposite.
     distance : float
-        Of the starts from the mean.
+        Distance of the starts from the mean, in standard deviations.
     """
     directions = np.random.default_rng(seed).standard_normal((starts, response.size))
     directions *= distance / np.linalg.norm(directions, axis=1)[:, np.newaxis]

@@ -62,7 +62,8 @@ class QuadraticForm:
         return values, vectors.T @ self.gradient
 
     def cumulants(self) -> Array:
-        """Return the first four cumulants (4,)."""
+        """Return the first four cumulants (4,): mean, variance, third and fourth, exact for independent standard normal
+        z."""
         values, slopes = self.principal
         first = self.value + 0.5 * values.sum()
         factorial = [1.0, 1.0, 2.0, 6.0, 24.0]
@@ -120,7 +121,7 @@ class ResponseExpansion(NamedTuple):
 
 
 class Response(Protocol):
-    """Evaluations of a scalar response y of n standard normal variables z."""
+    """A scalar response y of n independent standard normal variables z, which can be evaluated with derivatives."""
 
     @property
     def size(self) -> int:
@@ -144,11 +145,10 @@ class HessianProductResponse(Response, Protocol):
 
 
 def hermite_projection(response: Response, pairs: int, seed: int) -> QuadraticForm:
-    """Return the response's projection onto Hermite polynomials of degree 2: E grad y and E Hess y (Stein's identity).
-
-    Averages are over ``pairs`` antithetic pairs of a scrambled Sobol sequence, z and -z: odd terms of y drop out of the
-    mean, even terms out of the mean gradient.
-    """
+    """Return the response's projection onto Hermite polynomials of degree 2, as a quadratic form. Its gradient and
+    Hessian are the averages E grad y and E Hess y (Stein's identity), over ``pairs`` antithetic pairs z, -z of a
+    scrambled Sobol sequence: odd terms of y drop out of the mean, even terms out of the mean gradient. Each pair takes
+    two expansions of the response."""
     from scipy.stats import qmc  # noqa: PLC0415  # it takes half a second to import
 
     n = response.size
@@ -214,7 +214,8 @@ class ProjectedResponse:
 
 
 def _widen(directions: Array, vector: Array) -> Array:
-    """Return directions with a further direction along a vector that is not in the span of the directions."""
+    """Return orthonormal directions (n, r + 1): the given ones (n, r) and the normalised rest of a vector (n,) outside
+    their span; the given ones alone if the vector is in the span."""
     rest = vector - directions @ (directions.T @ vector)
     rest = rest - directions @ (directions.T @ rest)
     length = float(np.linalg.norm(rest))

@@ -84,10 +84,9 @@ def _from_upper_tail(above: Sequence[float]) -> Distribution:
 def further_points(
     response: Response, reached: Sequence[MostProbablePoint], seed: int
 ) -> tuple[dict[int, list[MostProbablePoint]], list[str]]:
-    """Return further most probable points by index of a threshold, and notes on points that are not the nearest.
-
-    They are searched for at the first and the last threshold, and followed to others.
-    """
+    """Return further most probable points by number of the reached threshold, and notes on points that are not nearest.
+    The numbers are places in ``reached``; some are missing if there are no others. Points are searched for at the first
+    and the last threshold, and from these followed to thresholds on the same side of the mean."""
     notes, others = [], {}
     if not reached:
         return {}, []
@@ -128,10 +127,9 @@ def why_gradient_changes(kinks: Sequence[str]) -> str:
 def notes_on_unreached(
     missed: Mapping[int, UnreachedThreshold], thresholds: Array, kinks: Callable[[], Sequence[str]]
 ) -> list[str]:
-    """Return notes on thresholds that have no most probable point, one for each end of the curve of these.
-
-    ``kinks``: returns the operations of the scene at which slopes jump, in words.
-    """
+    """Return notes on thresholds that have no most probable point, one for each end of the curve of these points.
+    `missed` are the errors by number of the threshold, and ``kinks`` returns the operations of the scene at which
+    slopes jump, in words."""
     ends: dict[int, list[int]] = {}
     for k in sorted(missed, key=lambda k: float(thresholds[k])):
         ends.setdefault(id(missed[k].last), []).append(k)
@@ -162,14 +160,17 @@ def correct_by_samples(
 
     Samples are drawn about all points of a threshold, about the far branches of forms that bend back, about the mean
     and farther about the mean; thresholds near the mean, whose regions are too wide for local samples, have common
-    samples about the mean. A probability whose samples are too unequal for bounds is counted about the mean, or not
-    given.
+    samples about the mean. A probability whose samples are too unequal for bounds is counted about the mean, or NaN,
+    with a note. The result has all thresholds, (n,).
 
     Parameters
     ----------
+    thresholds : (n,), values of the output
     reached, others : most probable point, and further points, by index of a threshold; thresholds without a point have
         samples alone
-    forms : by the quadratic forms at most probable points
+    forms : by the quadratic forms at most probable points, NaN at other thresholds
+    about_mean : common samples about the mean
+    seed : of the samples about points of the first threshold
     """
     below, above, low, high = (np.full(len(thresholds), np.nan) for _ in range(4))
     several, unknown = [], []
@@ -227,7 +228,8 @@ def _notes_on_regions(thresholds: Array, several: Sequence[tuple[int, int]], unk
 
 
 def _count_tail(about_mean: Draws, threshold: float, *, above: bool) -> tuple[float, float, float]:
-    """Return a probability and its bounds by counts of samples about the mean; not numbers if few are counted."""
+    """Return P(y > threshold), or P(y <= threshold) if not `above`, and bounds of 95 % confidence, by counts of samples
+    about the mean; three NaN if fewer than ten are counted or a sample failed."""
     _, y, *_ = about_mean.first(_MOST_ABOUT_MEAN)
     seen = int(np.count_nonzero((y > threshold) == above))
     if np.isnan(y).any() or seen < FEWEST_SEEN:
@@ -237,8 +239,9 @@ def _count_tail(about_mean: Draws, threshold: float, *, above: bool) -> tuple[fl
 
 
 def counted_instead(wanted: Array, distribution: Distribution, about_mean: Draws) -> tuple[Distribution, list[str]]:
-    """Replace probabilities of a corrected distribution by counts of samples about the mean if the counts contradict
-    the probabilities; return the distribution and notes."""
+    """Return a corrected distribution with some probabilities replaced by counts of samples about the mean, and notes.
+    They are replaced, with their bounds, if the counts contradict them: other regions contribute then. `wanted` (n,)
+    are the thresholds. The given distribution is not changed."""
     z, y, *_ = about_mean.first(FEWEST)
     count, notes = len(z), []
     below, above, low, high = (part.copy() for part in vars(distribution).values())
@@ -280,7 +283,9 @@ def disagreements(thresholds: Sequence[float], form: Distribution, true: Distrib
 
 
 def doubts_of_forms(thresholds: Array, errors: Mapping[str, Array], true: Distribution) -> list[str]:
-    """Return notes on quadratic forms that are off by more than a tenth, and on corrections that are not accurate."""
+    """Return notes on quadratic forms that are off by more than a tenth, and on corrections that are not accurate.
+    `errors` (n,) by method, with "quadratic" and "form", are relative to the corrected distribution ``true`` at the
+    thresholds (n,)."""
     notes = []
     off, of_form = np.nan_to_num(np.abs(errors["quadratic"])), errors["form"]
     tail = np.fmin(true.below, true.above)
@@ -309,7 +314,9 @@ def against_samples(wanted: Array, form: Distribution, counted: Distribution) ->
 
 
 def _apart(thresholds: Sequence[float], form: Distribution, counted: Distribution) -> dict[int, str]:
-    """Return by place the values of a form and of samples on the less probable side, if these differ."""
+    """Return sentences on thresholds at which a form and samples differ significantly, by number of the threshold. Each
+    has the probabilities of both on the less probable side; the standard error follows from the bounds of `counted`,
+    the distribution by samples."""
     result = {}
     for k, threshold in enumerate(thresholds):
         side = "above" if counted.above[k] <= 0.5 else "below"
@@ -331,7 +338,8 @@ def without(distribution: Distribution, places: Collection[int]) -> Distribution
 
 
 def spread(distribution: Distribution, places: Sequence[int], count: int) -> Distribution:
-    """Return a distribution at all thresholds, not a number at thresholds without a point."""
+    """Return a distribution at `count` thresholds from one at the thresholds ``places``, NaN at the others; empty
+    bounds stay empty."""
 
     def wide(values: Array) -> Array:
         result = np.full(count, np.nan)
@@ -343,6 +351,8 @@ def spread(distribution: Distribution, places: Sequence[int], count: int) -> Dis
 
 def tails_of(response: RunResponse, reached: Sequence[MostProbablePoint], samples: int, seed: int) -> Distribution:
     """Estimate the probabilities below and above thresholds by importance sampling about most probable points.
+
+    The result has one value for each point, with bounds of 95 % confidence of the probability below.
 
     Parameters
     ----------
@@ -367,7 +377,9 @@ def tails_of(response: RunResponse, reached: Sequence[MostProbablePoint], sample
 
 
 def empirical_distribution(y: Array, thresholds: Array) -> tuple[Distribution, tuple[float, float, float, float]]:
-    """Return the empirical distribution with bounds of Clopper and Pearson, and moments."""
+    """Return the empirical distribution of samples y (m,) at thresholds (n,), and the moments. Bounds are of 95 %
+    confidence (Clopper and Pearson). The moments are mean, standard deviation, skewness and excess kurtosis, the last
+    two NaN for equal samples."""
     count = len(y)
     under = np.array([np.count_nonzero(y <= threshold) for threshold in thresholds])
     low, high = _bounds(under, count)

@@ -58,7 +58,9 @@ SHARES = (1e-4, 1e-3, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999, 0.9999)
 
 
 def processes_of(model: Model) -> tuple[tuple[Process, ...], list[str]]:
-    """Return the random processes of a scene, and the parameters of their variables. Raises UsageError."""
+    """Return the random processes of a scene, irregular waves included, and the names of their variables. The variables
+    are parameters; processes may share them, and each is listed once. Raises UsageError for a scene without random
+    variables."""
     result, variables = [], []
     for item in model.description.inputs:
         process = item.series
@@ -89,7 +91,8 @@ def cut_processes(model: Model) -> list[NormalSeries]:
 
 
 def doubts_of_truncation(lost: float, processes: Sequence[NormalSeries], *, linear: bool) -> list[str]:
-    """Return a note on the share of the output's variance that is lost with the modes left out, if significant."""
+    """Return a list with a note on the share ``lost`` of the output's variance that is lost with the modes left out of
+    processes; empty if the share is 1 % or less. ``linear`` says whether the share is exact, or of first order."""
     if lost <= _TRUNCATED:
         return []
     least = min(process.captured[-1] for process in processes)
@@ -102,11 +105,12 @@ def doubts_of_truncation(lost: float, processes: Sequence[NormalSeries], *, line
 
 
 def truncated_processes(model: Model, variables: Sequence[str], gradient: Array) -> list[str]:
-    """Return notes on processes whose last modes have much of the output's variance, so that modes left out may, too.
+    """Return notes on processes whose last tenth of modes has much of the output's variance, so that modes left out may
+    have much, too; an empty list if there are none.
 
     Parameters
     ----------
-    variables : names of the standard normal variables
+    variables : names of the n standard normal variables
     gradient : (n,), of the output by these, about the mean
     """
     slopes, whole = dict(zip(variables, (gradient**2).tolist(), strict=True)), float(gradient @ gradient)
@@ -140,11 +144,9 @@ def check_samples(**counts: int) -> None:
 def checked_options(
     options: Mapping[str, Any], variables: Collection[str], processes: Collection[str]
 ) -> dict[str, Any]:
-    """Return options of runs, which record every step: crossings, largest values and directions are looked for in rows.
-
-    Raises UsageError for options excluded in runs with derivatives, for rows with larger intervals, and for values
-    varied by the study.
-    """
+    """Return the options of ``random_vibration`` for runs, with every step recorded. Crossings, largest values and
+    directions are looked for in recorded rows. Raises UsageError for options excluded in runs with derivatives, for
+    rows with larger intervals, and for values of ``variables`` or inputs of ``processes``, which the study varies."""
     check_options("random_vibration", options, SensitivityOptions.__annotations__, _OF_OTHER_RUNS, OWN)
     if options.get("record_every") not in (None, 1):
         fault = "crossings, largest values and gradients are looked for at every step [E1035]"
@@ -193,7 +195,8 @@ def numbers_of(name: str, value: Any, hint: str, *, least: int = 1) -> Array:
 
 
 def span_of(model: Model, at: float | None, step: float | None, t_start: float = 0.0) -> tuple[float, float]:
-    """Return the end and the step of a run, s. Raises UsageError.
+    """Return the end and the step of a run, s. Raises UsageError for a step that is not positive, an end that is not
+    after the start, and a run that is not a whole number of steps.
 
     Parameters
     ----------
@@ -248,13 +251,16 @@ def check_output(model: Model, output: str) -> None:
 def thresholds_of(
     mean: float, deviation: float, bounds: Sequence[float] | None, *, needs_spread: bool, varies: bool
 ) -> Array:
-    """Return the thresholds. Raises UsageError if the output has no spread.
+    """Return the thresholds of an output (n,): the given ones, or eleven quantiles of a normal distribution.
+
+    Raises UsageError if the output has no spread and `needs_spread` is true or no thresholds are given.
 
     Parameters
     ----------
     mean, deviation : of the output
-    needs_spread : whether an output without spread is refused, in any case if no thresholds are given
-    varies : whether samples differ
+    bounds : the given thresholds, or None
+    needs_spread : whether an output without spread is refused
+    varies : whether samples differ, for the message
     """
     if (needs_spread or bounds is None) and not deviation > 0.0:
         hint = "another output, a later time; samples alone: thresholds=[...], points=False (--threshold, --no-points)"
@@ -274,7 +280,8 @@ def _without_spread(*, varies: bool) -> str:
 
 
 def doubts_of_spread(mean: float, deviation: float, *, varies: bool) -> list[str]:
-    """Return a note on an output that is constant, or nearly so."""
+    """Return a list with a note on an output whose standard deviation is zero, or less than 1e-9 of its mean; else
+    empty. ``varies`` says whether samples differ."""
     if not deviation > 0.0:
         return [_without_spread(varies=varies)]
     if deviation < _FAINT * abs(mean):
@@ -367,7 +374,9 @@ def _places(process: NormalSeries, times: Array) -> Array:
 
 
 def _gradient(process: NormalSeries, times: Array, derivatives: Array, column_of: Mapping[str, int]) -> Array:
-    """Return the derivatives in all variables by way of a process, (variables,)."""
+    """Return the derivatives (variables,) of an output by all standard normal variables that act through one process.
+    `derivatives` (rows,) are by the process's value at each of ``times``, and `column_of` has the index of each
+    variable by name. Variables of other processes have 0."""
     result = np.zeros(len(column_of))
     x = np.clip(_places(process, times), *process.window)
     known: dict[int, float] = {}  # correlated processes repeat the same modes
@@ -379,7 +388,8 @@ def _gradient(process: NormalSeries, times: Array, derivatives: Array, column_of
 
 
 def _variance(parts: Sequence[_Contribution]) -> tuple[float, float]:
-    """Return the variance of summed contributions from one expansion, and the sum of the terms' magnitudes."""
+    """Return the variance, with all modes, for a sum of contributions from one expansion, and the sum of the terms'
+    magnitudes, a measure of rounding."""
     variance, size = 0.0, 0.0
     for part in parts:
         covariance = part.process.covariance

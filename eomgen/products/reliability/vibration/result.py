@@ -82,7 +82,7 @@ class RandomVibration:
     indices : reliability index of each threshold, (n,), not a number if none was looked for
     times, autocovariance : (m,) in s, and the covariance with the output at ``t`` by method, (m,)
     first_passage : of each level: probability of a passage within the run by method; ``preferred`` is the recommended
-        method
+        probability
     costs : by method
     notes : doubts
     error : SampleErrors
@@ -114,7 +114,8 @@ class RandomVibration:
 
     @property
     def message(self) -> str:
-        """One line: results and doubts."""
+        """One line of text: mean and standard deviation of the output, lost variance, discretisation errors, and
+        notes."""
         name = next(name for name in _ORDER if name in self.moments)
         mean, deviation, *_ = self.moments[name]
         text = f"{self.output} at t = {self.t:.6g} s has mean {mean:.6g} and standard deviation {deviation:.6g}"
@@ -242,7 +243,7 @@ def _normal_quantiles(distribution: Distribution) -> Any:
 
 
 def _distribution(result: RandomVibration) -> Any:
-    """Return a figure of the distributions on normal probability scale."""
+    """Return a figure of P(y <= threshold) by each method on normal probability scale, with bounds of confidence."""
     axes = new_figure((7.6, 5.2)).subplots()
     order = np.argsort(result.thresholds)
     y = result.thresholds[order]

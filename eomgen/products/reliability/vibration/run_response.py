@@ -34,17 +34,19 @@ _APART = 1e-4
 
 @dataclass
 class RunResponse:
-    """One output at the end of runs.
+    """One output at the end of runs as a function of n standard normal variables, a ``Response``.
+
+    Evaluations are counted, and the last derivatives kept.
 
     Attributes
     ----------
-    variables : tunable parameters that are standard normal
+    variables : names of the tunable parameters that are standard normal, n
     output : name of an output, or of a component, ``tip[0]``
     span : t_end and step, s
     options : of ``simulate``
     runs, adjoints, tangents : numbers of solutions of the equations of motion, and of the linearised equations
         backwards and forwards in time
-    failed : samples whose runs failed
+    failed : number of samples whose runs failed
     reason : reason for Hessians by differences of gradients; empty if Hessians are exact
     """
 
@@ -120,7 +122,7 @@ class RunResponse:
 
     @property
     def _places(self) -> slice:
-        """Components of the output in the list of all components."""
+        """Range of the output's components in the list of all components, all outputs in order."""
         begin = 0
         for item in self.model.library.layout["outputs"]:
             end = begin + int(item["size"])
@@ -147,8 +149,9 @@ class RunResponse:
         return list(dict.fromkeys(kink.description for kink in kinks))
 
     def expansion(self, point: Array) -> ResponseExpansion:
-        """Return the output with gradient (n,) and Hessian (n, n): by one run, tangents in all directions and one
-        adjoint run; about a constant state by one adjoint run alone."""
+        """Return the output with gradient (n,) and Hessian (n, n) at a point (n,). This takes one run, tangents in all
+        directions and one adjoint run; about a constant state one adjoint run alone. The Hessian is by differences of
+        gradients if the scene has no exact second derivatives, see ``reason``."""
         if (still := self._still_at(point)) is not None:
             return ResponseExpansion(*self.gradient(point), self._bent_still(still, np.eye(self.size)))
         derivatives = self._sensitivities(point)
@@ -187,8 +190,8 @@ class RunResponse:
         return self._difference_gradients(np.zeros(self.size), directions) if hessian is None else hessian @ directions
 
     def products(self, point: Array, directions: Array) -> Array:
-        """Return the Hessian at a point times directions (n, r), (n, r): for each direction a tangent, and the adjoint
-        of that."""
+        """Return the Hessian at a point (n,) times directions (n, r), (n, r). This takes a tangent for each direction
+        and the adjoint of that, or differences of gradients if the scene has no exact second derivatives."""
         if (still := self._still_at(point)) is not None:
             return self._bent_still(still, directions)
         count = directions.shape[1]
@@ -200,7 +203,8 @@ class RunResponse:
         return products
 
     def _exactly(self, derived: Callable[[], Derived]) -> Derived | None:
-        """Return exact second derivatives; None of scenes that have none, which is noted."""
+        """Return the result of a function of exact second derivatives; None if the scene has none, and then ``reason``
+        is set, after which the function is not called again."""
         if self.reason:
             return None
         try:
@@ -217,8 +221,8 @@ class RunResponse:
         return result
 
     def gradient(self, point: Array) -> tuple[float, Array]:
-        """Return the output and the derivatives (n,) of the output by one adjoint run; the previous results if the
-        point is the same."""
+        """Return the output and its gradient (n,) at a point (n,), by a run and one adjoint run; the kept results if
+        the point is the last one."""
         if (still := self._still_at(point)) is not None:
             return self._end_of_stationary_run(still)[1:]
         if self._slope is None or not np.array_equal(self._slope[0], point):
@@ -230,7 +234,8 @@ class RunResponse:
         return self._slope[1], self._slope[2]
 
     def along(self, point: Array) -> tuple[Array, Array, Array]:
-        """Return times (rows,), the output (rows,) and derivatives (rows, n), by tangents along one run."""
+        """Return times (rows,) in s, the output (rows,) and its derivatives (rows, n) by the variables at each recorded
+        row, along the run at a point (n,): by tangents, or about a constant state without a run."""
         if (still := self._still_at(point)) is not None:
             self._end_of_stationary_run(still)
             rows = slice(None, None, still.run.run.every)
@@ -261,7 +266,8 @@ class RunResponse:
         return self._last[1]
 
     def _sensitivities_at(self, point: Array, by: Sequence[str] = ()) -> Sensitivities:
-        """Return derivatives of the run at a point, by default by all variables."""
+        """Return new derivatives of the run at a point (n,), by all variables or the parameters ``by``. Raises
+        NumericalError, with the point's distance from the mean, if the run fails. Costs are not counted here."""
         options = dict(self.options)
         parameters = {
             **(options.pop("parameters", None) or {}),
@@ -330,7 +336,9 @@ def first_passage(t: Array, y: Array, slopes: Array, level: float) -> float:
 
 
 def judged_passage(level: float, of_rate: float, passed: int, samples: int, *, normal: bool) -> tuple[float, str]:
-    """Return the probability of a first passage to take, and a note if samples contradict the rate of crossings.
+    """Return the first-passage probability to prefer, and a note if samples contradict the rate of crossings.
+
+    The probability is by the rate with an empty note, or by the share of samples with a note.
 
     Parameters
     ----------
@@ -354,7 +362,8 @@ def judged_passage(level: float, of_rate: float, passed: int, samples: int, *, n
 
 
 def not_normal(y: Array, mean: float, deviation: float) -> str:
-    """Return a note if samples y (n,) are not normal two standard deviations from the mean; else an empty text."""
+    """Return a note if too many or too few samples y (m,) lie more than two standard deviations from the mean of a
+    normal distribution; else an empty text."""
     beyond, chance = int(np.count_nonzero(np.abs(y - mean) > 2.0 * deviation)), 2.0 * float(special.ndtr(-2.0))
     more = float(special.bdtrc(beyond - 1, len(y), chance)) if beyond else 1.0
     if min(more, float(special.bdtr(beyond, len(y), chance))) > _CHANCE:

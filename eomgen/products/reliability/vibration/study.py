@@ -226,9 +226,13 @@ def random_vibration(
 def judge_truncation(response: RunResponse, gradient: Array, *, linear: bool) -> tuple[float, list[str]]:
     """Return the share of an output's variance that is lost with the modes left out, NaN if unknown, and notes.
 
+    The notes concern the lost share or, if unknown, processes whose last modes matter; the list is empty if all is
+    well.
+
     Parameters
     ----------
-    gradient : (n,), of the output in the variables, about the mean
+    response : the output of a run, whose model has processes with modes left out
+    gradient : (n,), of the output in the n standard normal variables, about the mean
     linear : whether the output is linear in the variables
     """
     cut, lost = cut_processes(response.model), float("nan")
@@ -245,12 +249,15 @@ def judge_truncated_outputs(
 ) -> list[str]:
     """Return notes of an ensemble on outputs that lose variance with the modes left out of random processes.
 
+    The list is empty if no modes are left out, or if no random process is varied; an output without derivatives about
+    the mean has no note. Each output takes a run about the mean and adjoint runs.
+
     Parameters
     ----------
     outputs : names of components, ``tip[0]``
     varied : names of varied variables and processes
     span : t_end and step, s
-    options : of the run about the mean
+    options : of the run about the mean; options without meaning for ``sensitivities`` are ignored
     """
     if not cut_processes(model):
         return []
@@ -271,12 +278,19 @@ def judge_truncated_outputs(
 
 @dataclass
 class _VibrationStudy:
-    """Results of the study, step by step.
+    """A study of one output in progress: its methods fill distributions, moments, costs and notes, step by step.
 
     Attributes
     ----------
     response : the output, whose solutions of the equations of motion are counted
     seed : of samples
+    directions : (n, r) directions with a Hessian; None if all directions have one
+    moments : mean, standard deviation, skewness and excess kurtosis by method
+    distributions, costs : by method
+    notes : doubts, as sentences
+    errors : relative errors of probabilities by method, (thresholds,)
+    error : estimated discretisation errors of samples
+    lost_variance : share that is lost with the modes left out; NaN if unknown
     """
 
     response: RunResponse
@@ -324,7 +338,10 @@ class _VibrationStudy:
         return self.response if self.directions is None else ProjectedResponse(self.response, self.directions)
 
     def expansions(self, projected: float | None, whole: bool, pairs: int) -> dict[str, QuadraticForm]:
-        """Return the quadratic forms about the mean, and on average."""
+        """Return quadratic forms of the output by method: "first_order", without Hessian, always; the others on demand.
+        Other names are "projected", "second_order" (if `whole`), all about the mean, and "hermite" for an average over
+        `pairs` of points (if not 0). ``projected`` is a share of the squares of gradients along the run, and sets
+        ``directions``, which `whole` resets to None. Costs are counted by name."""
         origin, forms = np.zeros(self.response.size), {}
         if projected is not None:
             with self._count_costs("projected"):
@@ -348,8 +365,9 @@ class _VibrationStudy:
         return len(known) > 0 and bool(np.ptp(known) > 0.0)
 
     def check_form(self, form: QuadraticForm) -> None:
-        """Compare the quadratic form about the mean with samples; if both differ much, correct the moments of the form
-        by more samples."""
+        """Compare the quadratic form about the mean with 32 samples; if both differ by much, correct its moments by
+        400. The corrected mean and standard deviation are added to ``moments`` as "corrected", with a note. Failed
+        samples are noted. The form is not changed, and without spread of the samples there is no comparison."""
         with self._count_costs("check"):
             z, y, _ = self.about_mean.first(_TRIED)
         failed = int(np.count_nonzero(~np.isfinite(y)))
@@ -381,7 +399,8 @@ class _VibrationStudy:
         )
 
     def check_steps(self, output: str, deviation: float) -> None:
-        """Note the discretisation errors of samples, and random processes that the steps do not resolve."""
+        """Add notes on discretisation errors of 32 samples, and on random processes that the steps do not resolve. The
+        error of the output is noted if not small relative to the output's standard deviation `deviation`."""
         with self._count_costs("check"):
             self.about_mean.first(_TRIED)
         off = self.error.columns.get(f"output.{output}", float("nan"))
@@ -401,7 +420,11 @@ class _VibrationStudy:
         self.notes += notes
 
     def check_passages(self, passage: dict[float, dict[str, float]], normal: QuadraticForm | None) -> None:
-        """Compare probabilities of first passages by rates of crossings with samples, and choose."""
+        """Compare first-passage probabilities by the crossing rate with samples, and set "preferred" for each level.
+        ``passage`` is changed in place: by level, probabilities by method ("crossing_rate", "monte_carlo", "samples",
+        "preferred"). If the study has no Monte Carlo samples, "samples" is added from 1000 samples about the mean;
+        without a crossing rate Monte Carlo is preferred. Contradictions are noted. `normal` is the form of first order,
+        from which deviations of samples from the normal distribution are noted; None for no such check."""
         if not passage:
             return
         with self._count_costs("check"):
@@ -429,10 +452,19 @@ class _VibrationStudy:
         return self.about_mean.first(_OF_LEVELS)
 
     def about_points(self, wanted: Array, tail_samples: int, samples: int, others: bool) -> Array:
-        """Compute the most probable points of thresholds and the distributions about these points; return the
-        reliability indices.
+        """Compute most probable points and the distributions about these points; return reliability indices,
+        (thresholds,).
 
-        ``others``: whether further results remain if the search fails.
+        Indices are NaN for thresholds without a point. The distributions at the points and the "corrected" one are
+        added to ``distributions``, the errors of all methods to ``errors``, doubts to ``notes``. Raises
+        UnreachedThreshold if no threshold has a result and no others remain.
+
+        Parameters
+        ----------
+        wanted : (thresholds,), values of the output
+        tail_samples : number of samples of importance sampling about each point, 0 for none
+        samples : number of Monte Carlo samples; if 0, an error of the search is raised
+        others : whether further results remain if the search fails
         """
         none = np.full(len(wanted), np.nan)
         try:
@@ -481,7 +513,10 @@ class _VibrationStudy:
     def _compare(
         self, about: dict[str, Distribution], wanted: Array, places: Sequence[int], whole: Distribution
     ) -> None:
-        """Compare distributions at most probable points with corrected ones of all thresholds, and keep them."""
+        """Compare distributions at most probable points with the corrected one, and add these to ``distributions``.
+        `about` has the distributions by method at the reached thresholds, which are numbers `places` of ``wanted``;
+        `whole` is the corrected distribution at all thresholds. Errors and notes are added; probabilities of quadratic
+        forms that the correction contradicts become NaN, also in `about`."""
         true = Distribution(*(part[places] for part in vars(whole).values()))
         errors = {
             name: relative_errors(distribution, true) for name, distribution in about.items() if name not in _SAMPLED
@@ -496,11 +531,10 @@ class _VibrationStudy:
             self.errors[name][places] = values
 
     def _points(self, wanted: Array) -> tuple[dict[int, MostProbablePoint], dict[int, UnreachedThreshold]]:
-        """Return the most probable points by indices of thresholds, and the reasons for missing points.
-
-        The points are on the curve from the mean, or found from random directions if this does not come to a threshold,
-        as of a response without slope at the mean.
-        """
+        """Return the most probable points of thresholds ``wanted`` (n,), and reasons for missing ones, by number of
+        threshold. The points are on the curve from the mean. If the curve does not come to a threshold, as for a
+        response without slope at the mean, searches start from random directions; a threshold without result keeps its
+        reason."""
         points, missed = points_on_curve(self._response_with_hessians, wanted.tolist(), self._has_kinks)
         for k in sorted(missed):
             if some := searched_points(self._response_with_hessians, float(wanted[k]), _DIRECTIONS, self.seed):
@@ -512,7 +546,8 @@ class _VibrationStudy:
         return bool(self.response.kinks())
 
     def _doubts_of_rough(self, reached: Sequence[MostProbablePoint]) -> list[str]:
-        """Return a note on points next to jumps of the gradient."""
+        """Return a list with one note on points next to a jump of the gradient, which have reduced accuracy (``aside``
+        is not 0); empty without such points."""
         rough = [point for point in reached if point.aside]
         if not rough:
             return []
@@ -525,7 +560,9 @@ class _VibrationStudy:
         ]
 
     def left_to_samples(self, error: CrossedJump | NumericalError, samples: int, left: str) -> None:
-        """Note the remaining results if there are no derivatives. Raises the error if there are no samples."""
+        """Note that derivatives fail, and that only samples give results; `left` begins the note, such as "samples
+        alone are left". If ``samples``, their number, is 0 the error is raised instead, for a CrossedJump with advice
+        to take samples."""
         fault = error.problems[0].what
         if samples:
             self.notes.append(f"{left}: {fault}")
@@ -541,7 +578,9 @@ class _VibrationStudy:
         return float(np.nanmean(y)), float(np.nanstd(y))
 
     def _draw_samples(self, count: int) -> tuple[Array, Array]:
-        """Return the output of samples, and the largest value within each run, drawn once."""
+        """Return the output at the end of `count` Monte Carlo runs and the largest output within each run, (count,)
+        each. Failed runs have NaN. The runs are made once: later calls return the first result, even for another
+        number. Raises NumericalError if too few runs succeed."""
         if self._samples is not None:
             return self._samples
         with self._count_costs("monte_carlo"):
@@ -555,7 +594,10 @@ class _VibrationStudy:
         return self._samples
 
     def by_samples(self, count: int, wanted: Array, passage: dict[float, dict[str, float]]) -> None:
-        """Count samples, at the end and by the largest value within the runs."""
+        """Add the Monte Carlo distribution at thresholds `wanted` (n,) and the moments of `count` samples to the
+        results. In ``passage`` each level gets "monte_carlo", the share of runs whose largest output exceeds the level.
+        Failed samples are left out and noted. Probabilities of quadratic forms at most probable points that the samples
+        contradict become NaN, with a note."""
         y, highest = self._draw_samples(count)
         failed = int(np.count_nonzero(~np.isfinite(y)))
         statistics = empirical_distribution(y[np.isfinite(y)], wanted)
@@ -573,8 +615,11 @@ class _VibrationStudy:
     def along(
         self, times: Sequence[float], passage: dict[float, dict[str, float]], forms: dict[str, QuadraticForm]
     ) -> dict[str, Array]:
-        """Find rates of crossings along the run; return the covariance of the output at times with the value at the
-        end."""
+        """Set first-passage probabilities by the crossing rate, and return covariances of the output with its final
+        value. ``passage`` gets "crossing_rate" for each level, in place. The covariances at the times (m,) are
+        arrays (m,) by method: "first_order", and "second_order" or "projected" as the Hessians are; an empty dict
+        without times. `forms` are the quadratic forms about the mean by method. Raises UsageError for a time that is
+        not a row."""
         with self._count_costs("along_the_run"):
             t, y, slopes = self._run
         for level, values in passage.items():
@@ -593,7 +638,8 @@ class _VibrationStudy:
         return result
 
     def _form_at(self, time: float) -> QuadraticForm:
-        """Return the form about the mean of the output at another time."""
+        """Return the quadratic form of the output at another time, s, about the mean motion; the zero form at times up
+        to 0. The solutions are added to the costs of the study's response."""
         size = self.response.size
         if time <= 0.0:
             return QuadraticForm(0.0, np.zeros(size), np.zeros((size, size)))
