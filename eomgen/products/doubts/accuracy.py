@@ -30,7 +30,8 @@ ROUNDED = Limit(0.01, "1", "rounding in parts of the multipliers", "a choice: th
 
 
 class UnresolvedComponent(NamedTuple):
-    """A coordinate or internal state with a large error in parts of its motion; the unit begins with a space."""
+    """A coordinate or internal state whose estimated error is large in parts of the motion: name, range of the motion
+    (``travel``), error, and unit, which begins with a space."""
 
     name: str
     travel: float
@@ -50,11 +51,9 @@ def _unresolved_coordinate(run: FinishedRun) -> Iterator[Finding]:
 
 
 def unresolved_coordinates(run: FinishedRun) -> list[UnresolvedComponent]:
-    """Return coordinates of joints and internal states with a motion that is relatively small, and a large estimated
-    error in parts of this motion.
-
-    Motion below a billionth of the reach of the coordinate at work is rounding.
-    """
+    """Return the coordinates of joints and the internal states whose estimated error is large in parts of their motion;
+    none without an error estimate, and no coordinate that the error estimate names already. Motion below a billionth of
+    the reach of the coordinate at work is rounding."""
     if not run.error.available:
         return []
     result = _hidden_components(run, run.states.q, run.states.z)
@@ -62,8 +61,8 @@ def unresolved_coordinates(run: FinishedRun) -> list[UnresolvedComponent]:
 
 
 def _hidden_components(run: FinishedRun, q: Array, z: Array) -> list[UnresolvedComponent]:
-    """Return the coordinates and internal states with large errors in parts of the motions of q, (n, nq), and z,
-    (n, nz)."""
+    """Return the coordinates and internal states with large errors in parts of the motions of q, (n, nq), and z, (n,
+    nz), in rows of the run; the one that the error estimate names is left out."""
     model, error = run.run.model, run.error
     reported = noticed_error(error)
     part = FINEST[run.single]
@@ -105,8 +104,8 @@ def _multiplier_rounding(run: FinishedRun) -> Iterator[Finding]:
 
 
 def _rounding(run: FinishedRun) -> float:
-    """Return the part of the multipliers that is rounding; 0 if all multipliers are zero, or if corrections of Newton's
-    method do not shrink because a step passes over a law."""
+    """Return the part of the multipliers that is rounding; 0 if all multipliers are zero, or if a law makes motion grow
+    too fast for the steps, so that corrections of Newton's method do not shrink."""
     share = float(run.statistics.get("max_rounding", 0.0)) if run.states.multipliers.any() else 0.0
     return 0.0 if share > ROUNDED and passes_growth(run) else share
 
@@ -121,16 +120,15 @@ STEP_OF_GROWTH = Limit(
 
 
 def passes_growth(run: FinishedRun) -> bool:
-    """Return whether the steps of a run pass over a law that makes motion grow."""
+    """Return whether a run in fixed steps takes steps longer than the fastest growth that a law of velocities
+    causes."""
     return not run.run.method.chooses_steps and run.settings["step"] * run.fastest.growth.rate > STEP_OF_GROWTH
 
 
 def linear_range_exceeded(model: CompiledModel, t: Array, q: Array, p: Array) -> str:
-    """Return a clause on beams of order 1 that deform too far in some row of a run, with a remedy; empty if none
-    does.
-
-    Examined rows are the rows with the largest deformation of each beam, the last row, and up to 200 rows between.
-    """
+    """Return a clause, with a remedy, on beams of order 1 that deform too far in some row of a run; empty if none does.
+    ``t`` (rows,) in s and ``q`` (rows, nq) are the run, ``p`` parameters. Examined rows are the rows with the largest
+    deformation of each beam, the last row, and up to 200 rows between."""
     first = {item.name for item in model.description.coordinates if item.linear}
     parts = [factor.q for factor in model.factors if factor.name in first]
     if not parts:
@@ -167,7 +165,8 @@ def nearest_singular(model: CompiledModel, t: Array, q: Array, p: Array) -> Sing
 
 
 def way_through(method: Method, step: float) -> str:
-    """Return the remedy if a run has passed near a singular position inaccurately."""
+    """Return the remedy for a run by a method that has passed near a singular position inaccurately: a step below
+    ``step``, s, or another method."""
     other = (
         "" if method.passes_singularities else ", or rk4_partitioned, which passes such positions along the velocity"
     )

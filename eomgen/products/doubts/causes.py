@@ -52,8 +52,9 @@ _UPRIGHT = 1e-9
 def cause_of(
     model: CompiledModel, block: str, t: float, state: tuple[Array, Array, Array], p: Array, signals: InputSignals
 ) -> tuple[str, str]:
-    """Return the cause of a block that is not finite at a state (q, v, z), as far as curves, formulas, tyres and angles
-    show a cause, and a remedy."""
+    """Return the cause, as a clause, of a block that is not finite at a state (q, v, z), and a remedy; empty texts if
+    curves, springs, formulas, tyres and angles show no cause. ``block`` is the name of the block in messages, ``p``
+    (np,) are parameters, ``signals`` the inputs."""
     q, v, z = state
     cause = _cause(model, t, q, p, values_of(model, t, q, v, z, p, signals))
     if not cause[0] and (tyres := upright_tyres(model, t, q, p)):
@@ -62,8 +63,8 @@ def cause_of(
 
 
 def _cause(model: CompiledModel, t: float, q: Array, p: Array, values: SymbolValues) -> tuple[str, str]:
-    """Return the cause of blocks that are not finite, as far as curves, formulas and angles show a cause, and a
-    remedy."""
+    """Return the cause of blocks that are not finite, as a clause, and a remedy; empty texts if curves, springs,
+    formulas and angles show no cause. ``values`` are numbers by kind, name and index of a symbol."""
     values = {**values, **_positions(model, t, q, p, values)}
     if left := curves_outside_range(model.description, values) or _left_by_contacts(model, t, q, p, values):
         return f", where the curve {left}", 'points that reach further, or outside = "hold" or "periodic"'
@@ -80,7 +81,7 @@ def _cause(model: CompiledModel, t: float, q: Array, p: Array, values: SymbolVal
 
 
 def operations_without_value(description: Description, values: SymbolValues) -> str:
-    """Return a description of the operations of formulas that have no value; empty if none is known.
+    """Return the operations of formulas that have no value, in words, three at most; empty if none is known.
 
     Parameters
     ----------
@@ -104,7 +105,8 @@ def _quantity_without_value(formula: EntryQuantity, value_of: Callable[[Symbol],
 
 
 def _without_value(formula: Formula, value_of: Callable[[Symbol], float]) -> Iterator[str]:
-    """Yield a text for each operation in a formula that has no value at its operands."""
+    """Yield a text for each operation within a formula that has no value at its operands; ``value_of`` gives numbers of
+    symbols."""
     if isinstance(formula, Application):
         yield from _without_value(formula.argument, value_of)
     if not isinstance(formula, Operation):
@@ -150,7 +152,7 @@ def _value_text(symbol: Symbol, value_of: Callable[[Symbol], float]) -> str:
 def _positions(
     model: CompiledModel, t: float, q: Array, p: Array, values: SymbolValues
 ) -> dict[tuple[str, str, int], float]:
-    """Return the world positions of the points that arguments of curves mention."""
+    """Return the world positions, m, of the points that arguments of curves mention, by ("position", name, index)."""
     formulas = (used.argument for formula in model.description.formulas for used in applications(formula))
     named = {symbol.name for formula in formulas for symbol in _symbols(formula) if symbol.kind == "position"}
     result: dict[tuple[str, str, int], float] = {}
@@ -189,8 +191,8 @@ def _numbers(values: SymbolValues, formulas: Sequence[Formula]) -> list[float]:
 
 
 def _left_by_contacts(model: CompiledModel, t: float, q: Array, p: Array, values: SymbolValues) -> str:
-    """Return a description of a curve whose ends a constraint between two frames leaves, with the constraint; empty
-    without one."""
+    """Return, in words, a curve of a surface that a contact leaves at its ends, with the constraint; empty without
+    one."""
     for item in model.description.contacts:
         used = [(one.curve, one.argument) for one in applications(item.height) if isinstance(one.curve, Curve)]
         if not used or item.rider not in model.bodies:
@@ -232,7 +234,8 @@ def _range_of(curve: Curve) -> str:
 def values_of(
     model: CompiledModel, t: float, q: Array, v: Array, z: Array, p: Array, signals: InputSignals
 ) -> dict[tuple[str, str, int], float]:
-    """Return the numbers that symbols of formulas have at a state, by kind, name and index."""
+    """Return the numbers that symbols of formulas have at a state, by kind, name and index; without inputs that have no
+    value at t."""
     values = {("time", "", 0): t}
     values |= {("parameter", item.name, 0): item.value for item in model.description.parameters}
     values |= {("parameter", name, 0): float(value) for name, value in zip(model.parameters, p, strict=True)}
@@ -253,10 +256,9 @@ def values_of(
 
 
 def curves_outside_range(description: Description, values: SymbolValues) -> str:
-    """Return a description of the curves evaluated outside their range; empty without such curves.
-
-    ``values`` are numbers by kind, name and index of a symbol; arguments that need further symbols are left out.
-    """
+    """Return, in words, the curves with ``outside = "error"`` that formulas evaluate outside their range; empty without
+    such curves. ``values`` are numbers by kind, name and index of a symbol; arguments that need further symbols are
+    left out."""
 
     result, value_of = dict[str, str](), partial(value_in, values)
     formulas = [item.formula for item in description.inputs if item.formula is not None]

@@ -10,7 +10,7 @@ from eomgen.products.doubts.settings import fault_of_name, with_settings
 
 
 def _silence(context: click.Context, _: click.Parameter, names: tuple[str, ...]) -> None:
-    """Leave out doubts as long as the verb runs."""
+    """Leave out the doubts with these names as long as the verb runs. Raises UsageError for an unknown name."""
     for name in names:
         if unknown := fault_of_name(name):
             raise UsageError(Problem(f"--quiet {name}", *unknown))
@@ -18,7 +18,7 @@ def _silence(context: click.Context, _: click.Parameter, names: tuple[str, ...])
 
 
 def _refuse(context: click.Context, _: click.Parameter, strict: bool) -> bool:
-    """Make errors of doubts as long as the verb runs."""
+    """Make errors of doubts as long as the verb runs, if ``strict``, which is returned."""
     context.with_resource(with_settings(strict=strict))
     return strict
 

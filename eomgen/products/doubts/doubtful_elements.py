@@ -54,11 +54,13 @@ def doubtful_beams(
     elements: Iterable[ForceElement],
     values: Values,
 ) -> list[str]:
-    """Return notes on doubtful descriptions of beams.
+    """Return notes on beams whose sections, stiffness of stretch, or places off the axis are doubtful.
 
     Parameters
     ----------
+    document : the file of the scene, checked
     bodies, points, elements : of the scene; geometrically exact beams are represented by nodes
+    values : evaluates formulas at the default parameters
     """
     elements = list(elements)
     exact = {element.beam.name: element.beam for element in elements if isinstance(element, CosseratBeam)}
@@ -75,7 +77,8 @@ def doubtful_beams(
 
 
 def _sizes(document: SceneDocument, lengths: Mapping[str, float], values: Values) -> Iterator[str]:
-    """Yield a note on sections larger than the length of the beam, or negligible compared with the length."""
+    """Yield a note on sections larger than the length of the beam (``lengths``, m, by beam), or negligible compared
+    with the length."""
     for name, length in lengths.items():
         entry, key = document.section("beams")[name], key_of("beams", name)
         tables = [(f"{key}.section", entry.section)]
@@ -95,7 +98,8 @@ def _sizes(document: SceneDocument, lengths: Mapping[str, float], values: Values
 
 
 def _of(key: str, section: SectionEntry, values: Values) -> Iterator[tuple[str, float]]:
-    """Yield the largest size of a section, m, with the key; the root of the area for a section without a shape."""
+    """Yield key and value, m, of the largest size of a section, halfway along a beam. A section without a shape has the
+    root of the area; a section without a positive size yields none."""
     there = values.at(0.5)
     fields = ("area",) if section.shape is None else SHAPES[section.shape].sizes
     given = [(f"{key}.{field}", getattr(section, field)) for field in fields]
@@ -132,7 +136,8 @@ def _rigid_arms(
     elements: Iterable[ForceElement],
     values: Values,
 ) -> Iterator[str]:
-    """Yield a note on each place doubtfully far from the axis of a beam, to which a rigid arm connects the place."""
+    """Yield a note on each place of a point or force element that is far from the axis of a beam. ``axes`` has the beam
+    by the body that carries places on it, ``lengths`` the length of beams, m."""
     places: list[tuple[str, str, Vector]] = [
         (
             key_of("points" if point.name in document.section("points") else "frames", point.name, "position"),
@@ -227,7 +232,8 @@ def springs_within_bodies(document: SceneDocument) -> list[str]:
 def tyres_in_the_road(
     tyres: Sequence[Tyre], points: Sequence[Point], places: Mapping[str, tuple[Array, Array]], values: Values
 ) -> list[str]:
-    """Return a note on each tyre that starts deep in the road, at zero inputs and t = 0."""
+    """Return notes on tyres that start deep in the road, at zero inputs and t = 0, or with a nearly upright axis of
+    spin. ``places`` has rotation and position of bodies at the start, by name."""
     by_name, notes = {point.name: point for point in points}, []
     for tyre in tyres:
         point = by_name.get(tyre.center)
@@ -287,7 +293,7 @@ def shapes_that_leave_points(document: SceneDocument, reading: Reading) -> Itera
 
 
 def _carriers(body: str, joints: Mapping[str, Joint]) -> list[str]:
-    """Return a body and the bodies that carry it."""
+    """Return a body and the bodies that carry this body, up to the root; ``joints`` are by their child."""
     path = [body]
     while path[-1] in joints and joints[path[-1]].parent not in path:
         path.append(joints[path[-1]].parent)
@@ -295,7 +301,8 @@ def _carriers(body: str, joints: Mapping[str, Joint]) -> list[str]:
 
 
 def _keeps(joint: Joint, point: Point, values: Values) -> bool:
-    """Return whether a joint turns alone, about an axis or a centre that the point is on."""
+    """Return whether a joint only turns, about an axis or a centre that the point is on, so that the point stays; True
+    also for places that are unknown."""
     motions = joint.kind.chain
     if any(motion.kind not in ("turn", "ball") for motion in motions):
         return False

@@ -54,8 +54,15 @@ _PLACES, _MODES = 16, 8
 
 
 class _ExaminedState(NamedTuple):
-    """A state (q, v, z) at which a run starts or continues, in words, with the parameters p (np,) in force; the
-    previous state with its parameters; and whether formulas jump there in time."""
+    """A state at which a run starts or continues.
+
+    Attributes
+    ----------
+    name : in words
+    q, v, z, p : state, and parameters (np,) in force
+    before : the previous state with parameters; None for the start
+    jump : whether formulas jump there in time
+    """
 
     name: str
     t: float
@@ -68,7 +75,8 @@ class _ExaminedState(NamedTuple):
 
 
 class _Swing(NamedTuple):
-    """An oscillating mode: part of the accelerations, angular frequency in 1/s, dominating velocity."""
+    """An oscillating mode: amplitude in parts of all accelerations, angular frequency in 1/s, name of the velocity that
+    dominates."""
 
     share: float
     frequency: float
@@ -76,8 +84,8 @@ class _Swing(NamedTuple):
 
 
 def unresolved_motion(finished: FinishedRun) -> str:
-    """Return a sentence on an excited motion that is too fast for an implicit method's steps, with a remedy; empty if
-    there is none."""
+    """Return a sentence, with a remedy, on an excited motion that is too fast for the steps of an implicit method;
+    empty if there is none, and for explicit methods."""
     run, statistics, trajectory = finished.run, finished.statistics, finished.trajectory
     if not run.method.implicit or not has_residual_partials(run.model) or not run.model.nv:
         return ""  # explicit methods do not damp the fast motions of a stable step: runs at other steps differ
@@ -107,7 +115,8 @@ def _sentence(words: str, swing: _Swing, run: Run, step: float) -> str:
 
 
 def _places(finished: FinishedRun) -> list[_ExaminedState]:
-    """Return the states at which fast motions may begin: start, events and jumps of forces."""
+    """Return the states at which fast motions may begin: start, events that act and jumps of forces, 16 at most of
+    each."""
     run, events, acting = finished.run, finished.events, finished.changes
     model, (times, q, v, _, _, z) = run.model, finished.states
     result: list[_ExaminedState] = []
@@ -130,7 +139,8 @@ def _places(finished: FinishedRun) -> list[_ExaminedState]:
 
 @dataclass(frozen=True)
 class _UnresolvedModes:
-    """Modes about a state of a run in steps that do not resolve all modes; accelerations (n, nv) of recorded rows."""
+    """Search, at a state of a run, for modes too fast for the step size ``step``, s. ``accelerations`` (n, nv) are of
+    the recorded rows, as a measure of size."""
 
     run: Run
     place: _ExaminedState
@@ -166,8 +176,8 @@ class _UnresolvedModes:
         return max(result, default=None)
 
     def _fast_modes(self) -> tuple[Array, Array, Array]:
-        """Return angular frequencies (m,), forms (nv, m) of unit kinetic energy, and M, of modes that oscillate too
-        fast; the fastest first."""
+        """Return angular frequencies (m,), forms (nv, m) of unit kinetic energy, and M (nv, nv), of up to 8 modes that
+        oscillate too fast for the step; modes with the largest motion first."""
         model, (_, t, q, v, z, p, *_) = self.run.model, self.place
         u = self._inputs(t)
         a, multipliers = self._accelerations((q, v, z, p), t)
@@ -197,9 +207,11 @@ class _UnresolvedModes:
         weights: Array,
         mass: Array,
     ) -> tuple[float, float]:
-        """Return the amplitude of a mode's acceleration and the size of all, in roots of kinetic energy per s.
+        """Return the amplitude of a mode's acceleration from a state (q, v, z, p) at t, and the size of all
+        accelerations, in roots of kinetic energy per s.
 
-        An oscillation of amplitude A has the second derivative -W^2 A cos and the first one -W A sin.
+        ``weights`` (nv,) is M times the form of the mode; accelerations are taken at three times, at intervals of
+        ``span``, s. An oscillation of amplitude A has the second derivative -W^2 A cos and the first one -W A sin.
         """
         model, (q, v, z, p) = self.run.model, state
         seen = []
@@ -244,8 +256,8 @@ _LAW_ROUNDING = 1e-6
 
 @dataclass(frozen=True)
 class _Law:
-    """A function of time at the beginning and at the end of steps, and between: its value, and the interpolation over
-    the step, (steps,) each."""
+    """A function of time at the nodes of steps (``ends``, (nodes, steps)), at one time within each step (``between``),
+    and the interpolation between nodes there (``shown``), (steps,) each."""
 
     name: str
     unit: str
@@ -272,7 +284,7 @@ class _Law:
 
 
 def fast_laws(finished: FinishedRun) -> Iterator[Finding]:
-    """Yield a finding on laws of time that vary faster than steps resolve, if there are any."""
+    """Yield a finding on the input or force of time that varies most between the steps, if steps do not resolve one."""
     try:
         known = [*_inputs(finished), *_forces(finished)]
     except UsageError:  # a function of the caller that has no value between steps
@@ -289,7 +301,8 @@ def fast_laws(finished: FinishedRun) -> Iterator[Finding]:
 
 
 def _chosen(times: Array, step: float, last: float, ends: Array) -> NDArray[np.int_]:
-    """Return places of some of the times at which whole steps begin in which no part ends."""
+    """Return indices into the times (n,), at most 200, at which whole steps begin. Steps beyond ``last``, and steps
+    that contain one of the times ``ends``, s, at which parts of the run end, are left out."""
     most = 20 * _MOST
     candidates = np.unique(np.linspace(0, len(times) - 1, min(len(times), most)).astype(int))
     times = times[candidates]
@@ -302,8 +315,8 @@ def _chosen(times: Array, step: float, last: float, ends: Array) -> NDArray[np.i
 
 
 def _inputs(finished: FinishedRun) -> list[_Law]:
-    """Return the values of inputs at the nodes of steps and between nodes, with the values that the steps show
-    there."""
+    """Return inputs that vary in time as laws: their values at the nodes of steps and between; none for inputs that the
+    method takes otherwise."""
     run, nodes = finished.run, finished.stepper.input_times
     model, step, last = run.model, run.settings["step"], float(finished.states.t[-1])
     seen_at_nodes = run.takes_rows and run.method.inputs == "sampled"
@@ -338,7 +351,8 @@ def _inputs(finished: FinishedRun) -> list[_Law]:
 
 
 def searches_left_out(finished: FinishedRun) -> str:
-    """Return the searches within steps that are left out with the error estimate, in words."""
+    """Return, in words, the searches within steps that are left out together with the error estimate; empty if none
+    is."""
     run, model = finished.run, finished.run.model
     moves = model.nz or (model.nv and model.library.layout["facts"]["velocity_forces"])
     searches = {
@@ -361,7 +375,8 @@ def _has_forces_of_time(model: CompiledModel) -> bool:
 
 
 def _forces(finished: FinishedRun) -> list[_Law]:
-    """Return the forces of motions at rest in acceleration, with all held but the time."""
+    """Return, as laws, the generalized forces of time at the states of rows with zero acceleration, one for each
+    velocity; none for methods with adaptive steps, or forces without time."""
     run, states, parameters = finished.run, finished.states, finished.present
     model, method, step = run.model, run.method, run.settings["step"]
     if method.chooses_steps or method.inputs == "series" or not _has_forces_of_time(model):

@@ -62,7 +62,8 @@ def momentum_drift(
     signals: InputSignals | None = None,
     multipliers: Array | None = None,
 ) -> Drift | None:
-    """Return the largest drift of a momentum that no external force changes; None if every one is kept.
+    """Return the largest drift of a momentum that no external force changes; None below 5 %, for models without free
+    joints, without a function of forces, or in water.
 
     Parameters
     ----------
@@ -116,8 +117,8 @@ def _in_water(M: Array) -> bool:
 
 
 def _root_momentum(root: Factor, q: Array, momenta: Array, sizes: Array, forces: Array) -> Array:
-    """Return momentum, wrench and the magnitude of the momentum of a free root and its tree, (3, rows, 6), in the
-    world, from values along all components of v."""
+    """Return momentum, wrench and magnitude of the momentum of a free root with its tree, (3, rows, 6), angular first,
+    in the world, from values (rows, nv) along all components of v."""
     group = group_named(root.group, root.v_size)
     turned = np.swapaxes(numeric.adjoint(group, numeric.inverse(group, q[:, root.q])), -1, -2)
     momentum, wrench = ((turned @ values[:, root.v, np.newaxis])[..., 0] for values in (momenta, forces))
@@ -126,9 +127,10 @@ def _root_momentum(root: Factor, q: Array, momenta: Array, sizes: Array, forces:
 
 
 def _drifts(parts: Array, rounding: float, span: float) -> Array:
-    """Return the drifts of conserved momentum components, (6,), relative to the magnitude of the momentum.
+    """Return the change over the rows of each momentum component that no wrench acts on, (6,), relative to the
+    magnitude of the momentum; 0 for other components.
 
-    A momentum counts as conserved if its change is at most the accumulated rounding of forces, even if the momentum is
+    A momentum counts as conserved if the change is at most the accumulated rounding of forces, even if the momentum is
     small.
 
     Parameters
@@ -145,10 +147,8 @@ def _drifts(parts: Array, rounding: float, span: float) -> Array:
 
 
 def _floating(model: CompiledModel) -> tuple[list[Factor], bool]:
-    """Return the free joints to a base at rest, or to bodies fixed to this base, and whether all have one frame.
-
-    In absolute coordinates all bodies are free; there are none if the base moves.
-    """
+    """Return the factors of free joints to a base at rest, or to bodies fixed to such a base, and whether all have one
+    parent frame. In absolute coordinates all bodies are free; there are none if the base moves."""
     if model.library.layout["facts"]["moving_base"]:
         return [], False
     free = [factor for factor in model.factors if factor.group == "SE3"]

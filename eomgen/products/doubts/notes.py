@@ -55,8 +55,8 @@ if TYPE_CHECKING:
 
 
 def unused_names(document: SceneDocument, reading: Reading) -> list[str]:
-    """Return a note on each kind of names that no formula mentions: parameters, inputs, curves, definitions, entries
-    of other sections for formulas alone; and one on each such mode and controller."""
+    """Return a note on each kind of names that no formula mentions (parameters, inputs, curves, and entries that serve
+    formulas alone), and on each mode and controller without effect."""
     notes = []
     values = reading.values
     mentioned = values.mentioned
@@ -96,8 +96,8 @@ def efforts_on_drives(document: SceneDocument) -> list[str]:
 
 
 def loads_without_size(document: SceneDocument) -> list[str]:
-    """Return a note on each force without a size, and on each effort on a joint of several components that names
-    none."""
+    """Return a note on each force with neither ``force`` nor ``torque``, and on each effort without ``index`` on a
+    joint of several velocity components."""
     notes, joints = [], document.section("joints")
     for name, force in document.section("forces").items():
         if not {"force", "torque"} & force.model_fields_set:
@@ -162,7 +162,7 @@ def _below_planes(facts: SceneFacts) -> Iterator[str]:
 
 
 def _base_with_gravity(facts: SceneFacts) -> Iterator[str]:
-    """Note an acceleration of the base that equals the gravity of the scene."""
+    """Yield a note if the base has the acceleration of gravity."""
     given, gravity = (facts.data.get("base") or {}).get("acceleration"), facts.document.gravity
     if given is None or tuple(given) != gravity or not any(gravity):
         return
@@ -178,7 +178,8 @@ _TIMES = 257
 
 
 def _base_against_gravity(facts: SceneFacts) -> Iterator[str]:
-    """Note a mean acceleration of the base that is opposite to gravity, and motions of one axis given twice."""
+    """Yield notes on a mean acceleration of the base opposite to gravity, and on an axis along which both position and
+    acceleration move the base."""
     written, base = facts.data.get("base", {}), facts.scene["base"]
     if base is None or written.get("acceleration") is None:
         return
@@ -208,7 +209,8 @@ _WHILE = 10.0
 
 
 def _base_out_of_scale(facts: SceneFacts) -> Iterator[str]:
-    """Note rotations of the base to and fro over more than a turn, and shaking over many times the scene's size."""
+    """Yield notes on rotations of the base to and fro over more than a turn, and on shaking over many times the scene's
+    size."""
     base = facts.scene["base"]
     if base is None:
         return
@@ -229,7 +231,8 @@ def _base_out_of_scale(facts: SceneFacts) -> Iterator[str]:
 
 
 def _to_and_fro(law: Formula, times: Array, facts: SceneFacts) -> tuple[float, float]:
-    """Return range and largest second derivative of a law of time that turns round; 0 and 0 for any other law."""
+    """Return range and largest second derivative, over the times (n,) in s, of a law of time that changes direction; 0
+    and 0 for any other law."""
     used = symbols(law)
     if not any(symbol.kind == "time" for symbol in used) or any(
         symbol.kind not in ("time", "parameter") for symbol in used

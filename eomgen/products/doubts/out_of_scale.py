@@ -75,12 +75,14 @@ def out_of_scale(
 ) -> list[str]:
     """Return a note on each mass, length, size or position that is much larger than the other lengths in the scene, at
     the default parameters: radii of gyration, springs, tyres, shapes, constraints with their curves, parameters in m,
-    places in bodies; empty without arms.
+    places in bodies. Without any length only places are judged.
 
     Parameters
     ----------
+    bodies, joints, points, elements, shapes, parameters, constraints : of the scene
     frames : names of the points that are origins of frames
     shaped : names of the beams whose sections have a shape, the sizes of which are judged by the length of the beam
+    values : evaluates formulas
     """
     bodies, joints, elements = list(bodies), list(joints), list(elements)
     arms = [arm for arm in _arms(bodies, joints, points, frames, values) if math.isfinite(arm.length)]
@@ -128,7 +130,8 @@ def _size(
 
 
 def _travels(joint: Joint) -> list[float]:
-    """Return the initial coordinates of a joint in m: no angles, and no components of quaternions."""
+    """Return the initial coordinates of a joint in the directions in which it travels, m; angles and components of
+    quaternions are left out."""
     start = joint.initial_position
     if not start or not any(start):
         return []
@@ -151,10 +154,9 @@ def _far_places(far: Sequence[_Arm], arms: Sequence[_Arm]) -> list[str]:
 
 
 def _too_long(lengths: Iterable[tuple[str, str, float, str]], size: float, *, well_known: bool) -> list[str]:
-    """Return a note on each length that is far beyond the size of the scene.
-
-    ``well_known``: from enough arms for radii of gyration to be judged more strictly.
-    """
+    """Return a note on each length that is far beyond the size of the scene, m; ``lengths`` have key, quantity, value
+    in m, and the unit for the hint. ``well_known``: the size is known from several lengths, so that radii of gyration
+    are judged more strictly."""
     notes = []
     for key, quantity, length, hint in lengths:
         factor: float = GYRATION if well_known and key.endswith(".inertia") else FACTOR
@@ -167,7 +169,7 @@ def _too_long(lengths: Iterable[tuple[str, str, float, str]], size: float, *, we
 
 
 def _too_heavy(bodies: Iterable[Body], size: float, values: Values) -> Iterator[str]:
-    """Yield a note on each body that no solid of the scene's size could be as heavy as."""
+    """Yield a note on each body heavier than a cube of steel as large as the scene (``size``, m)."""
     for body in bodies:
         mass = values.value(body.mass)
         if body.beam is None and not body.node_of and mass > DENSEST * size * size * size:
@@ -178,9 +180,9 @@ def _too_heavy(bodies: Iterable[Body], size: float, values: Values) -> Iterator[
 def _too_dense(
     bodies: Iterable[Body], joints: Iterable[Joint], points: Iterable[Point], values: Values, earlier: Sequence[str]
 ) -> list[str]:
-    """Return a note on each body that is denser than any material within a cube twice as large as its reach, and within
-    a cube as large as the box of its inertia; none on bodies without a reach or an inertia, and on bodies with a note
-    in ``earlier``."""
+    """Return a note on each body that is denser than any material within a cube twice as large as the reach (the
+    farthest place in the body), and within a cube as large as the box of the inertia; none on bodies without a reach or
+    an inertia, and on bodies with a note in ``earlier``."""
     notes: list[str] = []
     rigid = {body.name: body for body in bodies if body.beam is None and not body.node_of}
     reach: dict[str, float] = {}
@@ -228,8 +230,8 @@ def _arms(
 
 
 def _far(arms: Sequence[_Arm]) -> list[_Arm]:
-    """Return the few lengths that are a hundred times as long as all other lengths, of which there are more than
-    one."""
+    """Return the few lengths, less than half of all, that are a hundred times as long as all others, of which there are
+    at least two; else an empty list."""
     ordered = sorted((arm for arm in arms if arm.length >= _SHORTEST), key=lambda arm: -arm.length)
     for count, (longer, shorter) in enumerate(itertools.pairwise(ordered), 1):
         if 2 * count > len(ordered) or len(ordered) - count < 2:
@@ -265,10 +267,9 @@ def _lengths(
 def _lengths_of_constraints(
     constraints: Iterable[Constraint], bodies: Iterable[Body], values: Values
 ) -> Iterator[tuple[str, str, float, str]]:
-    """Yield the lengths of constraints, and heights of curves that are summands of an equation or a surface in m.
-
-    The radius of a rolling body is left out if the body has a radius of gyration to match.
-    """
+    """Yield key, quantity, value and unit for each length in constraints, and for the height of each curve that is a
+    summand in an equation or a surface in m. The radius of a rolling body is left out if the radius of gyration is
+    similar."""
 
     def gyration(name: str) -> float:
         body = next((body for body in bodies if body.name == name), None)
@@ -304,7 +305,8 @@ def _summands(formula: Formula) -> Iterator[Curve]:
 
 
 def _lengths_of_shapes(shapes: Iterable[Shape], values: Values) -> Iterator[tuple[str, str, float, str]]:
-    """Yield the largest size of each shape of a moving body, and the distance of the shape from the body's origin."""
+    """Yield key, quantity, value in m and unit for the largest size of each shape on a moving body, and for the
+    distance of each shape from the body's origin."""
     for shape in shapes:
         sizes, hint = [values.value(size) for size in shape.sizes], "m"
         if shape.kind == "mesh":
@@ -332,7 +334,7 @@ def angles_of_several_turns(data: Mapping[str, Any], rows: Sequence[Section]) ->
 
 
 def _joint_angles(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
-    """Yield the angles of joints that are written as plain numbers, rad, each with a text."""
+    """Yield text and angle, rad, of each start, rest, offset and limit of a joint that is written as a plain number."""
     for name, joint in data.get("joints", {}).items():
         limits = joint.get("limits") or {}
         places = (
@@ -371,8 +373,8 @@ def _rotation_angles(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
 
 
 def angles_against_numbers(data: Mapping[str, Any], values: Values) -> list[str]:
-    """Return a note on each plain number of more than a turn that a formula compares with an angle of a joint, adds to
-    an angle or subtracts from an angle."""
+    """Return a note on each plain number of more than a turn that formulas compare with, add to or subtract from an
+    angle of a joint; ``data`` is the scene as written."""
     notes = []
     for key, angle, unit, value in _against_numbers(data, values):
         if unit == "rad" and (note := several_turns(f"{key}: {angle} stands against", value)):
@@ -408,7 +410,8 @@ _OF_ONE_UNIT = ("lt", "le", "add", "sub")
 
 
 def _against_numbers(data: Mapping[str, Any], values: Values) -> Iterator[tuple[str, str, str, float]]:
-    """Yield key, text and unit of a place or a coordinate, and the plain number that has this unit in a formula."""
+    """Yield the key of a formula, text and unit of a position or a coordinate there, and the plain number that it is
+    compared with, added to or subtracted from."""
     joints = data.get("joints", {})
     coordinates = {name: tuple(JOINTS[joint["type"]].coordinates.values()) for name, joint in joints.items()}
 
@@ -438,8 +441,8 @@ RARE = Limit(10.0, "s", "time between samples without a unit", "controllers are 
 
 
 def doubtful_times(data: Mapping[str, Any], document: SceneDocument) -> list[str]:
-    """Return a note on each delay of many samples, written as a whole number without a unit: s, and no samples; and
-    on each time between samples that looks like a frequency.
+    """Return a note on each delay that is a whole number of seconds, without a unit, and many samples; and on each time
+    between samples of 10 s or more without a unit, which may be a frequency.
 
     Parameters
     ----------

@@ -68,7 +68,8 @@ def exchanged_times(grid: TimeGrid) -> list[str]:
 
 
 def doubtful_call(model: CompiledModel, grid: TimeGrid, given: Collection[str], p: Array) -> list[str]:
-    """Return one sentence for each doubt about a run.
+    """Return one sentence for each doubt about a run: states sampled once, inputs that are 0 because neither scene nor
+    run gives them, and improbable variables.
 
     Parameters
     ----------
@@ -97,7 +98,8 @@ def doubtful_call(model: CompiledModel, grid: TimeGrid, given: Collection[str], 
 
 
 def _improbable_variables(model: CompiledModel, p: Array) -> list[str]:
-    """Return a sentence on variables of random processes and waves that no draw of a normal distribution gives."""
+    """Return a sentence, in a list, on standard normal variables of random processes and waves that are beyond 8; an
+    empty list if there are none."""
     large = np.flatnonzero(np.abs(p) > IMPROBABLE).tolist()
     if not large:
         return []
@@ -188,10 +190,10 @@ def coarse_quanta(model: CompiledModel, states: States, p: Array, signals: Input
 
 
 def passed_springs(model: CompiledModel, t: Array, q: Array, p: Array) -> Finding | None:
-    """Return a finding on springs whose ends pass one another; None if there are none.
+    """Return a finding on springs whose ends pass one another between two rows of a run; None if there are none.
 
-    Springs without a length at rest are left out: their law is linear, and has no point at which the force reverses. So
-    are runs of models without ``poses``.
+    Springs without a length at rest are left out, since their force does not reverse, and models without the function
+    ``poses``.
 
     Parameters
     ----------
@@ -249,7 +251,8 @@ def _poses(model: CompiledModel, t: Array, q: Array, p: Array) -> Array:
 
 
 def _meetings(vectors: Array, length: Array) -> Array:
-    """Return between which rows springs from end to end, (rows, springs, 3), turn round by way of next to no length."""
+    """Return, (rows - 1, springs), whether springs turn round between two rows by way of next to no length; ``vectors``
+    (rows, springs, 3) lead from end to end in the axes of a body, ``length`` (springs,) is at rest."""
     before, after = vectors[:-1], vectors[1:]
     way = after - before
     square = np.sum(way * way, axis=-1)

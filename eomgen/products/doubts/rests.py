@@ -78,8 +78,8 @@ def _few(items: Sequence[str]) -> str:
 
 
 def _passed_one_another(vectors: Array) -> NDArray[np.bool_]:
-    """Return whether springs, from end to end (..., rows, 3) along the path, have turned round by way of next to no
-    length, (...)."""
+    """Return, (...), whether springs have turned round along a path by way of next to no length; ``vectors`` (...,
+    rows, 3) lead from end to end."""
     before, way = vectors[..., :-1, :], np.diff(vectors, axis=-2)
     square = np.sum(way * way, axis=-1)
     share = np.clip(-np.sum(before * way, axis=-1) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
@@ -116,7 +116,8 @@ def _tyres(rest: Rest) -> list[str]:
 
 
 def _clearance(measures: SceneMeasures, tyre: Wheel, center: Array, inputs: Mapping[str, float]) -> float:
-    """Return the height of a wheel's centre over the road. Raises ArithmeticError."""
+    """Return the height, m, of a wheel's centre (3,) over the road. Raises ArithmeticError for a road without a value
+    there."""
 
     def value_of(symbol: Symbol) -> float:
         if symbol.kind == "position":
@@ -155,7 +156,8 @@ def _coarse_beams(rest: Rest) -> list[str]:
 
 
 def _far(rest: Rest) -> list[str]:
-    """Return a note on the body that has gone farthest, if that is farther than the scene is large at the start."""
+    """Return a note, in a list, on the body that has moved farthest, if that is farther than the scene is large at the
+    start."""
     measures, poses = rest.measures, rest.poses
     length = measures.length(rest.path[0])
     ways = {name: float(np.linalg.norm(position[-1] - position[0])) for name, (_, position) in poses.items()}

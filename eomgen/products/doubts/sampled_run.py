@@ -14,10 +14,9 @@ from eomgen.simulation.stepping.states import states_of
 
 
 class SampledRun:
-    """Motion within the steps of a finished run; as a quantity of the run, ``finished.once(SampledRun)``, sampled once.
-
-    ``finer``: of the time between rows of methods with adaptive steps, the part of their average step.
-    """
+    """Motion within the steps of a finished run, with rows at the ends of steps and interpolants through them. Searches
+    share it as ``finished.once(SampledRun)``, made once. In its methods ``finer`` divides the average step of methods
+    with adaptive steps."""
 
     def __init__(self, finished: FinishedRun) -> None:
         self.finished, self.run, self.rows = finished, finished.run, finished.trajectory.rows
@@ -30,7 +29,8 @@ class SampledRun:
         return StepPath(self.run, self.rows, self.finished.present, self.finished.prescribed.u)
 
     def steps(self, finer: float = 1.0) -> StepRows | None:
-        """Return rows at the ends of steps; None if the run cannot be repeated."""
+        """Return rows at the ends of steps, of adaptive methods ``finer`` times as close as the average step; None if
+        the run cannot be repeated."""
         if finer not in self._steps:
             run, library = self.finished, self.finished.stepper.library
             self._steps[finer] = step_rows(self.run, library, self.rows, run.present, run.statistics, finer=finer)

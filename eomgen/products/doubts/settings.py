@@ -35,11 +35,12 @@ def fault_of_name(name: str) -> tuple[str, str] | None:
 
 
 def settings_of(parts: Mapping[str, Any], *, stored: bool) -> DoubtSettings:
-    """Return the settings of a scene and, unless the report is stored, of the command line.
+    """Return the settings of doubts of a scene, joined with the command line's unless the report is ``stored`` with the
+    scene.
 
     Parameters
     ----------
-    parts : objects by section of a product
+    parts : objects of products by section, of which ``doubts`` has the settings of the file
     """
     own = DoubtSettings(*parts.get("doubts", ()))
     problems = partial(_problems, 'doubts.quiet = ["{}"]' if own.strict else '--quiet "{}"')
@@ -51,8 +52,8 @@ def _join(one: DoubtSettings, other: DoubtSettings) -> DoubtSettings:
 
 
 def _problems(silence: str, notes: Iterable[Message], report: Report | None = None) -> list[Problem]:
-    """Return doubts about a scene, or about an equilibrium without a ``report``, as problems at the entries that they
-    begin with."""
+    """Return doubts as problems at the entries that they begin with, or, without a ``report``, at the equilibrium;
+    ``silence`` is the text of the option that leaves out a doubt, with a gap for the name."""
     problems = []
     for note in notes:
         text, hint = note.fault_and_remedy()

@@ -77,7 +77,8 @@ _ON = 1e-12
 
 
 def impacts_at_start(run: Run, state: InitialState) -> list[str]:
-    """Return one sentence for each impact that the initial state is past, or rests on without a side.
+    """Return one sentence for each impact whose function the initial state is already past, or on which the state rests
+    without a side.
 
     For an impact of one direction, the free side has values of the function above zero (falling) or below (rising); an
     impact of both directions is met from either side, so that only a start on the impact has no side.
@@ -124,11 +125,9 @@ def _beginning_of(run: FinishedRun) -> RunStart:
 
 
 def _lost_digits(run: FinishedRun) -> Iterator[Finding]:
-    """Find accelerations that lose digits when M is eliminated.
-
-    Methods that iterate on the residual are as accurate as inverse dynamics, except for the start by forward dynamics;
-    tdg2 and rosenbrock also record accelerations of each step from forward dynamics.
-    """
+    """Yield a finding on accelerations at the start that lose digits when M is eliminated. Methods that iterate on the
+    residual are as accurate as inverse dynamics, except for the start by forward dynamics; tdg2 and rosenbrock also
+    record accelerations of each step from forward dynamics."""
     model, q = run.run.model, _beginning_of(run).state.q
     facts = model.library.layout["facts"]
     articulated = facts["ill_scaled"]

@@ -25,11 +25,9 @@ _TOUCHED = 1e-6
 
 
 def unseen_events(finished: FinishedRun) -> Finding | None:
-    """Return a finding on the event of which most roots are missed within steps; None if none is.
-
-    Steps in which an event changes the motion are left out, and formulas of accelerations, multipliers or inputs: these
-    are not known between the ends of steps.
-    """
+    """Return a finding on the event with the most roots that are missed within steps, with their number; None if none
+    is. Steps in which an event changes the motion are left out, and formulas of accelerations, multipliers or inputs:
+    these are not known between the ends of steps."""
     if finished.events is None:
         return None
     sampled, changes, counts = finished.once(SampledRun), finished.changes, finished.events.counts
@@ -61,14 +59,15 @@ def unseen_events(finished: FinishedRun) -> Finding | None:
 
 
 class _Roots:
-    """Numbers of roots of events along the interpolant of a run.
+    """Numbers of roots of event functions along the interpolant of a run.
 
     Parameters
     ----------
-    known : numbers of the events
+    path : interpolant of the steps
+    known : indices of the events
     signs : of the rates at roots that count, (events,); 0 for both
     changes : (n,) s, at which the motion is changed
-    breaks : rows between which there is no step
+    breaks : indices of rows after which there is no step
     """
 
     def __init__(
@@ -118,7 +117,8 @@ class _Roots:
         return missed
 
     def _roots(self, steps: NDArray[np.intp], count: int) -> Array:
-        """Return the number of roots within steps, (events,), between places that are not evenly spread."""
+        """Return the number of roots of each event within steps (m,), (events,), by signs at ``count`` places in each
+        step, which are not evenly spread, and at both ends."""
         places = (np.arange(count) + np.modf(0.6180339887 * np.arange(1, count + 1))[0]) / count
         grid = np.concatenate([[0.0], places, [1.0]])
         t = self._path.states.t

@@ -76,7 +76,7 @@ _VELOCITIES = 12
 
 
 class _Nodes(NamedTuple):
-    """Rates along the interpolant of steps.
+    """Rates of velocities and internal states at Gauss nodes within steps, along the interpolant.
 
     Attributes
     ----------
@@ -113,7 +113,7 @@ class _HeldComponent(NamedTuple):
 
 
 class _Defects(NamedTuple):
-    """Defects of m steps.
+    """Defects of m steps: impulse along the interpolant minus the change of velocities and internal states.
 
     Attributes
     ----------
@@ -130,7 +130,8 @@ class _Defects(NamedTuple):
 
 
 def unseen_law(finished: FinishedRun) -> UnseenLaw | None:
-    """Return a law that the steps of a run do not resolve; None if the steps resolve all laws."""
+    """Return a law (a force or rate) that acts between the steps of a run, with effect and a remedy; None if the steps
+    resolve all laws, and if states between steps cannot be evaluated."""
     run, rows, sampled = finished.run, finished.trajectory.rows, finished.once(SampledRun)
     laws = laws_between_steps(run)
     if not laws or len(rows) < 2:
@@ -164,7 +165,8 @@ def unseen_law(finished: FinishedRun) -> UnseenLaw | None:
 def _unresolved_law(
     sampled: SampledRun, taken: StepRows, first: UnseenLaw, examination: Callable[..., _Examination]
 ) -> UnseenLaw | None:
-    """Return the first law that an adaptive method leaves unresolved between rows as close as the law asks, if any.
+    """Return the first law that an adaptive method leaves unresolved even in rows as close as the remedy for the law
+    asks; None if closer rows resolve all.
 
     The shortest steps of such a method may lie between two rows that are closer than its average step.
 
@@ -191,11 +193,9 @@ def _unresolved_law(
 
 
 def _another_way(run: Run, rows: Array, others: Array) -> bool:
-    """Return whether rows (n, width) and rows (m, width) of another run differ by more than the threshold at common
-    times.
-
-    Velocities are compared at the end alone: right runs may meet a jump of a velocity on either side of a row.
-    """
+    """Return whether rows (n, width) and rows (m, width) of two runs differ, at common times, by more than the
+    threshold for defects in parts of the motion. Velocities are compared at the end alone: right runs may meet a jump
+    of a velocity on either side of a row."""
     places = np.clip(np.searchsorted(others[:, 0], rows[:, 0]), 1, len(others) - 1)
     places -= rows[:, 0] - others[places - 1, 0] < others[places, 0] - rows[:, 0]
     common = np.abs(others[places, 0] - rows[:, 0]) <= SAME_TIME * run.settings["step"]
@@ -228,7 +228,8 @@ def _known_times(path: StepPath, laws: Sequence[Formula]) -> Array:
 
 
 class _Examination:
-    """Search for steps with nonlinear laws, and evaluation of the defects of these steps."""
+    """Search for steps of a run with nonlinear laws, and evaluation of the defects of these steps. ``path`` is the
+    interpolant of the steps, ``laws`` are formulas of forces and rates, ``breaks`` steps that are left out."""
 
     def __init__(
         self,
@@ -339,7 +340,8 @@ class _Examination:
         return law
 
     def _laws(self, blocks: StepStates, ends: StepStates) -> Iterator[tuple[Array, Array]]:
-        """Yield the values of each law at samples and at ends of steps, or its rates if the law has no known values."""
+        """Yield, at samples and at rows, the values of each law that the path can evaluate; if not all, also the rates
+        of each velocity and internal state."""
         for law in self._known:
             yield self._path.values(law, blocks), self._path.values(law, ends)
         if self._opaque:
@@ -356,7 +358,8 @@ class _Examination:
         return np.column_stack([at_ends[steps], inside.reshape(len(steps), -1), at_ends[steps + 1]])
 
     def _meshes(self, steps: NDArray[np.intp], grid: Array, arguments: Sequence[Array]) -> list[Array]:
-        """Return a mesh in [0, 1] for each step, refined towards features."""
+        """Return a mesh in [0, 1] for each of the steps (m,), refined towards features, which ``arguments``, values at
+        the places ``grid`` (m, samples + 2) of each feature, pass."""
         even = np.linspace(0.0, 1.0, _INTERVALS + 1)
         result = [[even, self._inside(int(step))] for step in steps]
         closer = np.ldexp(1.0 / len(grid), -np.arange(_HALVINGS))
@@ -410,8 +413,8 @@ class _Examination:
     # -- defects ---------------------------------------------------------------------------------------------------
 
     def _judge(self, chosen: NDArray[np.intp], share: float) -> UnseenLaw | None:
-        """Return an unresolved law in selected steps; ``share`` is the number of steps of the run for each sampled
-        step."""
+        """Return an unresolved law in the selected steps, given by their indices among the sampled ones; None without
+        one. ``share`` is the number of steps of the run for each selected step."""
         steps = self._steps[chosen]
         meshes = self._meshes(steps, self._grid, [table[chosen] for table in self._arguments])
         nodes = self._nodes(steps, meshes)
@@ -438,7 +441,8 @@ class _Examination:
         return _Nodes(blocks, np.where(np.isfinite(rates), rates, 0.0), counts)
 
     def _defects(self, steps: NDArray[np.intp], meshes: Sequence[Array], rates: Array) -> _Defects:
-        """Return the impulses that steps lack, compared with finer meshes, net and within each step."""
+        """Return the defects of steps, at their ends and within, from the rates at two nodes of each interval of their
+        meshes."""
         h = np.diff(self._t)[steps]
         edges = np.concatenate([self._t[s] + h[k] * m[1:] for k, (s, m) in enumerate(zip(steps, meshes, strict=True))])
         numbers = np.repeat(steps, [len(mesh) - 1 for mesh in meshes])
@@ -501,7 +505,8 @@ class _Examination:
         return levels
 
     def _chattering(self, steps: NDArray[np.intp], nodes: _Nodes) -> Iterator[tuple[int, NDArray[np.bool_]]]:
-        """Yield columns, and in which of the steps (m,) rates lead from both sides to a level within reach."""
+        """Yield the columns of velocities and internal states, each with whether in each step (m,) rates lead from both
+        sides to a level within reach, so that the motion chatters there."""
         columns = self._jumping
         if not columns:
             return
@@ -530,8 +535,8 @@ class _Examination:
         return np.hstack(blocks.states[1:])
 
     def _beyond(self, step: int, column: int, low: float, level: float) -> float:
-        """Return the overshoot of a column beyond a level to which the rates lead from both sides; 0 if the column
-        returns.
+        """Return the distance by which a column exceeds a level to which the rates lead from both sides; 0 if the
+        column returns, or rates soon lead on.
 
         Parameters
         ----------
@@ -552,7 +557,8 @@ class _Examination:
         return float(np.max(values[1:count] - way * level)) if count > 1 else 0.0
 
     def _rates_at(self, rows: NDArray[np.intp], column: int = -1, value: Array | float = 0.0) -> Array:
-        """Return rates at rows, (m, nv + nz); with another value of a column, if one is given."""
+        """Return rates at rows (m,), (m, nv + nz); with a column of velocities and internal states replaced by
+        ``value``, if one is given."""
         q, v, z = (part[rows].copy() for part in self._path.at_rows.states)
         if column >= 0:
             part, place = (v, column) if column < self._model.nv else (z, column - self._model.nv)
@@ -561,10 +567,8 @@ class _Examination:
 
     @cached_property
     def _sizes_after(self) -> Array:
-        """Scales of velocities from each row to the end, and of internal states, (n, nv + nz).
-
-        For a joint that moves on slowly after a barrier, the scale is the velocity after the barrier.
-        """
+        """Scales of velocities, from each row to the end of the run, and of internal states, (n, nv + nz). For a joint
+        that moves on slowly after a barrier, the scale is the velocity after the barrier."""
         speeds = np.abs(self._path.states.v)
         covered = 0.5 * (speeds[1:] + speeds[:-1]) * np.diff(self._t)[:, np.newaxis]
         left = np.vstack([np.cumsum(covered[::-1], axis=0)[::-1], np.zeros(self._model.nv)])
@@ -647,7 +651,8 @@ class _Examination:
         return one, two, three
 
     def _shift(self, blocks: StepStates, part: int, shift: Array) -> tuple[Array, Array, Array]:
-        """Return states of which q (0), v (1) or z (2) is shifted."""
+        """Return the states (q, v, z) of ``blocks`` with the part 0 (q), 1 (v) or 2 (z) shifted by ``shift`` (n,
+        width); q along the group."""
         q, v, z = blocks.states
         if part == 0:
             return product.update(self._model.factors, q, shift), v, z
@@ -705,7 +710,8 @@ class _Examination:
         return f"a step of {step} s"
 
     def _culprit(self, step: int, mesh: Array, name: str) -> tuple[str, float]:
-        """Return a description of the law with the largest nonlinearity within a step, and its unresolved width, s."""
+        """Return, in words, the law with the largest nonlinearity within a step, and the width of the unresolved part,
+        s; the rate of the component ``name`` if no formula is known."""
         begin, h = self._t[step], float(self._t[step + 1] - self._t[step])
         middles = 0.5 * (mesh[1:] + mesh[:-1])
         blocks = self._path.at(begin + h * middles, np.full(len(middles), step))
@@ -743,8 +749,8 @@ def _columns_of(path: StepPath, symbol: Symbol) -> Iterable[int]:
 
 
 def rate_partials(path: StepPath, blocks: StepStates, moves: Sequence[tuple[_State, _State, float]]) -> Array:
-    """Return differences of the rates over moves of the state, (n, nv + nz, moves): from states (q, v, z) before to
-    states ahead, at a distance."""
+    """Return differences of the rates over moves of the state, (n, nv + nz, moves). A move has two states (q, v, z),
+    the second to be subtracted, and the distance between them."""
     model = path.run.model
     if not model.evaluator.multipliers:
         pairs = ((path.rates(blocks, ahead) - path.rates(blocks, behind)) / width for ahead, behind, width in moves)
@@ -788,8 +794,8 @@ def _rows_within(sampled: SampledRun, taken: StepRows, place: int, spacing: floa
 
 
 def _without_gaps(chosen: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Return numbers in order, with the numbers of the shortest gaps filled in, up to the number of steps that are
-    evaluated."""
+    """Return sorted indices with the shortest gaps between them filled in, as far as their number stays within the
+    number of steps that are evaluated."""
     gaps = np.diff(chosen) - 1
     shortest = np.argsort(gaps, kind="stable")
     filled = shortest[np.cumsum(gaps[shortest]) + len(chosen) <= _MOST_STEPS]

@@ -39,7 +39,9 @@ _TAKEN = ("t_end", "step", "method", "record_every", "profile", "parameters", "i
 
 
 def show(document: Hamiltonian, method: str | None, *, as_json: bool) -> None:
-    """Print the output of ``info`` for a system: state, parts of H, functions and method."""
+    """Print the output of ``info`` for a Hamiltonian system: coordinates, parameters, terms of H, functions with counts
+    of operations, and the method called ``method`` (None: the file's). ``as_json`` prints one JSON object instead of
+    tables."""
     from eomgen.pipeline.pipeline import derive  # noqa: PLC0415
     from eomgen.products.fields.hamiltonian.methods import method_for  # noqa: PLC0415  # imported when the arguments are fine
 
@@ -86,12 +88,14 @@ def show(document: Hamiltonian, method: str | None, *, as_json: bool) -> None:
 
 
 def _method(chosen: Method | Composition) -> dict[str, Any]:
-    """Return a method as JSON types."""
+    """Return name, order, gradients per step and stability limit of a method as JSON types."""
     return {name: getattr(chosen, name) for name in ("name", "order", "gradients", "stability_limit")}
 
 
 def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots: bool, as_json: bool) -> int:
-    """Simulate a system, write solution.npz, solution.csv, summary.json and motion.png, and return the exit code."""
+    """Simulate a Hamiltonian system, write solution.npz, solution.csv, summary.json and, with ``plots``, motion.png to
+    ``folder``, print a table or JSON, and return the exit code. ``options`` are the options of ``eomgen simulate`` by
+    name. Raises UsageError for an option of mechanical scenes."""
     from eomgen.base.files import make_folder, write_text  # noqa: PLC0415  # imported when the arguments are fine
     from eomgen.pipeline.front_end import given_options  # noqa: PLC0415
     from eomgen.products.fields.front_end import build_hamiltonian  # noqa: PLC0415
@@ -134,7 +138,8 @@ def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots
 
 
 def _numbers(option: str, texts: Sequence[str], items: Iterable[NamedNumber]) -> dict[str, float]:
-    """Return numbers by name, texts with a unit in the unit of the label. Raises UsageError if there is no label."""
+    """Return the numbers of texts NAME=VALUE by name; a value with a unit is converted to the unit of the item with
+    this name. Raises UsageError, with the name of the option, for a value with a unit if the item has no unit."""
     labels, result = {item.name: item.unit for item in items}, dict[str, float]()
     for name, value in assignments(option, texts).items():
         if isinstance(value, str) and name in labels and not labels[name] and is_quantity(value):
@@ -146,7 +151,8 @@ def _numbers(option: str, texts: Sequence[str], items: Iterable[NamedNumber]) ->
 
 
 def _print(solution: HamiltonianSolution, document: Hamiltonian) -> None:
-    """Print a table of a run of a Hamiltonian system."""
+    """Print a table of a run of a Hamiltonian system: method, counts, energies, errors, and up to 8 coordinates at the
+    end."""
     stats, metadata, total = solution.stats, solution.metadata, solution.energy["total"]
     rows = [
         ("method", f"{metadata['method']}, order {metadata['order']}, step {metadata['step']:.6g}"),
@@ -168,7 +174,8 @@ def _print(solution: HamiltonianSolution, document: Hamiltonian) -> None:
 
 
 def _changed_parameters(values: Mapping[str, float], document: Hamiltonian) -> list[tuple[str, str]]:
-    """Return a row for each parameter whose value in a run is another than in the file."""
+    """Return a label and a text for each parameter whose value in a run (``values``, by name) differs from the
+    file's."""
     return [
         (f"parameter {item.name}", f"{value:.9g}{' ' + item.unit if item.unit else ''}, in the scene {item.value:.9g}")
         for item in document.parameters
@@ -177,7 +184,9 @@ def _changed_parameters(values: Mapping[str, float], document: Hamiltonian) -> l
 
 
 def show_fields(system: FieldSystem, method: str | None, *, as_json: bool) -> None:
-    """Print mesh, memory, operators, data, energy and method, without an array of the mesh's size."""
+    """Print the output of ``info`` for a system of fields: mesh, memory, operators, data, energy, and the method called
+    ``method`` (None: the file's). No array as large as the mesh is made. ``as_json`` prints one JSON object instead of
+    a table."""
     from eomgen.integrators.compositions import composition_named  # noqa: PLC0415
     from eomgen.products.fields.sampling import at_settings, memory_of  # noqa: PLC0415
 

@@ -79,7 +79,7 @@ def field_system_of(path: str | os.PathLike[str]) -> FieldSystem | None:
 
 
 def _check_method(document: Hamiltonian) -> None:
-    """Raise DescriptionError if a file names an unknown method."""
+    """Raise DescriptionError, at the file's line, if the file names an unknown method."""
     if not (method := document.simulation.method):
         return
     from eomgen.products.fields.hamiltonian.methods import check_name  # noqa: PLC0415  # few files choose a method
@@ -92,14 +92,20 @@ def _check_method(document: Hamiltonian) -> None:
 
 
 def hamiltonian_of(described: object, options: Mapping[str, Any] | None = None) -> Hamiltonian | None:
-    """Return the Hamiltonian system of an object that is one or describes one; None for other documents.
+    """Return the Hamiltonian system of an object: a Hamiltonian, nested data, or the path of a file; None for other
+    documents.
+
+    Parameters
+    ----------
+    options : mapping, optional
+        Options of mechanical scenes, which may not be given.
 
     Raises
     ------
     DescriptionError
         With all faults of the content.
     UsageError
-        An option of mechanical scenes.
+        For an option of mechanical scenes.
     """
     if isinstance(described, Hamiltonian):
         result = described
@@ -122,7 +128,9 @@ def hamiltonian_of(described: object, options: Mapping[str, Any] | None = None) 
 
 
 def build_hamiltonian(document: Hamiltonian, method: str | None, profile: str) -> HamiltonianModel:
-    """Return the compiled model of a system, from the cache if unchanged; ``method`` of the runs."""
+    """Return the compiled model of a system, from the cache if unchanged. ``method`` replaces the file's method for
+    runs (None: no change); ``profile`` is the profile of compilation. Raises UsageError for the profile of the tape
+    engine."""
     from eomgen.products.fields.hamiltonian.methods import method_for  # noqa: PLC0415
     from eomgen.products.fields.hamiltonian.model import HamiltonianModel, built_library  # noqa: PLC0415
     from eomgen.toolchain.builder import Builder  # noqa: PLC0415
@@ -139,7 +147,8 @@ def build_hamiltonian(document: Hamiltonian, method: str | None, profile: str) -
 
 
 def generate_hamiltonian(document: Hamiltonian, folder: str | Path, method: str | None) -> list[Path]:
-    """Write a system as a folder of C that stands alone, and return the files' paths. Raises UsageError, FileError."""
+    """Write a system as a folder of C that stands alone, with a main program by the method (None: the file's), and
+    return the files' paths. Raises UsageError, FileError."""
     from eomgen.codegen.folder import MANIFEST, manifest, write_folder  # noqa: PLC0415
     from eomgen.products.fields.hamiltonian.code import folder_files, program_of  # noqa: PLC0415
     from eomgen.products.fields.hamiltonian.methods import method_for  # noqa: PLC0415

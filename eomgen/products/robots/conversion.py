@@ -60,7 +60,9 @@ _RESERVED = {BASE: "the frame that carries the tree", WORLD: "the frame at rest 
 
 
 def joints_to_hold(lock: Sequence[str], joints: Mapping[str, Any], file: str) -> list[str]:
-    """Return the joints to lock. Raises OptionError for a name that the file lacks."""
+    """Return the names in ``lock`` (one name or several) as a list. `joints` has the names of all joints in the file;
+    only the keys are used. Raises OptionError, with the nearest name or the way to give several names as a hint, for a
+    name that is not a key of `joints`; `file` is named in the message."""
     names = [lock] if isinstance(lock, str) else list(lock)
     for name in names:
         if name not in joints:
@@ -73,18 +75,23 @@ def joints_to_hold(lock: Sequence[str], joints: Mapping[str, Any], file: str) ->
 
 
 class Conversion:
-    """Makes the sections of a scene of a draft.
+    """Converts a draft (models as read from a URDF, SDF or MJCF file) to the sections of a scene file.
+
+    Callers call ``connect``, ``convert`` and ``result`` in this order. Faults of the file go to ``scene.report``.
 
     Parameters
     ----------
-    limits, friction : bool
-        Take limits of position as stops, and dry friction.
+    draft : Draft
+        Links, joints, frames and models as read.
     scene : SceneDraft
-        Without its sections.
+        The scene to fill, without its sections: ``data``, notes and warnings are changed in place.
+    limits, friction : bool
+        Take limits of position as stops, and dry friction; otherwise a note lists them as left out.
     """
 
     def __init__(self, draft: Draft, scene: SceneDraft, *, limits: bool, friction: bool) -> None:
-        """Begin a scene from a draft, with legal names for bodies, joints and constraints."""
+        """Set format, name and gravity of the scene, and reserve the legal names of the file for links, frames and
+        joints."""
         self.draft, self.world, self.scene, report = draft, draft.world, scene, scene.report
         self.file = report.file
         self.limits, self.friction = limits, friction
@@ -110,7 +117,9 @@ class Conversion:
             self.scene.keep(kind, map(self.name_of, nodes))
 
     def name_of(self, node: Node) -> str:
-        """Return the name of a link, frame or joint in the file, from its only model."""
+        """Return the full name of a link, frame or joint: names of the models around it, joined by ``::``, then the
+        name of the element. The name of the file's only model, and of models that are merged into others, are left
+        out."""
         path, key = node
         model = self.frames.models[path]
         item = model.links.get(key) or model.joints.get(key) or model.frames.get(key)
@@ -123,18 +132,23 @@ class Conversion:
         return {self.name_of((path, key)): (path, key) for path, model in self.world.every() for key in model.joints}
 
     def connect(self, held: Mapping[Node, float], weld: Sequence[str] = ()) -> None:
-        """Find the links that all joints connect; check all frames.
+        """Resolve all frames, and list the joints as edges between the links that carry their parent and child frames.
+
+        Links of static models count as the world. Faults of frames are collected and raised together at the end.
 
         Parameters
         ----------
         held : mapping
-            Coordinates of joints that do not move.
+            Coordinates, rad or m, of the joints that do not move, by path of the model and key of the joint.
         weld : sequence
-            Names of frames that are fixed to the world.
+            Names of links or frames that are fixed to the world at their places.
 
         Raises
         ------
-        DescriptionError, OptionError
+        DescriptionError
+            For frames that are missing or that name one another in a circle.
+        OptionError
+            For a name in ``weld`` that the file lacks.
         """
         for path, model in self.world.every():
             static = any(self.frames.models[path[:depth]].static for depth in range(1, len(path) + 1))
@@ -157,7 +171,9 @@ class Conversion:
         self.scene.report.raise_problems()
 
     def add_edge(self, key: Node, joint: DraftJoint, held: Mapping[Node, float]) -> None:
-        """Add the edge of a joint."""
+        """Append the edge of a joint to ``edges``; `held` has coordinates of joints that do not move. No edge is added
+        if the parent or child frame is missing (reported), if both ends rest in the world (counted as without effect),
+        or if both are the same link (reported)."""
         path, _ = key
         ends = []
         for attribute, name in (("parent", joint.parent), ("child", joint.child)):
@@ -178,7 +194,8 @@ class Conversion:
         self.edges.append(edge)
 
     def weld(self, written: str) -> Edge:
-        """Return the joint that fixes a frame to the world."""
+        """Return the edge of a new fixed joint between the world and the link that carries the frame ``written``.
+        Raises OptionError for a name that is the world or that the file lacks."""
         path = (self.only,) if self.only else ()
         place = ElementPlace(self.file, 1)
         if not self.frames.check_frame(path, written, place, "") or written == WORLD_FRAME:
@@ -190,7 +207,17 @@ class Conversion:
         return Edge((path, joint.name), joint, WORLD_NODE, link, None)
 
     def convert(self, *, actuated: bool, actuators: Actuation = NO_ACTUATION) -> None:
-        """Fill the sections; ``actuated`` if joints have inputs."""
+        """Fill the sections of the scene: bodies, joints, frames, constraints, efforts, inputs and shapes.
+
+        Raises DescriptionError for the problems reported so far, and OptionError for a tunable link on the base.
+
+        Parameters
+        ----------
+        actuated : bool
+            Give each joint of one coordinate an effort as input, unless the joint follows another or has an actuator.
+        actuators : Actuation
+            Inputs and efforts of actuators with transmissions.
+        """
         moving = [link for link in self.links if link not in self.static]
         roots = {link: self.frames.link(link[0][:1], MODEL_FRAME) if link[0] else link for link in moving}
         gears = [edge for edge in self.edges if edge.joint.gear is not None]
@@ -214,12 +241,14 @@ class Conversion:
     def result(
         self, notes: Sequence[str], warnings: Sequence[tuple[ElementPlace, str]], *, strict: bool
     ) -> ConvertedScene:
-        """Return the scene with all notes; ``warnings`` are of the reader, with their places.
+        """Return the converted scene with all notes, warnings last.
+
+        `notes` are further notes of the reader, `warnings` omissions, each a place in the file and a text.
 
         Raises
         ------
         DescriptionError
-            Of a ``strict`` conversion with parts that are left out.
+            For problems reported so far; of a ``strict`` conversion also for each omission.
         """
         draft, scene = self.draft, self.scene
         omissions = [*warnings, *scene.all_warnings(), *draft.leftovers.warnings()]
@@ -236,7 +265,8 @@ class Conversion:
         return ConvertedScene(scene.data, scene.lines, said, inertias_checked=True)
 
     def notes(self) -> list[str]:
-        """Return notes on links that are not bodies of their own, and on links that move freely."""
+        """Return notes, of none to three texts: links that move freely, links merged into the bodies to which they are
+        fixed, and links whose joints are not at their origins."""
         notes = []
         if self.free and not self.draft.root:
             names = listed(self.free)
@@ -258,7 +288,8 @@ class Conversion:
         return notes
 
     def place_links(self, tree: DraftTree) -> None:
-        """Add the links and their joints, frames, and the joints that close loops."""
+        """Add bodies, joints and frames for all links along the walks of the tree, then constraints for joints that
+        close loops."""
         for link in self.static:
             self.rest(link)
         for start, steps in tree.walks.items():
@@ -273,7 +304,9 @@ class Conversion:
             self.close_by_frames(loop)
 
     def add_masses(self) -> None:
-        """Add the mass properties of all bodies."""
+        """Set mass, centre of mass and inertia of each body to the sum over the links merged into this body. A tunable
+        link keeps the body alone, with ten parameters; all other links of this body become a second, fixed body. Masses
+        on the base become a body only in an included file."""
         data = self.scene.data
         for body, parts in self.parts.items():
             tunable = next((link for link in parts if link[1] in self.draft.tunable), None)
@@ -293,7 +326,8 @@ class Conversion:
                     self.scene.notes.append(f"links fixed to the tunable link {name} become the body {rest} [W0181]")
 
     def add_part(self, node: Node) -> None:
-        """Add mass properties, and the force by which gravity does not pull a link."""
+        """Record the mass properties of a placed link for the body; add a force against gravity for a link that gravity
+        does not pull. An impossible inertia is noted. Raises OptionError for a tunable link on the base."""
         link, place = self.links[node], self.places[node]
         self.parts.setdefault(place.body, {})[node] = link.inertia.transform(place.orientation, place.position)
         if place.body == BASE and node[1] in self.draft.tunable:
@@ -309,7 +343,8 @@ class Conversion:
             self.scene.add("forces", "force", f"no_gravity_{self.legal(node)}", force)
 
     def legal(self, node: Node) -> str:
-        """Return the name of a link, frame or joint in the scene, unless it is taken."""
+        """Return the name in the scene that a link, frame or joint would like to have, which may be taken. `::` becomes
+        `__`, and links named like the base or the world get the ending `_link`; names of a draft that is legal stay."""
         name = self.name_of(node)
         if self.draft.legal:
             return name
@@ -317,13 +352,15 @@ class Conversion:
         return f"{name}_link" if name in (BASE, WORLD) else name
 
     def new_name(self, kind: str, node: Node, ending: str = "") -> str:
-        """Return a new name for a link, frame or joint of the file."""
+        """Return a unique legal name for a link, frame or joint, and take it; `kind` is the kind of element in the
+        scene. `ending` is appended to the name. Names of a draft that is legal are returned unchanged and not taken."""
         if self.draft.legal:
             return self.name_of(node)
         return self.scene.name(kind, self.legal(node) + ending, "", joined=bool(ending) or "::" in self.name_of(node))
 
     def body(self, node: Node, ending: str = "") -> str:
-        """Return a new body for a link."""
+        """Add a body without mass for a link, and return the name of the body; `ending` is appended to the link's
+        name."""
         link = self.links[node]
         name = link.body or self.new_name("body", node, ending)
         if link.body:
@@ -333,17 +370,19 @@ class Conversion:
         return name
 
     def frame(self, node: Node, place: LinkPlace, line: ElementPlace) -> None:
-        """Add a frame."""
+        """Add a frame to the scene, named by a link or frame `node` of the file, at a place in a body; `line` is its
+        place in the file."""
         self.scene.put("frames", self.new_name("body", node), {"body": place.body, **place.pose}, line)
 
     def rest(self, link: Node) -> None:
-        """Put a link of a static model on the base."""
+        """Place a link of a static model on the base, as a frame of the scene without a body or mass."""
         pose = self.frames.pose(link)
         self.places[link] = LinkPlace(BASE, pose.orientation, pose.position)
         self.frame(link, self.places[link], self.links[link].place)
 
     def free_link(self, link: Node) -> None:
-        """Add a free joint for a link that no joint holds."""
+        """Add a body for a link that no joint holds, on a joint to the base that starts at the link's pose in the file.
+        The joint is free, or has the draft's type and name for the root link."""
         pose = self.frames.pose(link)
         body = self.body(link)
         self.places[link] = LinkPlace(body, np.eye(3), np.zeros(3))
@@ -357,7 +396,9 @@ class Conversion:
         self.add_part(link)
 
     def step(self, step: Step) -> None:
-        """Place the link that a joint carries: on the body of the other link for a fixed joint, else as a body."""
+        """Place the link at the end of a step of the tree: as a new body on a moving joint, else merged into the
+        previous body. A link on a fixed or held joint becomes a frame of that body, but a kept or tunable one a body on
+        a fixed joint."""
         start, end, joint = self.places[step.start], step.end, step.edge.joint
         rest = _of(start, self.frames.between(step.start, end))
         if step.edge.held is not None or joint.reference:
@@ -378,8 +419,20 @@ class Conversion:
         self.add_part(end)
 
     def carry(self, step: Step, start: LinkPlace, rest: LinkPlace) -> None:
-        """Add a joint that moves, and the body that it carries: of a link whose origin is not at the joint a body with
-        its origin there, in which the link is a frame."""
+        """Add a joint that moves, with forces, and the carried body.
+
+        A link whose origin is not at the joint gets a body NAME_body with the origin at the joint, in which the link is
+        a frame. A universal joint with axes that are not perpendicular becomes two revolute joints.
+
+        Parameters
+        ----------
+        step : Step
+            The joint, the links and the direction.
+        start : LinkPlace
+            Place of the link from which the step starts.
+        rest : LinkPlace
+            Place of the link that is carried, at the zero coordinate of the joint, in the body of ``start``.
+        """
         edge, end = step.edge, step.end
         joint, key = edge.joint, edge.key
         offset = self.frames.between(end, key).position
@@ -419,7 +472,9 @@ class Conversion:
     def carry_by_two(
         self, name: str, entry: dict[str, Any], placed: LinkPlace, axes: Sequence[Array], written: Sequence[Any]
     ) -> None:
-        """Add two revolute joints with a massless body between them, for axes that are not perpendicular."""
+        """Add two revolute joints with a massless body between them, for a universal joint whose axes are not
+        perpendicular. `entry` has the child body, `placed` the pose of the joint in the parent body, `axes` two vectors
+        (3,) in the child, and `written` the axes of the file with springs and dampers."""
         middle = self.scene.name("body", "", f"{name}_between")
         self.scene.data["bodies"][middle] = {"mass": 0.0}
         names, ends = (name, self.scene.name("joint", "", f"{name}_second")), (placed.body, middle, entry["child"])
@@ -432,7 +487,11 @@ class Conversion:
         self.scene.notes.append(note)
 
     def add_forces(self, name: str, joint: DraftJoint | None, entry: dict[str, Any], axes: Sequence[Any]) -> None:
-        """Add springs and dampers, and friction and stops if asked for; note the omissions."""
+        """Add springs and dampers to a joint's entry, and dry friction and stops if the conversion takes them.
+
+        Changes `entry` in place, and notes friction and limits that are left out. Faulty limits are reported. `joint`
+        is None for one of the two revolute joints that replace a universal joint; `axes` are in the order of the scene.
+        """
         row = JOINTS["revolute" if joint is None else joint.type]
         unit, whole = row.units[0] if row.units else "", len(axes) == row.v_size
         if whole and len(axes) == 1:
@@ -454,7 +513,8 @@ class Conversion:
         self.leave_limits(axes, name, without=() if stops is None else ("position",))
 
     def leave_limits(self, axes: Sequence[Axis], name: str, ending: str = "", without: Collection[str] = ()) -> None:
-        """Note limits that are left out."""
+        """Note the limits of a joint that are left out: all quantities with a limit but the ones in ``without``. `name`
+        is the joint in the scene; `ending` is appended to the note's list of quantities."""
         limited = dict.fromkeys(word for axis in axes for word in axis.limited if word not in without)
         if limited:
             *most, last = limited
@@ -462,7 +522,8 @@ class Conversion:
             self.scene.left_out(f"limits of {words}{ending}", name)
 
     def add_frames(self) -> None:
-        """Add the frames of the file."""
+        """Add the frames of all models of the file to the scene, each in the body of the link that carries the
+        frame."""
         for path, model in self.world.every():
             for name, frame in model.frames.items():
                 carrier = self.frames.link(path, name)
@@ -471,7 +532,8 @@ class Conversion:
                 self.frame((path, name), _of(place, within), frame.place)
 
     def close(self, edge: Edge) -> None:
-        """Make a constraint of a joint that closes a loop."""
+        """Make a constraint, with the forces of the joint, of a joint that closes a loop. A joint within one body is
+        counted as without effect; a universal joint whose axes are not perpendicular is refused."""
         joint, key = edge.joint, edge.key
         name = self.joint_names[key] = self.new_name("constraint", key)
         sides = [self.places[edge.parent], self.places[edge.child]]
@@ -496,7 +558,8 @@ class Conversion:
         self.forces_of_loop(joint, name, kind, [entry["first"], entry["second"]])
 
     def close_by_frames(self, loop: DraftLoop) -> None:
-        """Make a constraint of a loop; of one whose ends are in one body a note if they meet, else a fault."""
+        """Make a constraint of a loop that is given by a frame in each of two links. If both links are in one body: a
+        note if the two frames meet to 1e-6 (relative, and in rad), else a reported fault."""
         ends = [_of(self.places[(), link], pose_of(pose)) for link, pose in zip(loop.links, loop.poses, strict=True)]
         if ends[0].body != ends[1].body:
             self.scene.constrain(loop.name, loop.type, ends)
@@ -513,7 +576,9 @@ class Conversion:
         self.scene.refuse(loop.place, f"constraints.{loop.name}", fault, "a joint of the loop that is not locked")
 
     def forces_of_loop(self, joint: DraftJoint, name: str, kind: str, frames: Sequence[Mapping[str, Any]]) -> None:
-        """Add the damper of a joint that closes a loop as a bushing; refuse a spring."""
+        """Add the damper of a joint that closes a loop, as a bushing between the frames of the constraint. Springs,
+        mimics and dampers of joints other than revolute and prismatic ones are refused; friction and limits are noted
+        as left out. `name` and `kind` are of the constraint, `frames` two ends as entries."""
         title = shown(joint.name)
         if any(axis.stiffness or axis.mimic for axis in joint.axes):
             fault = f"the joint {title} closes a loop, so it has no coordinate for its spring or mimic [E1942]"
@@ -533,7 +598,8 @@ class Conversion:
         self.leave_limits(joint.axes, name, " of joints that close loops")
 
     def resist_turning(self, joint: DraftJoint, axis: Axis, name: str) -> None:
-        """Add the damper of a joint without axes, equal in all directions; note its spring, friction and limits."""
+        """Add a damper to each velocity component of a joint without axes, such as a ball joint; note spring, friction
+        and limits, which are left out. `axis` has the dynamics, `name` is the joint in the scene."""
         if axis.damping:
             for index in range(joint.components):
                 effort = f"-{number(axis.damping)} * v.{name}[{index}]"
@@ -542,7 +608,8 @@ class Conversion:
         self.leave_dynamics(axis, name, f"{joint.written} joints", damped=True)
 
     def leave_dynamics(self, axis: Axis, name: str, kind: str, *, damped: bool = False) -> None:
-        """Note the dynamics and limits of an axis that has no coordinate of its own."""
+        """Note as left out the spring, damper, friction, mimic and limits of an axis without a coordinate of its own.
+        `kind` names the joints in the note, as "gearboxes"; with ``damped`` the damper is not left out."""
         parts = {"dampers": axis.damping and not damped, "springs": axis.stiffness}
         parts |= {"dry friction": axis.friction, "mimics": axis.mimic is not None}
         for part, present in parts.items():
@@ -551,7 +618,8 @@ class Conversion:
         self.leave_limits([axis], name, f" of {kind}")
 
     def add_shapes(self) -> None:
-        """Make shapes of the visuals, named by their links."""
+        """Add the section ``shapes`` with the visuals of all links, posed in bodies and named by the links; none
+        without visuals."""
         shapes: dict[str, dict[str, Any]] = {}
         for node, link in self.links.items():
             place = self.places[node]
@@ -566,7 +634,8 @@ class Conversion:
             self.scene.data["shapes"] = shapes
 
     def visual_pose(self, node: Node, written: WrittenPose) -> Pose | None:
-        """Return the pose of a visual in its link; None if it names a frame that is not there, which is noted."""
+        """Return the pose of a visual in the link ``node``, given in the link or in the frame ``relative_to``. Returns
+        None if this frame is not there, and then lists the link among the visuals that are not drawn."""
         if not written.relative_to:
             return pose_of(written)
         path, _ = node
@@ -578,6 +647,7 @@ class Conversion:
 
 
 def _of(place: LinkPlace, inner: Pose) -> LinkPlace:
-    """Return the place of a frame that is given in a link."""
+    """Return the place of a frame with pose ``inner`` in the frame at ``place``; rotations near right angles become
+    exact."""
     at = place.of(inner.position)
     return LinkPlace(at.body, snapped_rotation(place.orientation @ inner.orientation), at.position)

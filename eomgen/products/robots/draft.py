@@ -33,7 +33,8 @@ class WrittenPose:
 
 @dataclass(frozen=True)
 class Visual:
-    """A solid or a mesh, by default in the frame of its link; ``entry`` has type, sizes and colour of ``[shapes]``."""
+    """A visible solid or mesh of a link, with a pose; ``entry`` has the keys of an entry of ``[shapes]``: type, sizes,
+    colour. A pose without the name of a frame is in the frame of the link."""
 
     pose: WrittenPose
     entry: Mapping[str, Any]
@@ -78,9 +79,16 @@ class DraftMimic:
 
 @dataclass(frozen=True)
 class Axis:
-    """An axis with the dynamics of its coordinate; ``stop`` has stiffness and damping of the stops, None without.
+    """An axis of a joint with the dynamics of the coordinate, in SI units; infinite limits and efforts are none.
 
-    Limits that are infinite are none; ``limited`` are the quantities with a limit in the file, in words.
+    Attributes
+    ----------
+    vector : direction, in the frame ``expressed_in``; an empty name is the joint's frame
+    damping, friction, stiffness, rest : damper, dry friction, spring, and coordinate of the spring at rest
+    lower, upper, effort : limits
+    limited : the quantities with a limit in the file, in words
+    stop : stiffness and damping of the stops; None without
+    mimic : None for an axis that follows no other
     """
 
     place: ElementPlace
@@ -100,7 +108,8 @@ class Axis:
 
 @dataclass(frozen=True)
 class Gear:
-    """theta_2 = - ratio theta_1, of angles of the child and of the parent against a body."""
+    """Gearbox: theta_2 = - ratio theta_1, of the angles of the parent (1) and the child (2) against the body
+    ``reference``."""
 
     ratio: float
     reference: str
@@ -108,12 +117,15 @@ class Gear:
 
 @dataclass(frozen=True)
 class DraftJoint:
-    """A joint, with its type in a scene (empty for an unknown one) and in the file.
+    """A joint of a file, with the types in a scene and in the file.
 
     Attributes
     ----------
-    parent, child : frames that the joint connects
+    type, written : type in a scene, empty for a type that is not known; type in the file
+    parent, child : names of the frames that the joint connects
+    pose : of the joint's frame, by default in the frame of the child
     pitch : of a screw, m/rad
+    gear : of a gearbox
     cut : whether the file says that the joint closes a loop
     around : of a joint without axes, as a ball joint: an axis whose dynamics hold in all directions
     reference : coordinate in the configuration of the file
@@ -148,8 +160,9 @@ class DraftJoint:
 
 @dataclass(frozen=True)
 class DraftLoop:
-    """A joint that closes a loop by a frame in each of two links: z along the axis of the joint; of a universal joint
-    first x and second y."""
+    """A joint that closes a loop, given by a frame in each of two links, which meet. `links` are two keys of links,
+    `poses` the pose of the frame in each: z is the axis of the joint; of a universal joint x is the first and y the
+    second axis."""
 
     name: str
     place: ElementPlace
@@ -164,7 +177,11 @@ class DraftModel:
 
     Attributes
     ----------
-    merged : names that models merged into this one give it, with the keys of these models
+    pose : in the model around, by default in the frame of that model
+    static : whether all links rest
+    canonical : name of the link to which the model's frame is attached; empty for the first link
+    placement : name of the frame within the model that ``pose`` places; empty for the model's own frame
+    merged : names that models merged into this one have, with the keys of these models in ``models``
     """
 
     name: str
@@ -189,7 +206,7 @@ class DraftModel:
         return any(name in part for part in (self.links, self.joints, self.frames, self.models, self.merged))
 
     def every(self, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], DraftModel]]:
-        """Yield the model and the models within it with their paths, from this one."""
+        """Yield the path (keys of models from the outermost) and the model, for this model and all models within."""
         yield path, self
         for name, model in self.models.items():
             yield from model.every((*path, name))

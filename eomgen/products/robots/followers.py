@@ -18,16 +18,18 @@ _PARALLEL = 1.0 - 1e-9
 
 
 class Followers:
-    """Joints that follow others.
+    """Joints whose coordinates follow others: adds the key ``mimic`` and constraints to a scene.
 
     Parameters
     ----------
+    draft : SceneDraft
+        The scene, changed in place, with all joints.
     steps : sequence
-        The joints of the tree.
+        The joints of the tree; the ones that move can follow and lead.
     names : mapping
-        Of joints in the scene.
+        Names of joints in the scene, by path and key in the file.
     places : mapping
-        Of links.
+        Bodies of links.
     """
 
     def __init__(
@@ -43,8 +45,8 @@ class Followers:
         self.following: set[str] = set()
 
     def add(self, gears: Sequence[Edge]) -> set[str]:
-        """Let joints mimic others, and add gearboxes as constraints; return the joints that have no coordinate of their
-        own."""
+        """Let joints mimic others, and add gearboxes as constraints; return the names, in the scene, of joints that
+        have a key ``mimic`` and so no coordinate of their own."""
         for step in self.moving.values():
             for index, axis in enumerate(step.edge.joint.axes):
                 if axis.mimic is not None:
@@ -54,7 +56,8 @@ class Followers:
         return self.following
 
     def coordinate(self, step: Step, index: int) -> str:
-        """Return the coordinate of an axis in formulas."""
+        """Return the formula of the coordinate of axis ``index`` of a joint, as ``q.elbow`` or ``q.wrist[1]``. A
+        reversed joint has the axes in the opposite order."""
         name = self.names[step.edge.key]
         count = len(step.edge.joint.axes)
         if count == 1:
@@ -65,7 +68,9 @@ class Followers:
         return f"q.{name}[{count - 1 - index if step.is_reversed else index}]"
 
     def mimic(self, step: Step, index: int, mimic: DraftMimic) -> None:
-        """Couple an axis with the axis of another joint."""
+        """Couple axis ``index`` of a joint with the axis of the leading joint that ``mimic`` names. Joints of one
+        coordinate get the key ``mimic``, others an equation as constraint. A leader that is missing, does not move, or
+        has no such axis is reported."""
         path, joint = step.edge.key
         *outer, last = mimic.joint.split("::")
         model = self.frames.models.get((*path, *outer))
@@ -99,12 +104,14 @@ class Followers:
         self.constrain(f"{self.names[step.edge.key]}_mimic", equation, mimic.place)
 
     def constrain(self, wanted: str, equation: str, place: ElementPlace) -> None:
-        """Add an equation of coordinates."""
+        """Add a constraint ``equation = 0`` between angles, with a name like ``wanted``; ``place`` is the line in the
+        file."""
         entry = {"type": "formula", "equation": equation, "unit": "rad"}
         self.draft.put("constraints", self.draft.name("constraint", "", wanted), entry, place)
 
     def gear(self, edge: Edge) -> None:
-        """Add the equation of a gearbox: theta_2 = - ratio theta_1."""
+        """Add the constraint of a gearbox: theta_2 = - ratio theta_1, of revolute joints along the axes between parent
+        and child and its reference body. A missing body, or a missing joint, is reported."""
         joint, gear = edge.joint, edge.joint.gear
         path, name = edge.key
         assert gear is not None  # of edges of gearboxes alone
@@ -126,7 +133,8 @@ class Followers:
         self.constrain(name, f"{angles[1]} + {number(gear.ratio)} * ({angles[0]})", joint.place)
 
     def angle(self, reference: str, body: str, axis: Array) -> str | None:
-        """Return the angle of a body against another about an axis; None without a revolute joint along the axis."""
+        """Return the formula, with sign, of the angle of a body against the body ``reference`` about an axis (3,) in
+        the world; None without a revolute joint between both bodies along the axis."""
         for step in self.moving.values():
             joint = step.edge.joint
             ends = self.places[step.edge.parent].body, self.places[step.edge.child].body

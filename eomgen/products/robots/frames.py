@@ -38,7 +38,8 @@ class Pose:
         return Pose(self.orientation @ inner.orientation, self.orientation @ inner.position + self.position)
 
     def seen_from(self, frame: Pose) -> Pose:
-        """Return the pose in another frame; both are given in the same one. Rounding of differences is zero."""
+        """Return the pose in another frame; both poses are given in the same third frame. Rounding errors of position
+        become zero, and rotations near right angles exact."""
         turned = frame.orientation.T
         size = _ROUNDING * float(np.max(np.abs(self.position) + np.abs(frame.position)))
         position = turned @ (self.position - frame.position)
@@ -51,7 +52,8 @@ IDENTITY = Pose(np.eye(3), np.zeros(3))
 
 
 class Frames:
-    """Poses of all frames of a file, and the links that carry them; faults go to the report, once each."""
+    """Poses of all frames of a file, and the links that carry them. A node is the path of a model (keys of models from
+    the world) and the key of a link, joint, frame or model in it. Faults of frames go to ``report``, each once."""
 
     def __init__(self, world: DraftModel, report: Report) -> None:
         self.world, self.report = world, report
@@ -63,7 +65,8 @@ class Frames:
         self._refused: set[tuple[ElementPlace, str]] = set()
 
     def node(self, path: tuple[str, ...], name: str) -> Node:
-        """Return the model and the name in it that a name means, seen from a model."""
+        """Return the node that a name means in the model at ``path``; ``arm::hand`` leads into the model ``arm``. The
+        own frame of a model is its node in the model around it."""
         *outer, last = name.split("::")
         path = (*path, *outer)
         while last in self.models[path].merged:
@@ -79,7 +82,8 @@ class Frames:
         return self.between(WORLD_NODE, node)
 
     def between(self, start: Node, end: Node) -> Pose:
-        """Return the pose of one frame in another: along the frames that they name, so that equal ways cancel."""
+        """Return the pose of the frame ``end`` in the frame ``start``, along the frames in which both are given; the
+        common part of both ways to the world is left out, so that rounding cancels."""
         lower, upper = self._way(start), self._way(end)
         common = 0
         while common < min(len(lower), len(upper)) and lower[-1 - common][0] == upper[-1 - common][0]:
@@ -105,8 +109,8 @@ class Frames:
         return result
 
     def resolve(self, node: Node) -> None:
-        """Find the frame in which a frame is given, and so on to the world; report frames that are not there, and
-        circles."""
+        """Find and store the frame in which a frame is given, and so on to the world; report frames that are missing,
+        and circles, whose last frame is then taken as the world."""
         node = self.node(*node)
         if node == WORLD_NODE or node in self._resolved_to_world:
             return
@@ -119,7 +123,9 @@ class Frames:
         self._resolved_to_world.add(node)
 
     def _resolve(self, path: tuple[str, ...], name: str) -> tuple[Node, Pose]:
-        """Return the frame in which a frame is given, and its pose in it."""
+        """Return the node in which a frame is given, and the frame's pose there; the world for a missing frame, which
+        is reported. For a model with a placement frame the pose is the model's, such that this frame is at the given
+        place."""
         model = self.models[path]
         origin = MODEL_FRAME if path else WORLD_FRAME
         if name in model.frames:
@@ -142,7 +148,8 @@ class Frames:
         return self.node(path, named), result
 
     def _within(self, path: tuple[str, ...], node: Node) -> Pose:
-        """Return the pose of a frame in the frame of a model around it, whose own place may not be known yet."""
+        """Return the pose of a node in the frame of the model at ``path``, which contains it, and whose own pose may
+        not be known yet. A circle of frames ends the way early; ``resolve`` reports circles."""
         poses: list[tuple[Node, Pose]] = []
         origin = (path[:-1], path[-1])
         passed: set[Node] = set()
@@ -158,7 +165,9 @@ class Frames:
         return self._along(poses)
 
     def check_frame(self, path: tuple[str, ...], name: str, place: ElementPlace, attribute: str) -> bool:
-        """Return whether a name means a frame of a model; report one that does not."""
+        """Return whether a name means a frame, seen from the model at ``path``; report a missing one. `attribute` is
+        the attribute with the name, for the message; without one no fault is reported. `place` is the place in the
+        file. The world counts outside of models, and as ``parent`` of a joint."""
         *outer, last = name.split("::")
         here = (*path, *outer)
         model = self.models.get(here)
@@ -178,7 +187,8 @@ class Frames:
         return f"the model {shown('::'.join(path))}" if path else "the world"
 
     def link(self, path: tuple[str, ...], name: str) -> Node:
-        """Return the link that carries a frame, which has to be known; the world if none does."""
+        """Return the node of the link that carries a frame, by name in the model at ``path``; the world if no link
+        does, or if the frames are attached in a circle, which is reported. The name must exist."""
         node = path, last = self.node(path, name)
         if node == WORLD_NODE:
             return node
@@ -191,7 +201,9 @@ class Frames:
         return self._links[node]
 
     def _carrier(self, path: tuple[str, ...], name: str) -> Node:
-        """Return the link that carries a frame."""
+        """Return the node of the link that carries a link, joint, frame or model ``name``. For a joint this is the
+        child, for a frame the carrier of the frame to which it is attached, for a model the canonical link; the world
+        for a fault, which is reported."""
         model = self.models[path]
         if name in model.links:
             return path, name
@@ -211,7 +223,8 @@ class Frames:
         return self._canonical((*path, name))
 
     def _canonical(self, path: tuple[str, ...]) -> Node:
-        """Return the link to which the frame of a model is attached: the named one, or the first."""
+        """Return the link to which the frame of a model is attached: the named canonical link, or the first link, also
+        of inner models. The world without a link, or for a missing canonical link, which is reported."""
         model = self.models[path]
         if model.canonical:
             *outer, last = model.canonical.split("::")
@@ -232,7 +245,8 @@ class Frames:
         return WORLD_NODE
 
     def _enter(self, attribute: str, node: Node) -> bool:
-        """Begin to resolve a node; report a circle of nodes that wait for one another."""
+        """Mark a node as being resolved by ``attribute``, and return True; return False, and report the circle, if the
+        node is already being resolved. The caller removes the mark."""
         step = (attribute, node)
         if step not in self._waiting:
             self._waiting.append(step)

@@ -28,7 +28,8 @@ _ACROSS = 1e-9
 
 
 def axes_in_world(frames: Frames, edge: Edge) -> list[Array]:
-    """Return the unit vectors of the axes of a joint in the world, in the configuration of the file."""
+    """Return unit vectors (3,) along the axes of a joint, in world axes, in the configuration of the file. An axis
+    without direction is z; a missing frame of an axis is reported, and counts as the world."""
     path, joint = edge.key
     result = []
     for axis in edge.joint.axes:
@@ -41,14 +42,16 @@ def axes_in_world(frames: Frames, edge: Edge) -> list[Array]:
 
 
 def axes_in_link(frames: Frames, edge: Edge, link: Node) -> list[Array]:
-    """Return the axes of a joint in a link, as long as in the draft."""
+    """Return vectors (3,) along the axes of a joint in the frame of ``link``, with the lengths that they have in the
+    file."""
     path, name = edge.key
     turns = [frames.between(link, (path, axis.expressed_in or name)).orientation for axis in edge.joint.axes]
     return [turn @ np.array(axis.vector) for turn, axis in zip(turns, edge.joint.axes, strict=True)]
 
 
 def displacement(joint: DraftJoint, value: float) -> tuple[Array, Array]:
-    """Return rotation and shift of the child of a joint that is held at a coordinate."""
+    """Return rotation (3, 3) and shift (3,), m, in the joint's frame, of the child of a joint of one axis at the
+    coordinate ``value``, rad or m."""
     axis = unit_axis(joint.axes[0].vector) if value else None
     if axis is None:
         return np.eye(3), np.zeros(3)
@@ -56,7 +59,8 @@ def displacement(joint: DraftJoint, value: float) -> tuple[Array, Array]:
 
 
 def gap_of(kind: str, ends: Sequence[LinkPlace]) -> tuple[float, float]:
-    """Return the distance, m, and the turn of the ends of a loop in one body, as far as its type holds both."""
+    """Return the distance, m, and the largest element of the turn (0 for none) by which two ends of a loop in one body
+    do not meet, in the directions that a constraint of the type ``kind`` holds."""
     (first, start), (second, end) = ((end.orientation, end.position) for end in ends)
     gap = first.T @ (end - start)
     apart = {"prismatic": gap[:2], "planar": gap[2:]}.get(kind, gap)
@@ -72,7 +76,8 @@ def are_perpendicular(axes: Sequence[Array]) -> bool:
 
 
 def loop_frame(kind: str, axes: Sequence[Array]) -> Array:
-    """Return the frame of a constraint in the world: z along the axis, but of a universal joint x and y along both."""
+    """Return the axes (3, 3) of a constraint as columns in the world: z along the axis of the joint, but x and y along
+    both axes of a universal joint. Without axes the identity."""
     if not axes:
         return np.eye(3)
     if kind == "universal":
@@ -81,7 +86,8 @@ def loop_frame(kind: str, axes: Sequence[Array]) -> Array:
 
 
 def forces_of(axes: Sequence[Axis]) -> dict[str, Any]:
-    """Return springs and dampers of a joint as keys of a scene."""
+    """Return springs and dampers as the keys ``damping``, ``stiffness`` and ``rest`` of a joint in a scene: numbers for
+    one axis, lists for several; keys without a value other than 0 are left out."""
     entry: dict[str, Any] = {}
     for key, values in (("damping", [a.damping for a in axes]), ("stiffness", [a.stiffness for a in axes])):
         if any(values):
@@ -93,7 +99,8 @@ def forces_of(axes: Sequence[Axis]) -> dict[str, Any]:
 
 
 def friction_of(axes: Sequence[Axis], unit: str) -> dict[str, Any] | None:
-    """Return the dry friction of a joint, {coulomb, velocity} as in a scene; None without friction."""
+    """Return the dry friction of a joint as in a scene: ``coulomb``, the level(s) in N m or N, and ``velocity``, the
+    sticking speed for coordinates in ``unit`` (rad or m). None without friction."""
     levels = [axis.friction for axis in axes]
     if not any(level > 0.0 for level in levels):
         return None
@@ -101,8 +108,9 @@ def friction_of(axes: Sequence[Axis], unit: str) -> dict[str, Any] | None:
 
 
 def stops_of(axes: Sequence[Axis], unit: str) -> dict[str, Any] | None:
-    """Return a joint's limits as a key of a scene. None without a range, for an empty range, or without a measure of
-    the stops: stiffness in the file, or the largest effort, under which stops give way as in URDF."""
+    """Return the limits of a joint as the key ``limits`` of a scene: lower, upper, stiffness and damping, lists for
+    several axes. None without a finite limit, for an empty range, or if an axis has neither a stiffness of stops nor a
+    largest effort in the file; under that effort a stop gives way by ``GIVE[unit]``."""
     bounded = [math.isfinite(axis.lower) or math.isfinite(axis.upper) for axis in axes]
     stops = [axis.stop or _by_effort(axis, unit) for axis in axes]
     if any(axis.lower >= axis.upper for axis in axes):

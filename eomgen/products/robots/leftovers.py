@@ -16,7 +16,12 @@ Table = Mapping[str, Mapping[str, str]]
 
 
 def read_table(file: Path) -> dict[str, dict[str, str]]:
-    """Return the status of attributes and children of each element, of lines with elements, statuses and names."""
+    """Return the status of each child and attribute, by element and by name, from a table of a format
+    (``coverage.txt``).
+
+    A line without indentation has names of elements; the indented lines that follow have ``status: names`` for all of
+    them. A line of names without a status continues the one before; `#` begins a comment.
+    """
     table: dict[str, dict[str, str]] = {}
     same: list[dict[str, str]] = []
     elements, status = False, ""
@@ -48,12 +53,18 @@ class ElementPlace:
 
 
 class Leftovers:
-    """Parts of files that are not read: with their status if the table knows them.
+    """Elements and attributes of files that are not read, sorted by their status in a table of the format.
 
     Parameters
     ----------
     table : mapping
-        Status by child or attribute (with an ``@`` before its name), of each element.
+        Status by child or attribute (with an ``@`` before the name), of each element.
+
+    Attributes
+    ----------
+    unread, noted : places and owners of parts, by kind: without a status, and with a note
+    idle : counts of parts without effect, by name
+    nearly_right : angles that are nearly right angles, by the name of their element
     """
 
     def __init__(self, table: Table) -> None:
@@ -68,7 +79,8 @@ class Leftovers:
         self.idle[part] = self.idle.get(part, 0) + 1
 
     def keep(self, element: Element, key: str, file: str, owner: str) -> None:
-        """Keep the rest of an element; ``key`` is its row in the table."""
+        """Record the attributes, texts and children of an element that no reader has requested. `key` is the row of the
+        element in the table, `file` the name of the file, `owner` the name in notes."""
         known = self.table.get(key, {})
         attributes = {name[1:]: status for name, status in known.items() if name.startswith("@")}
         children = {name: status for name, status in known.items() if not name.startswith("@")}
@@ -86,7 +98,8 @@ class Leftovers:
                 self._keep_part(child.tag, children, f"elements <{child.tag[:64]}> of <{element.tag}>", at)
 
     def _keep_part(self, name: str, known: Mapping[str, str], kind: str, at: tuple[ElementPlace, str]) -> None:
-        """Keep a child or an attribute by its status among the known ones."""
+        """Record an unread child or attribute ``name`` by the status in ``known``: counted, noted, or else unread under
+        ``kind``. `at` is the place and the owner."""
         status = known.get(name)
         if status == IDLE:
             self.count(name)
@@ -96,7 +109,8 @@ class Leftovers:
             self.unread.setdefault(f"{kind}{_suggestion(name, [*known])}", []).append(at)
 
     def warnings(self) -> list[tuple[ElementPlace, str]]:
-        """Return one note for each kind of part that is not read or not modelled, with its first place."""
+        """Return the first place and a note for each kind of part that is not read or not modelled, with number and
+        owners."""
         result = []
         for kinds, words in ((self.unread, "not read: {} {} [W0193]"), (self.noted, "not modelled: <{}> {} [W0197]")):
             for kind, places in kinds.items():

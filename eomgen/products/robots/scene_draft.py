@@ -21,14 +21,16 @@ from eomgen.system.description import BASE, WORLD
 
 @dataclass(frozen=True)
 class LinkPlace:
-    """Body of the scene that carries a frame of the file, and the pose of this frame in the body."""
+    """The body in the scene that carries a frame of the file, by name, with orientation (3, 3) and position (3,), m, of
+    this frame in the body."""
 
     body: str
     orientation: Array
     position: Array
 
     def of(self, position: Array, quaternion: Array | None = None) -> LinkPlace:
-        """Return the pose in the body of a frame that is given in this one."""
+        """Return the place, in the same body, of a frame with this position (3,) and unit quaternion (w, x, y, z) in
+        this one."""
         turned = self.orientation if quaternion is None else self.orientation @ rotation_matrix(np.array(quaternion))
         return LinkPlace(self.body, turned, self.orientation @ position + self.position)
 
@@ -59,10 +61,12 @@ def body_entry(inertia: Inertia) -> dict[str, Any]:
 
 
 def tunable_body(link: str, inertia: Inertia) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return ten tunable parameters with the values of a link, and the entry of a body that uses these parameters.
+    """Return ten tunable parameters with the mass properties of a link, and the entry of a body that names these
+    parameters.
 
-    The parameters are ``LINK_mass``, ``LINK_center_x`` (and y, z), m in the link's frame, and ``LINK_inertia_xx`` (yy,
-    zz, xy, xz, yz), kg m^2 about the centre of mass in the link's axes.
+    The first result maps names of parameters to entries of the section ``parameters``: ``LINK_mass``, ``LINK_center_x``
+    (and y, z), m in the link's frame, and ``LINK_inertia_xx`` (yy, zz, xy, xz, yz), kg m^2 about the centre of mass in
+    the link's axes.
     """
     fixed = body_entry(inertia)
     values = {f"{link}_mass": (fixed["mass"], "kg")}
@@ -74,7 +78,8 @@ def tunable_body(link: str, inertia: Inertia) -> tuple[dict[str, Any], dict[str,
 
 
 def turns_of(orientation: Array) -> list[dict[str, Any]]:
-    """Return a rotation as the entries of a key ``rotation``."""
+    """Return a rotation matrix (3, 3) as entries of a key ``rotation``: one axis and angle, rad, or an empty list for
+    none."""
     w, *vector = quaternion_of_matrix(orientation.tolist())
     sine = float(np.linalg.norm(vector))
     return [{"axis": vector, "angle": 2.0 * float(np.arctan2(sine, w))}] if sine else []
@@ -82,7 +87,15 @@ def turns_of(orientation: Array) -> list[dict[str, Any]]:
 
 @dataclass(frozen=True)
 class Actuation:
-    """Inputs and efforts of actuators with transmissions, the latter by their joints, notes and warnings."""
+    """Inputs and efforts of actuators with transmissions.
+
+    Attributes
+    ----------
+    inputs : entries of the section ``inputs`` by name
+    efforts : entries of the section ``efforts``, by the joint on which they act
+    notes : on the conversion
+    warnings : line in the file and text of each part that is left out
+    """
 
     inputs: Mapping[str, Any] = field(default_factory=dict)
     efforts: Mapping[str, Any] = field(default_factory=dict)
@@ -98,16 +111,18 @@ _EFFORT_UNITS = {"rad": "N m", "m": "N"}
 
 
 def effort_inputs(units: Mapping[str, str], actuators: Actuation) -> dict[str, Any]:
-    """Return the sections ``inputs`` and ``efforts``: first of actuators, then of driven joints, in order.
+    """Return the sections ``inputs`` and ``efforts`` by name: entries of actuators first, then one for each driven
+    joint.
 
-    The name of an input is the name of the joint, with ``_effort`` appended if the name is a word of formulas or an
-    actuator. Empty sections are left out.
+    The input of a joint has the joint's name, with ``_effort`` appended if this is a word of formulas or an actuator.
+    Empty sections are left out.
 
     Parameters
     ----------
     units : mapping
-        Units of the coordinates of joints; joints of several coordinates have no input.
+        Unit of the coordinate, rad or m, by driven joint; joints with another unit get no input.
     actuators : Actuation
+        Inputs and efforts to begin with.
     """
     inputs, efforts = dict(actuators.inputs), dict(actuators.efforts)
     for joint, unit in units.items():
@@ -121,17 +136,17 @@ def effort_inputs(units: Mapping[str, str], actuators: Actuation) -> dict[str, A
 
 @dataclass
 class SceneDraft:
-    """The scene so far.
+    """The scene file that another format becomes, filled part by part.
 
     Attributes
     ----------
     report : of problems that refuse the file
-    data, lines : of the scene, as of ``ConvertedScene``
+    data, lines : sections of the scene, and lines of the file by key, as of ``ConvertedScene``
     notes : on names, frames and starts
-    warnings : places and words of omissions
-    taken : names that are taken, by kind
+    warnings : places and texts of elements that are left out
+    taken : names that are taken, by kind of element
     omitted : names of elements of which a property is left out, by the property
-    included : whether the file is a part of a scene, in which its base may move
+    included : whether the file is a part of a scene, in which the base may move
     kept : legal names of the file by kind, which no other element may take
     """
 
@@ -155,8 +170,20 @@ class SceneDraft:
         return section
 
     def name(self, kind: str, written: str, default: str, *, joined: bool = False) -> str:
-        """Return a legal name that no other element of the kind has, and take it; ``joined`` for a name that is made of
-        several names of the file."""
+        """Return a legal name that no other element of the kind has, and take the name; note a name of the file that is
+        changed.
+
+        Parameters
+        ----------
+        kind : str
+            Kind of element, such as ``body`` or ``joint``; names are unique within a kind.
+        written : str
+            The name in the file; empty for an element without one.
+        default : str
+            The wanted name for this case.
+        joined : bool
+            Whether ``written`` is made of several names of the file: then elements of the file keep their names.
+        """
         taken = self.taken.setdefault(kind, {BASE, WORLD} if kind == "body" else set(RESERVED))
         wanted = written or default
         if kind == "body" and wanted in (BASE, WORLD):
@@ -171,7 +198,8 @@ class SceneDraft:
         return name
 
     def add(self, section: str, kind: str, wanted: str, entry: dict[str, Any]) -> str:
-        """Add an entry to a section, and return its name, which no other element of the kind has."""
+        """Add an entry to a section under the wanted name, changed if another element of the kind has this name; return
+        the name."""
         name = self.name(kind, "", wanted)
         self.section(section)[name] = entry
         return name
@@ -182,13 +210,15 @@ class SceneDraft:
         self.lines[f"{section}.{name}"] = str(place)
 
     def carry_mass(self, entry: dict[str, Any]) -> None:
-        """Add a body with the mass properties of all that rests on the base, for a base that may move."""
+        """Add a body ``base_links``, fixed to the base, with the mass properties of the links on the base. Only in an
+        included file, whose base may move, and only for a mass other than 0; `entry` is the entry of the body."""
         if self.included and entry["mass"]:
             body = self.add("bodies", "body", "base_links", entry)
             self.add("joints", "joint", "base_links", {"type": "fixed", "parent": BASE, "child": body})
 
     def constrain(self, name: str, kind: str, ends: Sequence[LinkPlace]) -> dict[str, Any]:
-        """Add a constraint between two frames, and return its entry."""
+        """Add a constraint of a type ``kind`` between two places in bodies, and return the entry; axes for all but
+        spherical ones."""
         first, second = (end.end(turned=kind != "spherical") for end in ends)
         entry = self.section("constraints")[name] = {"type": kind, "first": first, "second": second}
         return entry
@@ -206,7 +236,8 @@ class SceneDraft:
         self.omitted.setdefault(feature, []).append(name)
 
     def all_warnings(self) -> list[tuple[ElementPlace, str]]:
-        """Return a place and a note for all that is left out."""
+        """Return the place and the text of all omissions: single elements first, then one note for each property left
+        out."""
         many = [
             (self.place_of(names[0]), f"not modelled: {feature} ({len(names)}: {listed(names)}) [W0197]")
             for feature, names in self.omitted.items()
@@ -214,7 +245,8 @@ class SceneDraft:
         return [*self.warnings, *many]
 
     def place_of(self, name: str) -> ElementPlace:
-        """Return the place of a joint, constraint or body of the scene; the start of the file without one."""
+        """Return file and line of a joint, constraint or body by name in the scene; the file's first line if
+        unknown."""
         keys = (f"{section}.{name}" for section in ("joints", "constraints", "bodies"))
         line = next((self.lines[key] for key in keys if key in self.lines), 1)
         if isinstance(line, int):

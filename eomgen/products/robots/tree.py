@@ -33,7 +33,8 @@ class Edge:
 
     @property
     def rank(self) -> int:
-        """Order of choice: joints that are fixed come first, joints that the file cuts last."""
+        """Order in which joints are chosen for the tree: 0 fixed, 1 with a damper, spring, friction or mimic, 2 others,
+        3 joints that the file declares to close a loop."""
         if self.joint.cut:
             return 3
         if self.is_fixed:
@@ -57,12 +58,12 @@ class Step:
 
 @dataclass
 class DraftTree:
-    """Steps with parents first, links on free joints, and joints that close loops.
+    """Tree of links: walks from links that no joint carries, and the joints that close loops.
 
     Attributes
     ----------
-    walks : from the world (first) and from each free link, the steps in order
-    loops : joints that close loops
+    walks : steps in order, parents first, by start: the world (first), then each link on a free joint
+    loops : joints that close loops, in the order of the file
     """
 
     walks: dict[Node, list[Step]] = field(default_factory=dict)
@@ -70,16 +71,18 @@ class DraftTree:
 
 
 def tree_of(links: Sequence[Node], edges: Sequence[Edge], roots: Mapping[Node, Node]) -> DraftTree:
-    """Return the tree.
+    """Return the tree that joints make of links: joints are taken by their ``rank``, and each that would close a loop
+    is a loop.
 
     Parameters
     ----------
     links : sequence
-        All links that are not the world's, in the order of the file.
+        All links other than the world, in the order of the file.
     edges : sequence
         All joints, in the order of the file.
     roots : mapping
-        Of each link the link of its model to which the model's frame is attached.
+        For each link the link to which the frame of the model is attached; the walk of a free part starts there if no
+        joint has this link as child.
     """
     leaders: dict[Node, Node] = {}  # within each set of connected links
 

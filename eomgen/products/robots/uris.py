@@ -13,11 +13,12 @@ _FILE = "file://"
 
 
 def package_folders(packages: Sequence[str]) -> dict[str, Path]:
-    """Return the folders of packages by name, from texts ``NAME=FOLDER``.
+    """Return the folders of packages by name, from texts ``NAME=FOLDER`` (a list, or one text).
 
     Raises
     ------
     OptionError
+        For a text of another form, or a folder that does not exist.
     """
     result = {}
     for text in [packages] if isinstance(packages, str) else packages:
@@ -33,13 +34,14 @@ def package_folders(packages: Sequence[str]) -> dict[str, Path]:
 
 
 def locate(address: str, folder: Path, packages: Mapping[str, Path]) -> Path:
-    """Return the file or folder of an address, which may be missing.
+    """Return the path of an address (a path, or ``file://``, ``package://`` or ``model://`` with a path), which may not
+    exist.
 
     Parameters
     ----------
     folder : Path
-        Of the file that has the address. A package without a given folder is looked for in this folder and in the
-        folders around it.
+        Folder of the file that has the address. A package that is not in ``packages`` is looked for in this folder and
+        in all folders around.
     packages : mapping
         Folders of packages by name. An address without a scheme may begin with such a name, too, if no file is there.
     """

@@ -41,7 +41,8 @@ SDF_SIZES: _Sizes = {
 def read_numbers(
     name: str, text: str, default: tuple[float, ...], refuse: Callable[[str, str], None], hint: str
 ) -> tuple[float, ...]:
-    """Return as many finite numbers as the default has; the default for a fault, which ``refuse`` takes with a hint."""
+    """Return the finite numbers in ``text``, as many as the default has. For a fault the default is returned, and
+    ``refuse`` called with a message, which begins with ``name``, and a hint."""
     words = text.split()
     if len(words) != len(default) or not all(NUMBER.fullmatch(word) for word in words):
         count = f"{len(default)} numbers are" if len(default) > 1 else "a number is"
@@ -64,11 +65,21 @@ def solid_of(
     mesh: Callable[[Element], tuple[str, tuple[float, ...]]],
     sizes: _Sizes = URDF_SIZES,
 ) -> dict[str, Any]:
-    """Return type and sizes of the geometry of a visual; ``mesh`` returns file and scale of a mesh.
+    """Return type and sizes of the first known geometry in a visual, as keys of an entry in ``[shapes]``.
+
+    Parameters
+    ----------
+    numbers : callable
+        Reads the numbers of an attribute or child, from element, name and default.
+    mesh : callable
+        Returns file and scale of the element of a mesh.
+    sizes : mapping
+        Sizes of each type of geometry: name in the format, key in the scene, default.
 
     Raises
     ------
     NotDrawnError
+        Without a known geometry, for a size that is not above 0, a mesh of an unknown kind, or a scale of 0.
     """
     geometry = visual.first("geometry")
     solids = [(kind, item) for kind in sizes for item in (geometry.children_with_tag(kind) if geometry else ())]
@@ -94,7 +105,10 @@ def solid_of(
 
 
 def color_of(parts: Sequence[float], opaque: float = 1.0) -> dict[str, Any]:
-    """Return colour and opacity of red, green, blue and perhaps alpha, limited to the range from 0 to 1.
+    """Return ``color`` (#rrggbb) and ``opacity`` of red, green, blue and perhaps alpha, limited to the range from 0 to
+    1.
+
+    The opacity is alpha, 1 by default, times ``opaque``.
 
     Raises
     ------

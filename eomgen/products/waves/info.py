@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
 
 def described_waves(scene: Scene) -> list[dict[str, Any]]:
-    """Return seas: free waves, the significant wave height, and the parameters that vary the amplitudes."""
+    """Return, for each sea of a scene, a mapping in JSON types: number of waves, four standard deviations of elevation
+    as ``height``, periods, wave lengths, depth, and the parameters that vary the amplitudes."""
     result = []
     for sea in scene.parts.get("waves", ()):
         free = sea.components[: sea.free]

@@ -36,9 +36,9 @@ class NamedNumber:
     Attributes
     ----------
     value : float
-        In the file; of a coordinate or momentum with the file's parameters.
+        The value in the file; for a coordinate or momentum with a formula, the value at the parameters of the file.
     formula : Formula or None
-        Of earlier parameters, for runs with other values of these parameters; None for a number.
+        Formula of earlier parameters, which gives the value in runs with other values of them; None for a number.
     """
 
     name: str
@@ -144,8 +144,8 @@ class Hamiltonian:
         Parameters
         ----------
         changes : mapping of names to numbers
-            Parameters that the run has other values of. A parameter with a formula that is not among the changes
-            follows its formula.
+            Values of the run that differ from the file. A parameter with a formula that is not among the changes
+            follows the formula.
 
         Raises
         ------
@@ -162,9 +162,9 @@ class Hamiltonian:
         Parameters
         ----------
         values : mapping
-            Of all parameters, by name.
+            Values of all parameters, by name.
         initial : mapping
-            Coordinates and momenta that the run starts from other values of, by name.
+            Coordinates and momenta, by name, that replace the values or formulas of the file.
 
         Raises
         ------
@@ -177,8 +177,9 @@ class Hamiltonian:
 def _values_in_run(
     kind: str, items: Iterable[NamedNumber], initial: Mapping[str, float], parameters: Mapping[str, float]
 ) -> dict[str, float]:
-    """Return the values of items in a run, by name: the value given, else by the item's formula, else from the file.
-    Raises UsageError."""
+    """Return the value of each item in a run, by name: from ``initial``, else by the item's formula, else from the
+    file. Formulas use ``parameters`` and the items before; ``kind`` is the kind of item in the message. Raises
+    UsageError for a formula without a finite real value."""
     known, values = dict(parameters), dict[str, float]()
     for item in items:
         value = initial.get(item.name, item.value)
@@ -223,9 +224,11 @@ class Operator:
 
     Attributes
     ----------
-    formula : of wave numbers, of centres of cells for a mask; a number for a smoothing; read for kinds with one alone
+    formula : of wave numbers, of centres of cells for a mask; a number for a smoothing; unused for white and difference
     where : named formulas, each of the previous names
-    axis : of a difference
+    table : a file of the power spectrum in place of a formula; None without
+    axis : of a difference, from 0
+    of : name of the operator that is applied before; empty for the white field
     """
 
     name: str
@@ -239,12 +242,13 @@ class Operator:
 
 @dataclass(frozen=True)
 class Data:
-    """Numbers in the cells.
+    """Numbers in the cells, read from a file, given by a formula, or drawn at random about a mean.
 
     Attributes
     ----------
-    formula : the values, or the mean of random data; not read for a file
+    formula : the values, or the mean of random data; unused for a file
     spread : beta of a negative binomial distribution, deviation of a normal one
+    file, column : path of a .npy or .csv, and column of a .csv
     minimum : the value below which data have no meaning
     """
 
@@ -319,7 +323,7 @@ class FieldSystem:
 
     @property
     def parameter_values(self) -> dict[str, float]:
-        """Return values of parameters by name, including the volume of a cell."""
+        """Values of parameters by name, including ``volume``, the volume of a cell."""
         volume = 1.0
         for count, length in zip(self.cells, self.lengths, strict=True):
             volume *= length / count
@@ -331,7 +335,7 @@ class FieldSystem:
 
 
 def check_step_count(name: str, end: float, step: float) -> None:
-    """Raise UsageError about the setting ``name`` for too many steps."""
+    """Raise UsageError about the setting ``name`` if steps of size ``step`` to ``end`` are more than 1e15."""
     if abs(end) > _MOST_STEPS * abs(step):
         count = abs(end / step) if step else math.inf
         fault = (

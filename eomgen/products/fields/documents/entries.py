@@ -30,11 +30,14 @@ from eomgen.scene.sources.toml import toml_data
 
 
 def toml_file(path: str | os.PathLike[str], fault: str) -> tuple[dict[str, Any], dict[str, int], str]:
-    """Return data, lines of keys, and the file's name for messages; another ending than .toml is the ``fault``.
+    """Return the data of a TOML file, the line of each key, and the file's name for messages.
 
     Raises
     ------
-    FileError, DescriptionError, UsageError
+    UsageError
+        With the message ``fault``, for another ending than .toml.
+    FileError, DescriptionError
+        For a file that cannot be read, or is not TOML.
     """
     path = Path(path).expanduser()
     if path.suffix.lower() != ".toml":
@@ -49,13 +52,15 @@ _FORMULA = {"type": ["string", "number"], "description": "a formula or a number"
 
 
 class FieldEntries(Generic[Kind]):
-    """The entries of a file, and the report of faults.
+    """The entries of a file of a Hamiltonian system, checked against a schema; faults go to ``report``.
 
     Attributes
     ----------
-    file : the file without the entries that its schema refuses
+    data : the content of the file, unchecked
+    file : the content as an object of the schema, without the entries that the schema refuses
     left_out : names of entries that the schema refuses, which exist
     refused : definitions with a fault, and definitions that mention one; formulas that mention these are not reported
+    defined : expressions of the definitions, by name
     """
 
     #: Words of formulas, which are not valid names.
@@ -88,8 +93,9 @@ class FieldEntries(Generic[Kind]):
     def check_names(
         self, keyed_names: Iterable[tuple[str, str]], taken: Mapping[str, tuple[str, str]]
     ) -> dict[str, str]:
-        """Report names that are not legal, that have a fault in ``taken``, that are words of formulas, and that two
-        entries have; return the first section of each name."""
+        """Return the section in which each name stands first; report names that are not legal, are words of formulas,
+        stand in ``taken`` (with fault and hint), or belong to two entries. ``keyed_names`` has pairs of key
+        (SECTION.NAME) and name."""
         seen: dict[str, str] = {}
         for key, name in keyed_names:
             if not is_legal(name):
@@ -105,7 +111,8 @@ class FieldEntries(Generic[Kind]):
         return seen
 
     def check_inner_name(self, key: str, name: str, taken: Collection[str], fault: str) -> None:
-        """Report a formula's name in a table of named formulas; one not legal, or taken, by ``fault``."""
+        """Report the name of a formula in a table of named formulas: with ``fault`` for one not legal or among
+        ``taken``, or as a word of formulas."""
         if not is_legal(name) or name in taken:
             self.report.add(key, fault, NAME_RULE)
         elif name in self.words:
@@ -121,13 +128,15 @@ class FieldEntries(Generic[Kind]):
         return made
 
     def number(self, key: str, value: float | str, known: Iterable[NamedNumber]) -> tuple[float, Formula | None]:
-        """Return a number, or the value of a formula of parameters; NaN for a faulty formula, which is reported.
+        """Return a number, or the value of a formula of the parameters ``known``; a faulty formula is reported at
+        ``key``.
 
         Returns
         -------
         value : float
+            NaN for a faulty formula.
         formula : Formula or None
-            None for a number, and for a formula without parameters.
+            None for a number, and for a formula that is faulty or without parameters.
         """
         if not isinstance(value, str):
             return value, None
@@ -145,7 +154,9 @@ class FieldEntries(Generic[Kind]):
     def formula(
         self, key: str, text: float | str, names: SceneNames, scope: Scope, inner: SceneNames | None = None
     ) -> Formula | None:
-        """Return a formula; None for a faulty one, which is reported. ``inner``: names for definitions."""
+        """Return the formula of a text or a number; None for a faulty one, which is reported at ``key`` unless it
+        mentions a faulty definition. ``names`` are the allowed names, ``scope`` is their description in messages,
+        ``inner`` the names for mentioned definitions."""
         if not isinstance(text, str):
             return Number(text)
         left_out = dict.fromkeys(self.left_out, True)
@@ -159,7 +170,8 @@ class FieldEntries(Generic[Kind]):
             return None
 
     def definitions(self, names: SceneNames, scope: Scope) -> None:
-        """Read the definitions alone, each with all names of the file; formulas read them in their own names."""
+        """Read the definitions for faults, each with all names of the file, and store them in ``defined``; names of
+        faulty definitions are added to ``refused``."""
         self.defined = named_expressions(self.file.definitions)
         names = replace(names, definitions=self.defined)
         for name in in_order_of_mention(self.defined):
@@ -172,7 +184,8 @@ class FieldEntries(Generic[Kind]):
         return (note,) if note else ()
 
     def hint(self, error: FormulaError) -> str:
-        """Return a hint for a formula with a fault."""
+        """Return the hint of an error in a formula, changed for errors whose usual remedy (inputs, units, definitions)
+        does not exist in such files."""
         if error.name in self.names_in("definitions"):
             return f"the formula of {error.name}: numbers are of parameters alone"
         if error.hint == IN_PLACE:  # such files have no inputs
@@ -192,16 +205,25 @@ def cell_formula(
     definitions: Mapping[str, NamedExpression] | None = None,
     of_where: Iterable[str] = (),
 ) -> Formula:
-    """Read a formula of a cell, whose symbols are states with one of the names.
+    """Return the formula of a cell, whose symbols are states with one of the names.
 
     Parameters
     ----------
-    definitions : named expressions of ``names``
-    of_where : further names, which definitions do not have
+    where : str
+        Key of the formula, for messages.
+    text : str
+        The formula.
+    names : iterable of str
+        Names of fields, data and parameters, for the formula and definitions.
+    definitions : mapping, optional
+        Named expressions of ``names``.
+    of_where : iterable of str
+        Further names, which definitions do not have.
 
     Raises
     ------
     DescriptionError
+        For a faulty formula.
     """
     inner = SceneNames(states=tuple(names), definitions=definitions or {})
     try:

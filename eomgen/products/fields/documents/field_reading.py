@@ -113,7 +113,7 @@ class _FieldReader(FieldEntries[FieldFile]):
         self.axes: tuple[str, ...] = ()
 
     def read(self) -> FieldSystem | None:
-        """Return the system; None if a problem has been reported."""
+        """Return the system of fields; None if a problem has been reported."""
         report, file = self.report, self.file
         self.known = self.parameters()
         cells, lengths = file.mesh.cells, self.lengths()
@@ -168,7 +168,7 @@ class _FieldReader(FieldEntries[FieldFile]):
     # -- mesh --------------------------------------------------------------------------------------------------------
 
     def lengths(self) -> tuple[float, ...]:
-        """Return the length along each axis."""
+        """Return the length of the box along each axis; a wrong number of lengths is reported."""
         sides, axes = self.file.mesh.length, len(self.file.mesh.cells)
         if not isinstance(sides, tuple):
             return (sides,) * axes
@@ -178,7 +178,8 @@ class _FieldReader(FieldEntries[FieldFile]):
         return sides
 
     def check_every_name(self) -> None:
-        """Report names that are not legal, that formulas have, and that two entries have."""
+        """Report names of entries that are not legal, that formulas predefine (wave numbers, places, volume), that two
+        entries have, or that belong to the variance of an operator."""
         hint = f"another name than {', '.join(_OWN_NAMES)}"
         taken = {name: (f"formulas have {name} of their own [E0728]", hint) for name in _OWN_NAMES}
         names = self.keys_in("parameters", "definitions", "operators", "data")
@@ -210,7 +211,9 @@ class _FieldReader(FieldEntries[FieldFile]):
     def operator(
         self, key: str, name: str, entry: OperatorTable, data: Sequence[str], above: Sequence[str]
     ) -> Operator | None:
-        """Read an operator of a field; None for a fault, which is reported."""
+        """Return the operator of an entry; None for an entry without exactly one kind, or with an unknown axis. Faults
+        are reported. ``data`` are names that a mask may use, ``above`` the names of the operators before this one in
+        the file."""
         kind = self.kind_of(key, entry, OPERATOR_KINDS)
         of = entry.of
         if of and of not in above:
@@ -243,7 +246,7 @@ class _FieldReader(FieldEntries[FieldFile]):
         return Operator(name, kind, made or ZERO, where, of=of)
 
     def kind_of(self, key: str, entry: object, kinds: Sequence[str]) -> Any:
-        """Return the key of an entry that determines its kind."""
+        """Return the only one of the keys ``kinds`` that an entry has; None, after a report, for none or several."""
         present = [kind for kind in kinds if getattr(entry, kind) is not None]
         if len(present) != 1:
             fault = f"{listed(present)} are said together [E0737]" if present else "no key gives its kind [E0738]"
@@ -254,7 +257,8 @@ class _FieldReader(FieldEntries[FieldFile]):
     def auxiliary_formulas(
         self, key: str, entry: Mapping[str, float | str], names_of_cell: Sequence[str]
     ) -> tuple[tuple[str, Formula], ...]:
-        """Return the formulas of a table ``where``; each formula may use the previous names."""
+        """Return name and formula of each entry of a table ``where``; each formula may use ``names_of_cell``,
+        parameters and previous names. Faulty formulas are reported and left out."""
         made: list[tuple[str, Formula]] = []
         for name, text in entry.items():
             taken = (*_OWN_NAMES, *(item.name for item in self.known), *self.defined)
@@ -273,7 +277,8 @@ class _FieldReader(FieldEntries[FieldFile]):
     # -- data --------------------------------------------------------------------------------------------------------
 
     def columns(self) -> list[Data]:
-        """Return data that need no fields; ``drawn`` reads the formulas of random data."""
+        """Return data of all kinds, without the formulas of random data, which ``read_random_data`` reads later. Faults
+        are reported; entries without exactly one kind are left out."""
         made: list[Data] = []
         for name, entry in self.file.data.items():
             key = f"data.{name}"
@@ -293,7 +298,8 @@ class _FieldReader(FieldEntries[FieldFile]):
         return made
 
     def read_random_data(self, data: Sequence[Data], operators: Sequence[Operator]) -> list[Data]:
-        """Return data with the formulas of random data, which are about fields of the truth."""
+        """Return the data again, random data with the formulas of their mean and spread, which may use fields of the
+        truth; a missing spread is reported."""
         made: list[Data] = []
         operator_names = _with_variances(item.name for item in operators)
         for item in data:
@@ -318,7 +324,8 @@ class _FieldReader(FieldEntries[FieldFile]):
         return self.number(f"{key}.minimum", entry.minimum, self.known)[0]
 
     def truth(self, data: Sequence[Data]) -> int | None:
-        """Return the seed of the truth; None without one."""
+        """Return the seed of the truth, from which random data are drawn; None without one, which is reported if there
+        are random data."""
         drawn = [item.name for item in data if item.kind in DRAWN]
         if drawn and "truth" not in self.data:
             fault = f"{listed(drawn)} is drawn about fields of a truth that is missing [E0744]"
@@ -330,7 +337,8 @@ class _FieldReader(FieldEntries[FieldFile]):
     def names_in_cell(
         self, energy: str, where: Mapping[str, str], operators: Sequence[Operator], data: Sequence[Data]
     ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Return the operators and the data named in formulas of a cell, in the order of the file."""
+        """Return the operators and the data that the energy, or the formulas of ``where``, name, each in the order of
+        the file. Operators are named also by their variances."""
         operator_names, columns = [item.name for item in operators], [item.name for item in data]
         known = [
             *_with_variances(operator_names),
@@ -352,7 +360,8 @@ class _FieldReader(FieldEntries[FieldFile]):
         )
 
     def named_in_cell(self, key: str, text: str, known: Sequence[str], of_where: Sequence[str]) -> set[str]:
-        """Return the names in a formula of a cell; none for a faulty formula, which is reported."""
+        """Return the names in a formula of a cell; none for an empty one or a faulty one, which is reported. ``known``
+        are allowed names, ``of_where`` further ones that definitions do not have."""
         if not text:
             return set()
         try:
@@ -364,7 +373,8 @@ class _FieldReader(FieldEntries[FieldFile]):
         return set()
 
     def sampling(self, watched: Sequence[str]) -> Chains:
-        """Return the defaults of ``sample``."""
+        """Return the defaults of ``sample`` by the file; report empty names, and a field that is not among
+        ``watched``."""
         keys = self.file.sampling.model_dump(exclude_unset=True)
         for name, value in keys.items():
             if value == "" and (standard := getattr(Chains(), name)):

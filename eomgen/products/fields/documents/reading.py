@@ -131,7 +131,7 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
         return super().hint(error)
 
     def coordinates(self, parameters: list[NamedNumber]) -> list[tuple[NamedNumber, NamedNumber]]:
-        """Return each coordinate with its momentum."""
+        """Return each coordinate with the momentum, as numbers at the start; a file without coordinates is reported."""
         if not self.file.coordinates and not self.report.concerns("coordinates"):
             hint = "[coordinates] and x = { initial = [0.1, 0.0] }: the position and the momentum at the start"
             self.report.add("coordinates", "there is no coordinate [E0760]", hint)
@@ -150,7 +150,8 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
         return made
 
     def terms(self, names: SceneNames, momenta: set[str]) -> list[HamiltonianTerm]:
-        """Return the summands of H, each of momenta alone, coordinates alone, or both."""
+        """Return the summands of H, each of momenta alone, coordinates alone, or both; a missing H is reported, faulty
+        terms are left out. ``momenta`` are names."""
         entry = self.file.hamiltonian
         if entry in ("", {}):
             hint = 'hamiltonian = "p_x**2/2 + x**2/2", or a table [hamiltonian] of terms whose sum it is'
@@ -189,7 +190,7 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
     def check_start(
         self, terms: list[HamiltonianTerm], outputs: list[StateOutput], values: Mapping[str, float]
     ) -> None:
-        """Report terms that have no finite real value at the start."""
+        """Report terms and outputs that have no finite real value at the start; ``values`` has all numbers by name."""
         named = [(f"hamiltonian.{term.name}", term.formula) for term in terms]
         named += [(f"outputs.{output.name}", output.formula) for output in outputs]
         for key, formula in named:
@@ -205,7 +206,8 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
                 self.report.add(where, fault, NO_START)
 
     def check_momenta(self, used: Collection[str], pairs: Sequence[tuple[NamedNumber, NamedNumber]]) -> None:
-        """Report coordinates that stay at rest: neither the coordinate nor the conjugate momentum is in H."""
+        """Report coordinates that stay at rest: neither the coordinate nor the momentum is among the names ``used`` by
+        H."""
         for q, p in pairs:
             if q.name not in used and p.name not in used:
                 fault = f"neither {q.name} nor {p.name} is in H, so both stay as they are [E0773]"
@@ -217,7 +219,8 @@ def _states(formula: Formula) -> set[str]:
 
 
 def _dependence(formula: Formula, momenta: set[str]) -> Dependence:
-    """Return the dependence of a term on coordinates and momenta; constants count as potential."""
+    """Return whether a term is ``kinetic`` (of momenta alone), ``coupled`` (of both), or ``potential`` (others, also
+    constants)."""
     states = _states(formula)
     if states & momenta:
         return "coupled" if states - momenta else "kinetic"

@@ -11,7 +11,8 @@ from eomgen.symbolic.scalar import Algebra, Scalar
 
 
 def record_at(key: str, algebra: Algebra, formula: Formula, known: Mapping[str, Scalar]) -> Scalar:
-    """Return a formula of known values as a scalar. Raises ModelError with the key."""
+    """Record a formula on the tape of ``algebra``, with the scalars ``known`` by name, and return its scalar. A
+    ModelError has ``key`` as place."""
     try:
         return record(algebra, formula, lambda symbol: known[symbol.name])
     except ModelError as error:

@@ -37,7 +37,8 @@ _START = "{ initial = [0.1, 0.0] }"
 
 
 def _cells(value: object) -> tuple[int, ...]:
-    """Return numbers of cells along one to three axes."""
+    """Return the numbers of cells along one to three axes, given as a list or a single number; raise an error of
+    pydantic for others, such as a number below 2."""
     counts = value if isinstance(value, list | tuple) else [value]
     if not 1 <= len(counts) <= 3 or any(type(count) is not int or count < 2 for count in counts):
         text = f"the numbers of cells cannot be {value_text(value)} [E0726]"
@@ -46,7 +47,8 @@ def _cells(value: object) -> tuple[int, ...]:
 
 
 def _sides(value: object) -> float | tuple[float, ...]:
-    """Return the length of all sides, or of each: products, and squares of the wave numbers that follow, are finite."""
+    """Return the length of all sides, or a tuple of each; raise an error of pydantic for a length outside the range
+    1e-100 to 1e100. So volumes and squared wave numbers are finite."""
     sides = value if isinstance(value, list | tuple) else [value]
     lengths = [float(side) for side in sides if is_plain_number(side) and 1e-100 <= side <= 1e100]
     if not sides or len(lengths) < len(sides):
@@ -166,8 +168,9 @@ class File(_Named[Legal]):
 
 
 def _table_of(model: type, descriptions: Mapping[str, str], kinds: Mapping[str, Any]) -> type[Table]:
-    """Return the table whose keys are the fields of a dataclass, with the defaults and the types of the fields unless
-    ``kinds`` has others."""
+    """Return the schema class of a table whose keys are the fields of the dataclass ``model``, with their defaults.
+    ``descriptions`` has the chosen keys (all if empty) and their descriptions; ``kinds`` has types by field, or by the
+    name of the dataclass's type."""
     made: dict[str, Any] = {}
     for item in fields(model):
         if item.name in descriptions or not descriptions:

@@ -94,7 +94,8 @@ def derive_hamiltonian(document: Hamiltonian) -> System:
 
 
 def _divisors(tape: Tape, energy: Ref) -> set[int]:
-    """Return divisors in sums and products of an energy, which has no finite value where one of them is 0."""
+    """Return the nodes of divisors in sums and products of the energy with this reference: H has no finite value if one
+    is 0."""
     divisors, seen, pending = set[int](), set[int](), [abs(energy)]
     while pending:
         node = pending.pop()
@@ -110,7 +111,7 @@ def _divisors(tape: Tape, energy: Ref) -> set[int]:
 
 
 def _system(document: Hamiltonian, tape: Tape, functions: Sequence[Function]) -> System:
-    """Return a System whose velocities are momenta, with a unit factor for each coordinate."""
+    """Return a System with these functions, whose velocities are the momenta, with a factor R for each coordinate."""
     n = len(document.coordinates)
     return System(
         document.name,
@@ -131,8 +132,8 @@ def _system(document: Hamiltonian, tape: Tape, functions: Sequence[Function]) ->
 
 
 def _description(item: NamedNumber) -> str:
-    """Return the description of a parameter, and the parameters on which it depends in files, but not in a struct of
-    C."""
+    """Return the description of a parameter, with a remark on the parameters that the formula follows in files, but not
+    in a struct of C."""
     leaders = [] if item.formula is None else sorted({symbol.name for symbol in symbols(item.formula)})
     rule = f"it follows {', '.join(leaders)} in files, not here" if leaders else ""
     return "; ".join(text for text in (item.description, rule) if text)
@@ -172,7 +173,8 @@ def program_of(document: Hamiltonian) -> Program:
 
 
 def library_files(document: Hamiltonian, program: Program) -> dict[str, str]:
-    """Return all that a loadable library is compiled from."""
+    """Return the files, name to text, that a library for Python is compiled from: C of the system, steps, and
+    interface."""
     files = _files_with(program, "exported.c", **_extra(document))
     interface = generate_interface(program, files)
     interface["interface.h"] = interface["interface.h"].replace(INTERFACE_CDEF, CDEF)
@@ -180,7 +182,8 @@ def library_files(document: Hamiltonian, program: Program) -> dict[str, str]:
 
 
 def folder_files(document: Hamiltonian, program: Program, method: Method) -> dict[str, str]:
-    """Return the stand-alone folder: file name to text. The same system gives the same bytes."""
+    """Return the files of a folder of C that stands alone, name to text, with a main program that makes the file's run
+    by ``method``. The same system gives the same bytes."""
     run = document.simulation
     extra = _extra(document) | {
         "method": method,
@@ -193,7 +196,8 @@ def folder_files(document: Hamiltonian, program: Program, method: Method) -> dic
 
 
 def _files_with(program: Program, last: str, **extra: Any) -> dict[str, str]:
-    """Return the header, the steps, and the file that calls the steps."""
+    """Return the header, the C of the steps, and the file ``last``, which calls the steps, as texts by name; ``extra``
+    are further names of the templates."""
     names = {f"{program.prefix}.h": "header.h", f"{program.prefix}_steps.c": "steps.c", last: last}
     templates = {name: f"fields/hamiltonian/{template}.jinja" for name, template in names.items()}
     return render_files(program, templates, **extra)

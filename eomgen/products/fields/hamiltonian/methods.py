@@ -29,8 +29,8 @@ HIGHEST_ORDER = 12
 def gauss_collocation(stages: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return A, row by row, and b of the Runge-Kutta method whose stages are at the roots of the Legendre polynomial.
 
-    The order is twice the number of stages; one stage is the implicit midpoint rule. Hairer, Lubich and Wanner,
-    Geometric Numerical Integration (2006), sections II.1.3 and VI.4.2.
+    A has ``stages``^2 numbers, b ``stages``. The order is twice the number of stages; one stage is the implicit
+    midpoint rule. Hairer, Lubich and Wanner, Geometric Numerical Integration (2006), sections II.1.3 and VI.4.2.
     """
     nodes, weights = np.polynomial.legendre.leggauss(stages)
     # column j: weight j times the sum over k of (2 k + 1) P_k(node j) times the integral of P_k, on [-1, 1]
@@ -93,7 +93,8 @@ class Method:
         return len(self.fractions) // 2 if self.is_composition else 0
 
     def work(self, n: int) -> int:
-        """Return the numbers of memory for steps of n coordinates: of drifts and kicks none."""
+        """Return the number of doubles of working memory that the C needs for steps of n coordinates: 0 for drifts and
+        kicks."""
         if self.is_composition:
             return 0
         vectors = krylov(n)
@@ -101,7 +102,8 @@ class Method:
 
 
 def _explicit(name: str, kind: Kind, source: str, tableau: Any, order: int, **more: Any) -> Method:
-    """Return the method of an explicit tableau."""
+    """Return the explicit Runge-Kutta method of a tableau (with ``A`` by rows and ``b``) in the form of the C
+    templates."""
     A, b = (tuple(map(float, chain(*rows))) for rows in (tableau.A, [tableau.b]))
     return Method(name, order, kind, (1.0,), source, stages=len(b), A=A, b=b, **more)
 
@@ -131,7 +133,8 @@ ELSEWHERE = {
 
 
 def krylov(n: int) -> int:
-    """Return the vectors of the Krylov subspace for steps of n coordinates: as many as unknowns if these are few."""
+    """Return the largest number of vectors of the Krylov subspace for implicit steps of n coordinates, limited by the
+    unknowns, by 160 and by memory (at least 30)."""
     return min(HIGHEST_ORDER * n, _MOST_VECTORS, max(_FEWEST_VECTORS, _MOST_NUMBERS // (2 * n)))
 
 

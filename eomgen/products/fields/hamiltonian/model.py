@@ -56,10 +56,8 @@ _STATUSES = {
 
 
 def built_library(document: Hamiltonian, content: bytes, builder: Builder) -> Library:
-    """Return the compiled library of a system, from the cache if present.
-
-    ``content``: all inputs that determine the library.
-    """
+    """Return the compiled library of a system, from the cache if present, else compiled and stored there. ``content``
+    are the bytes that determine the library, the key in the cache; ``builder`` finds and compiles libraries."""
     result = builder.find(content)
     if result is not None:
         return result
@@ -153,7 +151,8 @@ class HamiltonianModel(NamedAttributes):
         return float(np.abs(np.linalg.eigvals(flow)).max()) if np.isfinite(flow).all() else math.inf
 
     def _flow(self, q: ArrayLike, p: ArrayLike, parameters: Mapping[str, float] | Array | None) -> Array:
-        """Return the matrix of the motion linearised about a state, (2 n, 2 n)."""
+        """Return the matrix (2 n, 2 n) of the linearised motion about a state: d/dt of (dq, dp) is its product with
+        (dq, dp)."""
         n = self.n
         rows = np.eye(2 * n)
         states = [np.broadcast_to(np.asarray(x, float), (2 * n, n)) for x in (q, p)]
@@ -267,7 +266,8 @@ class HamiltonianModel(NamedAttributes):
         )
 
     def _energies_and_outputs(self, q: Array, p: Array, values: Array) -> tuple[dict[str, Array], NamedResults[Array]]:
-        """Return the parts of H and the outputs at states, (rows, n) each."""
+        """Return the parts of H with ``total``, and the outputs, by name, (rows,) each, at states q and p, (rows, n)
+        each. A separable H has no coupled part."""
         parts = self._call("hamiltonian", [q, p], values)[0]
         energy: dict[str, Array] = {
             name: parts[:, k] for k, name in enumerate(DEPENDENCES) if name != "coupled" or not self.separable
@@ -282,7 +282,7 @@ class HamiltonianModel(NamedAttributes):
     def _metadata(
         self, chosen: Method, first: str, step: float, tolerance: float, compensated: bool, values: Array
     ) -> dict[str, Any]:
-        """Return the settings of a run, names and units."""
+        """Return the settings of a run, the parameters, and names and units of columns, in JSON types."""
         document = self.document
         columns: dict[str, Sequence[NamedNumber | StateOutput]]
         columns = {"q": document.coordinates, "p": document.momenta, "outputs": document.outputs}
@@ -302,10 +302,12 @@ class HamiltonianModel(NamedAttributes):
     def _steps(
         self, method: Method, grid: _Grid, state: Array, values: Array, tolerance: float, *, compensated: bool
     ) -> tuple[Array, list[int], int]:
-        """Return rows of q and p, counts, and the end: 0 well, -1 interrupted, else a status.
+        """Make the steps of a run, and return rows (rows, 2 n) of q and p, counts in the order in ``_COUNTED``, and the
+        status: 0 at the end, -1 interrupted, else a key in ``_STATUSES``.
 
-        Calls of C also end within rows, so that Ctrl-C takes effect, with the bits of a single call; an interrupted run
-        has the last state as last row.
+        ``grid`` is the step, the number of steps, and the number of these between rows; ``state`` (1, 2 n) the start;
+        ``values`` all parameters. Calls of C also end within rows, so that Ctrl-C takes effect, with the bits of a
+        single call; an interrupted run has the last state as last row.
         """
         n, ffi, (step, steps, every) = self.n, self.library.ffi, grid
         whole, rest = divmod(steps, every)
@@ -358,7 +360,9 @@ class HamiltonianModel(NamedAttributes):
         return record[:row], counted[:4], status
 
     def _too_large(self, method: Method, step: float, state: Array, values: Array) -> str:
-        """Return the fault of a step that is beyond the limit of stability at the start."""
+        """Return a message if step times the largest frequency at the start (``state``, (2 n,)) exceeds the method's
+        limit of stability, else an empty text; also empty for methods without a limit and for more than 100
+        coordinates."""
         if not method.stability_limit or self.n > _FEW:
             return ""
         here = state[: self.n], state[self.n :]
@@ -377,7 +381,8 @@ class HamiltonianModel(NamedAttributes):
         )
 
     def _values(self, parameters: Mapping[str, float] | Array | None) -> Array:
-        """Return the values of all parameters of a run, formulas of the file after the changes. Raises UsageError."""
+        """Return the values of all parameters of a run in the file's order: changed by name, the rest by the file and
+        formulas there. An array is returned unchanged. Raises UsageError for an unknown name."""
         if isinstance(parameters, np.ndarray):
             return parameters
         _check_mapping("parameters", parameters, 'parameters={"m": 2.0}')
@@ -390,7 +395,9 @@ class HamiltonianModel(NamedAttributes):
         return np.array(list(self.document.parameter_values(changes).values()), float)
 
     def _start(self, initial: Mapping[str, Any] | None, values: Array) -> Array:
-        """Return q and p of the start of a run with these parameters, (1, 2 n). Raises UsageError."""
+        """Return q and p of the start of a run with the parameters ``values``, (1, 2 n). ``initial`` has coordinates
+        and momenta by name, or arrays ``q`` and ``p``. Raises UsageError for unknown names, wrong shapes, and a start
+        at which H is not finite."""
         names = [*self.q_names, *self.p_names]
         known: dict[str, float] = {}
         _check_mapping("initial", initial, f'initial={{"{self.q_names[0]}": 0.1}}, or "q" and "p" with arrays')
@@ -418,7 +425,8 @@ class HamiltonianModel(NamedAttributes):
     def _call(
         self, function: str, blocks: list[ArrayLike], parameters: Mapping[str, float] | Array | None
     ) -> list[Array]:
-        """Return the outputs of a function at one state, or at several. Raises UsageError for wrong shapes."""
+        """Return the outputs of a compiled function at one state (blocks (n,)) or at several (blocks (states, n)). Each
+        output has the shape (size,) or (states, size). Raises UsageError for wrong shapes."""
         layout = next(item for item in self.library.layout["functions"] if item["name"] == function)
         arrays = [np.ascontiguousarray(_array(f"{self.name}.{function}", block)) for block in blocks]
         for array in arrays:
@@ -432,7 +440,8 @@ class HamiltonianModel(NamedAttributes):
 
 
 def _check_memory(rows: int, width: int, steps: int) -> None:
-    """Raise UsageError if a record and its evaluated quantities are too large."""
+    """Raise UsageError if a record of ``rows`` of ``width`` numbers, and the quantities evaluated from the record,
+    exceed 4 GB; the hint uses the number of ``steps``."""
     needed = 8 * rows * width * _COPIES
     if needed > _MOST_BYTES:
         fault = f"{rows:.6g} rows of {width} numbers would take about {needed / 1e9:.3g} GB [E0786]"
@@ -442,7 +451,8 @@ def _check_memory(rows: int, width: int, steps: int) -> None:
 
 
 def _whole_steps(t_end: float, step: float) -> int:
-    """Return the number of steps to an end. Raises UsageError."""
+    """Return the number of steps from 0 to ``t_end``. Raises UsageError for a step of 0 or of the wrong sign, and for
+    an end that is not a whole number of steps."""
     if not (math.isfinite(t_end) and math.isfinite(step)) or step == 0:
         raise UsageError(Problem("step", f"a finite step other than 0 is needed, not {step:g} [E0787]", "step=0.01"))
     check_step_count("step", t_end, step)
@@ -487,10 +497,11 @@ def _finite(key: str, value: object) -> float:
 
 
 def _change_of_energy(energy: Mapping[str, Array], method: Method, step: float) -> tuple[str, bool]:
-    """Return a warning on the drift of H, a conserved quantity, and whether the drift invalidates the motion.
+    """Return a warning on the drift of H, empty without one, and whether the drift is so large that the motion is
+    invalid.
 
-    The scale is the sum of the absolute parts of H, at the same time, at the start and in most rows: all parts may be 0
-    at the start, and an encounter has large parts for a moment.
+    A drift above 0.3 of the scale is warned of. The scale is the sum of the absolute parts of H, at the same time, at
+    the start and in most rows: all parts may be 0 at the start, and an encounter has large parts for a moment.
     """
     total = energy["total"]
     sizes = np.sum([np.abs(part) for name, part in energy.items() if name != "total"], axis=0)

@@ -88,15 +88,20 @@ class StepErrors:
 def estimate_errors(
     rows_of_run: Array, step: float, every: int, steps: int, order: int, names: Sequence[str], rows: Rows
 ) -> StepErrors:
-    """Return the estimate of a run by runs in steps twice and four times as long, or else half as long.
+    """Return the estimated errors of a run in equal steps by runs in steps twice and four times as long, or else half
+    as long.
 
-    Differences of runs of order r fall by 2^r from one to the next. Otherwise longer steps are inconclusive for these,
-    and the motion is compared with steps of half the size.
+    Differences of runs of order r fall by 2^r from one to the next. If the longer steps do not show this order, or are
+    not possible, the run is compared with a run in half steps.
 
     Parameters
     ----------
     rows_of_run : (rows, 2 n), q and p after every ``every`` steps and after the last
+    step, every, steps : size of steps, steps between rows, number of steps
+    order : of the method
     names : of the columns
+    rows : makes a run in a multiple of the step, from the multiple and the number of original steps between rows; None
+        after a failure
     """
     if steps < 1:
         return StepErrors(reason="the run made no step")
@@ -127,7 +132,8 @@ def estimate_errors(
 
 
 def by_tolerance(rows: Array, finer: Array | None, t: Array, tolerance: float, names: Sequence[str]) -> StepErrors:
-    """Return the estimate for a run with adaptive steps by a run at ``FINER`` of the tolerance."""
+    """Return the estimated errors of a run with adaptive steps, by the rows ``finer`` of a run at a tenth of the
+    tolerance (None after a failure). Both have rows (rows, 2 n) at the times ``t``; ``names`` are the columns."""
     if finer is None:
         return StepErrors(reason=f"a run at tolerance {tolerance * FINER:.3g} failed")
     scale = _scale(rows)
@@ -136,7 +142,8 @@ def by_tolerance(rows: Array, finer: Array | None, t: Array, tolerance: float, n
 
 
 def _scale(rows: Array) -> Array:
-    """Return the range of each column; for a column at rest, the magnitude."""
+    """Return the range of each column of rows (rows, 2 n); the largest magnitude for a column at rest, at least
+    1e-308."""
     result = np.ptp(rows, axis=0)
     return np.asarray(np.where(result > 0, result, np.maximum(np.abs(rows).max(axis=0), np.finfo(float).tiny)))
 
@@ -254,7 +261,8 @@ _CURVES, _POINTS = 10, 4000
 
 
 def draw(solution: HamiltonianSolution, folder: Path) -> list[Path]:
-    """Write ``motion.png`` and return the path. Raises FileError."""
+    """Write ``motion.png`` to ``folder``: coordinates, momenta, outputs and the change of H over time; return the path
+    in a list. Raises FileError."""
     names, units = solution.metadata["names"], solution.metadata["units"]
     panels = [
         ("coordinates", dict(zip(names["q"], solution.q.T, strict=True)), units["q"]),

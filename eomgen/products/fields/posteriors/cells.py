@@ -175,7 +175,8 @@ def gaussian(mean: float, variance: float, deviation: float, bias: float = 1.0, 
 def _counts_energy(
     formulas: tuple[str, str], response: bool, mean: float, variance: float, **more: float
 ) -> CellEnergy:
-    """Return the energy of counts by the first of two formulas, with a response by the second."""
+    """Return the energy of counts by the first of two formulas, or by the second with a ``response``; ``more`` are
+    further parameters. Raises ModelError for a mean that is not above 0."""
     if not mean > 0.0:
         fault = f"the mean of counts is {mean:.6g} [E0795]"
         raise ModelError(Problem("mean", fault, "the mean number of objects in a cell, above 0"))
@@ -186,7 +187,14 @@ def _counts_energy(
 
 @dataclass(frozen=True)
 class CellTape:
-    """The formula of a cell on a tape: h, the gradient, and the product of the Hessian with a direction ``j``."""
+    """The energy of a cell on a tape, with derivatives by the fields.
+
+    Attributes
+    ----------
+    energy : reference of the energy
+    residual : of the gradient, one for each field
+    curvature : of the product of the Hessian with a direction, the input block ``j``
+    """
 
     tape: Tape
     energy: Ref
@@ -200,12 +208,14 @@ class CellTape:
 
 
 def cell_tape(energy: CellEnergy, fields: Sequence[str], data: Sequence[str], masks: Sequence[str] = ()) -> CellTape:
-    """Record the energy of a cell; a field with a mask is the product of the field's value and the mask.
+    """Return the energy of a cell, recorded on a new tape, with gradient and Hessian-vector product.
 
     Parameters
     ----------
-    fields, data : names
-    masks : of fields, whose values follow the data
+    fields, data : sequence of str
+        Names in the formula, in the order of the inputs.
+    masks : sequence of str
+        Names of fields that stand for the product of the field and a mask, whose values follow the data.
 
     Raises
     ------
@@ -243,9 +253,11 @@ def cell_tape(energy: CellEnergy, fields: Sequence[str], data: Sequence[str], ma
 
 
 def source(energy: CellEnergy, made: CellTape, fields: Sequence[str], data: Sequence[str], single: bool = False) -> str:
-    """Return the C of a cell's energy and of operations on spectra; of an idle energy, the latter alone.
+    """Return the text of the C of a cell's energy, gradient and curvature, and of operations on spectra; for an energy
+    that does not depend on the fields, the operations alone.
 
-    ``single`` adds gradients with fields and spectra in single precision; operations are in double.
+    ``made`` is the recorded energy, ``fields`` and ``data`` are inputs by name. ``single`` adds gradients with fields
+    and spectra in single precision; operations are in double.
     """
     inputs = {"f": "f[{}]", "d": "d[{}]", "j": "j[{}]"}
 
@@ -271,11 +283,9 @@ def source(energy: CellEnergy, made: CellTape, fields: Sequence[str], data: Sequ
 
 
 class CellRoutines:
-    """The compiled C of a cell's energy, on arrays whose numbers are next to each other.
-
-    Several threads share elementwise operations; one thread computes sums, so that sums do not depend on the number of
-    threads.
-    """
+    """The compiled C of a cell's energy and of operations on spectra, for contiguous arrays. ``text`` is the C of
+    ``source``, ``idle`` whether there is no energy, ``single`` whether there is single precision. Several threads share
+    elementwise operations; one thread computes sums, so that sums do not depend on the number of threads."""
 
     def __init__(self, text: str, idle: bool, single: bool = False, threads: int = 1) -> None:
         self.ffi, self.lib = _compile(text, idle, single and not idle)
@@ -290,14 +300,14 @@ class CellRoutines:
         return made
 
     def address(self, array: Reals | Spectrum | None) -> Any:
-        """Return the address of an array whose numbers are next to each other, NULL for None."""
+        """Return the address of a contiguous array as a pointer of cffi to float or double, NULL for None."""
         if array is None:
             return self.ffi.NULL
         single = array.dtype in (np.float32, np.complex64)
         return self.ffi.cast("float *" if single else "double *", array.ctypes.data)
 
     def filter(self, symbol: Array | Complex | None, x: Complex, y: Spectrum) -> None:
-        """Make y = a x, y in double or single precision."""
+        """Write y = a x elementwise, in place of y, in double or single precision; ``symbol`` is a (None for 1)."""
         made = self.lib.eomgen_field_filter_single if y.dtype == np.complex64 else self.lib.eomgen_field_filter
 
         def part(a: Any, x: Any, y: Any) -> None:
@@ -319,7 +329,8 @@ class CellRoutines:
     def add(
         self, size: float, symbol: Array | Complex | None, x: Spectrum, y: Complex, beside: Complex | None = None
     ) -> None:
-        """Add size (beside + conj(a) x) to y; ``beside`` None for 0, x in double or single precision."""
+        """Add size (beside + conj(a) x) to y in place; ``symbol`` is a (None for 1), ``beside`` None for 0, x in double
+        or single precision."""
         made = self.lib.eomgen_field_add_single if x.dtype == np.complex64 else self.lib.eomgen_field_add
 
         def part(a: Any, x: Any, beside: Any, y: Any) -> None:
@@ -329,7 +340,8 @@ class CellRoutines:
         self._share(part, symbol, x, beside, y)
 
     def _share(self, part: Callable[..., None], *arrays: Reals | Spectrum | None) -> None:
-        """Call a function with arrays of one size, or with the same parts of each in several threads."""
+        """Call ``part`` with arrays of one size, or, for large ones, with the same parts of each array in several
+        threads."""
         size = next(array.size for array in arrays if array is not None)
         if self.threads == 1 or size < _SHARED:
             part(*arrays)
@@ -343,7 +355,8 @@ class CellRoutines:
         share(some, [(begin, min(begin + length, size)) for begin in range(0, size, length)], self.threads)
 
     def norm(self, x: Complex, even: bool, weight: Array | None = None) -> float:
-        """Return the sum over the whole spectrum of weight |x|^2."""
+        """Return the sum of weight |x|^2 over the whole spectrum, of which x is the kept half; ``even`` is whether the
+        number of cells along the last axis is even, ``weight`` 1 if None."""
         return float(self.lib.eomgen_field_norm(x.size, x.shape[-1], even, self.address(weight), self.address(x)))
 
     def _symbol(self, symbol: Array | Complex | None) -> tuple[int, Any]:

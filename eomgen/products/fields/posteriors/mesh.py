@@ -108,7 +108,8 @@ class Mesh:
 
     @functools.cached_property
     def weights(self) -> Array:
-        """How many amplitudes of the whole spectrum one of each plane of the last axis stands for, 1 or 2."""
+        """Number of amplitudes of the whole spectrum, 1 or 2, for which a kept amplitude stands, by index along the
+        last axis."""
         weights = np.full(self.half[-1], 2.0)
         weights[0] = 1.0
         if self.cells[-1] % 2 == 0:
@@ -264,7 +265,8 @@ class Mesh:
 
 
 def numbers_of_cells(mesh: Mesh, values: ArrayLike, least: float, key: str) -> Array:
-    """Return numbers for all cells, finite and not below ``least``. Raises ModelError with the key."""
+    """Return an array of the shape ``mesh.cells``, broadcast from ``values``. Raises ModelError at ``key`` if a number
+    is not finite or below ``least``."""
     made = np.array(np.broadcast_to(values, mesh.cells), dtype=float, order="C")
     wrong = ~np.isfinite(made) | (made < least)
     if np.any(wrong):
@@ -277,8 +279,9 @@ def numbers_of_cells(mesh: Mesh, values: ArrayLike, least: float, key: str) -> A
 
 @functools.lru_cache(maxsize=4)
 def _bins(mesh: Mesh, bins: int) -> tuple[NDArray[np.int64], NDArray[np.bool_], Array, Array]:
-    """Return the bin of each binned amplitude, the mask of binned amplitudes, and the number and mean |k| of each
-    bin."""
+    """Return the bin of each amplitude within the bins, the mask (flat, over the half spectrum) of these amplitudes,
+    and the number and the mean |k| of the amplitudes in each bin, (bins,) each. Bins are equal parts of |k| up to the
+    Nyquist wave number."""
     nyquist = min(math.pi * count / length for count, length in zip(mesh.cells, mesh.lengths, strict=True))
     weights = np.broadcast_to(mesh.weights, mesh.half)
     number = np.ceil(mesh.wave_numbers / nyquist * bins - 1e-12).astype(int).ravel() - 1
@@ -302,12 +305,12 @@ _LARGE = 128**3
 
 
 class Transforms(Protocol):
-    """Transforms of a number of fields on a mesh.
+    """Transforms between spectra and cells, with memory for a number of fields on a mesh.
 
     Attributes
     ----------
-    buffer : a spectrum, the input of ``field``; undefined afterwards
-    scale : by which spectra are to be multiplied in both directions for transforms to be orthonormal
+    buffer : half spectrum, the input of ``field``, undefined afterwards
+    scale : factor of spectra in both directions that makes transforms orthonormal
     """
 
     buffer: Spectrum
@@ -414,5 +417,6 @@ def check_transforms(library: str, precision: str) -> None:
 
 
 def transforms(mesh: Mesh, library: str, fields: int, *, single: bool = False) -> Transforms:
-    """Return the transforms of ``fields`` fields, by a library that has been checked."""
+    """Return transforms with memory for ``fields`` fields, by the library ``scipy`` or ``fftw``, which has been
+    checked; ``single`` for single precision."""
     return _SciPy(mesh, single) if library == "scipy" else _FFTW(mesh, single, fields)

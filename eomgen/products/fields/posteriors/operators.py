@@ -28,7 +28,7 @@ _NOTED, _OFF = 1e-3, 0.1
 
 @dataclass(frozen=True)
 class LinearOperator:
-    """A filter and then a mask; None stands for 1 everywhere.
+    """A filter in Fourier space and then a mask in the cells; None stands for 1 everywhere.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ class LinearOperator:
         return spectrum if self.symbol is None else np.conj(self.symbol) * spectrum
 
     def __matmul__(self, other: LinearOperator) -> LinearOperator:
-        """Return this operator after another one.
+        """Return the operator that applies ``other`` first and then this one.
 
         Raises
         ------
@@ -109,7 +109,7 @@ class LinearOperator:
 
     @property
     def variance(self) -> float:
-        """Mean over cells of the variance of the field that white noise gives."""
+        """Variance, as a mean over cells, of the field that the operator makes of white noise."""
         if self.symbol is None:
             spread = 1.0
         else:
@@ -233,12 +233,13 @@ def lognormal_amplitude(mesh: Mesh, power: Power, *, warn: bool = True) -> Linea
 
 
 def _note_on_floored(mesh: Mesh, wanted: Array, modes: Array, floored: Array) -> str:
-    """Return the shares of floored modes and of the power of the density changed by these modes; empty if small.
+    """Return a sentence with the shares of floored modes and of the power of the density changed by them; empty if
+    small.
 
     Parameters
     ----------
     wanted : variances of the modes of the density, shape ``mesh.half``
-    modes, floored : variances of the modes of the Gaussian field, before and after
+    modes, floored : variances of the modes of the Gaussian field, before and after negative ones are replaced
     """
     weights = np.broadcast_to(mesh.weights, mesh.half)
     added, whole = float(np.sum((floored - modes) * weights)), float(np.sum(modes * weights))

@@ -40,14 +40,14 @@ _PRODUCTS = 40
 
 @dataclass(frozen=True)
 class Mode:
-    """The most probable field.
+    """The most probable field, the minimum of U, with the work of the search.
 
     Attributes
     ----------
-    spectrum : of the white field
+    spectrum : of the white field, shape ``mesh.half``
     energy : U there
-    iterations, products : of Newton's method, and products with the Hessian in these iterations
-    gradient : length of the gradient with the inverse mass as metric, in parts of the square root of the cells
+    iterations, products : iterations of Newton's method, and products with the Hessian in them
+    gradient : length of the gradient with the inverse mass as metric, divided by the square root of the number of cells
     """
 
     spectrum: Complex
@@ -92,7 +92,8 @@ class FieldPosterior:
         transforms: str = "scipy",
         precision: str = "double",
     ) -> None:
-        """Check energy, operators and data on the mesh, and compile the energy of a cell. Raises UsageError."""
+        """Check energy, operators and data on the mesh, and compile the energy of a cell. Raises the errors of the
+        class."""
         check_transforms(transforms, precision)
         self.mesh = mesh
         self.energy_of_cell = energy if isinstance(energy, CellEnergy) else CellEnergy(energy)
@@ -363,13 +364,15 @@ class FieldPosterior:
     def _from_cells(
         self, by: Transforms, size: float, fields: Sequence[Reals], to: Complex, beside: Complex | None = None
     ) -> None:
-        """Add size (beside + sum of the fields' adjoint transforms) to a spectrum."""
+        """Add size (beside + sum over fields of the adjoint of each field) to the spectrum ``to`` in place, by the
+        transforms ``by``. Memory of the fields is undefined afterwards."""
         for number, (symbol, field) in enumerate(zip(self._symbols, fields, strict=True)):
             self._routines.add(size, symbol, by.spectrum(number, field), to, beside)
             beside = None
 
     def _curve(self, fields: Sequence[Reals], along: Sequence[Reals]) -> None:
-        """Put the product of each cell's second derivatives with a direction in place of the direction."""
+        """Replace a direction, in place, by the product of the Hessian of each cell's energy and the direction;
+        ``fields`` and ``along`` have one array of cells for each field."""
         pointers = self._routines.pointers
         self._routines.lib.eomgen_field_curvature(self.mesh.size, pointers(fields), self._data, pointers(along))
 
@@ -482,7 +485,7 @@ class FieldPosterior:
 
     @np.errstate(over="ignore", invalid="ignore")  # of an energy without a lower bound, which is reported
     def mode(self, start: Complex | None = None, *, tolerance: float = 1e-8, iterations: int = 60) -> Mode:
-        """Return the white field of least U by Newton's method with conjugate gradients, from 0 on if from nowhere.
+        """Return the white field of least U, found by Newton's method with conjugate gradients from a start.
 
         If the descent ends at a saddle, the search continues below the saddle; of several minima the first reached is
         returned.
@@ -492,14 +495,14 @@ class FieldPosterior:
         start : complex ndarray, optional
             White field as a half spectrum from which the search starts; 0 by default.
         tolerance : float, optional
-            Of the gradient, as ``Mode.gradient``.
+            Largest ``Mode.gradient`` at which the search ends.
         iterations : int, optional
-            Of Newton's method at most.
+            Largest number of iterations of Newton's method.
 
         Returns
         -------
         Mode
-            The field, its energy and the work.
+            The field, energy and the work.
 
         Raises
         ------
@@ -545,10 +548,12 @@ class FieldPosterior:
         raise NumericalError(Problem("mode", fault, "more iterations, or a larger tolerance"))
 
     def _below_a_saddle(self, x: Complex, value: float, inverse: Array | float) -> tuple[Complex, float] | None:
-        """Return a field of less U, and U there, next to a field without a gradient; None if the latter is a minimum.
+        """Return a white field with less U than ``value``, and U there, next to the stationary field x; None if x is a
+        minimum, or no such field is found.
 
         The Hessian is 1 + sum of A^T h'' A. For one field the Hessian is positive if no cell has h'' below 0; else
-        power iterations look for the least eigenvalue with the inverse mass as metric, starting from the largest.
+        power iterations look for the least eigenvalue with the inverse mass (``inverse``) as metric, starting from the
+        largest.
         """
         fields = [] if self.prior_alone else self._to_cells(x)
         if not fields:
@@ -585,11 +590,13 @@ class FieldPosterior:
         return None
 
     def _newton_direction(self, x: Complex, gradient: Complex, inverse: Array | float, accuracy: float) -> Complex:
-        """Return a descent direction: the Newton step by preconditioned conjugate gradients, stopped at negative
-        curvature; the preconditioned steepest descent if the first direction has no positive curvature.
+        """Return a descent direction of U at the white field x, shape ``mesh.half``: the Newton step by preconditioned
+        conjugate gradients, stopped at negative curvature; the preconditioned steepest descent if the first direction
+        has no positive curvature.
 
         Parameters
         ----------
+        gradient : of U at x
         inverse : preconditioner, an approximate inverse of the Hessian, entry by entry
         accuracy : norm of the residual at which the iteration ends, relative to the gradient's norm
         """
@@ -615,8 +622,8 @@ class FieldPosterior:
 
 
 def _scale(operator: LinearOperator, scale: float) -> Array | Complex | None:
-    """Return an operator's filter times the scale of transforms, as a new array; None if there is no filter and the
-    scale is 1."""
+    """Return the filter of an operator times ``scale``, a factor of transforms, as a new array of the shape
+    ``mesh.half``; None if there is no filter and the scale is 1."""
     if scale == 1.0:
         return None if operator.symbol is None else operator.symbol.copy()
     symbol = np.ones(operator.mesh.half) if operator.symbol is None else operator.symbol

@@ -152,7 +152,7 @@ class Samples:
 
     @property
     def mean_energy_error(self) -> float:
-        """Mean of dH: not below 0, and half the variance of dH for small steps."""
+        """Mean of dH: not below 0, and for small steps half the variance of dH."""
         return float(np.mean(self.energy_errors))
 
     @property
@@ -196,8 +196,14 @@ class Samples:
 
 @dataclass(frozen=True)
 class Outcome:
-    """End of a trajectory: dH, infinite for numbers that are not finite; whether the end was accepted; number of
-    gradients."""
+    """End of a trajectory.
+
+    Attributes
+    ----------
+    error : dH, infinite for numbers that are not finite
+    accepted : whether the end became the state of the chain
+    gradients : number of evaluations of the gradient
+    """
 
     error: float
     accepted: bool

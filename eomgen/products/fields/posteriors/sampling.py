@@ -101,7 +101,8 @@ def _follow(
     inverse_mass: Array | None,
     stop: Stop | None,
 ) -> bool:
-    """Advance field and momenta by the drifts and kicks of a step; return False if ``stop`` asks for an end."""
+    """Move a white field and momenta in place along drifts and kicks, each a name and a fraction of ``step``; return
+    False if ``stop`` returned true between two of them."""
     for part, fraction in parts:
         if stop is not None and stop():
             return False
@@ -114,11 +115,13 @@ def _follow(
 
 @dataclass
 class _Chain:
-    """State of a chain: white field, potential U there, number of trajectories, and step size; during the warm-up also
-    the trajectories, halvings and logarithms of step sizes.
+    """State of a chain: white field, potential U there, number of trajectories, and step size.
 
-    ``known``: whether a trajectory has evaluated the gradient at this field; the gradient is ``slope``, unless the
-    state is from a file.
+    Attributes
+    ----------
+    warmed, halvings, tried : of the warm-up: trajectories so far, halvings of the step, logarithms of step sizes
+    known : whether the gradient at the field has been evaluated
+    slope : this gradient; None also if the state is from a file
     """
 
     number: int
@@ -189,7 +192,8 @@ class Sampler:
         watched: ArrayLike | None = None,
         bins: int = 8,
     ) -> None:
-        """Check the settings and start the chains. Raises UsageError."""
+        """Check the settings, and start the chains with their step sizes. Raises UsageError, and NumericalError for a
+        start at which U is not finite."""
         for name, value, fine, bound in (
             ("step", step, 0.0 <= step < math.inf, "0 for a step that is found, or above"),
             ("duration", duration, 0.0 < duration < math.inf, "above 0"),
@@ -299,7 +303,8 @@ class Sampler:
         return True
 
     def _adapt(self, chain: _Chain, outcome: Outcome, target: float) -> None:
-        """Change a chain's step after a trajectory of a warm-up."""
+        """Change a chain's step in place after a trajectory of a warm-up: halve the step until a trajectory is
+        accepted, then by ever smaller amounts towards the acceptance ``target``; at most ``largest_step``."""
         if not chain.tried and not outcome.accepted and chain.halvings < _HALVINGS:
             chain.halvings += 1
             chain.step /= 2.0
@@ -395,7 +400,8 @@ class Sampler:
         return np.random.Generator(np.random.Philox(key=[self.seed, chain], counter=[0, 0, 0, word]))
 
     def _trajectory(self, chain: _Chain, stop: Stop | None = None) -> Outcome | None:
-        """Move a chain by one trajectory; None, without a move, if stopped."""
+        """Move a chain by one trajectory, accepted or not, and return the end; None, without a move, if stopped. Raises
+        NumericalError for a U without a lower bound."""
         posterior = self.posterior
         stream = self._stream(chain.number, chain.trajectories)
         uniform = stream.random(4)
@@ -440,7 +446,8 @@ class Sampler:
     def _from_drift(
         self, _: _Chain, parts: Iterable[tuple[str, float]], step: float, stop: Stop | None
     ) -> float | None:
-        """Follow a trajectory that ends with a drift, and return U at the end; None if stopped."""
+        """Follow the drifts and kicks ``parts`` from ``_moved`` and ``_momenta``, in place, and return U at the end;
+        None if stopped."""
         if not _follow(self.posterior, parts, step, self._moved, self._momenta, self._inverse, stop):
             return None
         return self.posterior.energy(self._moved)
@@ -448,11 +455,9 @@ class Sampler:
     def _from_slope(
         self, chain: _Chain, parts: Iterable[tuple[str, float]], step: float, stop: Stop | None
     ) -> float | None:
-        """Follow a trajectory that begins and ends with a kick, and return U at the end; None if stopped.
-
-        The first kick takes the gradient of the chain's last trajectory of this kind, and the last kick the cells of
-        the evaluation of U.
-        """
+        """Follow drifts and kicks that begin and end with a kick from ``_moved`` and ``_momenta``, in place, and return
+        U at the end; None if stopped. The first kick takes the gradient of the chain's last trajectory of this kind,
+        and the last kick the cells of the evaluation of U."""
         posterior, momenta, moved = self.posterior, self._momenta, self._moved
         (_, first), *between, (_, last) = parts
         if chain.slope is None:
@@ -470,7 +475,8 @@ class Sampler:
         return potential
 
     def _starts(self, start: str | Sequence[Complex], chains: int) -> list[Complex]:
-        """Return the spectrum with which each chain starts. Raises UsageError."""
+        """Return the white field, as a half spectrum, with which each chain starts. Raises UsageError for an unknown
+        word, or spectra of another number or shape."""
         mesh = self.posterior.mesh
         if isinstance(start, str):
             if start == "mode":

@@ -245,7 +245,8 @@ def at_settings(system: FieldSystem, given: Collection[str] = ()) -> Iterator[No
 
 @contextlib.contextmanager
 def _at(system: FieldSystem, key: str) -> Iterator[None]:
-    """Add the place in the file to errors."""
+    """Within a ``with`` statement, change errors to name a place in the file: data named by the error, else ``key``.
+    Errors of files stay."""
     try:
         yield
     except EomgenError as error:
@@ -262,7 +263,8 @@ def _at(system: FieldSystem, key: str) -> Iterator[None]:
 
 
 class _FileObjects:
-    """Objects of a file on the mesh of the file."""
+    """Operators and data of a file, as arrays on the mesh of the file; callers fill ``operators`` and ``data`` by
+    name."""
 
     def __init__(self, system: FieldSystem, mesh: Mesh) -> None:
         self.system, self.mesh = system, mesh
@@ -271,13 +273,14 @@ class _FileObjects:
         self.operators: dict[str, LinearOperator] = {}
 
     def variances(self) -> dict[str, float]:
-        """Return variances of the fields by the names of the variances in formulas."""
+        """Return the variances of the fields by their names in formulas, NAME_variance."""
         return {f"{name}{VARIANCE}": operator.variance for name, operator in self.operators.items()}
 
     # -- operators ---------------------------------------------------------------------------------------------------
 
     def operator(self, item: Operator) -> LinearOperator:
-        """Return an operator, after the preceding operators."""
+        """Return the operator of an entry, composed with the preceding operator. Raises ModelError for an infinite
+        variance."""
         mesh = self.mesh
         if item.kind == "white":
             made = white(mesh)
@@ -300,7 +303,8 @@ class _FileObjects:
         return made
 
     def power(self, item: Operator) -> Array:
-        """Return a power spectrum by formula, which has to be the same at k and at -k. Raises ModelError."""
+        """Return the values of an operator's power spectrum, shape ``mesh.half``. Raises ModelError if P(k) and P(-k)
+        differ."""
         values, turned = (self.symbol_values(item, sign) for sign in (1.0, -1.0))
         finite = np.isfinite(values) & np.isfinite(turned)
         if not np.allclose(values[finite], turned[finite], rtol=1e-12, atol=1e-300):
@@ -309,7 +313,8 @@ class _FileObjects:
         return values
 
     def filter(self, item: Operator) -> Array:
-        """Return a real filter, which has to be the same at k and at -k. Raises ModelError."""
+        """Return the values of an operator's real filter, shape ``mesh.half``. Raises ModelError for values that are
+        not finite, and if a(k) and a(-k) differ."""
         values, turned = (self.symbol_values(item, sign) for sign in (1.0, -1.0))
         if not np.all(np.isfinite(values)):
             cell = np.unravel_index(int(np.argmax(~np.isfinite(values))), values.shape)
@@ -323,7 +328,8 @@ class _FileObjects:
         return values
 
     def symbol_values(self, item: Operator, sign: float) -> Array:
-        """Return the values of an operator's formula at the wave numbers; of components with the sign."""
+        """Return the values of an operator's formula at all wave numbers, shape ``mesh.half``; components kx, ky, kz
+        are multiplied by ``sign`` (1 or -1)."""
         mesh = self.mesh
         known: dict[str, Any] = {"k": mesh.wave_numbers, **self.values}
         known |= {name: sign * part for name, part in zip(OF_WAVES[1:], mesh.wave_vectors, strict=False)}
@@ -333,7 +339,8 @@ class _FileObjects:
         return np.array(np.broadcast_to(result, mesh.half))
 
     def interpolate_power(self, table: ColumnFile) -> Array:
-        """Return the power of a table at the wave numbers, straight lines of logarithms; 0 at k = 0."""
+        """Return the power spectrum of a file of k and P at the wave numbers, shape ``mesh.half``, linear in the
+        logarithms; 0 at k = 0. Raises FileError for a table that is faulty or does not cover the mesh."""
         path = self.system.folder / table.file
         names, rows = read_table(path)
         places = []
@@ -367,7 +374,8 @@ class _FileObjects:
     # -- data --------------------------------------------------------------------------------------------------------
 
     def in_cells(self, formula: Formula, more: Mapping[str, Any]) -> Array:
-        """Return the values of a formula at the centres of cells."""
+        """Return the values of a formula at the centres of cells, of a shape that broadcasts to the mesh; ``more`` has
+        values by name in addition to parameters and data."""
         mesh, known = self.mesh, {**self.values, **self.data, **more}
         used = {symbol.name for symbol in symbols(formula)}
         for axis, (name, count, length) in enumerate(zip(OF_PLACES, mesh.cells, mesh.lengths, strict=False)):
@@ -382,7 +390,8 @@ class _FileObjects:
         return self.check(item, self.read(item) if item.kind == "file" else self.in_cells(item.formula, {}))
 
     def check(self, item: Data, values: Array) -> Array:
-        """Return numbers for all cells. Raises ModelError for impossible numbers."""
+        """Return numbers for all cells, broadcast from ``values``. Raises ModelError for numbers that are not finite or
+        below the minimum."""
         least = -math.inf if item.minimum is None else item.minimum
         return numbers_of_cells(self.mesh, values, least, self.system.place(f"data.{item.name}"))
 
@@ -411,7 +420,8 @@ class _FileObjects:
         return np.asarray(stored, dtype=float)
 
     def draw(self, seed: int, truth: Complex) -> None:
-        """Draw the random data about fields of the truth, each from a separate stream."""
+        """Draw the random data about fields of the truth (a white field) and add them to ``data``; each entry has a
+        separate random stream by ``seed``. Raises ModelError for an impossible mean or spread."""
         variances, fields = self.variances(), dict[str, Array]()
         for number, item in enumerate(self.system.data):
             if item.kind not in DRAWN:
@@ -454,7 +464,7 @@ def _draw(item: Data, stream: np.random.Generator, mean: Array, spread: list[Arr
 
 
 def _numbers_of(path: Path) -> NDArray[Any]:
-    """Return the numbers of a ``.npy`` file, read at use. Raises FileError."""
+    """Return the numbers of a ``.npy`` file, memory-mapped, so that they are read at use. Raises FileError."""
     try:
         open_file(path).close()
         stored = np.load(path, mmap_mode="r", allow_pickle=False)
@@ -471,8 +481,8 @@ def _numbers_of(path: Path) -> NDArray[Any]:
 
 
 def start_fields(path: Path, problem: FieldProblem, chains: int) -> list[Complex]:
-    """Read a file of white fields, with the shape of the mesh or one field for each chain, and return their spectra.
-    Raises FileError, ModelError."""
+    """Return the spectra of the white fields in a ``.npy`` file, one for each chain; the file has one field for all
+    chains, of the shape of the mesh, or (chains, ...). Raises FileError, ModelError."""
     stored, cells = _numbers_of(path), problem.mesh.cells
     if stored.shape not in (cells, (chains, *cells)) or not np.all(np.isfinite(stored)):
         fault = f"it has the shape {stored.shape}, or numbers that are not finite [E0848]"

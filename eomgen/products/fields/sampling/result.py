@@ -91,7 +91,7 @@ class FieldSamples:
 
     @property
     def message(self) -> str:
-        """Description of the end."""
+        """The end of the run in words: samples, warm-up, and doubts, or the interruption."""
         chains, made = len(self.samples.accepted), f"{counted(self.count, 'sample')}"
         before = counted(self.warm_up.shape[1], "trajectory", "trajectories")
         whole = f"{made} of each of {counted(chains, 'chain')} after {before}"
@@ -103,7 +103,7 @@ class FieldSamples:
 
     @property
     def cut(self) -> str:
-        """A sentence if the guard has made a step smaller than requested; else empty."""
+        """A sentence if the guard has made a step smaller than requested, for the end of the message; else empty."""
         step, taken = self.settings.step, float(np.min(self.samples.steps))
         if step <= taken:
             return ""
@@ -122,7 +122,7 @@ class FieldSamples:
 
     @property
     def rest(self) -> str:
-        """A sentence on chains whose cells change by rounding alone, of which R-hat says no more; else empty."""
+        """A sentence on chains whose watched cells change by rounding alone, which R-hat does not show; else empty."""
         cells = self.samples.cells
         if self.count < 2 or not cells.size:
             return ""
@@ -212,7 +212,7 @@ class FieldSamples:
         return [scale for scale in rows if not math.isnan(scale.k)]  # boxes with unequal sides leave bins empty
 
     def summary(self) -> dict[str, Any]:
-        """Return figures for JSON.
+        """Return the settings and the figures of the run; figures of convergence only from 4 samples of each chain on.
 
         Returns
         -------
@@ -306,8 +306,8 @@ class FieldSamples:
 
         Returns
         -------
-        Path
-            The written file.
+        list of Path
+            The written files, in this order.
 
         Raises
         ------
@@ -331,7 +331,8 @@ class FieldSamples:
 
 
 def _quantile(values: Array, share: float) -> float:
-    """Return a quantile of the values that are numbers; NaN if none is, as of chains that stand still."""
+    """Return the quantile ``share`` (0 to 1) of the values that are not NaN; NaN if all are, as of chains that stand
+    still."""
     numbers = values[~np.isnan(values)]
     with np.errstate(invalid="ignore"):  # between two that are infinite
         return float(np.quantile(numbers, share)) if numbers.size else math.nan
@@ -372,7 +373,9 @@ def draw(result: FieldSamples, folder: str | Path) -> list[Path]:
 
 
 def _slices(result: FieldSamples) -> Any:
-    """Truth, mean and deviation of the field, and data that are whole fields, in one plane or along a line."""
+    """Return a figure of the watched field: truth, mean and deviation of samples, and data that are fields. A mesh of
+    three dimensions is shown in the middle plane, a mesh of one dimension along a line. Data that are equal in all
+    cells are left out."""
     problem, samples = result.problem, result.samples
     mesh, name, unit = problem.mesh, problem.watched, problem.system.unit
     truth = problem.true_field()
@@ -416,7 +419,8 @@ def _slices(result: FieldSamples) -> Any:
 
 
 def _lines(result: FieldSamples, panels: list[tuple[str, Array, str]]) -> Any:
-    """Return a figure of a field on a mesh of one dimension, with the truth and the data."""
+    """Return a figure, for a mesh of one dimension, of mean and deviation of samples, the truth, and the data among
+    ``panels``."""
     problem, samples = result.problem, result.samples
     mesh, unit = problem.mesh, problem.system.unit
     data = [(title, values) for title, values, kind in panels if kind == "data"]
@@ -439,7 +443,8 @@ def _lines(result: FieldSamples, panels: list[tuple[str, Array, str]]) -> Any:
 
 
 def _power(result: FieldSamples) -> Any:
-    """Power by wave number, correlation with the truth, and how well chains agree there."""
+    """Return a figure over wave numbers: power of samples, prior and truth; correlation with the truth; agreement of
+    chains."""
     scales, unit = result.scales(), result.problem.system.unit
     k = _column(scales, "k")
     figure = new_figure((11.5, 4.2))
@@ -478,7 +483,7 @@ def _power(result: FieldSamples) -> Any:
 
 
 def _chains(result: FieldSamples) -> Any:
-    """U over gradients of each chain, energy errors, and R-hat of cells."""
+    """Return a figure with three panels: U over gradients for each chain, energy errors, and R-hat of cells."""
     samples, count = result.samples, result.count
     figure = new_figure((11.5, 4.2))
     left, middle, right = figure.subplots(1, 3, width_ratios=(1.6, 1.0, 1.0))

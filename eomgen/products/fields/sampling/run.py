@@ -57,7 +57,7 @@ def sample(
         Folder of the checkpoint, which is written every ``checkpoint_every`` seconds, at the end, and at an
         interruption.
     resume : bool
-        Go on from the checkpoint of the folder; ``samples`` and ``field`` may differ from before.
+        Go on from the checkpoint of the folder; of all settings only ``samples`` may differ from before.
     mass : {"fisher", "prior", "unit"}
         Mass matrix of the momenta; the file's by default.
     progress : callable or True
@@ -99,7 +99,8 @@ def _system(described: FieldSystem | str | os.PathLike[str] | Mapping[str, Any])
 
 
 def _settings(standard: Chains, options: Mapping[str, Any]) -> Chains:
-    """Return the settings of a run. Raises UsageError."""
+    """Return the settings of a run: ``standard`` with the given options. Raises UsageError for an unknown name, a wrong
+    type, and a count that is too small."""
     known = [item.name for item in dataclasses.fields(Chains)]
     for name, value in options.items():
         if name not in known:
@@ -118,7 +119,8 @@ def _settings(standard: Chains, options: Mapping[str, Any]) -> Chains:
 
 
 class _Run:
-    """A warm-up and samples, from the start or from a checkpoint."""
+    """A warm-up and samples, from the start, or with ``resume`` from the checkpoint in ``folder``; None for no
+    folder."""
 
     def __init__(self, problem: FieldProblem, settings: Chains, mass: str, folder: Path | None, resume: bool) -> None:
         self.problem, self.settings, self.mass, self.folder = problem, settings, mass, folder
@@ -145,7 +147,8 @@ class _Run:
         return Sampler(self.problem.posterior, mass=self.mass, watched=spread, **options)
 
     def go(self, bar: Progress | None, interrupts: Interrupts, every: float) -> FieldSamples:
-        """Make missing parts, and return all."""
+        """Make the missing trajectories of warm-up and samples, and return the results; end early at an interruption.
+        ``bar`` is called with trajectories done and in all; ``every`` is the time between checkpoints, s."""
         began, settings = time.perf_counter(), self.settings
         spent, saved = self.seconds, began
         total = settings.chains * (settings.warm_up + settings.samples)
@@ -197,7 +200,8 @@ class _Run:
     # -- checkpoints -------------------------------------------------------------------------------------------------
 
     def fixed_settings(self) -> dict[str, Any]:
-        """Return the settings that have to be the same if a run goes on."""
+        """Return the settings, mass, watched field and digest of the posterior, which have to be the same if a run goes
+        on."""
         settings = {name: value for name, value in vars(self.settings).items() if name not in _OPEN}
         return {**settings, "mass": self.mass, "field": self.problem.watched, "posterior": self.problem.digest}
 
@@ -214,7 +218,8 @@ class _Run:
         write_arrays(folder / CHECKPOINT, {**arrays, **record, **more}, told)
 
     def read(self, folder: Path) -> tuple[dict[str, Array], dict[str, Any]]:
-        """Return the contents of a checkpoint. Raises FileError, UsageError."""
+        """Return arrays and JSON data of the checkpoint in a folder. Raises FileError for a file of another kind, and
+        UsageError for other settings, another posterior, or more samples than wanted."""
         path = folder / CHECKPOINT
         arrays, told = read_arrays(path, "checkpoint of chains", "a folder of eomgen sample --out")
         missing = [name for name in ("settings", "chains", "seconds", "gradients") if name not in told]

@@ -18,7 +18,8 @@ from eomgen.products.robots.scene_draft import number
 
 
 def convert_actuators(draft: MjcfDraft) -> None:
-    """Add the actuators of a file to the scene, then the efforts of joints that several of them drive."""
+    """Add the actuators of a file to the scene: inputs, states, definitions and forces, then one effort for each joint
+    that actuators drive. Actuators that the file switches off are noted."""
     model = draft.model
     efforts: dict[int, list[str]] = {}
     first: dict[int, ElementPlace] = {}  # actuator of each joint
@@ -46,10 +47,11 @@ def convert_actuators(draft: MjcfDraft) -> None:
 
 
 def _effort_on(draft: MjcfDraft, joint: int, terms: list[str], *, driven: bool) -> str:
-    """Return the effort of the actuators on a joint, within its range; empty for none.
+    """Return the formula of the effort of all actuators on a joint, within the range of efforts; empty for none.
 
-    Of a joint with ``actuatorgravcomp`` the support of gravity that its bodies have goes through the drive: it counts
-    for the range, and is lost without a drive in the file.
+    ``terms`` are the efforts of single actuators, ``driven`` is whether the file has actuators that are on. With
+    ``actuatorgravcomp`` the compensation of gravity acts through the actuators, counts for the range, and is subtracted
+    without actuators in the file.
     """
     model = draft.model
     moves = int(model.jnt_type[joint]) in (HINGE, SLIDE)
@@ -71,10 +73,11 @@ def _effort_on(draft: MjcfDraft, joint: int, terms: list[str], *, driven: bool) 
 
 
 class _Actuator(ControlledDrive):
-    """One actuator: force = gain * (control or activation) + bias."""
+    """One actuator: force = gain * (control or activation) + bias; its methods add all parts to the scene."""
 
     def convert(self) -> None:
-        """Add the actuator."""
+        """Add the actuator's inputs, states and loads to the scene; report an actuator that no scene has, and note one
+        that acts on contacts alone."""
         model, index = self.model, self.index
         if self.is_of("trn", "BODY"):
             note = f"not modelled: the actuator {self.name}, which acts on contacts alone [W0149]"
@@ -100,7 +103,8 @@ class _Actuator(ControlledDrive):
             path.load(force)
 
     def add_inertia_and_damping(self) -> None:
-        """Add the armature and the damping of the actuator to its joint or tendon; others have none in MuJoCo."""
+        """Add the armature and the damping of the actuator, times the square of the gear, to the joint or tendon; as in
+        MuJoCo, others have none. On ball and free joints both are reported."""
         model, draft, target, square = self.model, self.draft, self.targets()[0], self.gear[0] ** 2
         armature = square * float(model.actuator_armature[self.index])
         damping = [float(model.actuator_damping[self.index]), *map(float, model.actuator_dampingpoly[self.index])]
@@ -126,7 +130,8 @@ class _Actuator(ControlledDrive):
                 draft.add("efforts", "effort", f"{self.name}_damping", {"joint": name, "effort": effort})
 
     def refuse_limits_of_joints(self) -> None:
-        """Report joints with a range of the efforts of all actuators to which this one gives a part of its load."""
+        """Report joints with ``actuatorfrcrange`` on which this actuator acts by forces on bodies, for which no range
+        holds."""
         model, draft = self.model, self.draft
         for joint in moved_joints(self):
             if model.jnt_actfrclimited[joint]:
@@ -135,7 +140,8 @@ class _Actuator(ControlledDrive):
                 self.refuse(fault, "forcerange of the actuators")
 
     def add_controls(self) -> list[str]:
-        """Add the inputs, and return the controls within their ranges."""
+        """Add the inputs of the actuator, and return the terms of its controls within their ranges; ``controls`` has
+        these terms by their words in ``SIGNALS``, by w, x, y, z for several without words, or by an empty word."""
         model = self.model
         count = int(model.actuator_ctrlnum[self.index]) if hasattr(model, "actuator_ctrlnum") else 1
         signals = int(model.actuator_ctrlspec[self.index]) if hasattr(model, "actuator_ctrlspec") else 0
@@ -148,7 +154,8 @@ class _Actuator(ControlledDrive):
         return list(self.controls.values())
 
     def input(self, address: int, word: str) -> str:
-        """Add an input, and return the control within its range."""
+        """Add the input with number ``address`` among the controls of the model, with the value in the keyframe, and
+        return the term of the control within the range. ``word`` is appended to the name."""
         model, draft = self.model, self.draft
         name = draft.name("signal", "", f"{self.name}_{word}") if word else self.name
         entry: dict[str, Any] = {"description": f"control of the actuator {self.name}"}
@@ -161,7 +168,8 @@ class _Actuator(ControlledDrive):
         return name
 
     def driving(self) -> str:
-        """Return the control, or the activation, whose state is added; empty for a fault."""
+        """Return the term that the gain multiplies: the control, or an activation, which is added as a state with the
+        rate. Empty for unknown dynamics or a time constant of 0, which are reported."""
         model, kinds = self.model, self.draft.mujoco.mjtDyn
         kind = int(model.actuator_dyntype[self.index])
         if not self.is_of("dyn", "NONE", "MUSCLE", "INTEGRATOR", "FILTER", "FILTEREXACT"):
@@ -188,7 +196,8 @@ class _Actuator(ControlledDrive):
         return self.nearest(name) if kind == kinds.mjDYN_INTEGRATOR else name
 
     def nearest(self, setpoint: str) -> str:
-        """Return the setpoint of a servo of rotations, as an angle by less than half a turn away."""
+        """Return the setpoint as the equivalent angle by less than half a turn from the length, for a servo of
+        rotations; other setpoints are returned unchanged."""
         model, gain = self.model, float(self.model.actuator_gainprm[self.index][0])
         servo = self.is_of("gain", "FIXED") and self.is_of("bias", "AFFINE")
         if not (self.path.period and servo and gain == -float(model.actuator_biasprm[self.index][1])):
@@ -196,7 +205,8 @@ class _Actuator(ControlledDrive):
         return f"({self.path.length} + {nearest(f'({setpoint} - {self.path.length})', self.path.period)})"
 
     def force(self) -> str:
-        """Return the formula of the actuator's force; empty for a fault."""
+        """Return the formula of the actuator's force within its ranges, gain times control or activation plus bias;
+        empty for a fault, which is reported. Inputs and states are added."""
         model, gains, biases = self.model, self.draft.mujoco.mjtGain, self.draft.mujoco.mjtBias
         if self.is_of("gain", "MUSCLE") and self.is_of("bias", "MUSCLE"):
             return self.muscle_force()
@@ -224,7 +234,8 @@ class _Actuator(ControlledDrive):
         return self.limit(total(terms))
 
     def controlled_force(self) -> str:
-        """Return the force of a PID controller or a DC motor; empty for a fault."""
+        """Return the formula of the force of a PID controller or a DC motor; empty for a fault, which is reported.
+        Inputs and states are added."""
         if not hasattr(self.model, "actuator_ctrlspec"):
             fault = "a pid or dcmotor of MuJoCo before 3.12 is not supported [E1917]"
             self.refuse(fault, "pip install -U 'eomgen[mujoco]'")
@@ -239,7 +250,7 @@ class _Actuator(ControlledDrive):
         return motor_force(self, self.limit)
 
     def limit(self, force: str) -> str:
-        """Return a force within the ranges of forces of its tendon and its own."""
+        """Return the formula of a force, limited to the range of forces of its tendon and then to its own range."""
         model = self.model
         if self.is_of("trn", "TENDON"):
             force = self.limit_by_tendon(force, int(model.actuator_trnid[self.index][0]))
@@ -258,7 +269,8 @@ class _Actuator(ControlledDrive):
         return clip(force, *map(float, model.tendon_actfrcrange[tendon]))
 
     def muscle_force(self) -> str:
-        """Return the force of a muscle; empty for a fault."""
+        """Return the formula of the force of a muscle within its ranges; empty for a fault, which is reported. The
+        control, the activation, and the normalized length and rate are added."""
         model = self.model
         driving = self.driving()
         if not driving:
@@ -275,7 +287,8 @@ class _Actuator(ControlledDrive):
         return self.limit(f"({gain.gain(length, pace)} * {driving} + {passive.passive(length)})")
 
     def orient(self) -> None:
-        """Add the torque that turns a ball joint to an orientation."""
+        """Add efforts of the torque that turns a ball joint to an orientation, given by controls as a quaternion (4) or
+        a rotation vector (3). Between sites, and with dynamics other than an integrator, the actuator is reported."""
         model, draft, (target, reference) = self.model, self.draft, self.targets()
         self.refuse_limits_of_joints()
         if reference >= 0:
@@ -315,7 +328,7 @@ class _Actuator(ControlledDrive):
 
 
 def _affine(coefficients: list[float], length: str, rate: str) -> str:
-    """Return a + b length + c rate in brackets."""
+    """Return the formula a + b length + c rate in brackets; ``coefficients`` has a and perhaps b and c."""
     terms = [number(coefficients[0])] if coefficients[0] else []
     terms += [times(c, f"({name})") for c, name in zip(coefficients[1:], (length, rate), strict=False) if c]
     text = total(terms)

@@ -41,11 +41,11 @@ _UNKNOWN = re.compile(r"(?:unknown element|unrecognized name) '([^']+)'|'([^']+)
 
 @dataclass
 class MjcfElements:
-    """The elements of a file and of the files that it includes.
+    """The elements of a file and of the included files, with their lines.
 
     Attributes
     ----------
-    every : all elements with their files, sections of the top level with their paths
+    every : path of tags, element and file of each element
     named : place by kind and name
     ordered : places by kind, in the order of the compiled model
     includes : place of the last ``<include>`` of each file
@@ -61,19 +61,21 @@ class MjcfElements:
     liberties: list[str] = field(default_factory=list)
 
     def place(self, kind: str, name: str, number: int, count: int, file: str) -> ElementPlace:
-        """Return the place of an element by its name, of one without a name by its number among ``count``."""
+        """Return the place of an element of a kind by name, or by number if there are ``count`` such elements. The
+        first line of ``file`` if neither is known."""
         if name and (kind, name) in self.named:
             return self.named[kind, name]
         places = self.ordered.get(kind, [])
         return places[number] if len(places) == count else ElementPlace(file, 1)
 
     def first(self, tag: str, file: str) -> ElementPlace:
-        """Return the place of the first element whose tag begins so; the start of the file without one."""
+        """Return the place of the first element whose tag begins with ``tag``; the start of ``file`` without one."""
         places = (ElementPlace(name, element.line) for _, element, name in self.every if element.tag.startswith(tag))
         return next(places, ElementPlace(file, 1))
 
     def mentioning(self, word: str) -> ElementPlace | None:
-        """Return the place of the only element with an attribute of that name or value; None without one."""
+        """Return the place of the last include of the file ``word``, or of the only element with this attribute name or
+        value. None without such an element, or for several."""
         if word in self.includes:
             return self.includes[word]
         places = {
@@ -85,7 +87,8 @@ class MjcfElements:
         return places.pop() if len(places) == 1 else None
 
     def extreme(self) -> tuple[ElementPlace, str] | None:
-        """Return the first number that is large, small or none, with its place; None without one."""
+        """Return the place and the text of the first number that is not 0 or between 1e-60 and 1e60 in size; None
+        without one."""
         for _, element, file in self.every:
             for _, value in element.attributes:
                 for word in value.split():
@@ -97,7 +100,8 @@ class MjcfElements:
 
 
 def elements_of(text: str, file: str, path: Path | None) -> MjcfElements:
-    """Return the elements of an MJCF text. Raises DescriptionError for a text that is not MJCF."""
+    """Return the elements of an MJCF text and of the included files, found from the folder of ``path``; without a path
+    none are included. Raises DescriptionError for a text that is not MJCF."""
     result = MjcfElements()
     root = read_xml(text, file, _DEEPEST)
     if root.tag != "mujoco":
@@ -111,10 +115,9 @@ def elements_of(text: str, file: str, path: Path | None) -> MjcfElements:
 
 
 def _walk(result: MjcfElements, element: Element, path: str, file: str, folder: Path | None) -> None:
-    """Record the children of an element, with the elements of included files in their places.
-
-    Child bodies come last, as in the compiled model, which numbers all geoms, joints and sites of a body before.
-    """
+    """Record the children of an element in ``result``, with the elements of included files in their places. ``path``
+    has the tags from the root, ``file`` is the name in messages, ``folder`` the folder of the root file. Child bodies
+    come last, as in the compiled model, which numbers all geoms, joints and sites of a body before."""
     for child in sorted(element.children(), key=lambda child: child.tag == "body"):
         if child.tag == "include":
             result.includes[child.get("file")] = ElementPlace(file, child.line)
@@ -163,7 +166,8 @@ def mujoco_module() -> Any:
 
 @contextmanager
 def _caught(mujoco: Any) -> Iterator[list[str]]:
-    """Collect MuJoCo's warnings, which MuJoCo would print, and write to a file in the current folder."""
+    """Collect the texts of MuJoCo's warnings within the block, in the resulting list: MuJoCo would print them, and
+    write them to a file in the current folder. Warnings of Python are added at the end of the block."""
     texts: list[str] = []
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(texts.append)
@@ -177,12 +181,14 @@ def _caught(mujoco: Any) -> Iterator[list[str]]:
 
 
 def compile_model(text: str, file: str, path: Path | None, elements: MjcfElements) -> tuple[Any, list[str]]:
-    """Return the ``mujoco.MjModel`` of a file, static bodies kept, and MuJoCo's warnings.
+    """Return the ``mujoco.MjModel`` of a file, static bodies kept, and texts of MuJoCo's warnings.
+
+    The file at ``path`` is compiled, without a path the text.
 
     Raises
     ------
     DescriptionError
-        With MuJoCo's message.
+        With MuJoCo's message, at the place of the element if known.
     """
     mujoco = mujoco_module()
     try:
@@ -220,7 +226,7 @@ def out_of_range(file: str, elements: MjcfElements) -> DescriptionError:
 
 
 def _problem(message: str, file: str, elements: MjcfElements) -> Problem:
-    """Return MuJoCo's message as one line, with its place and a remedy."""
+    """Return MuJoCo's message as a problem in one line, with the place of the element, or the file, and a remedy."""
     element = re.search(r"Element name '([^']*)', id \d+", message)
     words = re.sub(r"\s*(?:Element '[^']*', )?line \d+(?:, column \d+)?\s*", " ", message)
     words = re.sub(r"\s*Element name '[^']*', id \d+,?", "", words)
@@ -237,8 +243,8 @@ def _problem(message: str, file: str, elements: MjcfElements) -> Problem:
 
 
 def _place_of(message: str, file: str, elements: MjcfElements) -> str:
-    """Return the place of MuJoCo's message, by the line there, which is 0 in included files, or by the element that the
-    message names; empty for an unknown place."""
+    """Return the place of MuJoCo's message as text, by the line there, which is 0 in included files, or by the element
+    that the message names; empty for an unknown place."""
     line = _LINE.search(message)
     if line and int(line[1]):
         return f"{file}:{line[1]}"

@@ -20,13 +20,15 @@ SIGNALS = {"pos": 1, "vel": 2, "ff": 4, "voltage": 8}
 
 
 class ControlledDrive(ActuatorParts):
-    """An actuator with a controller: setpoints, and internal states."""
+    """An actuator with a controller; methods return terms of setpoints, errors and internal states, and add the
+    states."""
 
     def control(self, word: str) -> str:
         return self.controls.get(word, "0.0")
 
     def state(self, word: str, rate: str = "") -> str:
-        """Add an internal state, and return its name."""
+        """Add an internal state with the formula of the rate, which may follow later, and return the name, which ends
+        with ``word``. The start is the value in the keyframe."""
         model, draft = self.model, self.draft
         entry: dict[str, Any] = {"rate": rate, "description": f"{word} of the actuator {self.name}"}
         if draft.key >= 0:
@@ -44,7 +46,8 @@ class ControlledDrive(ActuatorParts):
         self.draft.section("states")[state]["rate"] = rate
 
     def limit_rate(self, limit: float) -> None:
-        """Let the first control follow at a limited rate, if the limit is positive."""
+        """Replace the first control by a setpoint that follows at most at the rate ``limit``, 1/s; none if this is not
+        positive. The setpoint is a state, whose time constant is MuJoCo's step."""
         if limit <= 0.0 or not self.controls:
             return
         word = next(iter(self.controls))
@@ -62,7 +65,8 @@ class ControlledDrive(ActuatorParts):
         return nearest(error, self.path.period) if self.path.period else error
 
     def integral(self, limit: float) -> str:
-        """Add the integral of the error of position, which stops at a positive limit."""
+        """Add the integral of the error of position as a state, and return the name; the integral stops at +-``limit``,
+        if this is positive."""
         state = self.state("integral")
         bound = number(limit)
         rate = self.define("error", self.error())
@@ -73,13 +77,15 @@ class ControlledDrive(ActuatorParts):
 
 
 def nearest(error: str, period: float) -> str:
-    """Return the difference of two angles by less than half a period."""
+    """Return the formula of the difference ``error`` of two angles, shifted by whole periods to less than half a
+    period."""
     turns = f"{number(2.0 * pi / period)} * {error}"
     return f"({number(period / (2.0 * pi))} * atan2(sin({turns}), cos({turns})))"
 
 
 def pid_force(drive: ControlledDrive) -> str:
-    """Return the force of a PID controller; gains of position and velocity stand in the parameters of the bias."""
+    """Return the formula of the force of a PID controller, with setpoint and integral as states. Gains of position and
+    velocity stand in the parameters of the bias."""
     dynamics, gains, biases = (drive.parameters(kind) for kind in ("dyn", "gain", "bias"))
     drive.limit_rate(dynamics[1])
     terms = [number(biases[0])] if biases[0] else []
@@ -92,7 +98,8 @@ def pid_force(drive: ControlledDrive) -> str:
 
 
 def motor_force(drive: ControlledDrive, limited: Callable[[str], str]) -> str:
-    """Return the force of a DC motor: the electric one within its limits, cogging and the friction of bristles."""
+    """Return the formula of the force of a DC motor: the electric one, to which ``limited`` applies limits, cogging and
+    the friction of bristles. Current, temperature and bristles are added as states if the motor has them."""
     dynamics, gains, biases = (drive.parameters(kind) for kind in ("dyn", "gain", "bias"))
     winding = max(dynamics[0], 0.0)
     resistance, constant = gains[0], gains[1]
@@ -122,7 +129,8 @@ def motor_force(drive: ControlledDrive, limited: Callable[[str], str]) -> str:
 
 
 def _friction(drive: ControlledDrive, dynamics: Sequence[float], biases: Sequence[float]) -> list[str]:
-    """Add the deflection of the bristles of LuGre's friction, and return their force; none without stiffness."""
+    """Add the deflection of the bristles of LuGre's friction as a state, and return the formula of their force in a
+    list; an empty list without stiffness. ``dynamics`` and ``biases`` are parameters of MuJoCo."""
     stiffness, damping = dynamics[5], dynamics[6]
     if stiffness <= 0.0:
         return []
@@ -138,7 +146,8 @@ def _friction(drive: ControlledDrive, dynamics: Sequence[float], biases: Sequenc
 
 
 def _voltage(drive: ControlledDrive, gains: Sequence[float], integral: str) -> str:
-    """Return the voltage at the terminals: of the controller, within its supply, and from outside."""
+    """Return the formula of the voltage at the terminals: of the controller, limited by the supply, plus the control of
+    voltage. ``gains`` are MuJoCo's parameters, ``integral`` the name of the integral's state or empty."""
     terms = []
     if any(word in drive.controls for word in ("pos", "vel", "ff")):
         torques = [times(gains[4], f"({drive.control('pos')} - {drive.path.length})")] if gains[4] else []

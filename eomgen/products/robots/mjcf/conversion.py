@@ -118,7 +118,8 @@ def _name_of(mujoco: Any, model: Any) -> str:
 
 
 def _keyframe(draft: MjcfDraft, wanted: str, file: str) -> int:
-    """Return the number of the keyframe; -1 for none."""
+    """Return the number of the keyframe ``wanted`` by name or number; -1 without a wish, with a note if the file has
+    keyframes. Raises OptionError for a keyframe that the file lacks."""
     count = int(draft.model.nkey)
     names = [draft.element_name("key", index) or str(index) for index in range(count)]
     if not wanted:
@@ -133,7 +134,7 @@ def _keyframe(draft: MjcfDraft, wanted: str, file: str) -> int:
 
 
 def _refuse_other_physics(draft: MjcfDraft) -> None:
-    """Report parts of MuJoCo's physics that no scene has, and that change the motion."""
+    """Report soft bodies (flex) and plugins of MuJoCo, which no scene has and which change the motion."""
     model, elements = draft.model, draft.elements
     for count, tag, name in ((model.nflex, "flex", "flex (a soft body)"), (model.nplugin, "plugin", "plugin")):
         if count:
@@ -142,7 +143,7 @@ def _refuse_other_physics(draft: MjcfDraft) -> None:
 
 
 def _add_lines(draft: MjcfDraft) -> None:
-    """Give entries without a line of their own the one of their joint or body."""
+    """Give efforts and forces without a line of the file the line of the joint or body on which they act."""
     for section in ("efforts", "forces"):
         for name, entry in draft.data.get(section, {}).items():
             owner = next(f"{kind}.{entry[word]}" for word, kind in _OWNERS.items() if word in entry)
@@ -151,7 +152,8 @@ def _add_lines(draft: MjcfDraft) -> None:
 
 
 def _drop_unused_definitions(data: dict[str, Any]) -> None:
-    """Remove the definitions of lengths, rates and other quantities that no formula mentions."""
+    """Remove from ``data``, in place, the definitions that no formula outside of the definitions uses, directly or by
+    others."""
     definitions = data.get("definitions", {})
     waiting = [text for key, section in data.items() if key != "definitions" for text in _texts(section)]
     used: set[str] = set()
@@ -179,7 +181,8 @@ def _texts(value: Any) -> Iterator[str]:
 
 
 def _note_the_rest(draft: MjcfDraft) -> None:
-    """Note contact."""
+    """Note contact as not modelled, of geoms that can collide and of explicit pairs, unless the file switches contact
+    off."""
     model, file = draft.model, draft.report.file
     touching = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0))
     if len(touching) > 1 and not draft.is_disabled("CONTACT"):

@@ -21,7 +21,8 @@ MEANINGS: Mapping[str, str] = {
 
 
 def key_of_path(path: str) -> str:
-    """Return the key of an element from its tags: bodies, frames and replicates within one another count once."""
+    """Return the row in the table for an element, from the tags joined by ``/``: bodies, frames and replicates within
+    one another count once, as ``body/geom``."""
     tags = [tag for tag in path.split("/") if tag not in ("worldbody", "body", "frame", "replicate")]
     last = path.rpartition("/")[2]
     if path.startswith(("worldbody", "body")):
@@ -38,7 +39,7 @@ STATUSES: Mapping[str, Mapping[str, str]] = read_table(Path(__file__).with_name(
 
 
 def note_unknown_attributes(draft: MjcfDraft) -> None:
-    """Note attributes of a newer MuJoCo than the one of the table."""
+    """Note attributes that are neither read nor in the table: attributes of a newer MuJoCo than the table's."""
     for path, element, file in draft.elements.every:
         known = STATUSES.get(key_of_path(path), {})
         for name in element.unread_attributes:

@@ -31,12 +31,12 @@ def total(terms: Sequence[str]) -> str:
 
 
 def dot(first: Sequence[str], second: Sequence[str]) -> str:
-    """Return the scalar product of two vectors."""
+    """Return the formula of the scalar product of two vectors, whose components are terms."""
     return total([f"{a} * {b}" for a, b in zip(first, second, strict=True)])
 
 
 def cross(first: Sequence[str], second: Sequence[str]) -> list[str]:
-    """Return the vector product of two vectors."""
+    """Return formulas of the components of the vector product of two vectors, whose components (3 each) are terms."""
     pairs = ((1, 2), (2, 0), (0, 1))
     return [f"({first[i]} * {second[j]} - {first[j]} * {second[i]})" for i, j in pairs]
 
@@ -63,16 +63,16 @@ def odd_power(variable: str, exponent: int) -> str:
 
 @dataclass
 class MjcfDraft(SceneDraft):
-    """The scene so far.
+    """The scene that an MJCF file becomes, filled part by part, with MuJoCo's compiled model.
 
     Attributes
     ----------
     mujoco : the package
     model : the compiled ``mujoco.MjModel``
-    elements : of the file and the files that it includes
+    elements : of the file and the included files
     folder : of the file, to which paths of meshes are relative; None for a text
-    places, joints, tendons : places of bodies, names of joints, and the definitions of the lengths of tendons,
-        by number in the compiled model
+    places, joints, tendons : places of bodies, names of joints, and names of the definitions of lengths of tendons, by
+        number in the compiled model
     qpos, qvel : MuJoCo's coordinates and velocities at the start
     key : number of the keyframe at the start; -1 for none
     moving_targets : whether motions from outside move mocap bodies
@@ -81,7 +81,7 @@ class MjcfDraft(SceneDraft):
     frame_origins : names of the points at frames, by the wanted names
     actuator_forces, actuator_motions : formulas of the forces of actuators, and of their lengths and rates
     branches : of spatial tendons: names in the scene, and the divisors of their lengths
-    pulls : of spatial tendons: formulas of actuators that pull the ends together
+    pulls : of spatial tendons: formulas of tensions from springs, dampers and actuators
     """
 
     mujoco: Any = None
@@ -127,7 +127,8 @@ class MjcfDraft(SceneDraft):
         return self.add("points", "point", wanted, {"body": place.body, "position": place.position.tolist()})
 
     def frame_points(self, wanted: str, place: LinkPlace) -> tuple[str, list[str]]:
-        """Return the names of points at the origin of a frame, and 1 m along its axes."""
+        """Return the name of a point at the origin of the frame at ``place``, and the names of three points 1 m along
+        the axes; all are added to the scene, under names that begin with ``wanted``."""
         ends = [
             self.point(f"{wanted}_{axis}", LinkPlace(place.body, place.orientation, place.position + column))
             for axis, column in zip("xyz", place.orientation.T, strict=True)
@@ -143,12 +144,15 @@ class MjcfDraft(SceneDraft):
         return self.elements.place(kind, self.element_name(kind, index), index, count, self.report.file)
 
     def sum_of(self, word: str, terms: Sequence[str]) -> str:
-        """Return the sum of any number of terms, in parts that are as short as texts of formulas may be."""
+        """Return the formula of the sum of any number of terms; more than 20 are summed in definitions, which are added
+        under names that begin with ``word``."""
         parts = [total(terms[k : k + _TERMS]) for k in range(0, len(terms), _TERMS)]
         return parts[0] if len(parts) == 1 else total([self.define(f"{word}_of_part", part) for part in parts])
 
     def is_disabled(self, flag: str) -> bool:
-        """Return whether the file switches a part of the physics off, alone or with all constraints."""
+        """Return whether the file switches a part of the physics off; ``flag`` is the name of a bit of
+        ``mjtDisableBit`` without prefix. Contact, equalities, dry friction and limits are off with all constraints,
+        too."""
         flags = (flag, "CONSTRAINT") if flag in _CONSTRAINTS else (flag,)
         bits = self.mujoco.mjtDisableBit
         return any(self.model.opt.disableflags & getattr(bits, f"mjDSBL_{name}") for name in flags)

@@ -10,7 +10,8 @@ from eomgen.products.robots.scene_draft import LinkPlace, number
 
 
 def convert_equalities(draft: MjcfDraft) -> None:
-    """Add the active equalities of a file to the scene."""
+    """Add the active equalities of a file to the scene as exact constraints, unless the file switches all off; note
+    inactive ones, and report kinds that no scene has."""
     model, kinds = draft.model, draft.mujoco.mjtEq
     if draft.is_disabled("EQUALITY"):
         return
@@ -55,7 +56,8 @@ def site_place(draft: MjcfDraft, site: int) -> LinkPlace:
 
 
 def _join(draft: MjcfDraft, index: int, name: str, *, welded: bool) -> None:
-    """Add a constraint between two frames; none within one body, which MuJoCo's forces do not move either."""
+    """Add a spherical constraint between two frames, or a fixed one for ``welded``; an equality within one body is
+    noted, since MuJoCo's forces do not move the body either."""
     model = draft.model
     first, second = int(model.eq_obj1id[index]), int(model.eq_obj2id[index])
     anchor, mate, quaternion = (np.array(model.eq_data[index][part]) for part in (slice(3), slice(3, 6), slice(6, 10)))
@@ -72,7 +74,9 @@ def _join(draft: MjcfDraft, index: int, name: str, *, welded: bool) -> None:
 
 
 def _couple(draft: MjcfDraft, index: int, name: str, variables: list[str], zeros: list[float], unit: str) -> None:
-    """Add the equation y - y0 = a0 + a1 (x - x0) + ... between coordinates, or lengths of tendons."""
+    """Add the equation y - y0 = a0 + a1 (x - x0) + ... of an equality between coordinates, or lengths of tendons.
+    ``variables`` are formulas of y and perhaps x, ``zeros`` y0 and x0, in ``unit``; the coefficients are the
+    model's."""
     coefficients = [float(value) for value in draft.model.eq_data[index][:5]]
     right = number(coefficients[0] + zeros[0])
     if len(variables) == 2 and any(coefficients[1:]):

@@ -21,7 +21,8 @@ _AT_REST = "1e-60"
 
 
 def convert_fluid(draft: MjcfDraft) -> None:
-    """Add the forces of the medium on all bodies."""
+    """Add the forces of the medium on all bodies with mass that are not on the base, if the medium has density or
+    viscosity. Geoms with ``fluidshape`` drag as ellipsoids, other bodies as the box with the body's inertia."""
     model = draft.model
     if draft.without_passive_forces or not (float(model.opt.density) > 0.0 or float(model.opt.viscosity) > 0.0):
         return
@@ -38,7 +39,8 @@ def convert_fluid(draft: MjcfDraft) -> None:
 
 
 def _motion(draft: MjcfDraft, written: str, place: LinkPlace) -> tuple[list[str], list[str]]:
-    """Return the names of velocity against the medium and of angular velocity, in the axes of a frame."""
+    """Return names of the components (3 each) of velocity against the medium and angular velocity, in the axes of the
+    frame at ``place``. Both are added as definitions, with names that begin with ``written``."""
     center, ends = draft.frame_points(f"{written}_center", place)
     wind = [float(value) for value in draft.model.opt.wind]
     flow = [f"(velocity.{center}[{i}] - {number(wind[i])})" if wind[i] else f"velocity.{center}[{i}]" for i in range(3)]
@@ -55,7 +57,8 @@ def _add(draft: MjcfDraft, written: str, place: LinkPlace, forces: list[str], to
 
 
 def _add_drag(draft: MjcfDraft, body: int) -> None:
-    """Add the drag of the box of a body's inertia."""
+    """Add the drag of the homogeneous box with a body's inertia: viscous and quadratic force and torque at the centre
+    of mass."""
     model = draft.model
     density, viscosity = float(model.opt.density), float(model.opt.viscosity)
     place = draft.places[body].of(np.array(model.body_ipos[body]), model.body_iquat[body])
@@ -83,7 +86,8 @@ def _add_drag(draft: MjcfDraft, body: int) -> None:
 
 
 def _add_ellipsoid(draft: MjcfDraft, body: int, geom: int) -> None:
-    """Add the forces on a geom that moves through the medium like an ellipsoid."""
+    """Add the forces on a geom that moves through the medium like an ellipsoid: drag, lift by circulation and spin, and
+    the inertia of the medium."""
     model = draft.model
     density, viscosity = float(model.opt.density), float(model.opt.viscosity)
     place = draft.places[body].of(np.array(model.geom_pos[geom]), model.geom_quat[geom])
@@ -132,7 +136,8 @@ def _add_ellipsoid(draft: MjcfDraft, body: int, geom: int) -> None:
 
 
 def _semi_axes(draft: MjcfDraft, geom: int) -> Array:
-    """Return the semi-axes of the ellipsoid that stands for a geom, m."""
+    """Return the semi-axes (3,), m, of the ellipsoid that stands for a sphere, capsule or cylinder; of other geoms
+    their size."""
     kinds, kind = draft.mujoco.mjtGeom, int(draft.model.geom_type[geom])
     size = np.array(draft.model.geom_size[geom])
     if kind == kinds.mjGEOM_SPHERE:
@@ -151,12 +156,12 @@ def _squares(shares: Sequence[float], vector: Sequence[str], power: int) -> list
 
 
 def _sum(parts: Sequence[tuple[float, str]]) -> str:
-    """Return the sum of factors times terms, of which one without a term is a number."""
+    """Return the formula of the sum of factors times terms; an empty term stands for 1."""
     return total([times(factor, term) if term else number(factor) for factor, term in parts])
 
 
 def _rotate(orientation: Array, components: list[str]) -> list[str]:
-    """Return the components of a vector of formulas in the axes of the body."""
+    """Return the formulas, in the axes of the body, of a vector of formulas in a frame with this orientation (3, 3)."""
     return [
         total([f"{number(float(x))} * ({part})" for x, part in zip(row, components, strict=True) if x])
         for row in orientation

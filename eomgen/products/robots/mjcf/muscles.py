@@ -13,7 +13,7 @@ from eomgen.products.robots.scene_draft import number
 
 
 def activation_rate(control: str, activation: str, parameters: Sequence[float]) -> str:
-    """Return the rate of the activation of a muscle, 1/s.
+    """Return the formula of the rate of the activation of a muscle, 1/s.
 
     Parameters
     ----------
@@ -67,11 +67,13 @@ class Muscle:
         return f"({rate} / {number(self._optimum * self.parameters[6])})"
 
     def gain(self, length: str, rate: str) -> str:
-        """Return the force by the activation, over normalized length and rate, which are names."""
+        """Return the formula of force per activation (negative: a pull), over normalized length and rate, which are
+        names."""
         return f"{number(-self._strength)} * {self._force_length(length)} * {self._force_velocity(rate)}"
 
     def passive(self, length: str) -> str:
-        """Return the passive force over the normalized length, which is a name."""
+        """Return the formula of the passive force (negative: a pull) over the normalized length ``length``, which is a
+        name."""
         middle, largest = 0.5 * (1.0 + self.parameters[5]), self.parameters[7]
         span = number(middle - 1.0)
         parabola = f"0.5 * (({length} - 1.0) / {span})**2"

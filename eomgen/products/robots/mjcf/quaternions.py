@@ -18,7 +18,8 @@ _PRODUCT = (
 
 
 def product(draft: MjcfDraft, wanted: str, first: Sequence[str], second: Sequence[str]) -> list[str]:
-    """Return the names of the components of the product of two quaternions, which are defined."""
+    """Return the names of the components (w, x, y, z) of the product of two quaternions, which are added as
+    definitions."""
     sums = [total([f"{sign}.0 * {first[i]} * {second[j]}" for sign, i, j in terms]) for terms in _PRODUCT]
     return draft.define_each(wanted, sums, "wxyz")
 
@@ -29,7 +30,7 @@ def inverse(quaternion: Sequence[str]) -> list[str]:
 
 
 def exponential(draft: MjcfDraft, wanted: str, vector: Sequence[str]) -> list[str]:
-    """Return the names of the components of the quaternion of a rotation vector."""
+    """Return the names of the components (w, x, y, z), added as definitions, of the quaternion of a rotation vector."""
     square = total([f"{part}**2" for part in vector])
     angle = draft.define(f"{wanted}_angle", f"sqrt(max({square}, {_SMALLEST}))")
     factor = draft.define(f"{wanted}_factor", f"sin(0.5 * {angle}) / {angle}")
@@ -38,7 +39,8 @@ def exponential(draft: MjcfDraft, wanted: str, vector: Sequence[str]) -> list[st
 
 
 def logarithm(draft: MjcfDraft, wanted: str, quaternion: Sequence[str]) -> list[str]:
-    """Return the names of the components of the rotation vector of a quaternion, by less than half a turn."""
+    """Return the names of the components (3), added as definitions, of a quaternion's rotation vector by less than half
+    a turn."""
     w, *vector = quaternion
     square = total([f"{part}**2" for part in vector])
     size = draft.define(f"{wanted}_size", f"sqrt(max({square}, {_SMALLEST}))")
@@ -48,7 +50,8 @@ def logarithm(draft: MjcfDraft, wanted: str, quaternion: Sequence[str]) -> list[
 
 
 def turned_back(quaternion: Sequence[str], vector: Sequence[float]) -> list[str]:
-    """Return the components of a constant vector after the inverse of the rotation of a unit quaternion."""
+    """Return formulas (3) of R^T c, for a constant vector c and the rotation R by a unit quaternion whose components
+    are terms."""
     w, x, y, z = quaternion
     rows = (
         (f"(1.0 - 2.0 * ({y}**2 + {z}**2))", f"(2.0 * ({x} * {y} - {w} * {z}))", f"(2.0 * ({x} * {z} + {w} * {y}))"),

@@ -21,7 +21,8 @@ from eomgen.system.description import BASE
 
 
 def convert_sensors(draft: MjcfDraft) -> None:
-    """Add the sensors of a file as outputs of their names; list the sensors that no scene has in a note."""
+    """Add the sensors of a file as outputs of their names, limited by their cutoff; list the sensors that no scene has,
+    or that the file switches off, in a note."""
     model = draft.model
     if model.nsensor and draft.is_disabled("SENSOR"):
         place = draft.place("sensor", 0, model.nsensor)
@@ -70,7 +71,8 @@ def _joint(letter: str, size: int) -> _Components:
 
 
 def _part(parts: Callable[[MjcfDraft], Mapping[int, Any]], component: Callable[[Any], str]) -> _Components:
-    """Return the component that a sensor has of its object among parts of the scene."""
+    """Return a function that gives the formula of a sensor, by ``component`` from the object in the mapping that
+    ``parts`` takes of the draft; None for an object that is not there."""
 
     def components(draft: MjcfDraft, index: int) -> list[str] | None:
         part = parts(draft).get(_object(draft, index))
@@ -88,7 +90,8 @@ class _Frame(NamedTuple):
 
 
 def _frame(draft: MjcfDraft, index: int) -> _Frame | None:
-    """Return the frame of a sensor; None for other objects than frames."""
+    """Return the frame of a sensor, with points at the origin and along the axes, which are added; None for other
+    objects."""
     model, kinds, target = draft.model, draft.mujoco.mjtObj, _object(draft, index)
     kind = int(model.sensor_objtype[index])
     if kind == kinds.mjOBJ_SITE:
@@ -110,7 +113,8 @@ def _inertial_place(draft: MjcfDraft, body: int) -> LinkPlace:
 
 
 def _frame_components(vector: Callable[[MjcfDraft, _Frame], Sequence[str]], *, local: bool) -> _Components:
-    """Return the components of a vector at a frame, in world axes or in the axes of the frame."""
+    """Return a function that gives the formulas of the components of a vector at a sensor's frame, in world axes or,
+    ``local``, in the axes of the frame; None for a sensor without a frame. ``vector`` gives world components."""
 
     def components(draft: MjcfDraft, index: int) -> list[str] | None:
         frame = _frame(draft, index)
@@ -148,7 +152,8 @@ def _axis(k: int) -> _Components:
 
 
 def _subtree_mean(word: str) -> _Components:
-    """Return the mean of a quantity over all centres of mass in a tree, weighted by mass."""
+    """Return a function that gives three formulas: the mean, weighted by mass, of a quantity such as ``position`` over
+    the centres of mass in the subtree below a sensor's body. None for a subtree without mass."""
 
     def components(draft: MjcfDraft, index: int) -> list[str] | None:
         model, root = draft.model, _object(draft, index)

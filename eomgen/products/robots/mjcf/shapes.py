@@ -25,7 +25,8 @@ _THICKNESS = 0.002
 
 
 def convert_geoms(draft: MjcfDraft) -> None:
-    """Add the visible geoms to the shapes of the scene; list the ones that pictures leave out in a note."""
+    """Add the visible geoms of the groups that MuJoCo shows to the shapes of the scene; list the ones without a shape
+    in a note."""
     model = draft.model
     left_out: dict[str, list[str]] = {}
     for geom in range(model.ngeom):
@@ -62,7 +63,8 @@ def _color(draft: MjcfDraft, geom: int) -> tuple[float, ...]:
 
 
 def _solid(draft: MjcfDraft, geom: int, place: LinkPlace) -> tuple[LinkPlace, dict[str, Any]] | str:
-    """Return pose and kind of the solid of a geom, or the reason why there is none."""
+    """Return place and entry (type and sizes) of the solid of a geom at ``place``, or the reason why there is none, as
+    a text. A plane is a thin box below the surface."""
     model, kinds, kind = draft.model, draft.mujoco.mjtGeom, int(draft.model.geom_type[geom])
     x, y, z = (float(part) for part in model.geom_size[geom])
     if kind == kinds.mjGEOM_MESH:
@@ -85,7 +87,8 @@ def _solid(draft: MjcfDraft, geom: int, place: LinkPlace) -> tuple[LinkPlace, di
 
 
 def _mesh(draft: MjcfDraft, mesh: int, place: LinkPlace) -> tuple[LinkPlace, dict[str, Any]] | str:
-    """Return the pose of the file of a mesh, whose frame MuJoCo moves to the principal axes of inertia."""
+    """Return place and entry of a mesh's file, or the reason for its absence: MuJoCo moves the frame of a mesh to the
+    principal axes of inertia, and this is undone. ``place`` is the place of the geom."""
     model = draft.model
     file = _file_of_mesh(draft, mesh)
     if file is None:

@@ -22,7 +22,8 @@ from eomgen.products.robots.scene_draft import number
 
 
 def convert_tendons(draft: MjcfDraft) -> None:
-    """Add the tendons of a file as definitions of length and rate, and their forces: of fixed ones as efforts."""
+    """Add the tendons of a file: definitions of length and rate, and forces, as efforts on joints, or as tendons in the
+    scene for spatial ones. A spatial tendon without force is noted."""
     model = draft.model
     driven = {
         int(target)
@@ -56,7 +57,9 @@ def _name(draft: MjcfDraft, index: int, written: str) -> str:
 
 
 def _add_measures(draft: MjcfDraft, index: int, words: tuple[str, str], parts: Sequence[tuple[str, float]]) -> None:
-    """Add length and rate of a tendon as definitions, sums of parts with factors, and the forces of the tendon."""
+    """Add length and rate of a tendon as definitions, and spring and damper; report or note properties that no scene
+    has. ``words`` are the quantities whose sums are length and rate, as ("q", "v"); ``parts`` are names with
+    factors."""
     model, place = draft.model, draft.place("tendon", index, draft.model.ntendon)
     name = draft.tendons[index]
     for measure, word in zip((name, f"{name}_rate"), words, strict=True):
@@ -86,7 +89,8 @@ def _add_measures(draft: MjcfDraft, index: int, words: tuple[str, str], parts: S
 
 
 def add_tension(draft: MjcfDraft, index: int, terms: list[str]) -> None:
-    """Add the terms of a tension, of fixed tendons as efforts of their joints."""
+    """Add terms, N or N m, to the tension of a tendon: collected in ``pulls`` for a spatial tendon, and as efforts of
+    its joints for a fixed one."""
     if index in draft.branches:
         draft.pulls[index] += terms
     elif terms:
@@ -98,7 +102,8 @@ def add_tension(draft: MjcfDraft, index: int, terms: list[str]) -> None:
 
 
 def add_armature(draft: MjcfDraft, index: int, armature: float) -> bool:
-    """Add the inertia of a tendon, kg or kg m², to its joint; return whether it has a place in the scene."""
+    """Add the inertia of a tendon of one joint, kg or kg m^2, to the joint's rotor inertia; return False for an
+    armature other than 0 on any other tendon."""
     joints = draft.tendon_joints.get(index, ())
     if armature and len(joints) == 1:
         joint, coefficient = joints[0]
@@ -115,7 +120,8 @@ def _acts(draft: MjcfDraft, index: int) -> bool:
 
 
 def _spatial(draft: MjcfDraft, index: int, written: str) -> None:
-    """Add the branches of a spatial tendon as tendons of the scene, and definitions of length and rate."""
+    """Add the branches of a spatial tendon (paths between pulleys) as tendons of the scene, and definitions of length
+    and rate. ``written`` is the name in the file."""
     model, kinds = draft.model, draft.mujoco.mjtWrap
     place = draft.place("tendon", index, model.ntendon)
     first, count = int(model.tendon_adr[index]), int(model.tendon_num[index])
@@ -148,7 +154,8 @@ def _spatial(draft: MjcfDraft, index: int, written: str) -> None:
 
 
 def _point(draft: MjcfDraft, site: int, passed: Sequence[str] = ()) -> str:
-    """Return the name of a point at a site, which is added; of a site that a path has passed, a point of its own."""
+    """Return the name of a point at a site, added once for each site; of a site among the points ``passed`` by a path
+    another point is added."""
     if site not in draft.points or draft.points[site] in passed:
         written = draft.element_name("site", site) or f"site_{site + 1}"
         draft.points[site] = draft.add_point(f"at_{written}", site_place(draft, site))
@@ -156,7 +163,8 @@ def _point(draft: MjcfDraft, site: int, passed: Sequence[str] = ()) -> str:
 
 
 def _obstacle(draft: MjcfDraft, index: int, title: str, k: int) -> dict[str, Any] | None:
-    """Return the obstacle that a tendon wraps, as keys of a scene; None after a reported fault."""
+    """Return the sphere or cylinder that a tendon wraps at number ``k`` of the model's wraps, as keys of a scene; None
+    if the side site is on another body, which is reported. ``title`` names the tendon."""
     model = draft.model
     geom, side = int(model.wrap_objid[k]), round(float(model.wrap_prm[k]))
     at = draft.places[int(model.geom_bodyid[geom])].of(np.array(model.geom_pos[geom]), model.geom_quat[geom])
@@ -181,7 +189,8 @@ def _obstacle(draft: MjcfDraft, index: int, title: str, k: int) -> dict[str, Any
 
 
 def add_pulls(draft: MjcfDraft) -> None:
-    """Add the forces of springs, dampers and actuators to the branches of spatial tendons."""
+    """Set the forces of the branches of spatial tendons: the sum of the terms in ``pulls``, divided by the branch's
+    divisor."""
     for index, branches in draft.branches.items():
         terms = draft.pulls[index]
         if not terms:

@@ -25,12 +25,12 @@ from eomgen.system.description import BASE
 
 @dataclass
 class MjcfTransmission:
-    """A transmission.
+    """A transmission of an actuator.
 
     Attributes
     ----------
-    length, rate : terms, m or rad, and m/s or rad/s
-    load : adds the loads of a force, a term
+    length, rate : formulas, m or rad, and m/s or rad/s
+    load : function that adds the loads of a force, given as a formula, to the scene
     period : of the length after which rotations repeat, rad; 0 of others
     """
 
@@ -89,12 +89,15 @@ class ActuatorParts:
         return self.draft.define_each(f"{self.name}_{word}", formulas, letters)
 
     def add_load(self, body: str, word: str, **entry: Any) -> None:
-        """Add forces and torques to a body that is not the base."""
+        """Add forces and torques on a body, unless the body is the base; the name ends with ``word``, ``entry`` has
+        further keys."""
         if body != BASE:
             self.draft.add("forces", "force", f"{self.name}_{word}", {"body": body, **entry})
 
     def add_pair(self, places: Sequence[LinkPlace], axis: Sequence[str], pull: str, **reaction: Any) -> None:
-        """Add a force along an axis at a place, and its reaction at another, perhaps with a torque."""
+        """Add a force at the first of two places, and the reaction at the second, perhaps with a torque. ``axis`` has
+        formulas of the direction in world axes, ``pull`` the formula of the force, ``reaction`` further keys of the
+        reaction."""
         for place, word, sign, more in zip(places, ("push", "reaction"), ("", "-"), ({}, reaction), strict=True):
             force = [f"{sign}{part} * {pull}" for part in axis]
             self.add_load(place.body, word, point=place.position.tolist(), force=force, **more)
@@ -112,7 +115,8 @@ class ActuatorParts:
 
 
 def transmission(drive: ActuatorParts) -> MjcfTransmission | str:
-    """Return the transmission of an actuator; the word for it if no scene has one."""
+    """Return the transmission of an actuator, by the type in the compiled model; the name of the type if no scene has
+    it."""
     draft, kinds = drive.draft, drive.draft.mujoco.mjtTrn
     kind = int(draft.model.actuator_trntype[drive.index])
     target, second = drive.targets()
@@ -156,7 +160,8 @@ def _on_tendon(drive: ActuatorParts, tendon: int) -> MjcfTransmission:
 
 
 def _add_efforts(drive: ActuatorParts, joint: str, force: str, parts: Sequence[str], first: int = 0) -> None:
-    """Add the efforts of a force on the coordinates of a joint from the first one on."""
+    """Add the efforts ``part * force`` on the coordinates of a joint from the coordinate ``first`` on; empty parts add
+    none."""
     for index, part in enumerate(parts, first):
         if part not in ("0.0", ""):
             effort = {"joint": joint, "index": index, "effort": f"{part} * ({force})"}
@@ -164,7 +169,8 @@ def _add_efforts(drive: ActuatorParts, joint: str, force: str, parts: Sequence[s
 
 
 def _on_ball(drive: ActuatorParts, joint: int, in_parent: bool) -> MjcfTransmission:
-    """Return a transmission on a ball joint, with the gear in child or parent axes."""
+    """Return a transmission on a ball joint: the rotation vector along the gear, in child axes or, ``in_parent``,
+    parent axes."""
     draft, name, gear = drive.draft, drive.draft.joints[joint], drive.gear[:3]
     quaternion = [f"q.{name}[{i}]" for i in range(4)]
     vector = quaternions.logarithm(draft, f"{drive.name}_turn", quaternion)
@@ -183,7 +189,8 @@ def _on_ball(drive: ActuatorParts, joint: int, in_parent: bool) -> MjcfTransmiss
 
 
 def _on_free(drive: ActuatorParts, joint: int, in_parent: bool) -> MjcfTransmission:
-    """Return a transmission on a free joint, with forces at its origin and torques by the gear."""
+    """Return a transmission on a free joint, with the gear's force at the origin, in world axes, and the gear's torque,
+    in child axes or, ``in_parent``, parent axes. The length is 0."""
     draft, name = drive.draft, drive.draft.joints[joint]
     pushes, turns = drive.gear[:3], drive.gear[3:]
     child = draft.data["joints"][name]["child"]
@@ -204,7 +211,7 @@ def _on_free(drive: ActuatorParts, joint: int, in_parent: bool) -> MjcfTransmiss
 
 
 def _on_site(drive: ActuatorParts, site: int) -> MjcfTransmission:
-    """Return a transmission on a site, with force and torque in axes of the site."""
+    """Return a transmission on a site, with the gear's force and torque in axes of the site. The length is 0."""
     draft, place = drive.draft, site_place(drive.draft, site)
     center, ends = draft.frame_points(f"site_{draft.element_name('site', site) or site}", place)
     rates = []
@@ -232,8 +239,8 @@ def _spin(body: str) -> list[str]:
 
 
 def _between_sites(drive: ActuatorParts, site: int, reference: int) -> MjcfTransmission:
-    """Return the transmission of a site against another one. Motions of the last common body do not count, so this
-    body takes the moment by which both ends' forces are out of line."""
+    """Return the transmission of a site relative to the site ``reference``, in whose axes the gear stands. Motions of
+    the last body that carries both sites do not count, so this body takes the moment of the offset of both forces."""
     draft = drive.draft
     places = [site_place(draft, site), site_place(draft, reference)]
     words = [f"site_{draft.element_name('site', end) or end}" for end in (site, reference)]
@@ -275,7 +282,8 @@ def _between_sites(drive: ActuatorParts, site: int, reference: int) -> MjcfTrans
 
 
 def _relative_turn(drive: ActuatorParts, axes: Sequence[Sequence[str]], others: Sequence[Sequence[str]]) -> list[str]:
-    """Return the names of the rotation vector from axes to others, by less than half a turn, in both axes."""
+    """Return the names of the components of the rotation vector, below half a turn, from ``axes`` to ``others``, each
+    three unit vectors of formulas in world axes; the definitions are added. The components are equal in both axes."""
     cosines = [[dot(axis, second) for second in others] for axis in axes]
     pairs = ((2, 1), (0, 2), (1, 0))
     sines = drive.define_each("sine", [f"0.5 * ({cosines[i][j]} - {cosines[j][i]})" for i, j in pairs])
@@ -286,7 +294,8 @@ def _relative_turn(drive: ActuatorParts, axes: Sequence[Sequence[str]], others: 
 
 
 def _in_world(drive: ActuatorParts, word: str, origin: str, ends: Sequence[str], vector: Sequence[float]) -> list[str]:
-    """Return the names of the components in the world of a constant vector in the axes of a frame."""
+    """Return names of definitions for the world components of a constant vector in the axes of a frame. The frame is
+    given by names of points: ``origin``, and three ``ends`` 1 m along the axes. Names contain ``word``."""
     axes = [drive.draft.along(origin, end) for end in ends]
     parts = [total([times(c, axis[i]) for c, axis in zip(vector, axes, strict=True) if c]) for i in range(3)]
     return drive.define_each(word, parts)
@@ -298,14 +307,15 @@ def _chain(draft: MjcfDraft, body: int) -> list[int]:
 
 
 def _common_body(draft: MjcfDraft, site: int, reference: int) -> str:
-    """Return the moving body that carries both sites, on which their chains part."""
+    """Return the name of the last moving body of the scene that carries both sites; the base without one."""
     chains = [_chain(draft, int(draft.model.site_bodyid[end])) for end in (site, reference)]
     shared = [body for body in chains[0] if body in chains[1]]
     return draft.places[shared[0]].body if shared else BASE
 
 
 def moved_joints(drive: ActuatorParts) -> list[int]:
-    """Return the joints on which an actuator acts otherwise than by an effort of one coordinate."""
+    """Return the numbers of the joints on which an actuator acts by loads of bodies or on several coordinates; none for
+    one that drives a hinge, a slide or a fixed tendon."""
     draft, model, kinds = drive.draft, drive.draft.model, drive.draft.mujoco.mjtTrn
     kind, (target, second) = int(model.actuator_trntype[drive.index]), drive.targets()
     if kind in (kinds.mjTRN_SITE, kinds.mjTRN_SLIDERCRANK):
@@ -321,7 +331,7 @@ def moved_joints(drive: ActuatorParts) -> list[int]:
 
 
 def _bodies_of_path(draft: MjcfDraft, tendon: int) -> list[int]:
-    """Return the bodies with sites and geoms of a spatial tendon."""
+    """Return the numbers of the bodies of all sites and geoms along a spatial tendon, in the order of the path."""
     model, kinds = draft.model, draft.mujoco.mjtWrap
     first = int(model.tendon_adr[tendon])
     bodies = []
@@ -334,7 +344,8 @@ def _bodies_of_path(draft: MjcfDraft, tendon: int) -> list[int]:
 
 
 def _slider_crank(drive: ActuatorParts, crank: int, slider: int) -> MjcfTransmission:
-    """Return the transmission of a rod between the site of a crank and a slider along z of another site."""
+    """Return the transmission of a rod between the site ``crank`` and a slider along z of the site ``slider``: the
+    length is the travel of the slider. A rod that does not reach the axis counts as perpendicular to it."""
     draft, model = drive.draft, drive.draft.model
     places = [site_place(draft, crank), site_place(draft, slider)]
     center = draft.point(f"site_{draft.element_name('site', crank) or crank}", places[0])

@@ -28,7 +28,8 @@ _WORDS = {FREE: "free", BALL: "ball", SLIDE: "slide", HINGE: "hinge"}
 
 
 class BodyReader:
-    """Makes a draft of the bodies, joints and sites of a compiled model; ``keys`` of bodies are by their numbers."""
+    """Makes a draft of the bodies, joints and sites of a compiled model. ``keys`` has the key in the draft of the link
+    of each body that is added, by number in the model; 0 is the world."""
 
     def __init__(self, scene: MjcfDraft) -> None:
         self.scene, self.model = scene, scene.model
@@ -37,7 +38,8 @@ class BodyReader:
         self.keys = {0: WORLD_FRAME}
 
     def draft(self, name: str, notes: list[str]) -> Bodies:
-        """Return the draft of a file."""
+        """Return the draft of the whole model, with the given name and notes; names of bodies, joints and sites are
+        made legal in the scene. Gravity is 0 if the file switches it off."""
         scene, model = self.scene, self.model
         for body in range(1, model.nbody):
             self.add(body)
@@ -51,7 +53,8 @@ class BodyReader:
         return Bodies(name, self.world, Leftovers({}), gravity, notes=notes, legal=True)
 
     def pose(self, place: ElementPlace, position: Array, quaternion: Array, body: int) -> WrittenPose:
-        """Return a pose that is given in a body."""
+        """Return the pose in the link of a body, by position (3,), m, and quaternion (4,), w first; ``body`` is the
+        number."""
         return WrittenPose(place, rotation_matrix(np.array(quaternion)), np.array(position), self.keys[body])
 
     def attach(
@@ -64,7 +67,8 @@ class BodyReader:
         pulled: bool = True,
         kept: bool = False,
     ) -> str:
-        """Add a link at a pose in the link that carries it, on a fixed joint if no other is given; return its key."""
+        """Add a link at a pose in the link that the pose names, on a fixed joint if no other joint is given; return the
+        key. ``pulled`` is whether gravity acts; a ``kept`` link is a body of its own even on a fixed joint."""
         key, place = f"body {name}", pose.place  # keys differ from names of sites
         self.world.links[key] = DraftLink(name, place, inertia, pose, pulled, kept=kept)
         if joint is None:
@@ -74,7 +78,8 @@ class BodyReader:
         return key
 
     def add(self, body: int) -> None:
-        """Add a body with its joints."""
+        """Add a body by number in the model, with all joints, as a chain of links: one without mass for each joint but
+        the last one, and one for a joint whose anchor is not at the origin of the body."""
         scene, model = self.scene, self.model
         name = scene.name("body", scene.element_name("body", body), f"body_{body}")
         place = scene.place("body", body, model.nbody)
@@ -109,7 +114,8 @@ class BodyReader:
             self.add_armature(which, key)
 
     def joint(self, joint: int, body: str) -> tuple[DraftJoint, Array]:
-        """Convert an MJCF joint of a body: return the joint of the draft, and the anchor (3,) in the body, m."""
+        """Return the joint of the draft for MJCF joint number ``joint``, and the anchor (3,) in the body, m. Name,
+        start, dynamics and stops are of the compiled model; ``body`` is the name of the body in the scene."""
         scene, model, kind = self.scene, self.model, int(self.model.jnt_type[joint])
         name = scene.joints[joint] = scene.name("joint", scene.element_name("joint", joint), f"{body}_{_WORDS[kind]}")
         start, rate = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
@@ -144,8 +150,9 @@ class BodyReader:
         return replace(result, axes=(axis,), entry=entry, reference=float(model.qpos0[start])), _anchor(model, joint)
 
     def drives(self, body: int, name: str, place: ElementPlace) -> list[tuple[DraftJoint, Array]]:
-        """Return joints of a mocap body that motions from outside drive: three travels in the axes of the world, then
-        turns about z, y and x."""
+        """Return six joints, each with the anchor 0, of a mocap body whose motion is an input: three travels in the
+        axes of the world, then turns about z, y and x. The inputs, named ``NAME_x`` to ``NAME_roll``, are added with
+        their start."""
         scene, model, which = self.scene, self.model, int(self.model.body_mocapid[body])
         position, quaternion = model.body_pos[body], model.body_quat[body]
         if scene.key >= 0:
@@ -167,8 +174,9 @@ class BodyReader:
         return result
 
     def add_armature(self, joint: int, body: str) -> None:
-        """Add a link with the kinetic energy of an armature on all components: for a free joint a mass at the body's
-        origin, not pulled by gravity, and an isotropic inertia; for a ball joint on the base the inertia alone."""
+        """Add a link, fixed to the link ``body``, with the kinetic energy of the armature of a free or ball joint on
+        all components: for a free joint a mass at the body's origin, not pulled by gravity, and an isotropic inertia;
+        for a ball joint the inertia alone. Other joints, and an armature of 0, add none."""
         scene, model, kind = self.scene, self.model, int(self.model.jnt_type[joint])
         armature = float(model.dof_armature[int(model.jnt_dofadr[joint])])
         if armature and kind in (FREE, BALL):
@@ -183,7 +191,8 @@ def _anchor(model: Any, joint: int) -> Array:
 
 
 def coefficients(scene: MjcfDraft, joint: int) -> tuple[list[float], list[float]]:
-    """Return the coefficients of spring and damper of a joint for the powers from 1 on; zeros if they are off."""
+    """Return the coefficients of a joint's spring and damper, for powers of coordinate and velocity from 1 on; zeros if
+    the file switches springs or dampers off."""
     model, rate = scene.model, int(scene.model.jnt_dofadr[joint])
     stiffness = [float(model.jnt_stiffness[joint]), *map(float, model.jnt_stiffnesspoly[joint])]
     damping = [float(model.dof_damping[rate]), *map(float, model.dof_dampingpoly[rate])]
@@ -206,8 +215,9 @@ def _stop(model: Any, joint: int) -> tuple[float, float]:
 
 
 def add_forces(scene: MjcfDraft) -> None:
-    """Add springs and dampers of higher order, springs of ball and free joints, and forces against gravity; give mocap
-    bodies without mass some, so that the equations of their drives can be solved."""
+    """Add springs and dampers of higher order, springs of ball and free joints, and forces of gravity compensation;
+    report joints whose forces no scene has. Mocap bodies without mass get 1 kg, so that the equations of their drives
+    can be solved."""
     model = scene.model
     for joint, name in scene.joints.items():
         kind, entry = int(model.jnt_type[joint]), scene.data["joints"][name]
@@ -250,7 +260,8 @@ def add_forces(scene: MjcfDraft) -> None:
 
 
 def _add_bushing(scene: MjcfDraft, joint: int, entry: dict[str, Any], stiffness: float) -> None:
-    """Add the spring of a ball or a free joint, a bushing between the axes at rest and the axes of the child."""
+    """Add the spring of a ball or free joint as a bushing between the axes at rest, in the parent, and the axes of the
+    child. ``entry`` is the joint's entry in the scene; ``stiffness`` in N m/rad, and for a free joint also in N/m."""
     rest = scene.model.qpos_spring[int(scene.model.jnt_qposadr[joint]) :]
     free = entry["type"] == "free"
     placed = LinkPlace(entry["parent"], np.array(entry["orientation"]), np.array(entry["position"]))
@@ -262,7 +273,8 @@ def _add_bushing(scene: MjcfDraft, joint: int, entry: dict[str, Any], stiffness:
 
 
 def _gravity_compensation(draft: MjcfDraft) -> dict[int, tuple[LinkPlace, Array]]:
-    """Return the centre of mass, and the force there, of each body that ``gravcomp`` holds up."""
+    """Return, by number of each body that ``gravcomp`` holds up, the place of the centre of mass and the force (3,) on
+    it, N, in world axes. Bodies on the base are left out."""
     model, gravity = draft.model, np.array(draft.data["gravity"])
     if draft.without_passive_forces or not gravity.any():
         return {}
@@ -276,13 +288,15 @@ def _gravity_compensation(draft: MjcfDraft) -> dict[int, tuple[LinkPlace, Array]
 
 
 def compensated_by(draft: MjcfDraft, joint: int) -> list[tuple[LinkPlace, Array]]:
-    """Return the centres of mass, and the forces there, of the bodies on a joint that ``gravcomp`` holds up."""
+    """Return the places of the centres of mass, and the forces (3,) on them, N, in world axes, of the bodies that
+    ``gravcomp`` holds up and that the joint carries."""
     carrier = int(draft.model.jnt_bodyid[joint])
     return [pair for body, pair in _gravity_compensation(draft).items() if carrier in bodies_above(draft.model, body)]
 
 
 def compensation_on(draft: MjcfDraft, joint: int) -> str:
-    """Return the formula of the share that ``gravcomp`` has in the effort of a hinge or a slide; empty without one."""
+    """Return the formula of the effort of a hinge or slide by ``gravcomp`` of the bodies on it; empty without such
+    bodies. Points and definitions are added to the scene."""
     held = compensated_by(draft, joint)
     if not held:
         return ""

@@ -29,7 +29,28 @@ def sdf_data(
     packages: Sequence[str] = (),
     included: bool = False,
 ) -> ConvertedScene:
-    """Return an SDF file in the form of a scene file, with notes on all that is left out; the options as in ``SDF``.
+    """Return an SDF file in the form of a scene file, with notes on all that is left out.
+
+    Parameters
+    ----------
+    text, file : str
+        Text of the file, and the name in messages.
+    strict : bool
+        Refuse elements that would be left out with a note.
+    path : Path, optional
+        The file, from whose folder included files and meshes are named; by default the current folder.
+    lock : sequence of str
+        Joints that are held at zero.
+    limits, friction : bool
+        Take limits of position as stops, and dry friction.
+    actuated : bool
+        Give joints efforts as inputs.
+    weld : sequence of str
+        Links or frames that are fixed to the base at their places.
+    packages : sequence of str
+        Folders of packages, each NAME=FOLDER.
+    included : bool
+        Whether a scene includes the file, so that the base may move.
 
     Raises
     ------

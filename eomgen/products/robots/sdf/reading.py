@@ -81,7 +81,8 @@ class SdfReader:
         self.liberties: list[str] = []
 
     def draft(self, root: Element, file: str, folder: Path) -> Draft:
-        """Return the draft of a file; of a file of models alone with a world that holds them."""
+        """Return the draft of a file from the root element; models outside of a world are put into an empty one. `file`
+        is the name in messages, `folder` the folder of the file. Raises DescriptionError for all faults together."""
         reading = _FileReader(self, file, folder, ())
         self.liberties += root.liberties
         minor = reading.version(root)
@@ -116,7 +117,8 @@ class SdfReader:
 
 
 class _FileReader:
-    """Reads the elements of one file."""
+    """Reads the elements of one file; ``chain`` has the paths of the files that include this file, from the
+    outermost."""
 
     def __init__(self, reader: SdfReader, file: str, folder: Path, chain: Sequence[Path]) -> None:
         self.reader, self.file, self.folder, self.chain = reader, file, folder, chain
@@ -126,7 +128,8 @@ class _FileReader:
         return ElementPlace(self.file, element.line)
 
     def version(self, root: Element) -> int | None:
-        """Return the minor version of the format; None for a fault."""
+        """Return k of the file's version 1.k; None, after a report, for another root element or a version that is not
+        read."""
         if root.tag != "sdf":
             self.values.refuse(root, f"the outermost element is {shown(root.tag)}, not 'sdf' [E1949]", "an SDF file")
             return None
@@ -140,7 +143,8 @@ class _FileReader:
         return int(match[1])
 
     def gravity(self, world: Element) -> tuple[float, ...]:
-        """Return the gravity of a world, which older files have in the settings of its solver."""
+        """Return the gravity (3 numbers) of a world, m/s^2; files before version 1.6 have gravity in ``<physics>``,
+        which is otherwise not read there."""
         result = self.values.vector(world, "gravity", WORLD_GRAVITY)
         for settings in world.children_with_tag("physics"):
             if settings.first("gravity") is not None:
@@ -156,7 +160,8 @@ class _FileReader:
     def add(
         self, model: DraftModel, kind: str, item: DraftLink | DraftJoint | DraftFrame | DraftModel, element: Element
     ) -> None:
-        """Put a link, joint, frame or model into a model; its name may not be there yet."""
+        """Add a link, joint, frame or model to ``model`` by name; ``kind`` is the attribute of the model with such
+        items. A name that is empty, reserved or already there is reported, and the item not added."""
         name = item.name
         if not name:
             self.values.refuse(element, f"the {element.tag} has no name [E1701]", f'<{element.tag} name="...">')
@@ -172,7 +177,8 @@ class _FileReader:
             getattr(model, kind)[name] = item
 
     def contents(self, element: Element, key: str, result: DraftModel) -> None:
-        """Read frames, links, joints, models and includes of a model or a world into it."""
+        """Read frames, links, joints, models and includes of a model or a world into ``result``; ``key`` is ``model``
+        or ``world``."""
         for child in element.children_with_tag("link") if key == "model" else ():
             self.add(result, "links", self.link(child), child)
         for child in element.children_with_tag("frame"):
@@ -186,7 +192,7 @@ class _FileReader:
         self.reader.leftovers.keep(element, key, self.file, result.name)
 
     def model(self, element: Element) -> DraftModel:
-        """Return a model."""
+        """Return the model of an element with all content; a model without links that is not static is reported."""
         name = element.get("name")
         result = DraftModel(
             name,
@@ -238,7 +244,8 @@ class _FileReader:
         return DraftLink(name, self.place(element), inertia, pose, pulled, visuals)
 
     def inertia(self, link: Element, name: str) -> Inertia:
-        """Return the inertia of a link, 1 kg and unit moments if missing as in SDF."""
+        """Return the inertia of a link element in the link's frame: as in SDF, 1 kg and unit moments if missing.
+        Negative masses, ``auto`` and added mass of a fluid are reported; ``name`` is the link."""
         element, values = link.first("inertial"), self.values
         if element is None:
             self.reader.defaulted.append(name)
@@ -262,7 +269,8 @@ class _FileReader:
         return Inertia(mass, np.zeros(3), tensor(entries)).transform(pose.orientation, pose.position)
 
     def joint(self, element: Element) -> DraftJoint:
-        """Return a joint."""
+        """Return the joint of an element, with axes, dynamics and limits; faults such as an unknown type or missing
+        axes are reported."""
         name, values, kind = element.get("name"), self.values, element.get("type")
         if kind not in TYPES:
             values.refuse(element, f"the joint type {shown(kind)} is not known [E1712]", nearest(kind, TYPES))
@@ -299,7 +307,8 @@ class _FileReader:
         return result
 
     def without_effect(self, element: Element, kind: str, surplus: bool) -> None:  # of one caller
-        """Count elements that joints of other types have."""
+        """Count, for a note, the elements of a joint that have an effect on joints of other types alone. `kind` is the
+        joint's type in SDF; ``surplus`` whether the joint has more axes than the type."""
         tags = ["axis" if kind == "fixed" else "axis2"] if surplus else []
         if kind == "ball" and surplus:
             self.reader.leftovers.count("direction of ball joints")
@@ -312,8 +321,8 @@ class _FileReader:
                 self.reader.leftovers.count(f"{tag} of {kind} joints")
 
     def pitch(self, element: Element) -> float:
-        """Return the travel of a screw, m/rad: the format has m per turn, and before 1.10 radians per m of a
-        left-handed thread."""
+        """Return the travel of a screw joint, m/rad; a pitch of 0 is reported. ``screw_thread_pitch`` is in m per turn;
+        ``thread_pitch``, before version 1.10, in radians per m of a left-handed thread."""
         values = self.values
         if element.first("screw_thread_pitch") is not None:
             travel = values.number(element, "screw_thread_pitch", 1.0) / (2.0 * math.pi)
@@ -331,7 +340,8 @@ class _FileReader:
         return travel
 
     def is_cut(self, element: Element, owner: str) -> bool:
-        """Return whether the file makes the joint one that closes a loop."""
+        """Return whether the file says that a joint closes a loop (``must_be_loop_joint`` of Simbody); ``owner`` is the
+        name."""
         physics = element.first("physics")
         if physics is None:
             return False
@@ -344,7 +354,8 @@ class _FileReader:
         return result
 
     def axis(self, joint: Element, tag: str) -> Axis | None:
-        """Return an axis with its dynamics and limits; None without one."""
+        """Return the axis ``tag`` (``axis`` or ``axis2``) of a joint with dynamics, limits and mimic; None if the joint
+        has none."""
         element, values, name = joint.first(tag), self.values, joint.get("name")
         if element is None:
             return None
@@ -371,7 +382,8 @@ class _FileReader:
         return result
 
     def limits(self, element: Element, axis: Axis, joint: Element) -> Axis:
-        """Return an axis with its limits, effort, velocity and stops."""
+        """Return a copy of the axis with the limits, effort and stops of the element ``<limit>``; a negative effort or
+        velocity means no limit."""
         values = self.values
         defaults = {"lower": -math.inf, "upper": math.inf, "effort": math.inf, "velocity": math.inf}
         lower, upper, effort, speed = (values.number(element, tag, defaults[tag], infinite=True) for tag in defaults)
@@ -392,7 +404,9 @@ class _FileReader:
         )
 
     def include(self, element: Element, into: DraftModel) -> None:
-        """Put the model of another file into a model or a world."""
+        """Read the model of another file into the model or world ``into``, with the name, pose and ``static`` that the
+        include gives. With ``merge`` the names of links, joints and frames count as names in ``into``; names that are
+        there twice are reported."""
         values, address = self.values, self.values.text(element, "uri")
         name, merge = values.text(element, "name"), values.flag_of(element, "merge")
         static = element.first("static") is not None
@@ -423,7 +437,8 @@ class _FileReader:
         into.merged |= dict.fromkeys(inner.names, inner.name)
 
     def read_include(self, element: Element, address: str) -> DraftModel | None:
-        """Return the model of an included file; None for a fault."""
+        """Return the only model of the file at an address (a path, or model://, package:// or file://); None after a
+        reported fault: no, a remote or a faulty file, a circle of includes, or several models."""
         values = self.values
         if not address:
             values.refuse(element, "the include has no <uri> [E1965]", "<uri>model.sdf</uri>")

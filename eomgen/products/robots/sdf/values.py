@@ -28,12 +28,16 @@ NEWEST, SINCE_FRAMES = 12, 7
 
 
 class SdfValues:
-    """Reads values of one file; faults go to the report.
+    """Reads values of elements of one file, and records the parts of these elements that are not read.
+
+    A faulty value is reported, and a default or neutral value returned.
 
     Parameters
     ----------
     file : str
-        Its name for messages.
+        The name for messages.
+    report, leftovers : Report, Leftovers
+        Take the faults, and the parts that are not read.
     minor : int
         Minor version of the file's format.
     """
@@ -50,7 +54,7 @@ class SdfValues:
         self.report.add_place(self.file, element.line, "", fault, hint)
 
     def text(self, element: Element, tag: str, default: str = "") -> str:
-        """Return the text of a child; the default without the child."""
+        """Return the text of the first child with this tag; the default without the child."""
         child = element.first(tag)
         if child is None:
             return default
@@ -59,7 +63,8 @@ class SdfValues:
         return text
 
     def flag(self, element: Element, tag: str, *, default: bool) -> bool:
-        """Return a Boolean value of a child."""
+        """Return the Boolean value of the first child with this tag; the default without the child, False for a faulty
+        text."""
         child = element.first(tag)
         return default if child is None else self._boolean(child, tag, self.text(element, tag))
 
@@ -73,7 +78,8 @@ class SdfValues:
         return _BOOLEANS.get(text.lower(), False)
 
     def number(self, element: Element, tag: str, default: float, *, infinite: bool = False) -> float:
-        """Return a number of a child; ``infinite`` for one that may be inf or -inf."""
+        """Return the number of the first child with this tag; the default without the child or for a fault.
+        ``infinite`` allows inf and -inf, which a size of 1e16 or more stands for, too."""
         child = element.first(tag)
         if child is None:
             return default
@@ -84,7 +90,8 @@ class SdfValues:
         return math.copysign(math.inf, value) if infinite and abs(value) >= NO_LIMIT else value
 
     def row(self, element: Element, tag: str, owner: str, defaults: Mapping[str, float]) -> list[float]:
-        """Return the numbers of the children of a child, and keep the rest of it; the defaults without the child."""
+        """Return the numbers of the grandchildren named in ``defaults`` within the child ``tag``, in this order, with
+        their defaults; ``owner`` is the name under which other grandchildren are noted as not read."""
         child = element.first(tag)
         if child is None:
             return [*defaults.values()]
@@ -93,7 +100,8 @@ class SdfValues:
         return numbers
 
     def vector(self, element: Element, tag: str, default: tuple[float, ...]) -> tuple[float, ...]:
-        """Return the numbers of a child, as many as the default has."""
+        """Return the numbers of the first child with this tag, as many as the default has; the default without the
+        child or for a fault."""
         child = element.first(tag)
         if child is None:
             return default
@@ -108,7 +116,9 @@ class SdfValues:
         return read_numbers(name, text, default, partial(self.refuse, element), hint)
 
     def pose(self, element: Element, owner: str, *, framed: bool = True) -> WrittenPose:
-        """Return the pose of an element; ``framed`` if it may name a frame."""
+        """Return the pose of an element, with the frame that it names; the neutral pose without one. Faults are
+        reported. Angles are roll, pitch and yaw, rad, or degrees if the file says so; quaternions are also read.
+        ``owner`` is the name for notes; a frame is reported unless ``framed``."""
         child = element.first("pose")
         if child is None:
             return WrittenPose(self.place(element))

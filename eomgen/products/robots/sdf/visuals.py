@@ -34,12 +34,16 @@ class SdfVisualReader:
     def link_visuals(
         self, link: str, element: Element, values: SdfValues, folder: Path, packages: Mapping[str, Path]
     ) -> tuple[Visual, ...]:
-        """Return the visuals of a link that can be drawn.
+        """Return the visuals of a link that can be drawn; others are added to ``left_out`` with the reason.
 
         Parameters
         ----------
+        link, element : str, Element
+            Name and element of the link.
+        values : SdfValues
+            Reads the file of the link.
         folder : Path
-            Of the file that names the meshes.
+            Folder of this file, from which meshes are named.
         packages : mapping
             Folders of packages by name.
         """
@@ -81,7 +85,8 @@ def _mesh(element: Element, values: SdfValues, path: Callable[[str], str]) -> tu
 
 
 def _color(element: Element, values: SdfValues) -> dict[str, Any]:
-    """Return colour and opacity of a visual; none without a colour, or with a transparent one."""
+    """Return ``color`` and ``opacity`` of a visual from diffuse colour and transparency; empty without such a colour.
+    Raises NotDrawnError for a transparent one."""
     material = element.first("material")
     diffuse = None if material is None else material.first("diffuse")
     if material is None or diffuse is None:

@@ -42,9 +42,11 @@ def _mimic_of(joint: DraftJoint) -> DraftMimic | None:
 def held_and_following(
     robot: Robot, locked: Collection[str], report: Report
 ) -> tuple[dict[str, float], dict[str, str]]:
-    """Return the held joints with coordinates, and the leader of each following joint.
+    """Return the coordinates, rad or m, of joints that do not move, by name, and the leader of each joint that follows
+    another.
 
-    Faults go to the report: leaders that do not exist or have not one coordinate, and circles.
+    Fixed and locked joints are held at 0, followers of held joints at the coordinate of their mimic relation. Raises
+    DescriptionError for leaders that do not exist, joints without exactly one coordinate, and circles.
     """
     held = {joint.name: 0.0 for joint in robot.joints.values() if not joint.components or joint.name in locked}
     leaders: dict[str, str] = {}
@@ -85,7 +87,8 @@ def _check_circles(robot: Robot, leaders: Mapping[str, str], report: Report) -> 
 
 
 def _resolve(robot: Robot, name: str, leaders: Mapping[str, str], held: dict[str, float]) -> None:
-    """Hold a joint if the last leader in the chain of leaders is held."""
+    """Hold the joint ``name``, and all joints between it and the last leader of its leaders, if this last leader is
+    held; adds their coordinates to ``held``."""
     path = [name]
     while path[-1] not in held and path[-1] in leaders:
         path.append(leaders[path[-1]])
@@ -113,9 +116,23 @@ def urdf_data(
 
     Parameters
     ----------
+    text, file : str
+        Text of the file, and the name in messages.
+    strict : bool
+        Refuse elements that would be left out with a note.
+    included : bool
+        Whether a scene includes the file.
     root : str
         ``fixed``: the root link is the base, and a body fixed to the base in an included file. ``free``: a body on a
         free joint.
+    lock : sequence of str
+        Joints that are held at zero.
+    limits, friction : bool
+        Take limits of position as stops, and dry friction.
+    actuated, transmissions : bool
+        Inputs are efforts of joints, and efforts of actuators with transmissions.
+    tunable : sequence of str
+        Links whose mass properties are tunable parameters.
 
     Raises
     ------
@@ -169,7 +186,9 @@ def _joint_key(name: str) -> str:
 
 
 def _draft_of(robot: Robot, held: Collection[str], leaders: Mapping[str, str], file: str) -> Draft:
-    """Return the draft of a robot, in which each link is at the joint that carries it."""
+    """Return the draft of a robot, with each link at the carrying joint, and with leaders of mimics by their keys.
+    Damping of joints of several coordinates is removed, and the joints are added to ``robot.left_out``. ``held`` are
+    joints that do not move, ``leaders`` the leader by follower, ``file`` the name in messages."""
     place = ElementPlace(file, 1)
     world = DraftModel("", place, WrittenPose(place))
     carrier = {joint.child: _joint_key(joint.name) for joint in robot.joints.values()}
@@ -191,7 +210,7 @@ def _draft_of(robot: Robot, held: Collection[str], leaders: Mapping[str, str], f
 
 
 def _body_of(link: DraftLink, robot: Robot) -> str:
-    """Return the name of the body of a link whose name no body can have; empty for other links."""
+    """Return the name of the body of a link that is named like the base or the world; empty for other links."""
     if link.name not in (BASE, WORLD):
         return ""
     name = f"{link.name}_link" if link_key(f"{link.name}_link") not in robot.links else f"{link.name}_body"
@@ -201,7 +220,8 @@ def _body_of(link: DraftLink, robot: Robot) -> str:
 
 
 def _tunable_links(robot: Robot, tunable: Sequence[str], file: str) -> set[str]:
-    """Return the keys of links with tunable inertia; raise OptionError for a name that the file lacks."""
+    """Return the keys in ``robot.links`` of the links named in ``tunable``. Raises OptionError for a name that the file
+    lacks."""
     links = {robot.original.get(link.name, link.name): key for key, link in robot.links.items()}
     for name in tunable:
         if name not in links:
@@ -210,7 +230,8 @@ def _tunable_links(robot: Robot, tunable: Sequence[str], file: str) -> set[str]:
 
 
 def _root_of(robot: Robot, report: Report) -> str:
-    """Return the key of the root link; raise an error for faults of the tree."""
+    """Return the key of the root link. Raises DescriptionError without links, for a link that two joints carry, without
+    exactly one root, and for joints in a circle."""
     if not robot.links:
         report.add_at(1, "", "the robot has no link [E1691]", "xacro first, if the file was meant for it")
         report.raise_problems()

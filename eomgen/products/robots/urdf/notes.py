@@ -26,7 +26,8 @@ NO_TRANSMISSION = "the file has no <transmission>, so none gives inputs; actuate
 
 
 def notes_of_friction(robot: Robot) -> list[str]:
-    """Return a note on friction that is asked for if no joint has any."""
+    """Return the note that friction=True has no effect, in a list, if no joint of one coordinate has friction; else an
+    empty list."""
     axes = [axis for joint in robot.joints.values() if joint.unit for axis in joint.axes]
     if any(axis.friction > 0.0 for axis in axes):
         return []
@@ -34,8 +35,8 @@ def notes_of_friction(robot: Robot) -> list[str]:
 
 
 def notes_of_what_has_no_effect(robot: Robot, still: Collection[str]) -> list[str]:
-    """Return notes on elements without effect on the motion, which are not a reason to refuse a file; ``still`` are
-    joints that are held."""
+    """Return notes on elements without effect on the motion, which are not a reason to refuse a file. ``still`` are
+    joints that are held: elements for moving joints on them are moved out of ``robot.leftovers``."""
     notes = []
     counts = [f"{count} <{kind}>" for kind, count in robot.geometry.items() if count]
     if counts:
@@ -96,7 +97,8 @@ def _is_wide(axis: Axis) -> bool:
 
 
 def notes_of_mimics(robot: Robot, locked: set[str], held: Mapping[str, float], leaders: Mapping[str, str]) -> list[str]:
-    """Return notes on the conversion of joints that mimic others."""
+    """Return notes on joints that are held because their leaders are held, and on joints that follow others. ``locked``
+    are joints that the user holds, ``held`` coordinates of all held joints, ``leaders`` the leader by follower."""
     resting = [name for name in held if name not in locked and robot.joints[name].components]
     notes = []
     if resting:
@@ -108,7 +110,8 @@ def notes_of_mimics(robot: Robot, locked: set[str], held: Mapping[str, float], l
 
 
 def version_warnings(robot: Robot) -> list[tuple[int, str]]:
-    """Return line and warning of parts that the version of the file does not have."""
+    """Return line and text of warnings: a version newer than the ones that are read, and quaternions in an older
+    version."""
     result = []
     if robot.minor > NEWEST:
         note = f"version 1.{robot.minor} of URDF is newer than 1.{NEWEST}: its new elements are not known [W0194]"

@@ -131,7 +131,7 @@ class _UrdfReader:
         self.used: dict[str, set[str]] = {kind: set() for kind in ("link", "joint", "loop_joint", "constraint")}
 
     def robot(self, root: Element) -> Robot:
-        """Read all links, joints, loops and constraints of a robot."""
+        """Read all links, joints, loops and constraints of a robot, and return the robot; faults are reported."""
         self.out.name = legal_name(root.get("name") or "robot", ())
         self.out.minor = self.version(root)
         visuals = UrdfVisualReader(root, _drawn_numbers, _drawn_placement)
@@ -159,7 +159,9 @@ class _UrdfReader:
     def named_elements(
         self, elements: Iterable[Element], kind: str, taken: dict[str, str]
     ) -> Iterator[tuple[str, Element]]:
-        """Yield elements with their legal names; after each keep its unread parts."""
+        """Yield the legal name and the element of each link, joint or loop that has a valid name. ``kind`` is the tag,
+        ``taken`` maps names of the file to legal ones and grows. After the caller has read an element, unread parts are
+        recorded."""
         for element in elements:
             if name := self.name(element, kind, taken):
                 yield name, element
@@ -175,7 +177,8 @@ class _UrdfReader:
             self.out.notes.append("joints name the link world, which the file lacks: it is a link without mass [W0271]")
 
     def version(self, root: Element) -> int:
-        """Return the minor version; a file that gives none is of version 1.0."""
+        """Return k of version 1.k; 0 for a file that gives no version. Other texts and other major versions are
+        reported."""
         written = root.get("version", "1.0")
         version = _VERSION.fullmatch(written)
         if version is None:
@@ -187,7 +190,8 @@ class _UrdfReader:
         return int(version[2] or 0) if version else 0
 
     def name(self, element: Element, kind: str, taken: dict[str, str]) -> str:
-        """Return the legal name of a link or joint; empty for a fault."""
+        """Return a legal and unique name for an element, added to ``taken`` by the name in the file; empty for an
+        element without a name or with one that is there twice, which is reported. ``kind`` is the tag."""
         written = element.get("name")
         if not written:
             self.report.add_at(element.line, "", f"the {kind} has no name [E1701]", f'<{kind} name="...">')
@@ -202,7 +206,8 @@ class _UrdfReader:
         return ""
 
     def tell_left_over(self, element: Element, owner: str) -> None:
-        """Keep the unread parts of a link, a joint or the robot; a unit is refused: the format has SI units."""
+        """Record the unread parts of an element and of read children, and count visuals, collisions and materials.
+        ``owner`` is the name in notes. An attribute ``unit`` is reported: the format has SI units."""
         for kind in _GEOMETRY:
             self.out.geometry[kind] = self.out.geometry.get(kind, 0) + sum(1 for _ in element.children_with_tag(kind))
         for attribute in element.unread_attributes:
@@ -218,7 +223,8 @@ class _UrdfReader:
     def numbers(
         self, element: Element | None, attribute: str, key: str, default: tuple[float, ...]
     ) -> tuple[float, ...]:
-        """Return as many finite numbers as the default has."""
+        """Return the numbers of an attribute, as many as the default has; the default without the element or attribute,
+        or for a fault, which is reported under ``key``."""
         if element is None or not element.has(attribute):
             return default
         written = element.get(attribute)
@@ -228,8 +234,9 @@ class _UrdfReader:
         return read_numbers(attribute, written, default, partial(self.report.add_at, element.line, key), hint)
 
     def placement(self, element: Element, key: str, name: str) -> tuple[Array, Array, bool, str]:
-        """Return orientation, position, whether right angles were snapped, and an angle that is nearly right but not
-        exact."""
+        """Return orientation (3, 3), position (3,), m, whether elements of the orientation became exactly 0 or 1, and
+        the text of an angle that is nearly a right angle but not exact (empty without one). ``key`` is the entry for
+        messages; ``name`` is added to the names with more than a turn if an angle is larger."""
         exact, position, angles = self.origin(element.first("origin"), key, name)
         if max(map(abs, angles)) > 2.0 * math.pi:
             self.out.several_turns.append(name)
@@ -240,14 +247,16 @@ class _UrdfReader:
         return orientation, position, made_exact, "" if nearly is None else f"{nearly:.9g}"
 
     def origin(self, origin: Element | None, key: str, name: str) -> tuple[Array, Array, Sequence[float]]:
-        """Return orientation, position and the angles of an origin."""
+        """Return orientation (3, 3), position (3,), m, and roll, pitch and yaw, rad, of an element ``<origin>``;
+        neutral without one. The orientation is by ``quat_xyzw`` if given."""
         angles = self.numbers(origin, "rpy", key, (0.0, 0.0, 0.0))
         quaternion = self.quaternion(origin, key, name)
         position = np.array(self.numbers(origin, "xyz", key, (0.0, 0.0, 0.0)))
         return roll_pitch_yaw(*angles) if quaternion is None else quaternion, position, angles
 
     def quaternion(self, origin: Element | None, key: str, name: str) -> Array | None:
-        """Return the matrix of an origin's ``quat_xyzw``; None without one."""
+        """Return the rotation matrix (3, 3) of an origin's ``quat_xyzw``; None without one, or for a length other than
+        1, which is reported. An origin that has ``rpy``, too, is reported."""
         if origin is None or not origin.has("quat_xyzw"):
             return None
         if origin.has("rpy"):
@@ -282,7 +291,8 @@ class _UrdfReader:
         return self.bare_link(name, element.line, inertia)
 
     def required_numbers(self, inertial: Element, tag: str, attributes: Sequence[str], key: str) -> list[float]:
-        """Return numbers that mass properties need; zeros if missing, which is reported."""
+        """Return the numbers of the attributes of the child ``tag`` of ``<inertial>``; zeros for missing ones, which
+        are reported."""
         element = inertial.first(tag)
         if element is None:
             fault = f"<inertial> has no <{tag}> [E1710]"
@@ -293,7 +303,8 @@ class _UrdfReader:
         return [self.numbers(element, attribute, key, (0.0,))[0] for attribute in attributes]
 
     def joint(self, name: str, element: Element) -> DraftJoint:
-        """Read a joint; faults are reported."""
+        """Return the joint of an element, with axes, dynamics and limits; faults are reported. Elements without effect
+        on a joint of this type, and placements that became exact or nearly are, are recorded."""
         key = f"joints.{name}"
         written = element.get("type")
         types = _TYPES_OF_DRAKE if element.tag == _OF_DRAKE else JOINT_TYPES
@@ -361,8 +372,9 @@ class _UrdfReader:
         return travel / (2.0 * math.pi)
 
     def loop(self, name: str, element: Element) -> DraftLoop:
-        """Return the loop of a <loop_joint>, or of a <constraint>: its ends have origins in their links, and axes in
-        the frames there, of a <loop_joint> the same axis in both."""
+        """Return the loop of a ``<loop_joint>`` or a ``<constraint>``, with a frame in each of two links: z along the
+        axis, of a universal constraint x along the parent's and y along the child's axis. A <loop_joint> has the same
+        axis in both frames. Unknown types and axes without direction are reported."""
         written, place = element.get("type"), ElementPlace(self.report.file, element.line)
         if element.tag == "loop_joint":
             key, title, types, ends = f"loop_joints.{name}", "loop joint", LOOP_TYPES, ("link1", "link2")
@@ -392,7 +404,8 @@ class _UrdfReader:
         return DraftLoop(name, place, kind, links, tuple(poses))
 
     def end(self, element: Element, tag: str, key: str, title: str = "joint") -> str:
-        """Return the name of a link that a joint connects; empty without one."""
+        """Return the legal name of the link that the child ``tag`` of a joint or loop names; empty for a missing link,
+        which is reported. ``title`` is the kind of element in messages."""
         end = element.first(tag)
         written = end.get("link") if end else ""
         if not written:
@@ -422,7 +435,8 @@ def _drawn_placement(element: Element) -> tuple[Array, Array]:
 
 
 def _without_fault(read: Callable[[_UrdfReader], Read]) -> Read:
-    """Return a value if its reader reports no fault, else raise NotDrawnError."""
+    """Return the value that ``read`` takes from a new reader; raise NotDrawnError with the first fault that is
+    reported."""
     reader = _UrdfReader(Report("", {}))
     value = read(reader)
     if reader.report.noted:

@@ -49,7 +49,8 @@ TYPES: Mapping[str, tuple[int, Callable[[Sequence[float], Sequence[float]], _Mat
 
 @dataclass(frozen=True)
 class UrdfTransmission:
-    """A transmission of a known type; joints and actuators by name in the file, in the order of their roles."""
+    """A transmission of a known type; joints and actuators by name in the file, in the order of their roles. ``matrix``
+    has a row for each joint and a column for each actuator: efforts of joints = matrix times efforts of actuators."""
 
     name: str
     line: int
@@ -67,7 +68,8 @@ class Transmissions:
 
 
 def read_transmissions(root: Element, report: Report) -> Transmissions:
-    """Return the transmissions of a file, also in ``<ros2_control>``; faults go to the report."""
+    """Return the transmissions of a file, also in ``<ros2_control>``; faults go to the report. Transmissions of unknown
+    types are listed by type."""
     elements = list(root.children_with_tag("transmission"))
     for control in root.children_with_tag("ros2_control"):
         elements += control.children_with_tag("transmission")
@@ -91,7 +93,8 @@ def _type_of(element: Element) -> str:
 
 
 def _read(element: Element, name: str, kind: str, report: Report) -> UrdfTransmission | None:
-    """Read a transmission with its matrix; None for a fault, which is reported."""
+    """Return the transmission of an element with the matrix; None for a wrong number of joints or actuators, which is
+    reported. ``kind`` is a key of ``TYPES``."""
     size, matrix = TYPES[kind]
     key = f"transmissions.{name}"
     sides = {}
@@ -128,7 +131,8 @@ def _by_role(elements: Sequence[Element], tag: str) -> list[Element]:
 
 
 def _reduction(element: Element, key: str, report: Report) -> float:
-    """Return the reduction of an element, given as an attribute or as a child; 1 by default."""
+    """Return the mechanical reduction of an element, given as an attribute or as a child; 1 by default, or for a text
+    that is not a number other than 0, which is reported under ``key``."""
     written = [(element.get(tag), element.line) for tag in _REDUCTIONS if element.has(tag)]
     written += [(child.text(), child.line) for tag in _REDUCTIONS for child in element.children_with_tag(tag)]
     if not written:
@@ -145,10 +149,11 @@ def _reduction(element: Element, key: str, report: Report) -> float:
 def actuation(
     robot: Robot, transmissions: Transmissions, held: Collection[str], followers: Collection[str]
 ) -> Actuation:
-    """Return an effort input for each actuator of a transmission that moves a joint.
+    """Return inputs and efforts of actuators: an effort input for each actuator of a transmission that moves a joint.
 
     The name of an input is the name of the actuator, made legal. The unit is N m if all joints turn; empty if a joint
-    travels, because the format does not say whether the actuator turns or travels.
+    travels, because the format does not say whether the actuator turns or travels. Joints that are ``held``, follow
+    others (``followers``) or have not one coordinate are listed in a note, missing joints in a warning.
     """
     by_written = {robot.original.get(name, name): name for name in robot.joints}
     shares: dict[str, dict[str, float]] = {}  # of actuators by name in the file, by joint
@@ -189,7 +194,8 @@ def actuation(
 def _not_modelled(
     transmissions: Transmissions, missing: Mapping[str, int], by_written: Collection[str]
 ) -> list[tuple[int, str]]:
-    """Return line and warning for transmissions of unknown types, and to joints that the file lacks."""
+    """Return line and text of warnings on transmissions of unknown types, and to joints that the file lacks.
+    ``missing`` has the line by name of such a joint, ``by_written`` the names of all joints in the file."""
     warnings = [
         (1, f"not modelled: transmissions of the type {shown(kind)} ({len(those)}: {listed(those)}) [W0197]")
         for kind, those in transmissions.unknown.items()

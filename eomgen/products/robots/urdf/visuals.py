@@ -25,11 +25,13 @@ _NOTES = {
 
 
 class UrdfVisualReader:
-    """Reads the visuals of links.
+    """Reads the visuals of links; ``reasons`` has links by reason, by kind of note.
 
     Parameters
     ----------
     root : of the robot, whose materials visuals name
+    numbers : reads numbers of an attribute
+    placement : returns orientation (3, 3) and position (3,), m, of an element
     """
 
     def __init__(self, root: Element, numbers: Numbers, placement: Placement) -> None:
@@ -74,7 +76,9 @@ class UrdfVisualReader:
         return element.get("filename"), self.numbers(element, "scale", (1.0, 1.0, 1.0))
 
     def _color(self, name: str, element: Element) -> dict[str, Any]:
-        """Return colour and opacity of the material of a visual of a link, given there, by name, or by neither."""
+        """Return ``color`` and ``opacity`` of a visual of the link ``name``: by the colour in the visual, or of the
+        named material; empty without a colour. Parts beyond 0 to 1 are noted. A colour in a visual also defines the
+        material."""
         material = element.first("material")
         if material is not None and material.first("color") is not None:
             self.materials[material.get("name")] = material

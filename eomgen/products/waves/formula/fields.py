@@ -78,7 +78,7 @@ class WaveField:
 
     @property
     def bound(self) -> NDArray[np.bool_]:
-        """Whether each component is a bound wave."""
+        """Whether each component is a bound wave of second order, shape (components,)."""
         return np.arange(len(self.components)) >= (len(self.components) if self.free is None else self.free)
 
     @property
@@ -92,11 +92,9 @@ class WaveField:
 
     @cached_property
     def columns(self) -> dict[str, tuple[float, ...]]:
-        """Numbers of all components by name.
-
-        ``bottom`` is b = exp(-2 |k| h), so that cosh |k|(z + h)/cosh |k|h = (e + b/e)/(1 + b) with e = exp |k|z has no
-        large numbers; ``potential`` is taken at z = 0 over 1 + b.
-        """
+        """Numbers of all components by name, a tuple each: kx, ky, w, A, phase, k, bottom and potential. ``bottom`` is
+        b = exp(-2 |k| h), so that cosh |k|(z + h)/cosh |k|h = (e + b/e)/(1 + b) with e = exp |k|z has no large numbers;
+        ``potential`` is the amplitude of the potential at z = 0 divided by 1 + b."""
         kx, ky, w, A, phase, potential = (np.array(column) for column in zip(*self.components, strict=True))
         k = np.hypot(kx, ky)
         bottom = np.where(k * self.depth > _DEEP, 0.0, np.exp(-2.0 * np.minimum(k * self.depth, _DEEP)))
@@ -105,7 +103,8 @@ class WaveField:
         return {name: tuple(column.tolist()) for name, column in result.items()}
 
     def factors(self, name: str, component: int) -> tuple[float, ...]:
-        """Return the factor of each component's cosine or sine in a quantity, without the dependence on depth."""
+        """Return the factor of each component's cosine or sine in a quantity, without the dependence on depth. ``name``
+        is a key of ``WORDS``; ``component`` 0, 1 or 2 for x, y or z."""
         column = {name: np.array(values) for name, values in self.columns.items()}
         along = ("kx", "ky")[component] if component < 2 else ""
         match name:
@@ -120,8 +119,9 @@ class WaveField:
         return tuple(result.tolist())
 
     def value(self, name: str, component: int, *arguments: ArrayLike) -> NDArray[np.float64]:
-        """Return a quantity in numbers, of the common broadcast shape of the arguments: x, y, z (if the quantity
-        depends on z), t, and then the values of ``self.extra_arguments``."""
+        """Return a quantity in SI units, of the common broadcast shape of the arguments. ``name`` is a key of
+        ``WORDS``; ``component`` is 0, 1 or 2 for x, y or z. The arguments are x, y, z (if the quantity depends on z),
+        t, and then the values of ``extra_arguments``."""
         numbers = [np.asarray(argument, dtype=float) for argument in arguments]
         count = len(WORDS[name].arguments)
         place, t, given = numbers[:count], numbers[count], numbers[count + 1 :]
@@ -132,7 +132,8 @@ class WaveField:
         return rest + growing * self._full("water_velocity", component, place, t, given)
 
     def _sizes(self, given: list[NDArray[np.float64]]) -> NDArray[np.complex128]:
-        """Return the complex factor of exp(i angle) of each wave component, (..., n), at parameters."""
+        """Return the complex factor of exp(i angle) of each wave component, (..., n), from the values (...) of
+        ``extra_arguments``."""
         sizes = np.ones(len(self.components), dtype=complex)
         if self.factor is not None:
             factor = given[0][..., None]
@@ -146,7 +147,8 @@ class WaveField:
         return sizes
 
     def _growth(self, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the factor of the amplitudes during the ramp, and the rate of this factor in 1/s."""
+        """Return the factor of the amplitudes at times t during the ramp, and the rate in 1/s, each of the shape of
+        t."""
         if self.ramp == 0.0:
             return np.ones(()), np.zeros(())
         s = np.clip(t / self.ramp, 0.0, 1.0)
@@ -160,7 +162,8 @@ class WaveField:
         t: NDArray[np.float64],
         given: list[NDArray[np.float64]],
     ) -> NDArray[np.float64]:
-        """Return a quantity of waves that are fully grown, before stretching."""
+        """Return a quantity of waves without the ramp, at the height of motion by stretching. Arguments are as for
+        ``value``: ``place`` has x, y and perhaps z, ``given`` the values of ``extra_arguments``."""
         column = {name: np.array(values) for name, values in self.columns.items()}
         x, y, time = (np.asarray(item)[..., None] for item in (place[0], place[1], t))
         angle = column["kx"] * x + column["ky"] * y - column["w"] * time + column["phase"]

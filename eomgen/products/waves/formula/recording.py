@@ -15,7 +15,9 @@ from eomgen.symbolic.tape import Tape
 
 
 def wave_quantity(algebra: Algebra, waves: WaveField, name: str, component: int, arguments: Sequence[Scalar]) -> Scalar:
-    """Return a quantity of waves at x, y, z (if it depends on z), and t, and at given parameters."""
+    """Record a quantity of waves on the tape and return the scalar; ``name`` and ``component`` as of
+    ``WaveField.value``. ``arguments`` are x, y, z (if the quantity depends on z), t, and the values of
+    ``waves.extra_arguments``."""
     count = len(WORDS[name].arguments)
     place, t, given = arguments[:count], arguments[count], arguments[count + 1 :]
     grown, growing = _growth(algebra, waves, t)
@@ -44,7 +46,8 @@ def _full(
     t: Scalar,
     given: Sequence[Scalar],
 ) -> Scalar:
-    """Return a quantity of waves that are fully grown, before stretching."""
+    """Return a quantity of waves without the ramp, as a loop over the waves; ``place`` has x, y and perhaps z,
+    ``given`` the values of ``extra_arguments``. At a constant place the result is a sum of harmonics of time."""
     column, factors = waves.columns, waves.factors(name, component)
     quadrature = in_quadrature(name, component)
     if not any(factors):
@@ -94,7 +97,8 @@ def _times(waves: WaveField, given: Sequence[Scalar], wave_sum: Scalar) -> Scala
 def _wave(
     algebra: Algebra, kernel: _WaveKernel, waves: WaveField, angle: Scalar, given: Sequence[Scalar], *, quadrature: bool
 ) -> Scalar:
-    """Return the real part of a wave, or the imaginary one of a quantity in quadrature."""
+    """Return the real part of a wave in the kernel, or the imaginary one for ``quadrature``: cos or sin of the angle,
+    and with variables times the complex factors that they make."""
     call = kernel.algebra.call
     if not waves.variables:
         return call(Op.SIN if quadrature else Op.COS, angle)
@@ -113,7 +117,8 @@ def _wave(
 def _motion_height(
     algebra: Algebra, waves: WaveField, place: Sequence[Scalar], t: Scalar, given: Sequence[Scalar]
 ) -> Scalar:
-    """Return the height above the water at rest at which motion is taken."""
+    """Return the height above the water at rest, m, at which motion at a place is taken, between bottom and surface and
+    changed by stretching."""
     eta = wave_quantity(algebra, waves, "elevation", 0, [*place[:2], t, *given])
     highest = algebra.call(Op.MAX, eta, algebra.zero) if waves.stretching == "none" else eta
     z = algebra.call(Op.MIN, place[2] - waves.level, highest)
@@ -125,7 +130,8 @@ def _motion_height(
 
 
 class _WaveKernel:
-    """Terms of one wave: the kernel of a loop, with columns and shared references added at first use."""
+    """The tape of one term of a loop over waves, with inputs that differ from wave to wave or are shared, added at
+    first use."""
 
     def __init__(self) -> None:
         self.tape = Tape()
@@ -135,7 +141,7 @@ class _WaveKernel:
         self.gathers: dict[tuple[int, ...], Scalar] = {}
 
     def column(self, values: tuple[float, ...]) -> Scalar:
-        """Return a number that differs from wave to wave; a constant if all values are equal."""
+        """Return an input of the kernel for numbers that differ from wave to wave; a constant if all are equal."""
         if len(set(values)) == 1:
             return self.algebra.scalar(values[0])
         if values not in self.columns:
@@ -143,7 +149,8 @@ class _WaveKernel:
         return self.columns[values]
 
     def share(self, value: Scalar) -> Scalar:
-        """Return a value that is the same for all waves."""
+        """Return an input of the kernel for a scalar of the outer tape that is the same for all waves; a constant for a
+        constant."""
         if value.constant is not None:
             return self.algebra.scalar(value.constant)
         if value.ref not in self.references:
@@ -151,7 +158,7 @@ class _WaveKernel:
         return self.references[value.ref]
 
     def gather(self, values: Sequence[Scalar]) -> Scalar:
-        """Return a reference on the outer tape with a value for each wave."""
+        """Return an input of the kernel for scalars of the outer tape, one for each wave."""
         slot = tuple(value.ref for value in values)
         if slot not in self.gathers:
             self.gathers[slot] = Scalar(self.tape, self.tape.input("gather", len(self.gathers)))

@@ -24,14 +24,15 @@ UNLIKE = Limit(4.0, "1", "ratio of the areas of a section and of the circle, or 
 
 
 def doubtful_hulls(facts: SceneFacts) -> Iterator[str]:
-    """Yield a note on each property of hulls that is hardly intended."""
+    """Yield a note, with the key of the hull, on each property of the hulls of a scene that is hardly intended."""
     for hull in facts.elements("hulls"):
         for text in _doubts(hull, facts.places, facts.values):
             yield f"{key_of('hulls', hull.name)}: {text}"
 
 
 def _doubts(hull: Hull, places: Mapping[str, tuple[Array, Array]], values: Values) -> Iterator[str]:
-    """Yield notes on density, diameter, area and placement of a hull."""
+    """Yield notes on density, diameter, area and placement of a hull; ``places`` has rotation and position of bodies by
+    name, ``values`` evaluates formulas."""
     density, diameter = values.value(hull.density), values.value(hull.diameter)
     if 0.0 < density < LIGHTEST:
         note = f"the density {density:.6g} kg/m^3 is not a density of water"
@@ -59,11 +60,11 @@ def _doubts(hull: Hull, places: Mapping[str, tuple[Array, Array]], values: Value
 def _doubts_of_place(
     hull: Hull, turned: Array, origin: Array, start: Array, end: Array, values: Values
 ) -> Iterator[str]:
-    """Yield doubts about the heights of the ends of a hull against the water at rest.
+    """Yield notes on a hull that begins above the water at rest, or whose added mass counts a part above.
 
     Parameters
     ----------
-    turned, origin : (3, 3) and (3,), the rotation of the body and the place of its origin, m
+    turned, origin : (3, 3) and (3,), the rotation of the body and the place of the origin, m
     start, end : (3,), in the axes of the body, m
     """
     diameter = values.value(hull.diameter)

@@ -98,7 +98,7 @@ class Member:
 
 
 def member_of(algebra: Algebra, hull: Hull, number: Callable[[Formula], Scalar]) -> Member:
-    """Return a hull in numbers; ``number`` evaluates a formula of parameters."""
+    """Return a hull with formulas evaluated; ``number`` gives the scalar of a formula of parameters."""
     start, end = (algebra.vector([number(part) for part in place]) for place in (hull.start, hull.end))
     span = minus(end, start)
     length = algebra.length(span)
@@ -121,7 +121,8 @@ def member_of(algebra: Algebra, hull: Hull, number: Callable[[Formula], Scalar])
 
 
 def added_masses(algebra: Algebra, hull: Hull, number: Callable[[Formula], Scalar]) -> tuple[AddedMass, ...]:
-    """Return the added mass of a hull, in the frame of the body."""
+    """Return the added mass of a hull in the body's frame: across the axis as two points, along the axis at the start;
+    none if 0."""
     member = member_of(algebra, hull, number)
     result: list[AddedMass] = []
     along = outer(member.axis, member.axis)
@@ -140,7 +141,8 @@ def added_masses(algebra: Algebra, hull: Hull, number: Callable[[Formula], Scala
 
 
 def add_hulls(loads: Loads, hulls: Sequence[Hull], quantities: Quantities) -> Sequence[Hull]:
-    """Add the forces of water on all hulls, with one loop for the hulls of a body in the same water; none are left."""
+    """Add the forces of water on all hulls to ``loads``, with one loop for the hulls of a body in the same water; hulls
+    on bodies without a joint have no effect. Return an empty tuple: no hull is left to be added one by one."""
     groups: dict[tuple[str, WaveField | None], list[Hull]] = {}
     for item in hulls:
         if quantities.tree.mounts[item.body].link >= 0:
@@ -158,7 +160,8 @@ def add_hull(loads: Loads, item: Hull, quantities: Quantities) -> None:
 
 
 def _add_group(loads: Loads, hulls: Sequence[Hull], quantities: Quantities) -> None:
-    """Add the forces of water on hulls of one body in the same water, about the origin of the body."""
+    """Add force and moment of water on hulls of one body in the same water, about the body's origin, and their
+    power."""
     algebra = quantities.algebra
     body = hulls[0].body
     axles = [_Axle(item, quantities) for item in hulls]
@@ -211,8 +214,9 @@ class _Axle:
         return plus(self._velocity, scaled(place, self._turning))
 
     def energy_gap(self, place: Scalar) -> Scalar:
-        """Return (v . d)(d . omega x v) of a place: the gap of kinetic energy to work, by mass along the axis d,
-        because water that moves along the axis does not turn with the axis."""
+        """Return (v . d)(d . omega x v) of a point of the axis at a distance from the start, as power per added mass:
+        kinetic energy changes by more than the work, because water that moves along the axis d does not turn with the
+        axis."""
         v = self.velocity(place)
         return dot(v, self.axis) * dot(self.axis, cross(self.omega, v))
 
@@ -223,8 +227,8 @@ def _across(axis: Vector, x: Vector) -> Vector:
 
 
 def _slices(axles: Sequence[_Axle], quantities: Quantities) -> tuple[Vector, Vector]:
-    """Return force and moment on all slices: one loop. Waves are loops, so values of waves at each slice are
-    gathered."""
+    """Return force and moment about the origin of the body, world axes, on all slices of hulls, by one loop over the
+    slices. Values of waves at each slice are loops of their own, and are gathered."""
     algebra = quantities.algebra
     kernel = Tape()
     inner, columns = Algebra(kernel), _Columns()
@@ -315,8 +319,8 @@ def _wet_share(
 
 
 def _changes(algebra: Algebra, accelerations: Sequence[Vector]) -> list[Vector]:
-    """Return the change of the water's acceleration over each slice of a hull, by central differences between slice
-    centres, one-sided at both ends; zero for a single slice."""
+    """Return the change of the water's acceleration over each slice of a hull, from the accelerations at slice centres:
+    central differences, one-sided at both ends; zero for a single slice."""
     last = len(accelerations) - 1
     result = []
     for k in range(last + 1):
@@ -338,7 +342,8 @@ class _Columns:
 
 
 def _on_the_end(axle: _Axle, quantities: Quantities) -> Vector:
-    """Return the force along the axis on the start of a hull, in addition to the pressure of undisturbed water."""
+    """Return the force (3,), N, along the axis on the start of a hull by axial added mass and drag; the pressure of
+    undisturbed water is counted elsewhere."""
     algebra, item, member, axis = quantities.algebra, axle.item, axle.member, axle.axis
     drag = quantities.formula(item.axial_drag)
     if member.along.is_zero and drag.is_zero:

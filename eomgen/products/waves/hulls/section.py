@@ -130,7 +130,7 @@ _WITHIN = Row(("hulls.wet",), _too_long, _told_too_long, "the distance of its en
 
 
 def read_hull(name: str, entry: HullEntry, site: Site) -> Hull:
-    """Return a checked hull; faults go to the report of the site's values."""
+    """Return the hull of an entry, checked; ``site`` has bodies, beams and values. Faults are reported."""
     key, values, report = key_of("hulls", name), site.values, site.values.report
     if entry.body in (BASE, WORLD):
         why = "its motion is prescribed" if entry.body == BASE else "it rests"

@@ -57,11 +57,9 @@ _NODES, _PIECES = 4, 4
 @checked_calls()
 @dataclass(frozen=True)
 class DiscreteSpectrum:
-    """Wave vectors (n, 2) in rad/m with the variance of elevation of each, (n,) in m^2.
-
-    ``band`` has the lowest and the highest frequency in rad/s: moments of slope and curvature grow with the latter;
-    ``depth`` is the depth of the water in m. Each wave number has ``directions`` consecutive waves.
-    """
+    """Wave vectors (n, 2) in rad/m with the variance of elevation of each (``energy``), (n,) in m^2. ``band`` has the
+    lowest and the highest frequency in rad/s: moments of slope and curvature grow with the latter; ``depth`` is the
+    depth of the water in m. Each wave number has ``directions`` consecutive waves."""
 
     vectors: Array
     energy: Array
@@ -128,11 +126,9 @@ class DiscreteSpectrum:
         return Components(self.vectors[kept], np.sqrt(energy.sum(axis=1)) * math.sqrt(2.0), phase[kept])
 
     def _drawn_directions(self, seed: int, energy: Array) -> NDArray[np.int64]:
-        """Return the place of the direction of each wave number, (n,), by seed.
-
-        The number of wave numbers of a direction is given by the direction's share of the energy: quantiles of equal
-        parts of the distribution, in random order.
-        """
+        """Return the index of the direction of each wave number, (n,), by seed; ``energy`` has the shape (n,
+        directions). The number of wave numbers of a direction is given by the direction's share of the energy:
+        quantiles of equal parts of the distribution, in random order."""
         if self.directions == 1:
             return np.zeros(len(energy), dtype=np.int64)
         rank = np.argsort(np.argsort(standard_normals(seed, len(energy), _DIRECTIONS)))
@@ -219,7 +215,8 @@ def _with_directions(
     heading: float,
     height: float | None,
 ) -> DiscreteSpectrum:
-    """Return a spectrum of wave numbers with their energies, scaled to a significant height, over directions."""
+    """Return a spectrum of wave numbers k (n,) with energies (n,), m^2, divided over the directions of ``spreading``,
+    or all along ``heading``; energies are scaled in place to a significant height, if given."""
     if height is not None:
         energy *= height**2 / (16.0 * energy.sum())
     angles, shares = (np.array([heading]), np.ones(1)) if spreading is None else spreading.shares()
@@ -246,7 +243,8 @@ def _check_division(
 
 
 def frequency_and_group_velocity(k: Array, depth: float, gravity: float = STANDARD_GRAVITY) -> tuple[Array, Array]:
-    """Return sqrt(g k tanh k h) in rad/s and the derivative by k in m/s."""
+    """Return w = sqrt(g k tanh k h), rad/s, and the group velocity dw/dk, m/s, of wave numbers k, rad/m, each of the
+    shape of k."""
     if math.isinf(depth):
         w = np.sqrt(gravity * k)
         return w, 0.5 * w / k

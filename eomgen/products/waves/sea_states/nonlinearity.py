@@ -60,11 +60,9 @@ def too_steep_together(k: Array, amplitude: Array, depth: float, *, alone: bool,
 
 
 def low_crest_of_first_order(k: float, amplitude: float, depth: float) -> str:
-    """Return a note on a steep wave of first order; empty for other waves.
-
-    The bound wave of second order, (k A/4)(3 - s^2)/s^3 of the amplitude with s = tanh k h (Stokes), is missing: the
-    true crest is higher, and the true trough shallower, by its amplitude.
-    """
+    """Return a note on a steep wave of first order, of wave number k, rad/m, and an amplitude, m; empty for other
+    waves. The bound wave of second order, (k A/4)(3 - s^2)/s^3 of the amplitude with s = tanh k h (Stokes), is missing:
+    the true crest is higher, and the true trough shallower, by its amplitude."""
     s = math.tanh(min(k * depth, 700.0))
     part = 0.25 * k * amplitude * (3.0 - s * s) / s**3
     if not part > _NOTED:
@@ -78,8 +76,9 @@ MOST_URSELL = 0.1
 
 
 def beyond_second_order(vectors: Array, amplitude: Array, depth: float) -> str:
-    """Return a warning on waves over water of a depth in m that is too shallow for second order; otherwise empty. The
-    criterion is A / (k^2 h^3) with the sum of all amplitudes and the wave number of the largest wave."""
+    """Return a warning on waves over water, of a depth in m, that is too shallow for second order; otherwise empty.
+    The criterion is A / (k^2 h^3) with the root of the sum of squared amplitudes and the wave number of the largest
+    wave."""
     if not math.isfinite(depth) or not np.any(amplitude):
         return ""
     k = float(np.hypot(*vectors[np.argmax(amplitude)]))
@@ -96,8 +95,8 @@ def _pairs(n: int) -> list[tuple[float, NDArray[np.int64], NDArray[np.int64]]]:
 
 
 def members_of_bound_waves(n: int) -> list[tuple[int, int, int]]:
-    """Return for each bound wave of n free waves the two free waves of which it is composed, and the sign of the second
-    phase."""
+    """Return the indices of both free waves, and the sign of the second phase, for each bound wave of n free waves. The
+    order is as in ``bound_waves``."""
     result = []
     for sign, first, second in _pairs(n):
         result += [(int(i), int(j), int(sign)) for i, j in zip(first, second, strict=True)]

@@ -18,7 +18,8 @@ STANDARD_GRAVITY = 9.81
 
 
 def check_number(where: str, value: Any, unit: str = "", hint: str = "", *, above_zero: bool = False) -> None:
-    """Raise UsageError unless a value is a finite number, and above 0 if ``above_zero``."""
+    """Raise UsageError unless a value is a finite number, and above 0 if ``above_zero``. ``unit`` and ``hint`` are for
+    the message."""
     try:
         number = float(value)
     except (TypeError, ValueError):
@@ -214,7 +215,8 @@ class SpectrumTable:
 @checked_calls()
 @dataclass(frozen=True)
 class Spreading:
-    """Directions about a heading in rad, with the density cos^2s of half the angle (Mitsuyasu and others 1975)."""
+    """Directions about a heading in rad, with the density cos^2s of half the angle (Mitsuyasu and others 1975).
+    ``exponent`` is s, ``directions`` the number of equal sectors into which ``shares`` divides them."""
 
     exponent: float
     heading: float = 0.0

@@ -31,8 +31,8 @@ TIME, SMALL, GRAVITY = sympy.symbols("t epsilon g", real=True)
 
 
 def hierarchy() -> Mapping[str, tuple[list[Expr], list[Expr]]]:
-    """Return momentum (3 equations), continuity (1) and vorticity (3) at first and at second order, each expression to
-    be zero, of functions X1, Y1, Z1, P1 and X2, Y2, Z2, P2 of labels and time."""
+    """Return momentum (3 equations), continuity (1) and vorticity (3) by name, each as expressions of first and of
+    second order that are to be zero. They contain functions X1, Y1, Z1, P1 and X2, Y2, Z2, P2 of labels and time."""
     at = (*LABELS, TIME)
     first, second = ([sympy.Function(f"{name}{order}")(*at) for name in "XYZ"] for order in (1, 2))
     p1, p2 = (sympy.Function(f"P{order}")(*at) for order in (1, 2))
@@ -65,7 +65,8 @@ def _order(expression: Expr, order: int) -> Expr:
 
 
 def second_order_residuals() -> Mapping[str, Expr]:
-    """Return the residual of the equations of second order for the solution of the kernels; 0 for a valid solution.
+    """Return, by equation, the residual of the equations of second order for the solution of the kernels; 0 for a valid
+    one.
 
     xi = grad psi with psi two harmonic exponentials of any growth in time; eta_t = (xi . grad) u, and p2 without Phi,
     which is harmonic and solves the linear equations. Each equation is differentiated by time once, so that eta enters
@@ -99,7 +100,8 @@ _CI, _CJ, _SI, _SJ = sympy.symbols("cos_i cos_j sin_i sin_j", real=True)  # of t
 
 
 def _derivative(expression: Expr, by: str) -> Expr:
-    """Return the derivative by a, b, c or t: Ch' = k Sh, Sh' = k Ch, and phases kx a + ky b - w t."""
+    """Return the derivative of an expression of the symbols above by a, b, c or t: Ch' = k Sh, Sh' = k Ch, and phases
+    kx a + ky b - w t."""
     if by == "c":
         chain = ((CH_I, K_I * SH_I), (SH_I, K_I * CH_I), (CH_J, K_J * SH_J), (SH_J, K_J * CH_J))
         return sum((diff(expression, x) * rate for x, rate in chain), sympy.Integer(0))
@@ -115,8 +117,8 @@ def _first_order() -> list[Expr]:
 
 
 def _at_sum_and_difference(expression: Expr, *, odd: bool) -> tuple[Expr, Expr]:
-    """Return the coefficients at the sum and at the difference of both phases, for products of both components: of
-    sines if the expression is odd in the phases, else cosines."""
+    """Return coefficients at the sum and at the difference of both phases, from the products of both components in an
+    expression. They belong to sines if the expression is ``odd`` in the phases, else to cosines."""
     one, other = ((_SI, _CJ), (_CI, _SJ)) if odd else ((_CI, _CJ), (_SI, _SJ))
     expression = sympy.expand(expression)
     x, y = (expression.coeff(u, 1).coeff(v, 1) for u, v in (one, other))
@@ -126,7 +128,7 @@ def _at_sum_and_difference(expression: Expr, *, odd: bool) -> tuple[Expr, Expr]:
 
 
 def second_order() -> Mapping[str, tuple[Expr, Expr]]:
-    """Return the forcing by the product of two components, at the sum and at the difference of their phases.
+    """Return, by name, the forcing by the product of two components, at the sum and at the difference of their phases.
 
     ``forcing`` is the right-hand side of the dynamic condition, of sines; ``along``, ``across`` (horizontal, along the
     first component and orthogonal to it, of cosines) and ``vertical`` (of sines) are (xi . grad) u, the velocity of a

@@ -22,7 +22,7 @@ _COMPONENTS = "Sea: components"
 
 
 def check_points(where: str, points: ArrayLike) -> None:
-    """Raise UsageError for values that are not points of the plane."""
+    """Raise UsageError unless points have the shape (points, 2) and are finite."""
     array = np.asarray(points, dtype=float)
     if array.ndim != 2 or array.shape[1] != 2 or not np.all(np.isfinite(array)):
         finite = "" if np.all(np.isfinite(array)) else ", with numbers that are not finite"
@@ -31,7 +31,8 @@ def check_points(where: str, points: ArrayLike) -> None:
 
 
 def check_sea(components: Components, depth: float, order: int, gravity: float) -> None:
-    """Raise UsageError for an impossible sea."""
+    """Raise UsageError for components of wrong shapes or values, an impossible depth, order or gravity, waves that
+    cross themselves, and at order 2 breaking waves or too many pairs."""
     vectors, amplitude, phase = (np.asarray(x, dtype=float) for x in vars(components).values())
     if vectors.ndim != 2 or vectors.shape[1] != 2 or not len(vectors):
         fault = f"wave vectors have the shape {vectors.shape} [E1188]"
@@ -85,7 +86,7 @@ def _check_waves(vectors: Array, amplitude: Array, k: Array, depth: float) -> No
 
 
 def _check_second_order(amplitude: Array, k: Array, depth: float) -> None:
-    """Raise UsageError for breaking waves, or for more pairs than memory has room for.
+    """Raise UsageError for waves that break, or for more pairs than fit the memory of a table.
 
     Parameters
     ----------
@@ -108,7 +109,7 @@ def _check_second_order(amplitude: Array, k: Array, depth: float) -> None:
 
 
 def warn_of_doubtful_waves(vectors: Array, amplitude: Array, depth: float, order: int) -> None:
-    """Warn of water too shallow for second order, and of several waves that break together."""
+    """Warn (RuntimeWarning) of water too shallow for second order, and of several waves that break together."""
     k = np.hypot(*vectors.T)
     shallow = beyond_second_order(vectors, amplitude, depth) if order == 2 else ""
     steep = too_steep_together(k, amplitude, depth, alone=False) if len(k) > 1 else ""

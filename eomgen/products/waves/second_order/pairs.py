@@ -132,7 +132,7 @@ class Case:
 
 
 class PairTape:
-    """The tape of a case: a component's row of ``COLUMNS`` and a pair's of ``case.entries``.
+    """The tape of a case: formulas for a component's row of ``COLUMNS`` and for a pair's row of ``case.entries``.
 
     Blocks of inputs: ``k`` (kx, ky) of a component; ``p`` (g, h, c); ``i`` and ``j``, rows of components, the first of
     the higher frequency.
@@ -141,7 +141,8 @@ class PairTape:
     ----------
     component : references of ``COLUMNS``
     pair : references of ``case.entries``
-    degenerate : the same of a pair of equal frequencies and different directions; empty if there are none
+    degenerate : references of ``case.entries`` for a pair of equal frequencies and different directions; empty for
+        waves of one direction
     own : references of ``OWN``, of the component in block ``i``
     """
 
@@ -163,7 +164,7 @@ class PairTape:
     # -- components -------------------------------------------------------------------------------------------------
 
     def _component(self, dispersion: Dispersion) -> tuple[Ref, ...]:
-        """Record wave number, frequency and depth functions of a component."""
+        """Record a component's wave number, frequency and depth functions, and return the references of ``COLUMNS``."""
         call, case = self._algebra.call, self.case
         one, zero = self._algebra.one, self._algebra.zero
         kx, ky = self._algebra.block("k", 2)
@@ -199,7 +200,8 @@ class PairTape:
     # -- pairs ------------------------------------------------------------------------------------------------------
 
     def _rows(self, names: str = "ij") -> tuple[dict[str, Scalar], dict[str, Scalar]]:
-        """Return both components by names of ``COLUMNS``, with quantities computed for the case."""
+        """Return the rows of the two components in the blocks ``names``, each by names of ``COLUMNS``, with values that
+        the case determines in place of inputs."""
         rows = []
         for name in names:
             row = dict(zip(COLUMNS, self._algebra.block(name, len(COLUMNS)), strict=True))
@@ -213,7 +215,8 @@ class PairTape:
         return rows[0], rows[1]
 
     def _kernel_arguments(self, names: str = "ij") -> dict[str, Scalar]:
-        """Return the arguments of both kernels of a pair, with differences of nearly equal numbers in exact form."""
+        """Return, by symbol, the arguments of the kernels of sum and difference for the components in the blocks
+        ``names``, with differences of nearly equal numbers in exact form."""
         (i, j), call = self._rows(names), self._algebra.call
         one, zero = self._algebra.one, self._algebra.zero
         case, values = self.case, {"g": self._g}
@@ -250,7 +253,8 @@ class PairTape:
         return values
 
     def _vector(self, values: dict[str, Scalar], sign: str) -> dict[str, Scalar]:
-        """Return the arguments of the kernel of a sum (s) or a difference (d) of wave vectors."""
+        """Return px, py, kT, P and Pc, arguments of a kernel, of the sum (``sign`` s) or difference (d) of both wave
+        vectors."""
         call, case = self._algebra.call, self.case
         x, y = values[f"{sign}x"], values[f"{sign}y"]
         k = call(Op.SQRT, x * x + y * y) if case.spread else x

@@ -56,7 +56,7 @@ class Profile:
 
     @property
     def curvature(self) -> Array:
-        """Of the curve, in 1/m; negative at crests."""
+        """Curvature of the curve z(x), 1/m; negative at crests."""
         steep = self.xa**2 + self.za**2
         return (self.xa * self.zaa - self.za * self.xaa) / steep**1.5
 
@@ -77,12 +77,12 @@ class Profile:
 
 
 def multiples(k: Array) -> tuple[float, NDArray[np.int64]]:
-    """Return the greatest common divisor of wave numbers, and the multiples.
+    """Return the greatest common divisor of wave numbers (n,), rad/m, and the integer multiples (n,).
 
     Raises
     ------
     UsageError
-        There is none, of which 1e5 is the greatest multiple.
+        There is none of which all are multiples, the largest 1e5 at most.
     """
     unit = float(k.min())
     for _ in range(40):  # Euclid's algorithm, of numbers that are rounded
@@ -105,9 +105,16 @@ def harmonics(
     table: Mapping[str, Array] | None,
     level: Array,
 ) -> tuple[dict[str, Complex], Array]:
-    """Return complex amplitudes by multiple of x, z, u, w, and the constant parts of u and z.
+    """Return the complex amplitudes of x, z, u and w by name, indexed by multiple, and the constant parts of u and z
+    (2,).
 
-    ``crest`` is A exp(i theta) of each component at the label 0.
+    Parameters
+    ----------
+    number : (n,), multiples of the components' wave numbers
+    columns, own : tables of components and of their self-interactions, rows as ``COLUMNS`` and ``OWN``
+    crest : (n,), A exp(i theta) of each component at the label 0
+    table : columns of pairs by name; None for first order
+    level : lift, rise of the pressure, drift along and across
     """
     row = dict(zip(COLUMNS, columns, strict=True))
     w, Ch, Sh = row["w"], row["Ch"], row["Sh"]
@@ -136,7 +143,8 @@ def harmonics(
 @checked_calls()
 @dataclass(frozen=True)
 class SeaStatistics:
-    """Of wave numbers (n,) in rad/m and the variance of elevation of each in m^2, one direction, deep water."""
+    """Closed forms for a Gaussian sea of one direction in deep water, by wave numbers (n,), rad/m, with the variance of
+    elevation of each (``energy``), m^2."""
 
     wave_numbers: Array
     energy: Array

@@ -325,7 +325,8 @@ class Radar:
         return 1.0 / (wave_number * float(np.abs(change[0])))
 
     def _along_the_flight(self, spectrum: DiscreteSpectrum, gravity: float, name: str) -> tuple[Array, Array]:
-        """Return wave numbers, and the multiple of each amplitude by which a facet is moved along the waves."""
+        """Return wave numbers (n,), rad/m, and, (n,), the multiple of each amplitude by which a facet is moved along
+        the waves. Raises UsageError at the method ``name`` for waves across the flight, or that feel the bottom."""
         k = np.hypot(*spectrum.vectors.T)
         if np.any(np.abs(spectrum.vectors[:, 1]) > 1e-12 * k):
             fault = "waves run across the flight; there is a closed form for those along x alone [E1212]"
@@ -334,7 +335,8 @@ class Radar:
         return k, self._change(np.sqrt(gravity * k), np.sign(spectrum.vectors[:, 0]))
 
     def _change(self, w: Array, direction: Array) -> Array:
-        """Return the multiple of k A cos(theta) by which the map from labels to the image differs from 1."""
+        """Return, for frequencies w (n,) and directions (n,) of 1 or -1, the multiple of k A cos(theta) by which the
+        derivative of the image point by the label differs from 1."""
         return direction * self.range_to_velocity * w * math.cos(self.incidence) - 1.0
 
     def backscatter(self, slope_density: float, reflectivity: float = 1.0) -> float:
@@ -407,7 +409,7 @@ def specular_points(profile: Profile, slope: float) -> SpecularPoints:
 
 
 def _cubic(y0: Array, y1: Array, d0: Array, d1: Array, part: Array) -> Array:
-    """Return Hermite's cubic of values and derivatives at 0 and 1."""
+    """Return Hermite's cubic at ``part`` (0 to 1), of values y0, y1 and derivatives d0, d1 at 0 and 1."""
     rest = 1.0 - part
     return rest * rest * ((1.0 + 2.0 * part) * y0 + part * d0) + part * part * ((3.0 - 2.0 * part) * y1 - rest * d1)
 

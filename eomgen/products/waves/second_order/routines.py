@@ -53,19 +53,19 @@ def geometry_of(spread: bool) -> tuple[str, ...]:
 def statements(
     tape: Tape, refs: Sequence[Ref], inputs: Mapping[str, str | Sequence[str]], targets: Sequence[str], depth: int
 ) -> str:
-    """Return the C that evaluates references on a tape, indented.
+    """Return the C that evaluates references on a tape, indented by ``depth`` levels.
 
     Parameters
     ----------
-    inputs : places of the numbers of each block of inputs, or one with a gap for the number
-    targets : places of the results
+    inputs : by block, the C expressions of numbers, or one expression with a gap for the number
+    targets : C expressions of the results
     """
     plan = schedule(tape, [refs], tuple(inputs), 10**9, NEST_LIMIT, fill=False, reroll=False)
     return indent_lines(Printer(inputs, [targets]).lines(plan.parts[0].statements), depth)
 
 
 def sources(case: Case, dispersion: Dispersion = gravity_waves) -> tuple[str, str]:
-    """Return the C of the tables and of the sums of a case."""
+    """Return two texts of C for a case: the tables of components and pairs, and the sums over these."""
     made = PairTape(case, dispersion)
     planes = [f"columns[{number} * n + {{}}]" for number in range(len(COLUMNS))]
 
@@ -157,10 +157,9 @@ class Routines:
         labels: Array,
         *more: Array,
     ) -> dict[str, Array]:
-        """Return sums over components at labels (2, points) by their names, (points,) each; no table: first order.
-
-        ``kinematics`` takes the level and (g, h, c) as ``more``.
-        """
+        """Return sums over components at labels (2, points), by name, (points,) each; without a table of first order.
+        ``columns`` and ``own`` are tables of components, ``table`` of pairs. ``kinematics`` takes the level and (g, h,
+        c) as ``more``."""
         names = kinematics_of(self.case.spread) if name == "kinematics" else geometry_of(self.case.spread)
         ffi, lib = self._sums
         lanes, count, n = self.lanes, labels.shape[1], columns.shape[1]

@@ -159,8 +159,9 @@ class Sea:
         return np.ascontiguousarray(amplitude), np.ascontiguousarray(phase)
 
     def _current_and_restoring(self, columns: Array) -> tuple[Array, float]:
-        """Return the uniform current, m/s, and the restoring acceleration, m/s^2, of a dispersion relation. Raises
-        UsageError."""
+        """Return the uniform current (2,), m/s, and the restoring acceleration, m/s^2, of the dispersion relation.
+        Raises UsageError if the odd part is not linear in the wave vector, or waves have different restoring
+        accelerations."""
         row = dict(zip(COLUMNS, columns, strict=True))
         vectors, doppler = self.vectors, row["doppler"]
         current = np.zeros(2)
@@ -183,7 +184,8 @@ class Sea:
         return self._tables(0.0)
 
     def _tables(self, c: float) -> tuple[Array, Array, Array | None, Array]:
-        """Return columns, self-interactions of components, the table of pairs and the levels at a depth."""
+        """Return tables of components, self-interactions and pairs (None at order 1), and the levels of ``_level``, for
+        labels at height c, m. Raises UsageError for c outside of the water."""
         if not -self.depth <= c <= HIGHEST / float(np.hypot(*self.vectors.T).max()):
             fault = f"labels at c = {c:.6g} m are outside of the water, which is from {-self.depth:.6g} m to 0 [E1218]"
             raise UsageError(Problem("Sea: c", fault, "0 for the surface, negative below"))
@@ -200,7 +202,8 @@ class Sea:
         return columns, own, table, self._level(columns, own)
 
     def _level(self, columns: Array, own: Array) -> Array:
-        """Return lift, the rise of the pressure, and the velocity of drift of all components."""
+        """Return (4,): the lift, m, the rise of the pressure, m^2/s^2, and the drift along and across, m/s, summed over
+        components."""
         row, square = dict(zip(OWN, own, strict=True)), self.amplitude**2
         raised = 0.25 * np.sum(square * columns[COLUMNS.index("w")] ** 2 * columns[COLUMNS.index("s")])
         return np.array([row["lift"] @ square, raised, row["Dx"] @ square, row["Dy"] @ square])

@@ -58,7 +58,7 @@ class Ramp:
 
 
 def fields_of(plane: bool) -> tuple[str, ...]:
-    """Return the fields of first order that the forcing reads, of one horizontal direction or of two."""
+    """Return the names of the fields of first order that the forcing reads; ``plane`` for two horizontal directions."""
     if not plane:
         return ("x", "z", "u", "w", "ut", "wt", "lift", "ua", "wa")
     return ("x", "y", "z", "u", "v", "w", "ut", "vt", "wt", "lift", "ua", "va", "vb", "wa", "wb")
@@ -70,7 +70,7 @@ def given_of(plane: bool) -> tuple[str, ...]:
 
 
 def source(plane: bool) -> str:
-    """Return the C of the products at each point."""
+    """Return the C of the products of ``given_of`` at each point, from the fields of ``fields_of``."""
     tape = Tape()
     algebra = Algebra(tape)
     names = fields_of(plane)
@@ -143,8 +143,8 @@ class SteppedSea:
         time: float = 0.0,
         ramp: Ramp | None = None,
     ) -> None:
-        """Prepare the Fourier modes of a sea on a grid of labels, with the sums over pairs at the start. Raises
-        UsageError."""
+        """Prepare the Fourier modes of a sea on a grid of labels, with the sums over pairs at the start, or zeros with
+        a ramp. Raises UsageError for impossible arguments, and components that are not on the grid."""
         if min(lengths) <= 0.0 or min(counts) < 1:
             fault = f"lengths {lengths} m and {counts} labels are not above 0 [E1225]"
             raise UsageError(Problem("SteppedSea", fault, "along x and y; any length with one label along y"))
@@ -210,7 +210,8 @@ class SteppedSea:
     # -- parts of a step --------------------------------------------------------------------------------------------
 
     def _drift(self, size: float) -> None:
-        """Turn every oscillator, and carry labels with the mean motion meanwhile."""
+        """Turn every oscillator by the angle of the time ``size``, s, integrate the displacements by grad Phi, and
+        advance time."""
         angle = self._turning * size
         half = 0.5 * size * np.sinc(0.5 * angle / math.pi)
         whole = size * np.sinc(angle / math.pi)  # integral of the cosine
@@ -234,7 +235,7 @@ class SteppedSea:
             self._y += weight * moved[2]
 
     def _products(self) -> Array:
-        """Return ``given_of`` the grid at the present time, (quantities, counts)."""
+        """Return the quantities of ``given_of`` on the grid at the present time, (quantities, nx, ny)."""
         sea = self._sea
         crest = self._factors * (sea.amplitude * np.exp(1j * (sea.phase - sea.frequency * self.time)))
         nx, ny = self._counts
@@ -267,7 +268,8 @@ class SteppedSea:
     # -- wave numbers and labels ------------------------------------------------------------------------------------
 
     def _on_grid(self) -> NDArray[np.int64]:
-        """Return the multiples of the grid's wave numbers that the components are, (n, 2)."""
+        """Return the integer multiples (n, 2) of 2 pi/length that the components' wave vectors are. Raises UsageError
+        for a component off the grid, and for too few labels."""
         multiples = self._sea.vectors * np.array(self._lengths) / (2.0 * math.pi)
         if not self._plane:
             multiples[:, 1] = np.where(self._sea.vectors[:, 1] == 0.0, 0.0, np.nan)
@@ -293,7 +295,8 @@ class SteppedSea:
         return places
 
     def _spectrum(self, amplitudes: Complex, index: NDArray[np.int64]) -> Complex:
-        """Return the transform of the sum of Re(amplitude exp(i k a)) over wave vectors, given by multiples."""
+        """Return the half spectrum on the grid of the sum of Re(amplitude exp(i k a)) over waves; ``index`` (m, 2) has
+        their wave vectors as multiples."""
         nx, ny = self._counts
         whole = np.zeros(nx * ny, dtype=complex)
         for sign, values in ((1, amplitudes), (-1, np.conj(amplitudes))):
@@ -306,7 +309,8 @@ class SteppedSea:
         return np.asarray(np.fft.irfft2(spectrum, s=self._counts))
 
     def _pair_sums(self, time: float) -> tuple[Complex, Complex, Complex, Complex]:
-        """Return Phi, the rate of Phi, and the displacements along the plane by sums over pairs."""
+        """Return half spectra of Phi, its rate, and the displacements x and y along the plane, by sums over pairs at a
+        time."""
         amplitudes = self._sea.bound_waves(time)
         places = np.concatenate(
             [sign_i * self._index[i] + sign_j * self._index[j] for i, sign_i, j, sign_j in amplitudes.members]

@@ -21,7 +21,8 @@ class SurfaceFollowing(Table):
 
 
 def read_follow(entry: SurfaceFollowing, base: Base, values: Values) -> Base:
-    """Return a base that goes with the surface of waves."""
+    """Return the base with the elevation of the waves added to the position and, with ``tilt``, rotations by their
+    slope before other rotations; the base unchanged for unknown waves, which are reported."""
     known, name = values.names.entries.get("waves", {}), entry.waves
     values.mentioned.add(("waves", name))
     if not check_reference("base.follow.waves", name, known, "wave", values.report):
@@ -33,7 +34,7 @@ def read_follow(entry: SurfaceFollowing, base: Base, values: Values) -> Base:
 
 
 def _afloat(waves: WaveField, position: Vector) -> tuple[Vector, tuple[Rotation, Rotation]]:
-    """Return the position in scene axes of a place whose z counts from the surface, and the rotations that make z
+    """Return the position in scene axes of a place whose z counts from the surface, and the two rotations that make z
     normal to the surface there: about y and then about x, so that x stays above the direction of x."""
     x, y, z = position
     along, across = (quantity_of(SLOPE, waves, (x, y), component) for component in range(2))

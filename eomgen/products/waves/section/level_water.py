@@ -36,7 +36,7 @@ class LevelWater:
 
 
 def level_gravity(reading: Reading) -> tuple[Vector, float]:
-    """Return gravity and its magnitude, m/s^2, and require level water."""
+    """Return gravity, as formulas, and the magnitude, m/s^2, and require a direction along -z in all runs."""
     # by a separate reader: problems, notes and requirements of the key follow when the base is read
     aside = reading.aside().values
     gravity = aside.vector("gravity", reading.document.gravity, PARAMETERS)

@@ -80,7 +80,8 @@ def no_waves(name: str) -> WaveField:
 
 
 def _setting(key: str, entry: written.SeaWaves, values: Values) -> tuple[float, float, float]:
-    """Return the depth of the water, m, infinite without a bottom, the time over which waves grow, s, and the level."""
+    """Return the depth of the water, m, infinite without a bottom, the time over which waves grow, s, and the level of
+    the water at rest, m; impossible numbers are reported."""
     numbers: dict[str, float] = {"depth": math.inf} | values.keys(key, entry, "depth", "ramp", "level")
     depth, ramp = numbers["depth"], numbers["ramp"]
     if depth <= 0.0:
@@ -92,11 +93,13 @@ def _setting(key: str, entry: written.SeaWaves, values: Values) -> tuple[float, 
 
 
 def read_waves(name: str, entry: written.SeaWaves, gravity: float, values: Values) -> WaveField:
-    """Return the waves of an entry; faults are reported.
+    """Return the waves of an entry; faults are reported, and waves of amplitude 0 returned.
 
     Parameters
     ----------
-    gravity : of the scene, m/s^2
+    name, entry : of the waves
+    gravity : magnitude, m/s^2
+    values : of the scene, which evaluates numbers and takes notes
     """
     key, report = key_of("waves", name), values.report
     before = len(report.noted)
@@ -131,7 +134,7 @@ def read_waves(name: str, entry: written.SeaWaves, gravity: float, values: Value
 
 
 def _steep(components: Sequence[WaveComponent], depth: float, entry: written.SeaWaves) -> Iterator[str]:
-    """Yield notes on steep waves; some notes may be empty."""
+    """Yield notes on waves that break together, and on crests that first order makes too low; texts may be empty."""
     kx, ky, _, amplitude, _, _ = np.array(components).T
     k, regular = np.hypot(kx, ky), entry.regular is not None
     yield too_steep_together(k, amplitude, depth, alone=regular, unit=entry.variables)
@@ -153,7 +156,8 @@ def variables_as_parameters(waves: WaveField) -> list[Parameter]:
 def _bound(
     key: str, components: Sequence[WaveComponent], depth: float, gravity: float, values: Values
 ) -> list[WaveComponent]:
-    """Return the waves of second order that belong to free waves."""
+    """Return the bound waves of second order of free waves; none, after a report, for too many waves or two equal ones.
+    Water that is too shallow is noted."""
     if len(components) > MOST_WITH_PAIRS:
         count = len(components)
         fault = f"{count} waves have {count**2} bound waves, more than {MOST_WITH_PAIRS**2} [E1233]"
@@ -176,7 +180,7 @@ def _rows(*columns: Array) -> list[WaveComponent]:
 
 
 def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, values: Values) -> list[WaveComponent]:
-    """Return the components of regular waves; faults are reported."""
+    """Return the components of regular waves; faults are reported, and impossible waves left out."""
     report, result = values.report, []
     for word in _OF_SPECTRA:
         if getattr(entry, word) != written.SeaWaves.model_fields[word].default:
@@ -237,8 +241,9 @@ def _can_have_variables(key: str, entry: written.SeaWaves, report: Report) -> bo
 def _irregular(
     key: str, entry: written.SeaWaves, depth: float, gravity: float, values: Values
 ) -> tuple[list[WaveComponent], Formula | None]:
-    """Return the free waves of a spectrum, of amplitude 1 if variables give amplitudes, and the common factor of all
-    amplitudes if the height has tunable parameters."""
+    """Return the free waves of a spectrum, and the factor of their amplitudes, a formula, if the height has tunable
+    parameters, else None. With ``variables`` amplitudes are standard deviations and phases 0. Without waves after a
+    reported fault."""
     report = values.report
     assert entry.spectrum is not None  # checked by ``read_waves``
     spectrum, of_height = _spectrum(f"{key}.spectrum", entry.spectrum, gravity, values)
@@ -296,7 +301,8 @@ def _check_period(key: str, period: float, report: Report) -> bool:
 def _spectrum(
     key: str, entry: written.SeaSpectrum, gravity: float, values: Values
 ) -> tuple[Spectrum | None, Formula | None]:
-    """Return a spectrum, None for a refused spectrum, and the significant height to which it is scaled."""
+    """Return a spectrum and the formula of the significant height for scaling (None: not scaled); None for a spectrum
+    with a fault, which is reported."""
     report = values.report
     values.check_kind(key, entry, "type", _KEYS)
     number: dict[str, Any] = values.keys(key, entry, "height", "period", "wind", "peakedness")
