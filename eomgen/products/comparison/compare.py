@@ -151,7 +151,8 @@ def _check_options(described: Sequence[Described], options: Mapping[str, Any]) -
 
 
 def _read(described: Described, given: Mapping[str, Any], *, alone: bool) -> Machine:
-    """Return a description as numbers; ``alone``: with limits and friction, which other programs do not give."""
+    """Return the machine of a description; ``given`` are options of all descriptions. With ``alone``, limits and
+    friction are read, which other programs do not give."""
     options: dict[str, Any] = {}
     if isinstance(described, str | Path):
         source = source_of(Path(described))
@@ -168,7 +169,8 @@ def _read(described: Described, given: Mapping[str, Any], *, alone: bool) -> Mac
 
 
 def _second_reader(described: Described, reader: str) -> Machine:
-    """Return the reading of a file by another program."""
+    """Return the machine of a file as MuJoCo or Pinocchio reads it. Raises UsageError for an object that is not a path,
+    or an unknown reader."""
     if not isinstance(described, str | Path):
         raise UsageError(
             Problem("second", f"{reader} reads files, not {type(described).__name__} objects [E0564]", "a path")
@@ -181,10 +183,9 @@ def _second_reader(described: Described, reader: str) -> Machine:
 
 
 def _parts(pairing: Pairing, *, forces_equal: bool) -> tuple[list[Difference], list[str]]:
-    """Return differences of force elements and other parts, and notes on parts without an effect.
-
-    Parts in frames that differ are left to the forces at random states.
-    """
+    """Return differences of force elements, states, controllers and base motion, and notes on parts of one description
+    without an effect. ``forces_equal`` is whether forces agree at random states: then parts in frames that differ are
+    not compared."""
     first, second = pairing.first, pairing.second
     listed: list[Difference] = []
     notes: list[str] = []
@@ -206,7 +207,7 @@ def _parts(pairing: Pairing, *, forces_equal: bool) -> tuple[list[Difference], l
 
 
 def _of_names(pairing: Pairing) -> list[str]:
-    """Return notes on joints with other names, and on other initial positions, from which no equation follows."""
+    """Return notes on paired joints with different names or initial positions, which change no equation."""
     result = []
     for i, j in pairing.pairs:
         one, other = pairing.first.links[i].joint, pairing.second.links[j].joint

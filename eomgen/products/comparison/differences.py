@@ -40,12 +40,13 @@ _KEYS = {"coulomb": "friction", "lower": "limits", "upper": "limits"}
 
 
 class Pairing:
-    """Links of two machines that are the same: by the names of joints, then of bodies.
+    """Links of two machines that correspond: by the names of joints, then of bodies; with comparisons to a relative
+    tolerance.
 
     Attributes
     ----------
     pairs : numbers of both links, in the order of the first machine
-    aligned : by number of the first's link, the place of the second's frame in the first's
+    aligned : by number of the first's link, the place of the second's frame in the first's; filled by ``differences``
     """
 
     def __init__(self, first: Machine, second: Machine, tolerance: float) -> None:
@@ -76,7 +77,7 @@ class Pairing:
         return all(self.near(place, AT_ORIGIN) for place in self.aligned.values())
 
     def same_parents(self, one: MachineLink, other: MachineLink) -> bool:
-        """Return whether two links have the same parent."""
+        """Return whether the parents of two links are paired, or both are the base."""
         if one.parent < 0 or other.parent < 0:
             return one.parent == other.parent
         return self.partner.get(one.parent) == other.parent
@@ -92,7 +93,7 @@ class Pairing:
         return bool(np.abs(one - other).max() <= self.tolerance)
 
     def alike(self, one: Inertia, other: Inertia) -> bool:
-        """Return whether mass properties in one frame are equal."""
+        """Return whether two mass properties, given in one frame, are equal to the tolerance."""
         if abs(one.mass - other.mass) > self.tolerance * max(one.mass, other.mass):
             return False
         if one.mass and not self.near_points(one.center, other.center):
@@ -123,13 +124,15 @@ class Pairing:
         return Difference(keys[0], quantity, mine, theirs, unit, places)
 
     def alone(self, element: str, quantity: str, value: str, *, second: bool = False) -> Difference:
-        """Return the difference of an element that the first machine has, or the second."""
+        """Return the difference for an element that the first machine alone has, or with ``second`` the second alone;
+        ``value`` is shown for it."""
         if second:
             return Difference(element, quantity, None, value, "", ("", self.second.place(element)))
         return Difference(element, quantity, value, None, "", (self.first.place(element), ""))
 
     def misses(self, one: MachineLink, other: MachineLink, number: int, aligned: Placement) -> int:
-        """Count quantities of a link, and of the joints on the link, that differ with frames placed in this way."""
+        """Return the number of quantities that differ if the frame of ``other`` is at ``aligned`` relative to ``one``:
+        mass properties of the link ``number``, and places and axes of joints on it."""
         moved = other.whole.transform(*aligned)
         count = int(not self.alike(one.whole, moved))
         for child, partner in self._children.get(number, ()):
@@ -141,7 +144,8 @@ class Pairing:
 
 
 def _matched(first: Sequence[MachineLink], second: Sequence[MachineLink]) -> dict[int, int]:
-    """Return for links of the first the numbers of the second's."""
+    """Return, by number of a link of the first machine, the number of its partner in the second: the link with the same
+    joint name, else one with a common body."""
     by_joint = {link.joint: number for number, link in enumerate(second)}
     result = {number: by_joint[link.joint] for number, link in enumerate(first) if link.joint in by_joint}
     taken = set(result.values())
@@ -157,14 +161,16 @@ def _matched(first: Sequence[MachineLink], second: Sequence[MachineLink]) -> dic
 
 
 def _length(machine: Machine) -> float:
-    """Return the largest distance between neighbouring frames and centres of mass, m."""
+    """Return the largest distance, m, of a link's frame from its parent's frame, or of a centre of mass from the link's
+    frame."""
     distances = [float(np.linalg.norm(link.pose.origin)) for link in machine.links]
     distances += [float(np.linalg.norm(link.whole.center)) for link in machine.links]
     return max(distances, default=0.0)
 
 
 def differences(pairing: Pairing) -> list[Difference]:
-    """Return the differences of two machines, structure first, and fill the frames of a pairing."""
+    """Return the differences of two machines: structure and gravity, then link by link, constraints, limits and
+    friction last. Fills ``pairing.aligned``."""
     first, second = pairing.first, pairing.second
     listed = list(_structure(pairing))
     late: list[Difference] = []
@@ -192,10 +198,8 @@ def differences(pairing: Pairing) -> list[Difference]:
 
 
 def of_solids(pairing: Pairing) -> list[Difference]:
-    """Return differences of masses and principal moments of inertia of bodies.
-
-    A moment of zero is one of a plane motion, on which the others have no effect.
-    """
+    """Return differences of mass and principal moments of inertia for bodies that the second machine knows without a
+    place. Moments are left out if one is zero, as in a plane motion, on which the others have no effect."""
     listed: list[Difference] = []
     for link in pairing.first.links:
         for name, body in link.bodies.items():
@@ -233,7 +237,8 @@ def _name(machine: Machine, number: int) -> str:
 
 
 def _placed(pairing: Pairing, number: int, one: MachineLink, other: MachineLink) -> Iterator[Difference]:
-    """Yield differences of the place of a joint, and place the frames of the link."""
+    """Yield differences of the place and axes of a link's joint, and store in ``pairing.aligned`` the place of the
+    second's frame in the first's: as posed, or equal frames if then fewer quantities differ."""
     carrier = pairing.aligned[one.parent]
     theirs = carrier.then(other.pose)
     exact = one.pose.inverse().then(theirs)
@@ -279,7 +284,8 @@ def _axes(pairing: Pairing, one: MachineLink, other: MachineLink, aligned: Place
 
 
 def _weighed(pairing: Pairing, number: int, one: MachineLink, other: MachineLink) -> Iterator[Difference]:
-    """Yield differences of mass properties: body by body if both have the same bodies, else of the link."""
+    """Yield differences of mass properties of a link: body by body if both machines have the same bodies with mass,
+    else as a whole."""
     aligned = pairing.aligned[number]
     carrying = {name for name, body in one.bodies.items() if _has_inertia(body.inertia)}
     if carrying == {name for name, body in other.bodies.items() if _has_inertia(body.inertia)}:
@@ -299,7 +305,8 @@ def _has_inertia(inertia: Inertia) -> bool:
 def _of_body(
     pairing: Pairing, name: str, one: MachineBody, other: MachineBody, aligned: Placement
 ) -> Iterator[Difference]:
-    """Yield differences of a body on paired links, by the joint if only the placement differs, else by the inertia."""
+    """Yield differences of a body on paired links: the place of its fixed joint if mass properties agree in the body's
+    frame, else the mass properties."""
     mine, theirs = one.in_link, other.in_link.transform(*aligned)
     if pairing.alike(mine, theirs):
         return
@@ -316,7 +323,8 @@ def _of_body(
 
 
 def _of_inertia(pairing: Pairing, names: tuple[str, str], one: Inertia, other: Inertia) -> Iterator[Difference]:
-    """Yield differences of mass properties in the first's frame."""
+    """Yield differences of mass, centre of mass and inertia, given in one frame; ``names`` are the body's in both
+    machines."""
     keys = f"bodies.{names[0]}", f"bodies.{names[1]}"
     if abs(one.mass - other.mass) > pairing.tolerance * max(one.mass, other.mass):
         yield pairing.difference(keys, "mass", one.mass, other.mass, "kg")
@@ -358,7 +366,8 @@ def equal(mine: float | str, theirs: float | str, tolerance: float) -> bool:
 
 
 def _loops(pairing: Pairing) -> Iterator[Difference]:
-    """Yield differences of constraints: by name, then by the joined links; none if a reader has no constraints."""
+    """Yield differences of constraints, which are paired by name, then by the links that they join; none if a reader
+    does not know constraints."""
     if pairing.first.loops is None or pairing.second.loops is None:
         return
     rest = {loop.name: loop for loop in pairing.second.loops}
@@ -391,7 +400,8 @@ def _joins(pairing: Pairing, loop: MachineLoop) -> frozenset[int]:
 
 
 def _loop(pairing: Pairing, loop: MachineLoop, partner: MachineLoop, keys: tuple[str, str]) -> Iterator[Difference]:
-    """Yield differences of two constraints of one type, in the frames of the first machine."""
+    """Yield differences of two constraints of one type, in the frames of the first machine: bodies, positions, axes,
+    orientation and numbers. ``keys`` are the elements in both descriptions."""
     if loop.first is not None and loop.second is not None and partner.first is not None and partner.second is not None:
         theirs = [partner.first, partner.second]
         expected = pairing.partner.get(loop.first[0], -1) if loop.first[0] >= 0 else -1

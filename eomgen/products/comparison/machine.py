@@ -118,7 +118,7 @@ class MachineLoop:
 
 
 class MachineMotion(NamedTuple):
-    """Coordinates at several states, link by link.
+    """Coordinates at n states, link by link.
 
     Attributes
     ----------
@@ -184,7 +184,7 @@ class Machine:
 
 
 class Lumps:
-    """Links in the making: bodies are added to the carrying links."""
+    """Links in the making: bodies are added to the links that carry them, with their mass properties."""
 
     def __init__(self) -> None:
         #: Number of the link, and the place in the link, of each body.
@@ -199,7 +199,7 @@ class Lumps:
         return len(self.bodies) - 1
 
     def fixed(self, body: str, parent: str, pose: Placement, joint: str = "") -> None:
-        """Add a body that a joint fixes to another."""
+        """Add a body that a joint, named ``joint``, fixes to the body ``parent`` at a pose in it."""
         number, place = self.places[parent]
         self._joints[body] = joint
         self.places[body] = (number, place.then(pose))
@@ -222,7 +222,7 @@ class _Values:
         self.parameters = {item.name: item.value for item in scene.parameters}
 
     def number(self, formula: Any) -> float | str:
-        """Return the value of a formula of parameters, or the text of another formula."""
+        """Return the value of a formula of parameters, or the text of a formula that has other symbols or no value."""
         if all(symbol.kind == "parameter" for symbol in symbols(formula)):
             try:
                 return evaluate(formula, lambda symbol: self.parameters[symbol.name])
@@ -234,7 +234,8 @@ class _Values:
         return np.array([evaluate(item, lambda symbol: self.parameters[symbol.name]) for item in formulas])
 
     def flat(self, value: Any, key: str = "") -> dict[str, float | str]:
-        """Return the numbers and texts in nested data by dotted keys."""
+        """Return the numbers and texts in nested data (formulas, mappings, sequences, dataclasses) by dotted keys below
+        ``key``."""
         if isinstance(value, Node):
             return {key: self.number(value)}
         if value is None or isinstance(value, str):
@@ -302,10 +303,11 @@ def of_scene(scene: Scene, system: System, file: str = "") -> Machine:
 
 
 def of_equations(name: str, system: System, links: Sequence[MachineLink], solids: Sequence[Solid] = ()) -> Machine:
-    """Return equations without bodies, as of SymPy, with the links of another machine.
+    """Return equations without bodies, as of SymPy, as a machine with the links of another one.
 
     Parameters
     ----------
+    name, system : name of the equations for messages, and their functions
     links : of the machine with the same coordinates, named as the joints, or ``q_`` and the joint
     solids : bodies by name, of which mass and principal moments of inertia are compared
 
@@ -335,7 +337,8 @@ def of_equations(name: str, system: System, links: Sequence[MachineLink], solids
 
 
 def _link(joint: Joint, parent: int, pose: Placement, lumps: Lumps, number: int, values: _Values) -> MachineLink:
-    """Return a link with axes, the numbers of the joint, and the inertia of the bodies fixed to the link."""
+    """Return the link that a joint moves, from its parent's number and its pose in the parent; ``number`` is the link's
+    in ``lumps``, which has its bodies."""
     kind = joint.kind
     axis = np.array(joint.axis) if kind.turned_about or kind.travels else None
     second = np.array(joint.second_axis) if kind.second_key else None
@@ -355,7 +358,8 @@ def _link(joint: Joint, parent: int, pose: Placement, lumps: Lumps, number: int,
 
 
 def _joint_numbers(joint: Joint, values: _Values) -> dict[str, float | str]:
-    """Return the quantities of a joint by name."""
+    """Return the quantities of a joint by name: spring, damper, rotor inertia, friction, limits, pitch, mimic and
+    drive; formulas that are not constant as texts."""
     result: dict[str, float | str] = {"pitch": values.number(joint.pitch)} if joint.kind.has("screw") else {}
     if joint.kind.coordinates:
         for name in ("stiffness", "damping", "rest", "rotor_inertia"):
@@ -384,7 +388,7 @@ def _indexed(name: str, index: int, joint: Joint) -> str:
 
 
 def _loop(item: Any, lumps: Lumps, values: _Values) -> MachineLoop:
-    """Return a constraint of a Scene."""
+    """Return a constraint of a scene, with its frames on links and its quantities."""
     ends: list[tuple[int, Placement] | None] = [None, None]
     for side, frame in enumerate(item.frames):
         number, place = lumps.places[frame.body]
@@ -406,7 +410,8 @@ def _loop(item: Any, lumps: Lumps, values: _Values) -> MachineLoop:
 
 
 def _parts(scene: Scene, values: _Values) -> dict[str, dict[str, float | str]]:
-    """Return further parts of a scene, by section and name."""
+    """Return the further parts of a scene, by ``section.name``, as flat numbers and texts: force elements, states,
+    controllers, points that they mention, and the base."""
     result = {f"{element.section}.{element.name}": values.flat(element) for element in scene.elements}
     for section in ("states", "controllers"):
         result |= {f"{section}.{item.name}": values.flat(item) for item in getattr(scene, section)}
@@ -469,7 +474,8 @@ class _Equations:
         }
 
     def __call__(self, motion: MachineMotion) -> Forces:
-        """Return the inertia matrix and forces at the states of a motion."""
+        """Return inertia matrix and forces at the states of a motion, in the order of the links' coordinates;
+        parameters and internal states have their defaults."""
         system = self.system
         count = next((len(q) for q in motion.q), 1)
         blocks: dict[str, Array] = {
@@ -496,7 +502,8 @@ class _Equations:
         return Forces(mass, bias, force, bias - force)
 
     def _values(self, name: str, blocks: Mapping[str, Array]) -> Array:
-        """Return the values of a function, (n, size); a function that the System has not is zero."""
+        """Return the values of a function at n states, (n, size); zeros for a function that the system does not have.
+        ``blocks`` are its inputs by name."""
         count, size = blocks["q"].shape[0], blocks["v"].shape[1]
         if name not in self._evaluations:
             return np.zeros((count, size))

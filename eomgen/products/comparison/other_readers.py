@@ -100,7 +100,8 @@ def read_mujoco(path: Path) -> Machine:
 
 
 def _at_zero(model: Any, joint: int, kind: str, rest: Placement, anchor: Array) -> Placement:
-    """Return the place of a joint's frame with the coordinate at zero; files are at the reference."""
+    """Return the place of a joint's frame in the parent with the coordinate at zero; MuJoCo gives it (``rest``, with
+    the joint at ``anchor`` in the body) at the reference coordinate."""
     axis, reference = np.array(model.jnt_axis[joint]), float(model.qpos0[model.jnt_qposadr[joint]])
     if kind == "revolute":
         return Placement(rest.axes @ about_axis(axis, -reference), rest.point(anchor))

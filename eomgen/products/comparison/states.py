@@ -22,7 +22,7 @@ _REACH = {"rad": 1.5, "m": 0.5}
 
 
 def motions(pairing: Pairing, count: int, random: np.random.Generator) -> tuple[MachineMotion, MachineMotion]:
-    """Return equal random states in the coordinates of both machines."""
+    """Return ``count`` equal random states in the coordinates of both machines, with equal random inputs."""
     first, second = pairing.first, pairing.second
     empty = np.zeros((count, 0))
     q, v = [empty] * len(first.links), [empty] * len(first.links)
@@ -38,7 +38,8 @@ def motions(pairing: Pairing, count: int, random: np.random.Generator) -> tuple[
 
 
 def _drawn(one: MachineLink, other: MachineLink, count: int, random: np.random.Generator) -> tuple[Array, Array]:
-    """Return random coordinates within the limits of both descriptions, and velocities."""
+    """Return random coordinates (count, size) of a joint, within the limits of both descriptions, and random
+    velocities."""
     kind = JOINTS[one.type]
     v = random.normal(size=(count, kind.v_size))
     if kind.group == "SO3":
@@ -59,11 +60,9 @@ def _drawn(one: MachineLink, other: MachineLink, count: int, random: np.random.G
 
 
 def _as_second(pairing: Pairing, number: int, q: Array, v: Array) -> tuple[Array, Array]:
-    """Return coordinates of a link in the frames of the second machine: coordinates of balls and free bodies depend on
-    the frames.
-
-    With X and X_p the second's frames of link and parent in the first's, and P the poses at zero, P q = X_p P' q' X^-1.
-    """
+    """Return coordinates q (n, size) and velocities v of a link of the first machine in the frames of the second, on
+    which they depend for balls and free bodies. With X and X_p the second's frames of link and parent in the first's,
+    and P the poses at zero, P q = X_p P' q' X^-1."""
     one, other = pairing.first.links[number], pairing.second.links[pairing.partner[number]]
     group = {"SO3": SO3, "SE3": SE3}.get(JOINTS[one.type].group)
     if group is None:
@@ -82,10 +81,9 @@ def _element(place: Placement, shape: tuple[int, ...]) -> Array:
 
 
 def errors_of(pairing: Pairing, first: Forces, second: Forces) -> tuple[dict[str, float], list[Difference]]:
-    """Return the largest relative differences of the terms over all states, and the entry of each that differs most.
-
-    The second machine's terms are transformed into the coordinates of the first.
-    """
+    """Return the largest relative difference of each term (``mass matrix``, ``bias`` and ``force``, or ``sum``) over
+    all states, and the entry of each that differs most, as a difference. The second machine's terms are transformed
+    into the coordinates of the first."""
     names, columns, transform = _order(pairing)
     placed = transform[np.newaxis]
     mass = np.transpose(placed, (0, 2, 1)) @ second.mass[:, columns[:, np.newaxis], columns] @ placed
@@ -118,8 +116,8 @@ def errors_of(pairing: Pairing, first: Forces, second: Forces) -> tuple[dict[str
 
 
 def _order(pairing: Pairing) -> tuple[list[str], Array, Array]:
-    """Return names of the first's velocities, the second's columns in this order, and the matrix from velocities of the
-    first to velocities of the second."""
+    """Return the names of the first machine's velocities, the second's columns in this order (nv,), and the matrix (nv,
+    nv) from the first's velocities to the second's."""
     starts, start = {}, 0
     for j, link in enumerate(pairing.second.links):
         starts[j] = start

@@ -54,15 +54,8 @@ _PLACES, _MODES = 16, 8
 
 
 class _ExaminedState(NamedTuple):
-    """A state at which a run starts or continues.
-
-    Attributes
-    ----------
-    name : in words
-    q, v, z, p : state, and parameters (np,) in force
-    before : the previous state with parameters; None for the start
-    jump : whether formulas jump there in time
-    """
+    """A state (q, v, z) at which a run starts or continues, named in words, with the parameters p (np,) in force; the
+    previous state with parameters (``before``, None for the start); and whether formulas jump there in time."""
 
     name: str
     t: float

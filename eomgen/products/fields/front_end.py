@@ -93,12 +93,7 @@ def _check_method(document: Hamiltonian) -> None:
 
 def hamiltonian_of(described: object, options: Mapping[str, Any] | None = None) -> Hamiltonian | None:
     """Return the Hamiltonian system of an object: a Hamiltonian, nested data, or the path of a file; None for other
-    documents.
-
-    Parameters
-    ----------
-    options : mapping, optional
-        Options of mechanical scenes, which may not be given.
+    documents. ``options`` are options of mechanical scenes, which may not be given.
 
     Raises
     ------

@@ -32,7 +32,8 @@ _LONGEST = 10.0
 
 
 def recorded(algebra: Algebra, law: FileLaw, word: str, component: int, arguments: Sequence[Scalar]) -> Scalar:
-    """Return a result of a law on the tape."""
+    """Check a law, record a call of its function on the tape, and return the scalar of the result number ``component``.
+    ``arguments`` are the arguments, then the parameters."""
     check(law)
     with algebra.tape.block(law.label):
         results = add_call(algebra.tape, Call(law, tuple(argument.ref for argument in arguments)))
@@ -71,7 +72,8 @@ _CHECKED: WeakSet[FileLaw] = WeakSet()
 
 
 def _points(law: FileLaw) -> Array:
-    """Return points of the size of the scales, half with positive numbers."""
+    """Return twelve points (points, arguments and parameters), random, of the size of the scales, half of them all
+    positive."""
     rng = np.random.default_rng(36)
     scales = np.array(law.scales)
     signs = np.where(np.arange(_POINTS)[:, np.newaxis] % 2, rng.choice([-1.0, 1.0], (_POINTS, len(scales))), 1.0)
@@ -79,8 +81,9 @@ def _points(law: FileLaw) -> Array:
 
 
 def _check_return(law: FileLaw, functions: Sequence[tuple[str, OfPoint]], points: Array) -> None:
-    """Check in another process that the functions come back: a fault of memory, exit() or an endless loop would
-    end or hold this process. Without fork, as in Windows, the check is left out."""
+    """Check in another process that functions come back at all points; raise ModelError for a fault of memory, exit()
+    or a loop longer than 10 s, which would end or hold this process. ``functions`` are pairs of name and function.
+    Without fork, as in Windows, the check is left out."""
     if not hasattr(os, "fork"):
         return
     calls = [(name, function, point) for name, function in functions for point in points]
@@ -125,7 +128,8 @@ def _check_return(law: FileLaw, functions: Sequence[tuple[str, OfPoint]], points
 
 
 def _check_memory(law: FileLaw, name: str, function: OfPoint, size: int, points: Array) -> None:
-    """Check reads and writes by values around the arrays, and repeated calls."""
+    """Raise ModelError for a function that gives other values in a second call, reads or writes beyond its arrays, or
+    leaves one of ``size`` results unset, as values around the arrays show."""
     n = law.arguments
     first = [function(point) for point in points]
     for point, values in zip(points, first, strict=True):
@@ -149,7 +153,8 @@ def _check_memory(law: FileLaw, name: str, function: OfPoint, size: int, points:
 
 
 def _check_python(law: FileLaw, value: OfPoint, slopes: OfPoint | None, points: Array) -> None:
-    """Check a law in Python: calls at the points, one of which has to succeed, repeated calls, and partials."""
+    """Raise ModelError for a law in Python whose calls at all points fail, whose repeated calls differ, or whose
+    partials are wrong."""
     sound, failures = [], []
     for point in points:
         try:
@@ -169,7 +174,8 @@ def _check_python(law: FileLaw, value: OfPoint, slopes: OfPoint | None, points: 
 
 
 def _returned(law: FileLaw, value: OfPoint, point: Array) -> Array:
-    """Return the value of a function in Python. Raises ModelError for a function that does not return in time."""
+    """Return the value of a function in Python at a point. Raises its error, and ModelError for a call that takes
+    longer than 10 s."""
     ended: list[tuple[Array | None, BaseException | None]] = []
 
     def call() -> None:
@@ -210,7 +216,8 @@ def _order(law: FileLaw, name: str) -> str:
 
 
 def _check_partials(law: FileLaw, value: OfPoint, slopes: OfPoint, points: Array) -> None:
-    """Compare partials with differences at points at which two differences agree."""
+    """Raise ModelError if partials disagree with central differences of the values, at points at which differences with
+    two steps agree."""
     n, scales = law.arguments, np.array(law.scales)
     compared = np.zeros((law.results, n), dtype=int)
     wrong = np.zeros((law.results, n), dtype=int)

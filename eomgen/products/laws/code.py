@@ -84,8 +84,8 @@ class CompiledLaw:
         return result
 
     def guarded(self, of_slopes: bool, x: Array, fill: float) -> tuple[Array, str]:
-        """Return values from separate arrays with a fill around, and the first place outside the results that the
-        function wrote to; empty for none."""
+        """Return values (or partials, ``of_slopes``) at a point, computed in arrays surrounded by the number ``fill``,
+        and the first place outside the results to which the function wrote, in words; empty for none."""
         n, p, m = self._sizes
         size, guard = m * n if of_slopes else m, self._GUARD
         arrays = []
@@ -224,11 +224,14 @@ void {setter}_slopes({arguments})
 def python_code(
     label: str, file: Path, text: str, functions: tuple[str, str], complex_step: bool, sizes: tuple[int, int, int]
 ) -> PythonCode:
-    """Return the code of a law in Python.
+    """Return the code of a law in Python, with the C through whose pointers a model calls it.
 
     Parameters
     ----------
+    label : of the law
+    file, text : the Python file and its text
     functions : names of the functions of values and of partials; no name: none
+    complex_step : whether partials are by complex steps
     sizes : numbers of arguments, parameters and results
     """
     path = str(file.resolve())
@@ -242,7 +245,8 @@ def python_code(
 
 @cache
 def _routine(code: CCode) -> tuple[Any, Any]:
-    """Return ``ffi`` and ``lib`` of a file that is compiled alone. Raises ToolchainError with lines of the file."""
+    """Return ``ffi`` and ``lib`` of cffi for a C file that is compiled alone, with functions ``eomgen_law`` and
+    ``eomgen_law_slopes``. Raises ToolchainError with lines of the file."""
     from eomgen.toolchain.builder import Builder  # noqa: PLC0415  # scenes are read without a compiler
     from eomgen.toolchain.compiler import faults_in  # noqa: PLC0415
 

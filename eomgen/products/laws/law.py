@@ -97,14 +97,16 @@ class FileLaw:
         return LawFunctions(self)
 
     def evaluate(self, columns: Columns, x: Array) -> Array:
-        """Return results, or slopes along columns, (..., size), at arguments and parameters (..., n)."""
+        """Return results at arguments and parameters x (..., n), or their derivatives along ``columns`` of x, (...,
+        size). Each of ``columns`` is a tuple of indices of x: none for values, one for first derivatives, two for
+        second ones."""
         rows = x.reshape(-1, x.shape[-1])
         relative = _ROUNDING ** (1.0 / (max(1, len(columns) - bool(self.slopes)) + 2.0))
         values = [self.functions.derivative(columns, row, relative).ravel() for row in rows]
         return np.asarray(values).reshape((*x.shape[:-1], -1))
 
     def value(self, word: str, component: int, *arguments: ArrayLike) -> Array:
-        """Return a result at arguments and parameters, which broadcast."""
+        """Return the result number ``component`` at arguments and parameters, of their broadcast shape."""
         x = np.stack(np.broadcast_arrays(*(np.asarray(item, dtype=float) for item in arguments)), axis=-1)
         return np.asarray(self.evaluate((), x)[..., component])
 
@@ -123,14 +125,15 @@ class LawFunctions:
         self.value, self.slopes = self._compiled.value, self._compiled.slopes
 
     def guarded(self, of_slopes: bool, x: Array, fill: float) -> tuple[Array, str]:
-        """Return the values of a function in C with a fill around the arrays, and the first place outside the results
-        that the function wrote to; empty for none, and of Python."""
+        """Return the values of a C function at x between guards of the number ``fill``, and the first place outside the
+        results that it wrote to; empty for none, and for Python."""
         if isinstance(self._compiled, CompiledLaw):
             return self._compiled.guarded(of_slopes, x, fill)
         return self.value(x), ""
 
     def derivative(self, columns: Columns, x: Array, relative: float) -> Array:
-        """Return the results, or slopes along columns by exact ones and differences, (results, columns, ...)."""
+        """Return the results at a point x (n,), or derivatives along the columns of each set in ``columns``, (results,
+        columns, ...): exact partials if there are any, else central differences with steps ``relative`` to the size."""
         if not columns:
             return self.value(x)
         *before, last = columns

@@ -125,7 +125,8 @@ def _code(where: str, entry: LawEntry, reading: Reading) -> CCode | PythonCode |
 
 
 def _in_python(where: str, entry: LawEntry, file: str, reading: Reading) -> PythonCode | None:
-    """Return the functions in a Python file, which is parsed and not executed; None for a reported fault."""
+    """Return the code of a law in a Python file, which is parsed and not executed; None for a reported fault: an
+    unreadable file, a missing function, or partials given twice."""
     report, path = reading.report, reading.folder / file
     text, fault = text_of(path)
     hint = "the path of a Python file, from the scene file's folder"
@@ -159,7 +160,7 @@ def _in_python(where: str, entry: LawEntry, file: str, reading: Reading) -> Pyth
 
 
 def _check_unit(key: str, unit: str, report: Report) -> None:
-    """Report a unit that is unknown or is not of SI: numbers of a law are not converted."""
+    """Report a unit that is unknown or not of SI at ``key``: numbers of a law are not converted."""
     with suppress(UnitError):
         if not unit.strip() or is_in_si(unit):
             return

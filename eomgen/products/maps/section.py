@@ -81,7 +81,7 @@ class MapEntry(Table):
 
 
 class _Grid:
-    """Reads the grid of one map; faults go to the report."""
+    """Reads the grid of one map from lists or a file; faults go to the report."""
 
     def __init__(self, where: str, name: str, entry: MapEntry, values: Values, folder: Path) -> None:
         self.key, self.name, self.entry, self.values, self.folder = where, name, entry, values, folder
@@ -89,7 +89,8 @@ class _Grid:
         self.units: MapFile | MapEntry = entry if entry.table is None else entry.table
 
     def surface(self) -> MapSurface | None:
-        """Return the surface; None for a reported fault."""
+        """Return the surface through the grid; None for a reported fault: nodes that do not increase, values that are
+        too large, too many nodes, or a periodic map with open ends."""
         grid = self._listed() if self.entry.table is None else self._from_file(self.entry.table)
         if grid is None:
             return None
@@ -130,8 +131,8 @@ class _Grid:
         return MapSurface(self.name, x, y, z, self.entry.interpolation, self.entry.outside, self._units())
 
     def _units(self) -> tuple[str, str, str]:
-        """Return the units in SI of the arguments and of the value, which the entry may label; empty without a unit of
-        the column."""
+        """Return the units in SI of x, y and the value; empty for a column without a unit. A label of the entry that
+        contradicts the value's unit is reported."""
         units = [self.units.x_unit, self.units.y_unit, self.units.value_unit]
         if not any(unit.strip() for unit in units):
             return "", "", self.entry.unit
@@ -166,7 +167,8 @@ class _Grid:
     def _in_si(
         self, key: str, grid: tuple[Array, Array, Array], titles: Sequence[str] = ("", "", "")
     ) -> tuple[Array, Array, Array] | None:
-        """Return a grid converted by the units of nodes and values, whose keys stand below ``key``."""
+        """Return a grid (x, y, values) in SI; None for a unit with a fault, which is reported below ``key``. Columns
+        without a unit, if others have one, are noted, unless their ``titles`` have units."""
         before = len(self.report.noted)
         given = [name for name in _NAMES if getattr(self.units, f"{name}_unit").strip()]
         for name, title in zip(_NAMES, titles, strict=True):
@@ -210,7 +212,8 @@ class _Grid:
         return self._in_si(f"{self.key}.table", grid, titles)
 
     def _csv(self, path: Path, table: MapFile, columns: Sequence[str | int]) -> _TitledGrid:
-        """Return a grid from rows of x, y and value in any order."""
+        """Return the grid and titles of a CSV file with a row x, y, value for each node, in any order. Raises
+        TableError for nodes that are missing or that occur twice."""
         options: dict[str, Any] = {"delimiter": table.delimiter, "decimal": table.decimal}
         options["quotes"] = path.resolve().is_relative_to(self.folder.resolve())
         first = read_columns(path, columns[0], columns[1], **options)
@@ -257,7 +260,8 @@ def _open_axes(z: Array) -> list[str]:
 
 
 def _opened(path: Path) -> Any:
-    """Return an open NetCDF file, with scaled and masked variables."""
+    """Return an open NetCDF file, with scaled and masked variables. Raises TableError if NetCDF 4 needs a package that
+    is not installed."""
     data = read_bytes(path, path.stat().st_size)  # for the digest of the file, by which readings are kept
     if data.startswith(_HDF5):
         try:
@@ -272,7 +276,8 @@ def _opened(path: Path) -> Any:
 
 
 def _netcdf(path: Path, columns: Sequence[str | int]) -> _TitledGrid:
-    """Return a grid from three variables of a NetCDF file."""
+    """Return the grid and titles of three variables x (n,), y (m,) and values (n, m) or, by its dimensions, (m, n) of a
+    NetCDF file. Raises TableError for missing variables, wrong shapes and missing values."""
     try:
         with _opened(path) as file:
             names = list(file.variables)

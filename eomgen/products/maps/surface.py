@@ -87,7 +87,8 @@ class MapSurface:
 
     @cached_property
     def profiles(self) -> tuple[Curve, ...]:
-        """Splines through the values along lines of the grid, in both directions; some of many lines."""
+        """Splines through the values along lines of the grid, in both directions; of many lines only about 50 in
+        each."""
         return tuple(
             Curve(
                 f"map.{self.name} along {axis} at {other} = {across[place]:.6g}",
@@ -104,7 +105,7 @@ class MapSurface:
         )
 
     def curves(self, arguments: tuple[Formula, ...]) -> tuple[Application, ...]:
-        """Return the splines, each at one of the arguments."""
+        """Return the splines of ``terms``, each applied to its argument, x or y."""
         return tuple(Application(curve, arguments[place]) for pair in self.terms for curve, place in pair)
 
     def value(self, word: str, component: int, x: ArrayLike, y: ArrayLike) -> Array:
@@ -115,7 +116,8 @@ class MapSurface:
 
 
 def recorded(algebra: Algebra, surface: MapSurface, word: str, component: int, arguments: Sequence[Scalar]) -> Scalar:
-    """Return a surface at two arguments on the tape."""
+    """Record a surface at two arguments on the tape and return its scalar. Raises ModelError for constant arguments
+    beyond the grid."""
     with algebra.tape.block(f"map {surface.name}, line by line"):
         result = algebra.zero
         try:

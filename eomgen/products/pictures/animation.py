@@ -123,11 +123,9 @@ def check_name(path: Path) -> Path:
 
 
 def animation_page(solution: AnimatedSolution) -> str:
-    """Return the text of the page. Raises FileError if the solution's file does not have the expected content.
-
-    Poses are thinned to 60 a second (short runs: up to 600 in all) and stored as single precision; the page
-    interpolates.
-    """
+    """Return the text of the HTML page of a solution. Raises FileError if its poses or scenery do not have the expected
+    content. Poses are thinned to 60 a second (short runs: up to 600 in all) and stored as single precision; the page
+    interpolates."""
     poses_and_scenery = solution.poses_and_scenery
     try:
         data = packed(solution, poses_and_scenery)
@@ -165,11 +163,13 @@ def _harmless(text: str) -> str:
 
 
 def packed(solution: AnimatedSolution, seen: PosesAndScenery, most: int | None = None) -> dict[str, Any]:
-    """Return the data of a page with a motion and its scenery, JSON types.
+    """Return the data of a page with a motion and its scenery, JSON types; arrays are base64 texts.
 
     Parameters
     ----------
-    most : number of stored pictures at most
+    solution : times, coordinates and metadata
+    seen : poses of bodies (rows, 7) by name, and the scenery
+    most : number of stored pictures at most; None for no limit beyond the page's size
     """
     poses, scenery = seen
     carriers = _Carriers(poses, scenery)
@@ -250,15 +250,16 @@ class _Carriers:
         return self.numbers.get(BASE, -1) if body == BASE else -1 if body == WORLD else self.numbers[body]
 
     def place(self, body: str, position: list[float]) -> dict[str, Any]:
-        """Return the carrier of a place of a body, on a beam the frame at the place, with the position in that
-        frame."""
+        """Return the carrier (a number) of a place of a body, and its position (3,) in the carrier's frame, as keys
+        ``carrier`` and ``position``; on a beam the carrier is the frame nearest to the place."""
         if axis := self.axes.get(body):
             number, within = nearest_station(axis, position)
             return {"carrier": self.along[body][number], "position": within}
         return {"carrier": self.of(body), "position": position}
 
     def line(self, line: Mapping[str, Any], points: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the data of a force between points, with all points and obstacles of one that is not straight."""
+        """Return the data of a force between points, with data of points in place of their names. A bent line has also
+        the points on the path, and obstacles with carriers."""
         ends = {**line, "first": points[line["first"]], "second": points[line["second"]]}
         if "path" not in line:
             return ends
@@ -273,7 +274,8 @@ class _Carriers:
         return {**ends, "path": [points[name] for name in line["path"]], "obstacles": obstacles}
 
     def body(self, body: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the data of a body; a beam has the frames along its ``axis``, and ``ties`` from these frames."""
+        """Return the data of a body with its carrier; a beam has the carriers along its ``axis``, and ``ties``, places
+        that lines join to it."""
         name, shown = body["name"], {**body, "carrier": self.of(body["name"])}
         if name in self.exact:
             return self.exact_beam(shown, self.exact[name])
@@ -287,7 +289,8 @@ class _Carriers:
         }
 
     def shape(self, shape: Mapping[str, Any], numbers: Mapping[str, int]) -> dict[str, Any]:
-        """Return the data of a shape with its carrier, on a beam the nearest frame, and the number of its body."""
+        """Return the data of a shape with its carrier, on a beam the nearest frame, and the number of its body;
+        vertices are moved into the carrier's frame. ``numbers`` are of bodies by name."""
         place = self.place(shape["body"], shape["origin"])
         offset = np.array(place["position"]) - np.array(shape["origin"])
         vertices = (np.array(shape["vertices"]) + offset).tolist() if offset.any() else shape["vertices"]
@@ -295,8 +298,8 @@ class _Carriers:
         return {**shape, "carrier": place["carrier"], "body": owner, "vertices": vertices}
 
     def exact_beam(self, first: Mapping[str, Any], beam: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the data of a geometrically exact beam: frames along the beam, its outline, and the number of frames
-        from node to node."""
+        """Return the data of a geometrically exact beam: carriers along its axis, its outline, and the number of frames
+        for each element. ``first`` is the data of its first node."""
         pieces = pieces_of(len(beam["nodes"]) - 1)
         corners = beam["outline"]
         radius = max(np.hypot(*corner) for corner in corners)
@@ -331,7 +334,8 @@ class _Carriers:
 
 
 def _thinned(t: Array, size: int, most: int | None = None) -> NDArray[np.intp]:
-    """Return the rows, of ``size`` bytes each, that the page keeps, the first and the last row included."""
+    """Return the indices of the rows at times t that the page keeps, the first and the last included; ``size`` is the
+    size of a row in bytes, ``most`` the largest number of rows."""
     wanted = min(max(RATE * float(t[-1] - t[0]), FEWEST), max(LARGEST / size, 2.0))
     wanted = wanted if most is None else min(wanted, most - 1)
     if len(t) <= wanted:
@@ -341,8 +345,8 @@ def _thinned(t: Array, size: int, most: int | None = None) -> NDArray[np.intp]:
 
 
 def _packed_shape(shape: Mapping[str, Any]) -> dict[str, Any]:
-    """Pack a shape into an eighth of the text: vertices as whole steps of 1/65535 of the size from the lowest corner,
-    faces as triangles."""
+    """Return a shape in an eighth of the text: vertices as whole steps of 1/65535 of the size from the lowest corner,
+    faces as triangles, both as base64 texts."""
     vertices = np.array(shape["vertices"], dtype=float).reshape(-1, 3)
     low = np.min(vertices, axis=0)
     step = float(np.max(vertices - low)) / _STEPS or 1.0

@@ -38,7 +38,8 @@ def pieces_of(elements: int) -> int:
 
 
 def frames_along(poses: Mapping[str, Array], nodes: Sequence[str]) -> Array:
-    """Return the poses along a beam, (nt, elements * pieces + 1, 7), given the poses of the nodes, (nt, 7)."""
+    """Return the poses along a beam, (nt, elements * pieces + 1, 7), from the poses (nt, 7) of its nodes, in order, by
+    name."""
     pieces = pieces_of(len(nodes) - 1)
     parts = []
     for first, second in pairwise(poses[name] for name in nodes):
@@ -97,8 +98,8 @@ def drawn_beams(
 
 
 def axes_of(model: CompiledModel) -> list[dict[str, Any]]:
-    """Return the axes of a model's beams as JSON types: fields of ``BeamAxis``, and the first coordinate of each
-    beam."""
+    """Return the axes of a model's modal beams as JSON types: the fields of ``BeamAxis``, and ``q_start``, the index of
+    the beam's first coordinate."""
     begins = {factor.name: factor.q_start for factor in model.factors}
     return [{**axis, "q_start": begins[axis["name"]]} for axis in model.library.layout["axes"]]
 

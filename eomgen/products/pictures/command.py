@@ -47,7 +47,7 @@ def animate(scene: str, path: str, **options: Any) -> int:
 
 
 def _check_scene(path: Path) -> None:
-    """Raise UsageError for a table or for a folder of a run, whose solution lies in the same place."""
+    """Raise UsageError for a folder, or a table (.csv); the hint is the solution of a run in that folder."""
     folder = path if path.is_dir() else path.parent if path.suffix == ".csv" else None
     if folder is not None:
         fault = "this is a folder" if folder == path else "a table has no poses of bodies"
@@ -98,7 +98,8 @@ class RestPicture(RestPart):
         self.files = [] if figure is None else [Path(figure)]
 
     def draw(self, model: Model, result: Equilibrium, given: Mapping[str, Any]) -> None:
-        """Draw the shape at rest over the initial one, with supports and forces that are numbers."""
+        """Draw the shape at rest over the initial one, with supports and forces that are numbers, into the file of
+        ``--plot``; none without the option."""
         if not self.files:
             return
         from eomgen.products.pictures.shapes import arrows, draw_rest  # noqa: PLC0415  # matplotlib comes with it
@@ -157,7 +158,8 @@ class SectionsOfRun(RunPart):
 
     @contextmanager
     def storage(self, folder: Path) -> Iterator[str | None]:
-        """Give the path of a file of loads while figures are drawn."""
+        """Store the loads that are drawn in a file of ``folder`` within the block, which gets its path, or None without
+        beams; the file is removed at the end."""
         if not self.beams:
             yield None
             return
@@ -171,7 +173,8 @@ class SectionsOfRun(RunPart):
             loads.unlink(missing_ok=True)
 
     def drawings(self, folder: Path, stored: str | None = None) -> list[Callable[[], list[Path]]]:
-        """Return the call that draws the section loads of beams."""
+        """Return the functions that draw the section loads of beams into ``folder``, one or none; ``stored`` is the
+        path of stored loads."""
         if stored is None and not self.beams:
             return []
         from eomgen.products.pictures.section_loads import section_drawing  # noqa: PLC0415
@@ -180,7 +183,8 @@ class SectionsOfRun(RunPart):
 
 
 def print_beams(beams: Mapping[str, Mapping[str, Any]]) -> None:
-    """Print displacements and section loads of geometrically exact beams."""
+    """Print a table of displacements and section loads of geometrically exact beams, from the data of
+    ``beams_at_rest``."""
     rows = []
     for name, beam in beams.items():
         end, most = beam["end"], beam["largest_displacement"]

@@ -271,7 +271,8 @@ def _check_slope(slope: float) -> None:
 
 
 def _warn_of_coarse_rows(name: str, t: Array, x: Array) -> None:
-    """Warn of rows that reverse every two rows or sooner: the extreme values lie between them."""
+    """Warn (RuntimeWarning) if the column x (rows,) of the name reverses every two rows or sooner: extreme values lie
+    between rows."""
     changed = np.flatnonzero(np.diff(x))
     up = np.diff(x)[changed] > 0.0
     reversals = changed[1:][up[1:] != up[:-1]]

@@ -34,10 +34,12 @@ def roads_of(
     """Return the roads under tyres as JSON types; flat roads of parameters alone are the ground, and left out.
 
     A road at rest has ``places`` (n, 3) in the world. A moving one has ``heights`` (m, k), at ``times`` (m,), at
-    ``along`` (k,), m, the distances from the centre of the wheel along the x axis of the world.
+    ``along`` (k,), m, the distances from the centre of the wheel along the x axis of the world. Roads with heights that
+    are not finite are left out.
 
     Parameters
     ----------
+    drawing : wheels and points of the scene
     poses : of bodies at the times t (nt,), (nt, 7)
     values : of parameters
     inputs : callable
@@ -134,7 +136,8 @@ class _Numbers:
         return np.array([self.of(formula) for formula in formulas])
 
     def heights(self, wheel: Wheel, x: Array, y: Array, t: Array, rows: Sequence[int] | None = None) -> Array:
-        """Return heights of a road at places and times that broadcast; NaN for quantities without a value here."""
+        """Return heights, m, of a road at places x, y and times t that broadcast; NaN for quantities without a value
+        here. ``rows`` are the indices of the times among the values of inputs."""
 
         def value_of(symbol: Symbol) -> ArrayLike:
             match symbol.kind:
@@ -151,7 +154,7 @@ class _Numbers:
 
 
 def _at_rest(wheel: Wheel, center: Array, radius: float, numbers: _Numbers) -> dict[str, Any]:
-    """Return the road along the path of a wheel (nt, 3), and beyond both ends of the path."""
+    """Return ``places`` of a road along the path of a wheel's centre (nt, 3), and beyond both ends of the path."""
     path = center[:, :2]
     steps = np.linalg.norm(np.diff(path, axis=0), axis=1)
     length, beyond = float(np.sum(steps)), _BEYOND * radius
@@ -174,7 +177,8 @@ def _at_rest(wheel: Wheel, center: Array, radius: float, numbers: _Numbers) -> d
 
 
 def _moving(wheel: Wheel, center: Array, t: Array, radius: float, numbers: _Numbers) -> dict[str, Any]:
-    """Return the road around the centre of a wheel (nt, 3) at some of the times (nt,)."""
+    """Return ``times``, ``along`` and ``heights`` of a road around the centre of a wheel (nt, 3), at up to 600 of the
+    times t (nt,)."""
     rows = np.unique(np.linspace(0, len(t) - 1, min(len(t), _TIMES)).round().astype(int))
     along = radius * _AROUND
     x = center[rows, 0, np.newaxis] + along

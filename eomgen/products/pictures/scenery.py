@@ -74,12 +74,14 @@ def scenery_at_poses(
     p: Array,
     inputs: Callable[[Array], Mapping[str, Array]] | None,
 ) -> dict[str, Any]:
-    """Return all elements of a picture of a run but the poses, with roads and surfaces around the bodies.
+    """Return all elements of a picture of a run but the poses, with roads and surfaces around the bodies, as JSON
+    types.
 
     Parameters
     ----------
     poses : of bodies at the times t (nt,), (nt, 7)
-    inputs : as of ``poses_and_scenery``
+    p : (np,) parameters
+    inputs : returns the values of inputs by name at times; None without inputs
     """
     parameters = dict(zip(model.parameters, p.tolist(), strict=True))
     seen = scenery(model.description, parameters)
@@ -205,7 +207,8 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
 def _marked(
     joints: Sequence[dict[str, Any]], description: Description, bodies: Sequence[Mapping[str, Any]]
 ) -> list[dict[str, Any]]:
-    """Return joints, ``unmarked`` at massless bodies without shapes in a scene with shapes."""
+    """Return the joints, with ``unmarked`` set for joints of massless bodies that have no shape, in a scene with
+    shapes."""
     massless = {body["name"] for body in bodies if body["solid"]["kind"] == "none"}
     bare = massless - {shape.body for shape in description.drawing.shapes} if _has_shapes(description) else set[str]()
     return [{**joint, "unmarked": True} if {joint["parent"], joint["child"]} & bare else joint for joint in joints]
@@ -225,10 +228,12 @@ _CENTRAL = 0.05
 
 
 def _shapes(drawing: Drawing, vector: Evaluated, centers: Mapping[str, Sequence[float]]) -> list[dict[str, Any]]:
-    """Return the parts of all shapes; ``whole`` says whether a part is drawn in place of its body.
+    """Return the parts of all shapes as JSON types; ``whole`` is whether a part is drawn in place of its body. Raises
+    NumericalError for a size that is not above 0.
 
     Parameters
     ----------
+    vector : evaluates formulas of parameters, given a place for messages
     centers : (3,) centre of mass of each body in the body, m
     """
     result = []
@@ -246,7 +251,8 @@ def _shapes(drawing: Drawing, vector: Evaluated, centers: Mapping[str, Sequence[
 
 
 def _line(line: Line, vector: Evaluated) -> dict[str, Any]:
-    """Return a force between points; one that is not straight with the names of its points, and its obstacles."""
+    """Return the data of a force between two points; a bent line also with the names of the points on its path, and its
+    obstacles. ``vector`` evaluates formulas."""
     where = f"tendons.{line.name}"
     obstacles = [
         {

@@ -168,8 +168,8 @@ def draw_sections(solution: RecordedSolution, drawn: Mapping[str, SectionLoads],
 
 
 def section_drawing(solution: LoadedSolution, folder: Path, stored: str | None = None) -> Callable[[], list[Path]]:
-    """Return the call that draws the figures of ``draw_sections``, with loads from a file of ``store_drawn_loads`` if
-    there is one."""
+    """Return the function that draws the figures of ``draw_sections`` into ``folder`` and returns their paths;
+    ``stored`` is a file of ``store_drawn_loads``, without which the loads are evaluated now."""
     loads = stored_drawn_loads(Path(stored)) if stored is not None else drawn_loads(solution)
     return partial(draw_sections, solution, loads, folder)
 
@@ -183,7 +183,8 @@ def _chosen(quantities: Sequence[str]) -> Sequence[str]:
 
 
 def _rows_at(solution: LoadedSolution, at: ArrayLike) -> Array:
-    """Return the rows next to some times."""
+    """Return the indices of the rows nearest to the times ``at``, s. Raises UsageError for no times, or times outside
+    the solution."""
     times = np.atleast_1d(np.asarray(at, dtype=float))
     t = solution.t
     if not len(times):
@@ -202,7 +203,8 @@ def _thinned(t: Array, count: int) -> Array:
 
 
 def _loads(solution: LoadedSolution, beam: str, rows: Array) -> tuple[str, SectionLoads]:
-    """Return the name of a beam and the beam's loads at some rows, evaluated at these rows alone if possible."""
+    """Return the name of a beam (empty: the only one) and its loads at some rows, evaluated there alone if possible.
+    Raises UsageError for an unknown name, or several beams and no name."""
     result = _by_beam(solution, rows)
     if not beam and len(result) > 1:
         fault = f"the scene has {len(result)} geometrically exact beams [E1290]"
@@ -240,7 +242,8 @@ def _label(quantity: str, index: int) -> str:
 
 
 def _along(axis: Any, loads: SectionLoads, quantity: str, index: int, t: Array, *, legend: bool) -> None:
-    """Draw a component over x: loads from end to end of the elements, strains constant in each element."""
+    """Draw component ``index`` of a quantity over x, a curve for each row at times t: loads linear in each element,
+    strains constant."""
     from matplotlib import colormaps  # noqa: PLC0415  # slow to import, and only drawing needs it
 
     nodes = loads.nodes
@@ -275,11 +278,8 @@ _NUMBERS = 4_000_000
 
 
 def largest_section_loads(solution: LoadedSolution) -> dict[str, dict[str, dict[str, float]]]:
-    """Return by beam, and by ``moment`` (N m) and ``force`` (N), the largest ``size``, with the place ``x``, m, and the
-    time ``t``, s.
-
-    Looked at are the recorded rows, and both ends of each element.
-    """
+    """Return by beam, and by ``moment`` (N m) and ``force`` (N), a mapping of the largest ``size``, its place ``x``, m,
+    and its time ``t``, s; empty without a model. Looked at are the recorded rows, and both ends of each element."""
     model = solution.model
     if model is None:
         return {}

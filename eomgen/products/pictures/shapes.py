@@ -49,8 +49,8 @@ class Arrow:
 
 
 def arrows(loads: Sequence[Force], model: CompiledModel, p: Array) -> list[Arrow]:
-    """Return arrows of forces in world axes that depend on parameters (np,) only; omit forces that depend on motion or
-    time."""
+    """Return arrows of forces in world axes that depend on parameters p (np,) only; forces that depend on motion or
+    time are left out."""
     values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
     result = []
     for load in loads:
@@ -75,7 +75,8 @@ def draw_rest(
     initial: Mapping[str, Any] | None = None,
     loads: Sequence[Arrow] = (),
 ) -> Path:
-    """Draw a configuration (nq,) thick over the initial one thin, with supports and loads, and return the file.
+    """Draw a configuration q (nq,) thick over the initial one thin, with supports and ``loads``, into a figure, and
+    return its path.
 
     Small displacements are enlarged, and the figure says by how much. Lengths are in m.
 
@@ -112,7 +113,8 @@ def draw_rest(
 def draw_modes(
     model: CompiledModel, q: Array, t: float, p: Array, shapes: Array, titles: Sequence[str], path: Path
 ) -> Path:
-    """Draw motions (nv, n) about a configuration (nq,), the largest displacement a tenth of the machine.
+    """Draw up to 6 motions (``shapes``, (nv, n)) about a configuration q (nq,), the largest displacement a tenth of the
+    machine, under their titles, into a figure, and return its path.
 
     Raises
     ------
@@ -148,7 +150,8 @@ def draw_modes(
 
 
 class _MachineLines:
-    """Axes of beams and ties of bodies in the world, at some configurations (n, nq)."""
+    """Lines of a machine in the world at some configurations (n, nq): axes of beams, and ties from bodies to their
+    joints and springs; also roads and shapes."""
 
     def __init__(self, model: CompiledModel, t: float, p: Array, q: Array) -> None:
         """Collect beams, shapes, roads and lines of bodies at configurations (n, nq), with places in the world."""
@@ -180,7 +183,7 @@ class _MachineLines:
         self.size = float(np.max(np.ptp(first, axis=0), initial=0.0)) or 1.0
 
     def _placed(self, part: Mapping[str, Any]) -> Array:
-        """Return the vertices of a part of a shape in the world, (n, vertices, 3)."""
+        """Return the vertices of a part of a shape in the world, (n, vertices, 3), m, at each configuration."""
         vertices = np.array(part["vertices"])
         pose = self.seen.poses.get(part["body"])
         if pose is None or part["body"] == WORLD:
@@ -210,7 +213,8 @@ class _MachineLines:
 
 
 def _enlargement(lines: _MachineLines) -> float:
-    """Return the magnification of displacements: 1, 2 or 5 times a power of ten."""
+    """Return the magnification of displacements from the first to the second configuration: 1 if they are visible or
+    zero, else 1, 2 or 5 times a power of ten."""
     moved = float(np.max(np.linalg.norm(lines.places[1] - lines.places[0], axis=1), initial=0.0))
     if not 0.0 < moved < _VISIBLE * lines.size:
         return 1.0
@@ -224,7 +228,7 @@ def _extent(lines: _MachineLines, plane: Sequence[int]) -> float:
 
 
 def _planes(lines: _MachineLines) -> list[tuple[int, int]]:
-    """Return the planes to draw: the plane of a planar machine, else (x, z) and (x, y)."""
+    """Return the planes to draw, as pairs of axis numbers: the plane of a planar machine, else (x, z) and (x, y)."""
     extents = np.ptp(lines.places.reshape(-1, 3), axis=0)
     shown = [(0, 2), (0, 1), (1, 2)]
     size = float(extents.max()) or 1.0
@@ -233,7 +237,8 @@ def _planes(lines: _MachineLines) -> list[tuple[int, int]]:
 
 
 def _draw(axis: Any, lines: _MachineLines, row: int, plane: Sequence[int], label: str = "", **style: Any) -> None:
-    """Draw a machine at one configuration, projected onto a plane."""
+    """Draw a machine at the configuration with index ``row``, projected onto a plane (two axis numbers), with
+    matplotlib's ``style`` and a label for a legend."""
     along = 3 - sum(plane)
     thin = style["color"] == _THIN
     at_rest = [bool(np.all(places == places[0])) for _, places in lines.solids]  # surfaces, drawn once and below others
@@ -263,7 +268,8 @@ def _nearness(places: Array, along: int) -> float:
 
 
 def _fill(axis: Any, part: Mapping[str, Any], places: Array, plane: Sequence[int], *, thin: bool, alpha: float) -> None:
-    """Draw a part of a shape, (vertices, 3), as seen along the normal of the plane, the nearest faces last."""
+    """Draw a part of a shape with vertices ``places`` (vertices, 3), as seen along the normal of the plane, nearest
+    faces last; ``thin`` as a pale shadow."""
     from matplotlib.collections import PolyCollection  # noqa: PLC0415  # with the first figure
 
     along = 3 - sum(plane)

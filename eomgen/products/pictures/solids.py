@@ -37,7 +37,8 @@ class SolidPart(NamedTuple):
 
 
 def parts_of(kind: str, sizes: Sequence[float]) -> list[SolidPart]:
-    """Return the surfaces of a solid; ``kind`` and ``sizes`` as of ``Shape``, z the axis of symmetry."""
+    """Return the surfaces of a solid in its own frame, one for each colour; ``kind`` and ``sizes`` as of ``Shape``, z
+    the axis of symmetry."""
     if kind == "box":
         return [SolidPart(*_box(sizes))]
     if kind == "wheel":
@@ -61,7 +62,7 @@ def parts_of(kind: str, sizes: Sequence[float]) -> list[SolidPart]:
 
 
 def _box(size: Sequence[float]) -> tuple[Array, Faces]:
-    """Return a box whose sides are cut into pieces of about equal lengths."""
+    """Return vertices (n, 3) and faces of a box with these sides, cut into pieces of about equal lengths."""
     pieces = [max(1, round(_PIECES * side / max(size))) for side in size]
     vertices: list[list[float]] = []
     faces: Faces = []
@@ -82,7 +83,8 @@ def _box(size: Sequence[float]) -> tuple[Array, Faces]:
 
 
 def _revolved(profile: Sequence[tuple[float, float]]) -> tuple[Array, Faces]:
-    """Return the surface of a profile, places along z and radii, turned about z."""
+    """Return vertices (n, 3) and faces of the surface of a profile, pairs of place along z and radius, turned about
+    z."""
     angles = 2.0 * np.pi * np.arange(_AROUND) / _AROUND
     ring = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     vertices = np.concatenate([np.column_stack([r * ring, np.full(_AROUND, z)]) for z, r in profile])
@@ -147,7 +149,7 @@ def drawn_shape(shape: Shape, sizes: Sequence[float], position: Sequence[float])
 
 
 def _by_color(vertices: Array, faces: NDArray[np.int32], packed: bytes) -> list[SolidPart]:
-    """Return the parts of a mesh in one colour each.
+    """Return the parts of a mesh, one for each colour of faces; a single part without colours.
 
     Parameters
     ----------
@@ -172,6 +174,7 @@ def _rounded(vertices: Array) -> list[list[float]]:
 
 
 def _is_closed(faces: Faces) -> bool:
-    """Return whether each edge joins two faces that turn opposite ways around it: then no back of a face is seen."""
+    """Return whether a surface is closed: each edge joins two faces that turn opposite ways around it, so that no back
+    of a face is seen."""
     edges = {(face[k - 1], face[k]) for face in faces for k in range(len(face))}
     return len(edges) == sum(map(len, faces)) and all((b, a) in edges for a, b in edges)

@@ -207,17 +207,10 @@ class Conversion:
         return Edge((path, joint.name), joint, WORLD_NODE, link, None)
 
     def convert(self, *, actuated: bool, actuators: Actuation = NO_ACTUATION) -> None:
-        """Fill the sections of the scene: bodies, joints, frames, constraints, efforts, inputs and shapes.
-
-        Raises DescriptionError for the problems reported so far, and OptionError for a tunable link on the base.
-
-        Parameters
-        ----------
-        actuated : bool
-            Give each joint of one coordinate an effort as input, unless the joint follows another or has an actuator.
-        actuators : Actuation
-            Inputs and efforts of actuators with transmissions.
-        """
+        """Fill the sections of the scene: bodies, joints, frames, constraints, efforts, inputs and shapes. With
+        ``actuated`` each joint of one coordinate has an effort as input, unless the joint follows another or has an
+        actuator; ``actuators`` has inputs and efforts of actuators with transmissions. Raises DescriptionError for all
+        problems reported so far, and OptionError for a tunable link on the base."""
         moving = [link for link in self.links if link not in self.static]
         roots = {link: self.frames.link(link[0][:1], MODEL_FRAME) if link[0] else link for link in moving}
         gears = [edge for edge in self.edges if edge.joint.gear is not None]
@@ -419,20 +412,10 @@ class Conversion:
         self.add_part(end)
 
     def carry(self, step: Step, start: LinkPlace, rest: LinkPlace) -> None:
-        """Add a joint that moves, with forces, and the carried body.
-
+        """Add a joint that moves, with forces, and the body that it carries. ``start`` is the place of the link from
+        which the step starts, ``rest`` the place of the carried link at the zero coordinate, in the body of ``start``.
         A link whose origin is not at the joint gets a body NAME_body with the origin at the joint, in which the link is
-        a frame. A universal joint with axes that are not perpendicular becomes two revolute joints.
-
-        Parameters
-        ----------
-        step : Step
-            The joint, the links and the direction.
-        start : LinkPlace
-            Place of the link from which the step starts.
-        rest : LinkPlace
-            Place of the link that is carried, at the zero coordinate of the joint, in the body of ``start``.
-        """
+        a frame. A universal joint with axes that are not perpendicular becomes two revolute joints."""
         edge, end = step.edge, step.end
         joint, key = edge.joint, edge.key
         offset = self.frames.between(end, key).position

@@ -53,18 +53,14 @@ class ElementPlace:
 
 
 class Leftovers:
-    """Elements and attributes of files that are not read, sorted by their status in a table of the format.
+    """Elements and attributes of files that are not read, by kind: ``unread`` without a known status, ``noted`` with a
+    note, with places and owners; ``idle`` without effect, counted. ``nearly_right`` has angles by the name of their
+    element.
 
     Parameters
     ----------
     table : mapping
         Status by child or attribute (with an ``@`` before the name), of each element.
-
-    Attributes
-    ----------
-    unread, noted : places and owners of parts, by kind: without a status, and with a note
-    idle : counts of parts without effect, by name
-    nearly_right : angles that are nearly right angles, by the name of their element
     """
 
     def __init__(self, table: Table) -> None:

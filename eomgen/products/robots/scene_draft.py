@@ -87,15 +87,8 @@ def turns_of(orientation: Array) -> list[dict[str, Any]]:
 
 @dataclass(frozen=True)
 class Actuation:
-    """Inputs and efforts of actuators with transmissions.
-
-    Attributes
-    ----------
-    inputs : entries of the section ``inputs`` by name
-    efforts : entries of the section ``efforts``, by the joint on which they act
-    notes : on the conversion
-    warnings : line in the file and text of each part that is left out
-    """
+    """Actuators with transmissions: entries of ``inputs`` by name, entries of ``efforts`` by the joint on which they
+    act, notes, and warnings, each a line of the file and a text."""
 
     inputs: Mapping[str, Any] = field(default_factory=dict)
     efforts: Mapping[str, Any] = field(default_factory=dict)
@@ -170,20 +163,10 @@ class SceneDraft:
         return section
 
     def name(self, kind: str, written: str, default: str, *, joined: bool = False) -> str:
-        """Return a legal name that no other element of the kind has, and take the name; note a name of the file that is
-        changed.
-
-        Parameters
-        ----------
-        kind : str
-            Kind of element, such as ``body`` or ``joint``; names are unique within a kind.
-        written : str
-            The name in the file; empty for an element without one.
-        default : str
-            The wanted name for this case.
-        joined : bool
-            Whether ``written`` is made of several names of the file: then elements of the file keep their names.
-        """
+        """Return a legal name that no other element of the kind (``body``, ``joint``, ...) has, and take the name.
+        ``written`` is the name in the file, empty for an element without one, for which ``default`` is wanted; a change
+        of ``written`` is noted. With ``joined`` the name is made of several names of the file, and leaves these names
+        to their elements."""
         taken = self.taken.setdefault(kind, {BASE, WORLD} if kind == "body" else set(RESERVED))
         wanted = written or default
         if kind == "body" and wanted in (BASE, WORLD):

@@ -67,19 +67,9 @@ def solid_of(
 ) -> dict[str, Any]:
     """Return type and sizes of the first known geometry in a visual, as keys of an entry in ``[shapes]``.
 
-    Parameters
-    ----------
-    numbers : callable
-        Reads the numbers of an attribute or child, from element, name and default.
-    mesh : callable
-        Returns file and scale of the element of a mesh.
-    sizes : mapping
-        Sizes of each type of geometry: name in the format, key in the scene, default.
-
-    Raises
-    ------
-    NotDrawnError
-        Without a known geometry, for a size that is not above 0, a mesh of an unknown kind, or a scale of 0.
+    ``numbers`` reads the numbers of an attribute or child from element, name and default; ``mesh`` returns file and
+    scale of a mesh element; ``sizes`` has for each type of geometry the sizes: name in the format, key, default. Raises
+    NotDrawnError without a known geometry, for a size that is not above 0, a mesh of an unknown kind, or a scale of 0.
     """
     geometry = visual.first("geometry")
     solids = [(kind, item) for kind in sizes for item in (geometry.children_with_tag(kind) if geometry else ())]

@@ -61,8 +61,9 @@ class LoadPaths(RestPart):
         self.buckling = None if buckling is None else _preload(buckling)
 
     def answer(self, model: Model, given: Mapping[str, Any], as_json: bool) -> int:
-        """Print and write the requested path or buckling loads. Raises NumericalError if a path does not arrive, after
-        the path is written."""
+        """Print and write the requested path or buckling loads of a model, and return the exit code; 0 if neither is
+        requested. ``given`` are the arguments of the model's methods. Raises NumericalError if a path does not arrive,
+        after it is written."""
         given = {**given, "initial": given["initial"] or None}
         if self.buckling is not None:
             with waiting(f"{model.name}: buckling loads"):
@@ -106,7 +107,7 @@ class LoadPaths(RestPart):
         print_table(f"{name}: path", ("equilibrium", path.parameter, *shown), ends, numeric=range(1, 2 + len(shown)))
 
     def _buckling(self, loads: BucklingLoads, model: Model, as_json: bool) -> int:
-        """Print and write buckling loads; returns the exit status."""
+        """Print buckling loads, write them to a file if one is named, and return the exit code."""
         data = {
             "scene": model.name,
             "parameter": loads.parameter,

@@ -43,9 +43,8 @@ class CriticalPoint:
     Attributes
     ----------
     kind : ``limit point``, if the load factor turns round, or ``bifurcation``
-    point : of the path
-    modes : (nv, n) displacements with zero stiffness, the largest component of each 1 (rad, or the scene's
-        length)
+    point : state and direction of the path there
+    modes : (nv, n) displacements with zero stiffness, the largest component of each 1 (rad, or the scene's length)
     """
 
     kind: Kind
@@ -67,14 +66,15 @@ def examined(statics: LoadedStatics, point: PathPoint) -> ExaminedPoint:
 
 
 def lowest_frequency_squared(statics: LoadedStatics, examined: ExaminedPoint) -> float:
-    """Return the real stiffness nearest to zero along unit kinetic energy, (rad/s)^2; not a number without a real
-    stiffness."""
+    """Return the real eigenvalue nearest to zero of the stiffness relative to the mass, (rad/s)^2; NaN without a real
+    one."""
     values, _ = examined.stiffness.next_to_zero(1, statics.mass(examined.point.rest))
     return float(values[0]) if len(values) else np.nan
 
 
 def critical_points(statics: LoadedStatics, before: ExaminedPoint, after: ExaminedPoint) -> list[CriticalPoint]:
-    """Return the critical points between two neighbouring points of a path, in order."""
+    """Return the critical points between two neighbouring points of a path, in order: a limit point if the load factor
+    turns round, and bifurcations before and after it."""
     way = after.point.stride
     if before.point.direction.s * after.point.direction.s >= 0.0:
         return _bifurcations(statics, before, after, (0.0, before), (way, after))
@@ -102,7 +102,8 @@ class _LostPointError(Exception):
 
 
 class _StepFunction:
-    """A number along the step between two points of a path."""
+    """A number, given by ``value`` of an examined point, as a function of the arc length between two points of a
+    path."""
 
     def __init__(
         self, statics: LoadedStatics, first: PathPoint, second: PathPoint, value: Callable[[ExaminedPoint], float]
@@ -122,7 +123,9 @@ class _StepFunction:
     def root(
         self, low: tuple[float, float], high: tuple[float, float], first: ExaminedPoint, second: ExaminedPoint
     ) -> tuple[float, ExaminedPoint]:
-        """Return the arc length of a root, and the examined point nearest to the root."""
+        """Return the arc length at which the number is zero, and the examined point nearest to it. ``low`` and ``high``
+        are pairs of arc length and number, of opposite signs, at the points ``first`` and ``second``. If no point is
+        found next to the root, the arc length is interpolated."""
         tried = {low[0]: low[1], high[0]: high[1]}
         self._known.update({low[0]: first, high[0]: second})
 
@@ -152,7 +155,8 @@ def _bifurcations(
     low: tuple[float, ExaminedPoint],
     high: tuple[float, ExaminedPoint],
 ) -> list[CriticalPoint]:
-    """Return the bifurcations between two ways along the step from ``first`` to ``second``, in order."""
+    """Return the bifurcations, in order, between ``low`` and ``high``, two pairs of arc length and examined point,
+    within the step from ``first`` to ``second``. Stiffnesses with a common zero make one bifurcation."""
     below, above = low[1].stiffness, high[1].stiffness
     if below.negative == above.negative and below.symmetric == above.symmetric:
         return []
@@ -174,7 +178,8 @@ def _bifurcations(
 
 
 def _sign_changes(below: TangentStiffness, above: TangentStiffness) -> list[Callable[[ExaminedPoint], float]]:
-    """Return functions of points: one for each stiffness that changes sign between two points, with the same root."""
+    """Return functions of examined points, one for each stiffness that changes sign between two points, with the same
+    root: eigenvalues if both stiffnesses are symmetric, else determinants by group of components."""
     if below.symmetric and above.symmetric:
         numbers = range(min(below.negative, above.negative), max(below.negative, above.negative))
         neutral = min(below.neutral, above.neutral)
@@ -185,7 +190,8 @@ def _sign_changes(below: TangentStiffness, above: TangentStiffness) -> list[Call
 
 
 def _eigenvalue(number: int, count: int, neutral: int) -> Callable[[ExaminedPoint], float]:
-    """Return the stiffness of rank ``number`` as a function of points, ignoring ``neutral`` zero stiffnesses."""
+    """Return the eigenvalue of rank ``number`` (from the lowest) of the stiffness, as a function of examined points;
+    ``count`` eigenvalues next to zero are computed, and ``neutral`` zero ones left out."""
 
     def value(point: ExaminedPoint) -> float:
         negative = point.stiffness.negative if neutral else point.stiffness.below(0.0)
@@ -211,7 +217,8 @@ def _determinant(group: int, groups: Components, logarithm: float) -> Callable[[
 
 
 def _modes(at: ExaminedPoint, count: int) -> Array:
-    """Return the displacements with the smallest stiffnesses, (nv, count), reproducible under rounding errors."""
+    """Return the displacements with the ``count`` smallest stiffnesses, (nv, n), canonical, so that rounding does not
+    change them; one column of zeros without any."""
     stiffness = at.stiffness
     _, directions = stiffness.next_to_zero(count)
     directions, result = directions[:, :count], []
@@ -245,7 +252,8 @@ _ALIKE = 1e-6
 
 
 def linear_buckling(statics: LoadedStatics, rest: LoadedState, count: int) -> tuple[Array, Array]:
-    """Return changes mu of the load factor by size, (n,), and modes, (nv, n), with largest components 1 or lengths.
+    """Return changes mu of the load factor from a preload to linear buckling, (n,), smallest size first, and modes,
+    (nv, n), whose largest component is 1 rad or the scene's length. ``rest`` is the preload, ``count`` the largest n.
 
     Raises
     ------
@@ -269,8 +277,8 @@ def linear_buckling(statics: LoadedStatics, rest: LoadedState, count: int) -> tu
 
 
 def load_scale(statics: LoadedStatics, rest: LoadedState) -> float:
-    """Return the change of the load factor with the forces of the softest motion displaced by 1 rad, or by the scene's
-    length; 0 if the load or the stiffness is without effect."""
+    """Return the order of magnitude of the load factor's change that displaces the softest motion by 1 rad or by the
+    scene's length; 0 if the load or the stiffness is without effect."""
     tangents = statics.tangents(rest)
     solve = compliance(tangents.K, tangents.B)
     force = float(np.linalg.norm(statics.by_factor(rest).residual * statics.sizes))
@@ -287,11 +295,9 @@ def load_scale(statics: LoadedStatics, rest: LoadedState) -> float:
 
 
 def half_way(statics: LoadedStatics, rest: LoadedState, factor: float) -> float | None:
-    """Return the critical load factor, less the present one, that ``linear_buckling`` predicts at half of ``factor``.
-
-    The factor equals ``factor`` if the structure keeps its shape. None without rest at half of ``factor``, or without a
-    prediction.
-    """
+    """Return the critical load factor minus the present one, as ``linear_buckling`` predicts it at half of ``factor``.
+    It equals ``factor`` if the structure keeps its shape. None without an equilibrium at half of ``factor``, or without
+    a prediction."""
     onwards = direction(statics, rest, held_factor(statics, rest))
     if onwards is None or onwards.s == 0.0:
         return None
@@ -309,7 +315,8 @@ def half_way(statics: LoadedStatics, rest: LoadedState, factor: float) -> float 
 
 
 def _rate(statics: LoadedStatics, rest: LoadedState, change: float) -> csc_array:
-    """Return K' = dK/d(load factor) of linear buckling, (K + mu K') phi = 0, by central differences along the path."""
+    """Return K' = dK/d(load factor), (nv, nv), by central differences over ``change`` along the path. Raises
+    ArithmeticError without a tangent of the path, or without an equilibrium nearby."""
     onwards = direction(statics, rest, held_factor(statics, rest))
     if onwards is None or onwards.s == 0.0:
         raise ArithmeticError("the tangent stiffness is singular there [E2086]")
@@ -324,7 +331,8 @@ def _rate(statics: LoadedStatics, rest: LoadedState, change: float) -> csc_array
 
 
 def _factors(K: csc_array, B: csc_array, rate: csc_array, count: int) -> tuple[Array, Array]:
-    """Return the real mu of (K + mu K') phi = 0 under constraints, by size, and the phi."""
+    """Return the real mu of (K + mu K') phi = 0 under constraints with the Jacobian B, smallest size first, at most
+    ``count``, and the phi as columns; ``rate`` is K'. Raises ArithmeticError for a singular K."""
     nv = K.shape[0]
     solve = compliance(K, B)
     if solve is None:

@@ -263,7 +263,7 @@ class EquilibriumPath:
         return drawn
 
     def _draw(self, ax: Any, name: str, column: Array) -> None:
-        """Draw the load over a column, with stable and unstable parts and the critical points."""
+        """Draw the parameter over a column on matplotlib's axes: stable and unstable parts, and critical points."""
         told: set[str] = set()
         between: dict[int, list[Critical]] = {}
         for item in self.critical:

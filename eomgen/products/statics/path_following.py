@@ -182,7 +182,8 @@ def start_of_path(
 
 
 def _rest_at(statics: LoadedStatics, guess: LoadedState) -> LoadedState:
-    """Return rest at the start of a path, by load steps from the initial state."""
+    """Return the equilibrium at the start of a path, by load steps from the guess, with the load factor held at the
+    guess's."""
     still = Balance(np.zeros(len(statics.sizes)), np.zeros(len(guess.multipliers)), np.zeros(len(guess.z)))
     value = guess.s
     fixed = replace(
@@ -210,8 +211,9 @@ def _followed(
     stability: bool,
     report: Progress | None = None,
 ) -> EquilibriumPath:
-    """Return the path from a point to a value of the varied number, as far as possible; Ctrl-C returns the path so
-    far."""
+    """Return the path from a point to the value ``target`` of the varied number, as far as possible. ``max_points``
+    limits the points, ``stability`` is whether critical points are looked for, ``report`` is called with progress.
+    Ctrl-C, and a path that ends early, return the points so far with a message."""
     points, critical = [start], list[tuple[int, CriticalPoint]]()
     result: list[ExaminedPoint] = [examined(statics, start)] if stability else []
     message, interrupted, reach = "", False, abs(target - start.rest.s) or 1.0
@@ -276,10 +278,8 @@ def _followed(
 
 
 def components_of(model: CompiledModel, statics: LoadedStatics, mode: Array) -> tuple[str, ...]:
-    """Return the names, without ``v.``, of at most 6 components of v that take part in a mode, largest first.
-
-    A component takes part from 0.3 of the largest one on, measured by the sizes of the machine.
-    """
+    """Return the names, without ``v.``, of at most 6 components of v that take part in a mode (nv,), largest first. A
+    component takes part if it is above 0.3 of the largest one, in rad or parts of the scene's length."""
     sizes = np.abs(mode / statics.sizes)
     order = np.argsort(-sizes, kind="stable")[:_NAMED]
     return tuple(model.v_names[k].removeprefix("v.") for k in order if sizes[k] > _TAKES_PART * np.max(sizes))
@@ -288,8 +288,8 @@ def components_of(model: CompiledModel, statics: LoadedStatics, mode: Array) -> 
 def _columns(
     model: CompiledModel, varied: LoadParameter, rests: Sequence[LoadedState]
 ) -> tuple[dict[str, Array], dict[str, str], tuple[str, ...]]:
-    """Return the scene's outputs and the positions of bodies at rest, (n,) each, the units, and the names of the
-    outputs."""
+    """Return by name the scene's outputs and the positions of bodies at equilibria, (n,) each, their units, and the
+    names of the outputs."""
     columns: dict[str, Array] = {}
     units: dict[str, str] = {}
     if not rests:
@@ -318,7 +318,8 @@ def _columns(
 
 
 def _aside(statics: LoadedStatics, critical: CriticalPoint, size: float) -> PathPoint:
-    """Return a point on the path that branches off at a critical point, on the side of the mode times ``size``."""
+    """Return the first point on the path that branches off at a critical point, on the side and at about the distance
+    ``size``, relative, of its mode. Raises NumericalError if no equilibrium is found there."""
     rest = critical.point.rest
     unknowns = np.zeros(len(statics.sizes) + len(rest.multipliers) + len(rest.z))
     unknowns[: len(statics.sizes)] = critical.modes[:, 0]
@@ -446,8 +447,9 @@ def buckling_loads(
 
 
 def _misleads(statics: LoadedStatics, rest: LoadedState, name: str, value: float, factors: Array) -> str:
-    """Return a warning if there is no load, or if the buckling load predicted half way to the lowest load differs from
-    it; empty if both predictions agree."""
+    """Return a warning if there is no buckling load, or if the lowest load differs from the prediction half way to
+    it; empty if both agree. ``name`` and ``value`` are the parameter at the preload, ``factors`` the changes to the
+    loads."""
     if not len(factors):
         return (
             f"no buckling load was found: the stiffness at {name} = {value:.6g} does not become singular along the"

@@ -63,7 +63,7 @@ class ConditionValues:
 
 @dataclass(frozen=True)
 class Conditions:
-    """The conditions of a model at parameters, a time and inputs.
+    """The conditions of a steady motion of a model at parameters, a time and inputs.
 
     Attributes
     ----------
@@ -83,7 +83,8 @@ class Conditions:
         return np.array([unit == "rad/s" for unit in self.model.v_units], dtype=bool)
 
     def around(self, change: Array) -> Array:
-        """Return a random change of q, (nv,), with elastic coordinates as small as beams are meant to deform."""
+        """Return an increment of q, (nv,), from random numbers ``change`` (nv,), scaled by ``extents``; elastic
+        coordinates stay as small as beams are meant to deform."""
         amplitudes = np.array(reaches(self.model.factors, self.model.description.coordinates))
         elastic = np.isfinite(amplitudes)
         small = np.where(elastic, amplitudes, 0.0) * np.clip(change, -1.0, 1.0)
@@ -182,8 +183,8 @@ class Conditions:
         return self._term("constraint_jacobian", q, rest, rest)[0]
 
     def sample(self, q: Array, rng: np.random.Generator) -> tuple[Array, Array, Array, Array] | None:
-        """Draw q near the given one, v, a and multipliers at random, with q and v on the constraints; None if no draw
-        satisfies the constraints."""
+        """Draw q near the given one, and v, a and multipliers, at random, with q and v on the constraints, and return
+        all four; None if no draw satisfies the constraints."""
         model = self.model
         v, a, pushed = (rng.normal(0.0, self.pace**power, model.nv) * self.extents for power in (1, 2, 2))
         eta = rng.normal(0.0, 0.5, model.nv)
@@ -201,11 +202,9 @@ class Conditions:
         return None
 
     def measured(self, at: ConditionValues, parts: Array) -> tuple[Array, Array]:
-        """Return values or columns of ``ConditionValues`` divided by the measures.
-
-        Forces count as the accelerations that result. Also the rounding of the terms in each value. Accelerations are
-        measured by the pace, twice, and the extent.
-        """
+        """Return values or columns of partials (``parts``, rows as in ``ConditionValues.values``) divided by their
+        scales, and the rounding error of each value, (rows,). Forces count as the accelerations that result;
+        accelerations are measured by pace^2 times the extent."""
         extents, pace = self.extents, self.pace
         speed = pace * extents
         inverse = np.linalg.inv(regular_inertia(at.M, at.B, extents))
@@ -229,7 +228,8 @@ class Conditions:
         return every / scale.reshape(shape), 64.0 * float(np.finfo(float).eps) * rounding
 
     def ignorable(self, q: Array, z: Array) -> Mask:
-        """Return a mask of cyclic coordinates, (nv,), by partials at arbitrary states."""
+        """Return the mask (nv,) of cyclic coordinates, on which no condition depends, by partials at random states near
+        q."""
         model = self.model
         rng = np.random.default_rng(1)
         nothing = np.ones(model.nv, dtype=bool)

@@ -55,7 +55,7 @@ _SAME = 1e-7
 def named_values(
     model: CompiledModel, q: Array, velocities: Mapping[str, float] | None, coordinates: Mapping[str, ArrayLike] | None
 ) -> tuple[Array, Mask, Array, Mask]:
-    """Read prescribed coordinates and velocities by name. Returns q with these coordinates, the mask (nv,) of the held
+    """Return prescribed coordinates and velocities, read by name: q with these coordinates, the mask (nv,) of the held
     coordinates, v (nv,), and the mask (nv,) of its prescribed components.
 
     Parameters
@@ -299,8 +299,8 @@ def motion_along(
 
 
 def _conditions(model: CompiledModel, p: Array, t: float, u: Inputs, q: Array, v: Array) -> Conditions:
-    """Return the conditions, measured by the scene's largest length and by the velocities given or a pendulum of that
-    length."""
+    """Return the conditions of a steady motion; displacements are measured by the scene's largest length at q,
+    velocities by v (nv,) or by a pendulum of that length."""
     measures = SceneMeasures(model, p, t, None)
     length = measures.length(q)
     extents = np.where([unit == "rad/s" for unit in model.v_units], 1.0, length)
@@ -309,7 +309,8 @@ def _conditions(model: CompiledModel, p: Array, t: float, u: Inputs, q: Array, v
 
 
 def _undetermined(conditions: Conditions, search: SteadySearch, given: PrescribedComponents) -> list[str]:
-    """Return the names of the unknowns along which the conditions stay met."""
+    """Return the names of coordinates and velocities along which all conditions stay satisfied, so that one more could
+    be given; empty for an isolated motion."""
     model = conditions.model
     linear = linear_conditions(conditions, search.fields, given, search.state)
     moving, coordinates = linear.across.shape[1] + len(search.fields), linear.across.shape[1]
@@ -339,11 +340,9 @@ def _undetermined(conditions: Conditions, search: SteadySearch, given: Prescribe
 def _check_lasting(
     model: CompiledModel, conditions: Conditions, search: SteadySearch, measures: SceneMeasures, names: Sequence[str]
 ) -> None:
-    """Raise NumericalError if the motion found is not steady: accelerations appear later along it.
-
-    Permitted are rounding errors and, in every component, twice the largest acceleration left at the start, whose
-    direction may turn with the motion.
-    """
+    """Raise NumericalError if the motion found is not steady: accelerations appear later along it. Permitted are
+    rounding errors and, in every component, twice the largest acceleration left at the start, whose direction may turn
+    with the motion. ``names`` are cyclic components, for the hint."""
     state, extents = search.state, conditions.extents
     fastest = float(np.max(np.abs(state.v) / extents, initial=0.0))
     turn = 2.0 * np.pi / fastest if fastest > _ROUNDING * conditions.pace else 1.0 / conditions.pace
@@ -368,7 +367,8 @@ def _check_lasting(
 def _failure(
     model: CompiledModel, conditions: Conditions, search: SteadySearch, given: PrescribedComponents, hint: str
 ) -> NumericalError:
-    """Return the unmet conditions: accelerating components, constraint equations, and given velocities."""
+    """Return the error of a search that failed: accelerating components, constraint equations and given velocities that
+    are not met, with the hint."""
     state = search.state
     unbalanced = conditions.accelerations(*state.motion)
     if not np.all(np.isfinite(unbalanced)):
@@ -390,7 +390,8 @@ def _failure(
 
 
 def _rows_not_met(model: CompiledModel, linear: Linear) -> list[str]:
-    """Return a clause on the constraint equations with the largest violations."""
+    """Return a clause on each constraint equation that is violated, at level of position, velocity or acceleration; at
+    most three, the largest first."""
     at = linear.at
     sets = (
         ("", at.position, ""),

@@ -29,7 +29,8 @@ _FORCED = 0.05
 
 
 class PrescribedComponents(NamedTuple):
-    """Which components of q are held and which of v are given (nv,), the values of these, and which are ignorable."""
+    """Which components of q are held and which of v are given, masks (nv,), the given values v (nv,), and the mask
+    ``alone`` of cyclic coordinates."""
 
     held_q: Mask
     held_v: Mask
@@ -64,7 +65,8 @@ class SteadySearch(NamedTuple):
 def search(
     conditions: Conditions, fields: Fields, given: PrescribedComponents, q: Array, v: Array, z: Array
 ) -> SteadySearch:
-    """Search along symmetries, then with constant velocities; the reported failure is from the first applicable search.
+    """Return the end of a search for a steady motion along symmetries, or, if that fails, with constant velocities; of
+    two failures the first.
 
     Parameters
     ----------
@@ -86,7 +88,8 @@ def search(
 
 
 def _forced(conditions: Conditions, moving: Mask, q: Array) -> Mask:
-    """Return the components of v, (nv,), that the rows force to move together with other components."""
+    """Return the mask (nv,) of the components of v that constraints force to move together with the components
+    ``moving`` (nv,), a mask, at q."""
     if not conditions.model.multipliers:
         return np.zeros_like(moving)
     B = conditions.jacobian(q) * conditions.extents
@@ -102,7 +105,8 @@ def _forced(conditions: Conditions, moving: Mask, q: Array) -> Mask:
 def _search_around(
     conditions: Conditions, fields: Fields, given: PrescribedComponents, q: Array, v: Array, z: Array
 ) -> SteadySearch:
-    """Search from the start, and if the search ends without balance, from states around the start."""
+    """Return the end of a search from the state q, v, z, or, as long as it fails, from up to 6 random states near it;
+    the first failure if all fail."""
     rng = np.random.default_rng(2)
     first = result = _search(conditions, fields, given, _start(conditions, fields, given, q, v, z))
     for _ in range(_RETRIES):
@@ -120,7 +124,7 @@ def _search_around(
 def _start(
     conditions: Conditions, fields: Fields, given: PrescribedComponents, q: Array, v: Array, z: Array
 ) -> MovingState:
-    """Return the motion along the fields at q that is nearest to the velocities; given velocities have precedence."""
+    """Return the motion along the fields at q whose velocities are nearest to v; given velocities have precedence."""
     X = fields.directions(q) / conditions.extents[:, np.newaxis]
     wanted, held = np.where(given.held_v, given.v, v) / conditions.extents, given.held_v
     g = np.linalg.lstsq(X[held], wanted[held], rcond=_SAME)[0]
@@ -220,8 +224,8 @@ def linear_conditions(
 
 
 def _across(M: Array, X: Array, held: Mask) -> Array:
-    """Return increments of q, (nv, n), that change no held component and are orthogonal to the fields in the sense of
-    the inertias."""
+    """Return increments of q, (nv, n), that change no held component and are orthogonal, by the inertia matrix M, to
+    the fields X (nv, fields)."""
     free = (np.eye(len(M)) / np.sqrt(np.diag(M)))[:, ~held]  # of unit kinetic energy each
     sizes = np.sqrt(np.einsum("ij,ik,kj->j", X, M, X))
     X = X[:, sizes > 0.0] / sizes[sizes > 0.0]
@@ -230,7 +234,8 @@ def _across(M: Array, X: Array, held: Mask) -> Array:
 
 
 def _search(conditions: Conditions, fields: Fields, given: PrescribedComponents, state: MovingState) -> SteadySearch:
-    """Return the end of a damped Gauss-Newton iteration with steps of least size, halved until the residual falls."""
+    """Return the end of a damped Gauss-Newton iteration from a state, with steps of least size, halved until the
+    residual falls."""
     steps, balanced = 0, False
     for steps in range(_MAX_STEPS + 1):
         linear = linear_conditions(conditions, fields, given, state)
@@ -258,15 +263,15 @@ def _search(conditions: Conditions, fields: Fields, given: PrescribedComponents,
 
 
 def _values(conditions: Conditions, given: PrescribedComponents, at: ConditionValues, state: MovingState) -> Array:
-    """Return the conditions, divided by the measures at another state."""
+    """Return the conditions at a state, with the given velocities, divided by the scales at another state, ``at``."""
     values, _ = conditions.measured(at, conditions.values(*state.motion))
     of_given = np.flatnonzero(given.held_v)
     return np.concatenate([values, (state.v - given.v)[of_given] / (conditions.pace * conditions.extents[of_given])])
 
 
 def _weights(linear: Linear) -> Array:
-    """Return weights that make unknowns comparable: for coordinates and velocities by kinetic energies, for other
-    unknowns by the norms of columns of J."""
+    """Return weights (n,) that make the unknowns comparable: kinetic energies for coordinates and velocities, norms of
+    columns of J for other unknowns."""
     M, moving = linear.at.M, linear.across.shape[1] + linear.by_g.shape[1]
     energies = [np.einsum("ij,ik,kj->j", part, M, part) for part in (linear.across, linear.by_g)]
     rest = np.linalg.norm(linear.J[:, moving:], axis=0)

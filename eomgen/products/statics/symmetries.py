@@ -57,7 +57,8 @@ class SymmetryField:
 
 @dataclass(frozen=True)
 class Fields:
-    """Fields of a model, for motions v = X(q) g along combinations of the fields; with a flag for symmetries."""
+    """Fields of a model, for motions v = X(q) g along combinations of them; ``symmetric`` is whether they are
+    symmetries."""
 
     model: CompiledModel
     every: Sequence[SymmetryField]
@@ -94,7 +95,8 @@ class Fields:
         return np.asarray(field.A + turned, dtype=float)  # derivative of Ad(q^-1) xi along eta: -ad(eta) Ad(q^-1) xi
 
     def after(self, q: Array, g: Array, seconds: float) -> Array:
-        """Return the configuration on the motion along a combination after some time, (nq,)."""
+        """Return the configuration (nq,) that the motion along the combination g (n,) reaches from q after some
+        seconds."""
         field, nv = self.along(g), self.model.nv
         coordinates = _single_coordinates(self.model, q)
         if np.any(field.A):
@@ -124,7 +126,8 @@ def constant(model: CompiledModel, components: Sequence[int], extents: Array) ->
 
 
 def symmetries(conditions: Conditions, q: Array, z: Array) -> Fields:
-    """Return the symmetries of a model, identified at states around q that satisfy the constraints."""
+    """Return the symmetries of a model, identified at random states around q that satisfy the constraints; none without
+    such states."""
     model = conditions.model
     basis = _candidates(model, conditions.extents)
     rng = np.random.default_rng(1)
@@ -146,11 +149,9 @@ def symmetries(conditions: Conditions, q: Array, z: Array) -> Fields:
 
 
 class KnownSymmetries:
-    """Symmetries of a model over steady motions at the same parameters, time and inputs, determined once.
-
-    The symmetries are independent of the requested velocities. Forces may be different expressions in different regions
-    of q, so symmetries are checked at a state near each q in use, and determined again if the check fails.
-    """
+    """Memory of the symmetries of a model, for several steady motions at the same parameters, time and inputs. The
+    symmetries are independent of the requested velocities. Forces may be different expressions in different regions of
+    q, so symmetries are checked at a state near each q in use, and determined again if the check fails."""
 
     def __init__(self) -> None:
         self.fields: Fields | None = None
@@ -184,7 +185,8 @@ def _scaled(model: CompiledModel, field: SymmetryField, q: Array, extents: Array
 
 
 def _candidates(model: CompiledModel, extents: Array) -> list[SymmetryField]:
-    """Return all candidate fields, each with a single number in e, A or xi, of the size of the number's measure."""
+    """Return all candidate fields, each with one number other than zero in e, A or xi, of the size of the scale of its
+    component."""
     nv = model.nv
     none, rest = np.zeros((nv, nv)), np.zeros(nv)
     unit, places = np.diag(extents), range(nv)
@@ -207,8 +209,8 @@ def _candidates(model: CompiledModel, extents: Array) -> list[SymmetryField]:
 def _equations(
     conditions: Conditions, basis: Sequence[SymmetryField], q: Array, v: Array, a: Array, lam: Array, z: Array
 ) -> Array:
-    """Return the conditions of a symmetry at a state, one column for each candidate, each row divided by the magnitudes
-    of its terms.
+    """Return the conditions of a symmetry at a state, a matrix with a column for each candidate in ``basis``, each row
+    divided by the magnitudes of its terms; a symmetry is in its null space.
 
     Rows of constraints may turn into one another, together with the multipliers: so rows only have to remain satisfied,
     and forces have to follow the symmetry except for constraint forces.

@@ -85,7 +85,8 @@ def check_force_element(scene: Scene, name: str, states: Mapping[str, Array] | N
 
 
 def check_law_of_element(element: ForceElement) -> None:
-    """Check that an element, the section and the law fit together. Raises ContractError."""
+    """Check that an element's class, section and law fit together: the law is of the class, both offer the same
+    quantities, and builders have the section's method. Raises ContractError."""
     kind = type(element)
     row = next((row for row in sections_for([kind.section]) if row.key == kind.section), None)
     if not isinstance(row, ElementSection):

@@ -64,9 +64,8 @@ def partials_error(scene: Scene, states: Mapping[str, Array] | None = None, seed
 
 def power_error(scene: Scene, states: Mapping[str, Array] | None = None, seed: int = 0) -> float:
     """Return the largest relative difference between the rate of energy along the motion and the power of the forces.
-
-    The rate follows from accelerations by forces and potentials, and the power from the sum in the law.
-    """
+    The rate follows from accelerations by forces and potentials, the power from the sum in the law. ``states`` has
+    blocks by name, random by ``seed`` if not given."""
     system = derive(scene, ["energy", "forward_dynamics"])
     evaluate = tape_evaluator(system)
     state = {**random_states(system, 6, np.random.default_rng(seed)), **(states or {})}

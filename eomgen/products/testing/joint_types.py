@@ -126,8 +126,9 @@ def _demand_equal(kind: str, label: str, computed: Array, expected: Array, toler
 
 
 def exponentials(scene: Scene, q: Array) -> tuple[Array, Array]:
-    """Return the displacement (4, 4) of the last joint's child at q, without the joint's placement, as a product of
-    twist exponentials; and the motion subspace (6, nv), angular first, in child axes, by central differences."""
+    """Return the displacement (4, 4) of the last joint's child at its coordinates q, without the joint's placement, as
+    a product of twist exponentials, and the motion subspace (6, nv), angular first, in child axes, by central
+    differences."""
     item = scene.joints[-1]
     directions = np.array([item.axis, item.second_axis, np.cross(item.axis, item.second_axis)])
 
@@ -160,7 +161,8 @@ def exponential(twist: Array) -> Array:
 
 
 def placed(scene: Scene, pose: Array) -> tuple[Array, Array]:
-    """Return orientation and position in the world from a joint's pose at neutral placement."""
+    """Return orientation (3, 3) and position (3,) in the world of the last joint's child, from its displacement (4, 4)
+    in the joint's frame."""
     item = scene.joints[-1]
     R, p = np.array(item.orientation), np.array([part.value for part in item.position])  # type: ignore[union-attr]
     return R @ pose[:3, :3], p + R @ pose[:3, 3]

@@ -23,7 +23,8 @@ Evaluate = Callable[[str, Mapping[str, Array]], dict[str, Array]]
 
 
 def tape_evaluator(system: System) -> Evaluate:
-    """Return the functions of a system, run operation by operation over NumPy arrays of any type and batch shape."""
+    """Return a function that evaluates the functions of a system, operation by operation over NumPy arrays of any type.
+    It takes a name and input blocks (..., size), and returns output blocks (..., *shape)."""
 
     def run(function: str, inputs: Mapping[str, Array]) -> dict[str, Array]:
         blocks = system.functions[function].outputs
@@ -62,7 +63,8 @@ def random_unit_quaternions(rng: np.random.Generator, count: int) -> Array:
 
 
 def random_states(system: System, count: int, rng: np.random.Generator) -> dict[str, Array]:
-    """Return ``count`` states: q, v, a, u, t, and the default parameters; the base is left to ``on_base``."""
+    """Return ``count`` random states, by block (count, size): q with unit quaternions, v, a, t, u, and the default
+    parameters p; blocks of no size are left out, and the base is left to ``on_base``."""
     q = rng.uniform(-2.5, 2.5, size=(count, system.nq))
     for factor in system.factors:
         if factor.group != "R":
@@ -99,7 +101,8 @@ def rotation_of(quaternion: Array) -> Array:
 
 
 def displaced(factors: Sequence[Factor], q: Array, direction: Array) -> Array:
-    """Return q exp(direction) to first order in the direction, the part that an infinitesimal step keeps."""
+    """Return q exp(direction), (..., nq), to first order in the direction (..., nv), the part that an infinitesimal
+    step keeps."""
     shape = np.broadcast_shapes(q.shape[:-1], direction.shape[:-1])
     q, direction = np.broadcast_to(q, (*shape, q.shape[-1])), np.broadcast_to(direction, (*shape, direction.shape[-1]))
     moved = q.astype(np.result_type(q, direction))
@@ -121,7 +124,7 @@ def displaced(factors: Sequence[Factor], q: Array, direction: Array) -> Array:
 def derivative(
     evaluate: Evaluate, factors: Sequence[Factor], function: str, state: Mapping[str, Array], rates: Mapping[str, Array]
 ) -> dict[str, Array]:
-    """Return the derivative of a function's outputs along rates of the input blocks.
+    """Return the derivatives of a function's outputs, by name, along rates of the input blocks, by a complex step.
 
     Parameters
     ----------
@@ -141,7 +144,8 @@ def derivative(
 def jacobian(
     evaluate: Evaluate, factors: Sequence[Factor], function: str, output: str, state: Mapping[str, Array], block: str
 ) -> Array:
-    """Return d output / d block (left-trivialised for q), with the directions as last axis."""
+    """Return d output / d block (left-trivialised for q) of a function at states (n, size), with the directions as last
+    axis."""
     size = sum(factor.v_size for factor in factors) if block in ("q", "v", "a") else state[block].shape[-1]
     spread = {name: values[..., np.newaxis, :] for name, values in state.items()}
     by_direction = derivative(evaluate, factors, function, spread, {block: np.eye(size)})[output]

@@ -205,25 +205,18 @@ def cell_formula(
     definitions: Mapping[str, NamedExpression] | None = None,
     of_where: Iterable[str] = (),
 ) -> Formula:
-    """Return the formula of a cell, whose symbols are states with one of the names.
+    """Return the formula ``text`` of a cell, whose symbols are states with one of the names; the first argument is its
+    key in messages.
 
     Parameters
     ----------
-    where : str
-        Key of the formula, for messages.
-    text : str
-        The formula.
-    names : iterable of str
-        Names of fields, data and parameters, for the formula and definitions.
-    definitions : mapping, optional
-        Named expressions of ``names``.
-    of_where : iterable of str
-        Further names, which definitions do not have.
+    names : fields, data and parameters, for the formula and definitions
+    definitions : named expressions of ``names``
+    of_where : further names, which definitions do not have
 
     Raises
     ------
     DescriptionError
-        For a faulty formula.
     """
     inner = SceneNames(states=tuple(names), definitions=definitions or {})
     try:

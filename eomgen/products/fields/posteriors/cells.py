@@ -187,14 +187,8 @@ def _counts_energy(
 
 @dataclass(frozen=True)
 class CellTape:
-    """The energy of a cell on a tape, with derivatives by the fields.
-
-    Attributes
-    ----------
-    energy : reference of the energy
-    residual : of the gradient, one for each field
-    curvature : of the product of the Hessian with a direction, the input block ``j``
-    """
+    """The energy of a cell on a tape, by references: ``energy``, its gradient by the fields (``residual``), and the
+    product of the Hessian with a direction, the input block ``j`` (``curvature``), one for each field."""
 
     tape: Tape
     energy: Ref

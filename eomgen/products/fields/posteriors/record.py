@@ -196,14 +196,8 @@ class Samples:
 
 @dataclass(frozen=True)
 class Outcome:
-    """End of a trajectory.
-
-    Attributes
-    ----------
-    error : dH, infinite for numbers that are not finite
-    accepted : whether the end became the state of the chain
-    gradients : number of evaluations of the gradient
-    """
+    """End of a trajectory: ``error`` is dH, infinite for numbers that are not finite; ``accepted`` is whether the end
+    became the chain's state; ``gradients`` counts evaluations of the gradient."""
 
     error: float
     accepted: bool

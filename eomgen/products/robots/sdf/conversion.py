@@ -31,30 +31,11 @@ def sdf_data(
 ) -> ConvertedScene:
     """Return an SDF file in the form of a scene file, with notes on all that is left out.
 
-    Parameters
-    ----------
-    text, file : str
-        Text of the file, and the name in messages.
-    strict : bool
-        Refuse elements that would be left out with a note.
-    path : Path, optional
-        The file, from whose folder included files and meshes are named; by default the current folder.
-    lock : sequence of str
-        Joints that are held at zero.
-    limits, friction : bool
-        Take limits of position as stops, and dry friction.
-    actuated : bool
-        Give joints efforts as inputs.
-    weld : sequence of str
-        Links or frames that are fixed to the base at their places.
-    packages : sequence of str
-        Folders of packages, each NAME=FOLDER.
-    included : bool
-        Whether a scene includes the file, so that the base may move.
-
-    Raises
-    ------
-    DescriptionError, OptionError
+    `text` and `file` are the text and its name in messages; `path` is the file, from whose folder meshes and included
+    files are named (None: the current folder). `strict` refuses elements that would be left out; `lock` names joints to
+    hold at zero; `limits` and `friction` take stops and dry friction; with `actuated` joints have efforts as inputs;
+    `weld` names links or frames to fix to the base; `packages` has texts NAME=FOLDER; `included`: a scene includes the
+    file, so the base may move. Raises DescriptionError, OptionError.
     """
     home = Path() if path is None else path.parent
     report = Report(file, {})

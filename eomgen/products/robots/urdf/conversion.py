@@ -114,29 +114,11 @@ def urdf_data(
 ) -> ConvertedScene:
     """Return a URDF in the form of a scene file, with notes on changed and left out elements.
 
-    Parameters
-    ----------
-    text, file : str
-        Text of the file, and the name in messages.
-    strict : bool
-        Refuse elements that would be left out with a note.
-    included : bool
-        Whether a scene includes the file.
-    root : str
-        ``fixed``: the root link is the base, and a body fixed to the base in an included file. ``free``: a body on a
-        free joint.
-    lock : sequence of str
-        Joints that are held at zero.
-    limits, friction : bool
-        Take limits of position as stops, and dry friction.
-    actuated, transmissions : bool
-        Inputs are efforts of joints, and efforts of actuators with transmissions.
-    tunable : sequence of str
-        Links whose mass properties are tunable parameters.
-
-    Raises
-    ------
-    DescriptionError, OptionError
+    `text` and `file` are the text and its name in messages; `strict` refuses elements that would be left out. The root
+    link is the base (`root` "fixed"; a body fixed to the base if a scene includes the file, `included`), or a body on a
+    free joint ("free"). `lock` names joints to hold at zero; `limits` and `friction` take stops and dry friction;
+    inputs are efforts of joints (`actuated`) or of actuators (`transmissions`); `tunable` names links whose mass
+    properties are parameters. Raises DescriptionError, OptionError.
     """
     report = Report(file, {})
     root_element = read_xml(text, file)
