@@ -222,7 +222,7 @@ def _of_names(pairing: Pairing) -> list[str]:
 def _of_part(
     pairing: Pairing, name: str, mine: Mapping[str, float | str], theirs: Mapping[str, float | str]
 ) -> list[Difference]:
-    """Return differences of a part that both descriptions have."""
+    """Return differences of a part that both descriptions have. A quantity of one alone is a difference, too."""
     result = []
     for key in dict.fromkeys((*mine, *theirs)):
         one, other = mine.get(key), theirs.get(key)

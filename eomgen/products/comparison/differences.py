@@ -131,8 +131,8 @@ class Pairing:
         return Difference(element, quantity, value, None, "", (self.first.place(element), ""))
 
     def misses(self, one: MachineLink, other: MachineLink, number: int, aligned: Placement) -> int:
-        """Return the number of quantities that differ if the frame of ``other`` is at ``aligned`` relative to ``one``:
-        mass properties of the link ``number``, and places and axes of joints on it."""
+        """Count the quantities that differ if ``other`` has its frame at ``aligned`` relative to ``one``: mass
+        properties of the link ``number``, and places and axes of joints on it. Return the count."""
         moved = other.whole.transform(*aligned)
         count = int(not self.alike(one.whole, moved))
         for child, partner in self._children.get(number, ()):
@@ -222,7 +222,7 @@ def of_solids(pairing: Pairing) -> list[Difference]:
 
 
 def _structure(pairing: Pairing) -> Iterator[Difference]:
-    """Yield the joints that only one description has."""
+    """Yield a difference for each joint that has no partner in the other description."""
     partners = set(pairing.partner.values())
     for number, link in enumerate(pairing.first.links):
         if number not in pairing.partner:
@@ -273,7 +273,8 @@ def _placed(pairing: Pairing, number: int, one: MachineLink, other: MachineLink)
 
 
 def _axes(pairing: Pairing, one: MachineLink, other: MachineLink, aligned: Placement) -> Iterator[Difference]:
-    """Yield differences of the axes of a joint, in the first's frame of the link."""
+    """Yield differences of the axes of two joints of one type. ``aligned`` is the frame of ``other`` in the frame of
+    ``one``, in which the axes are compared."""
     for name in ("axis", "second_axis"):
         mine, theirs = getattr(one, name), getattr(other, name)
         if one.type != other.type or mine is None or theirs is None:

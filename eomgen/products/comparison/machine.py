@@ -423,7 +423,8 @@ def _parts(scene: Scene, values: _Values) -> dict[str, dict[str, float | str]]:
 
 
 def _is_idle(element: Any, scene: Scene, values: _Values) -> bool:
-    """Return whether a force element has inputs, and at zero inputs no force at random states."""
+    """Return whether a force element has inputs, no stiffness or damping, and at zero inputs no force at random
+    states."""
     formulas = [formula for formula, _ in element.formulas()]
     if not any(symbol.kind == "input" for formula in formulas for symbol in symbols(formula)):
         return False

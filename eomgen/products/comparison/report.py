@@ -126,7 +126,8 @@ class Comparison:
 
 
 def _text(value: Any) -> str:
-    """Return a value for a line of text."""
+    """Return a quantity of a difference as text: numbers with nine digits, the first ones of a sequence with six, and
+    ``absent`` for None."""
     if value is None:
         return "absent"
     if isinstance(value, str):

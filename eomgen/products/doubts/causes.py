@@ -165,7 +165,7 @@ def _positions(
 
 
 def _met_springs(model: CompiledModel, t: float, q: Array, p: Array, values: SymbolValues) -> str:
-    """Return the springs whose ends are in one place, in words; empty if there are none."""
+    """Return the springs whose ends are in one place at the time t and state q, in words; empty if there are none."""
     points, result = {point.name: point for point in model.description.drawing.points}, []
     for line in model.description.drawing.lines:
         try:

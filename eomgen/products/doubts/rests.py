@@ -39,8 +39,8 @@ def _positions(measures: SceneMeasures, poses: Mapping[str, tuple[Array, Array]]
 
 
 def _springs(rest: Rest) -> list[str]:
-    """Return a note on springs that are inside out, and a note on springs whose ends have moved farther than their
-    distance."""
+    """Return a note on springs inside out and one on springs whose ends have moved farther than their distance at the
+    start; empty without such springs."""
     measures, poses = rest.measures, rest.poses
     springs = measures.model.description.drawing.lines
     if not springs:

@@ -141,7 +141,7 @@ class _Roots:
         return result
 
     def _values(self, times: Array, steps: NDArray[np.intp]) -> Array:
-        """Return the functions of events at times (m,) within steps (m,), (m, events)."""
+        """Return the functions of the known events at times (m,) within steps (m,), (m, events)."""
         path, model = self._path, self._path.run.model
         there = path.at(times, steps)
         q, v, z = there.states

@@ -210,7 +210,8 @@ def _another_way(run: Run, rows: Array, others: Array) -> bool:
 
 
 def _known_times(path: StepPath, laws: Sequence[Formula]) -> Array:
-    """Return the times of the run, (n,), at which comparisons and curves of formulas have breakpoints in time."""
+    """Return the times within the run, (n,), at which comparisons and curves of the formulas ``laws`` have breakpoints
+    in time. Breakpoints of short periods, of which the run has many, are left out."""
     p = path.parameters if path.parameters.ndim == 1 else path.parameters[0]
     values = path.run.model.description.values(dict(zip(path.run.model.parameters, p.tolist(), strict=True)))
     start, end = float(path.states.t[0]), float(path.states.t[-1])
@@ -617,7 +618,8 @@ class _Examination:
         return defects._replace(net=np.diff(total, axis=0, prepend=0.0), within=np.array(within))
 
     def _partials(self, steps: NDArray[np.intp]) -> Array:
-        """Return the Jacobians of the rates with respect to (increments of q, v, z), (steps, size, size)."""
+        """Return the Jacobians of the rates with respect to (increments of q, v, z), (steps, size, size). Rates are
+        medians over states in each step and its two neighbours."""
         nv, nz = self._model.nv, self._model.nz
         places = (np.arange(_STATES) + 0.5) / _STATES
         around = np.clip(steps[:, np.newaxis] + np.arange(-1, 2), 0, len(self._t) - 2).ravel()
@@ -739,7 +741,8 @@ class _Examination:
 
 
 def _columns_of(path: StepPath, symbol: Symbol) -> Iterable[int]:
-    """Return the indices of the velocities, followed by the internal states, that a known symbol depends on."""
+    """Return the indices of the velocities, followed by the internal states, that a known symbol depends on; empty for
+    positions, times, and points of a model with many velocities."""
     nv = path.run.model.nv
     if symbol in path.points:
         kind = symbol.name if symbol.kind == "local" else symbol.kind

@@ -203,7 +203,8 @@ def _same(first: float, second: float) -> bool:
 
 
 def _order(law: FileLaw, name: str) -> str:
-    """Return the order of arrays for a hint."""
+    """Return the order of the arrays of the function ``name`` for a hint: partials, or arguments, parameters and
+    results."""
     results, arguments = list(law.outputs), list(law.inputs)
     if name == law.slopes:
         return (

@@ -61,7 +61,7 @@ class LawEntry(Table):
 
 
 def _read(name: str, entry: LawEntry, reading: Reading) -> FileLaw | None:
-    """Return a law; None for a reported fault."""
+    """Return the law of an entry of ``laws``. None for a fault, which goes into the report."""
     where, report = key_of("laws", name), reading.report
     before = len(report.noted)
     for part in ("arguments", "results", "parameters"):
@@ -96,7 +96,8 @@ def _read(name: str, entry: LawEntry, reading: Reading) -> FileLaw | None:
 
 
 def _code(where: str, entry: LawEntry, reading: Reading) -> CCode | PythonCode | None:
-    """Return the functions of a law; None for a reported fault."""
+    """Return the functions of a law in C or Python, read from the file that the entry names. None for a fault, which
+    goes into the report under the law's key."""
     report = reading.report
     if (entry.source is None) == (entry.python is None):
         fault = (
@@ -172,7 +173,8 @@ def _check_unit(key: str, unit: str, report: Report) -> None:
 
 
 def _twice(laws: Mapping[str, FileLaw]) -> Iterator[tuple[str, str, str]]:
-    """Give key, reason and remedy for functions of one name in different files: models have all files linked."""
+    """Yield key, reason and remedy for each function whose name a law with another source uses, too: models have all
+    files linked."""
     first: dict[str, FileLaw] = {}
     for law in laws.values():
         for function in filter(None, (law.function, law.slopes)):

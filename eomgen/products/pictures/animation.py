@@ -317,7 +317,8 @@ class _Carriers:
     def moved(
         self, solution: AnimatedSolution, poses: Mapping[str, Array], most: int | None = None
     ) -> tuple[NDArray[np.intp], Array]:
-        """Return the rows to keep, (n,), at most ``most``, and the poses of all carriers there, (n, count, 7)."""
+        """Return the rows to keep, (n,), at most ``most``, and the poses of all carriers there, (n, count, 7). Rows
+        with a pose that is not finite are left out; raises ValueError if all are."""
         stacked = np.stack(list(poses.values()), axis=1)
         rows = np.flatnonzero(np.isfinite(stacked).all(axis=(1, 2)))
         if len(rows):

@@ -111,7 +111,8 @@ class RestPicture(RestPart):
         draw_rest(model, result.q, result.t, p, self.files[0], initial=given["initial"], loads=loads)
 
     def data(self, model: Model, result: Equilibrium, given: Mapping[str, Any]) -> dict[str, Any]:
-        """Return displacements and section loads of beams."""
+        """Return displacements and section loads of exact beams at rest under the key ``beams``; an empty mapping there
+        for a model without such beams."""
         if not model.description.exact_beams:
             return {"beams": {}}
         import numpy as np  # noqa: PLC0415

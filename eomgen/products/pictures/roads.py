@@ -124,7 +124,7 @@ def heights_of(road: Mapping[str, Any]) -> list[float]:
 
 
 class _Numbers:
-    """Values of formulas at parameters, inputs, times and places."""
+    """Values of formulas of parameters, and heights of roads, which may also depend on inputs, times and places."""
 
     def __init__(self, values: Mapping[str, float], inputs: Callable[[], Mapping[str, Array]]) -> None:
         self.values, self.inputs = values, inputs()

@@ -200,7 +200,8 @@ class _MachineLines:
         return numeric.compose(SE3, pose, np.broadcast_to(offset, pose.shape))[:, 4:]
 
     def supports(self) -> Array:
-        """Return the places of joints on the base and the world, (n, joints, 3)."""
+        """Return the places of joints on the base and the world, and of ends of rods there, (n, places, 3). Free joints
+        are left out."""
         joints = [item for item in self.seen.scenery["joints"] if item["parent"] in (BASE, WORLD)]
         result = [self.at(item["parent"], item["position"]) for item in joints if item["type"] != "free"]
         result += [

@@ -112,7 +112,7 @@ class _StepFunction:
         self._known: dict[float, ExaminedPoint] = {}
 
     def examined(self, way: float) -> ExaminedPoint | None:
-        """Return the point at an arc length; None if the correction fails."""
+        """Return the examined point at an arc length; None if the correction fails. Points found once are kept."""
         if way not in self._known:
             reached = point_within(self._statics, self._first, self._second, way)
             if isinstance(reached, str):

@@ -161,7 +161,9 @@ class EquilibriumPath:
         return max(among, key=among.__getitem__) if among else self.parameter
 
     def save(self, path: str | Path) -> Path:
-        """Write the path, as ``.csv`` (the parameter, all columns, q) or as ``.json`` (with critical points).
+        """Write the path as a table ``.csv`` of one row for each point, or as ``.json`` in the form of ``to_dict``.
+
+        The columns of the table are the parameter, ``negative_stiffnesses``, ``lowest_stiffness`` and ``columns``.
 
         Parameters
         ----------
@@ -192,12 +194,12 @@ class EquilibriumPath:
         return path
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all attributes as JSON data.
+        """Return the points and the critical points as JSON data, without internal states and multipliers.
 
         Returns
         -------
         dict
-            JSON data.
+            JSON data; ``negative`` and ``lowest`` are named ``negative_stiffnesses`` and ``lowest_stiffness``.
         """
         return {
             "parameter": self.parameter,

@@ -39,7 +39,8 @@ class PrescribedComponents(NamedTuple):
 
 
 class MovingState(NamedTuple):
-    """A state of a motion along fields, with multipliers and the coefficients g of the fields."""
+    """A state of a motion along fields: q, v and a, internal states z, multipliers lam, and the coefficients g of the
+    fields."""
 
     q: Array
     v: Array
@@ -162,10 +163,9 @@ def motion_at(
 
 
 class Linear(NamedTuple):
-    """Residuals of all conditions at a state divided by measures, with rounding errors and partials in the unknowns.
-
-    ``across`` (nv, n) are the unknown increments of q, ``by_eta`` (nv, nv) and ``by_g`` the partials of v.
-    """
+    """Residuals of all conditions at a state divided by measures, with rounding errors and partials J in the unknowns.
+    ``across`` (nv, n) are the unknown increments of q, ``by_eta`` (nv, nv) and ``by_g`` the partials of v. ``at`` are
+    the conditions at the state, not divided."""
 
     values: Array
     rounding: Array

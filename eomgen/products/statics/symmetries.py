@@ -168,7 +168,7 @@ class KnownSymmetries:
 
 
 def _hold(fields: Fields, conditions: Conditions, q: Array, z: Array) -> bool:
-    """Return whether fields are symmetries at an arbitrary state near q."""
+    """Return whether fields are symmetries at an arbitrary state near q. False if the conditions have no such state."""
     sample = conditions.sample(q, np.random.default_rng(3))
     if sample is None:
         return False

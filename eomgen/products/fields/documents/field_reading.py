@@ -80,6 +80,10 @@ def fields_from_data(
 
     Parameters
     ----------
+    file : str
+        Name in messages.
+    lines : mapping, optional
+        Line or place of each key in the file.
     folder : Path, optional
         Folder of relative paths; the current folder by default.
 

@@ -53,6 +53,8 @@ def hamiltonian_from_data(
 ) -> Hamiltonian:
     """Check nested data, in the form of a file of a Hamiltonian system, and return the system.
 
+    ``file`` is the name in messages, ``lines`` the line or place of each key there.
+
     Raises
     ------
     DescriptionError

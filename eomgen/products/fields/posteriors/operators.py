@@ -286,7 +286,7 @@ def smoothing(mesh: Mesh, radius: float) -> LinearOperator:
 def difference(mesh: Mesh, axis: int) -> LinearOperator:
     """Return the central difference of neighbouring cells along an axis, divided by the distance of the cells.
 
-    The adjoint of this operator is the negative operator.
+    The adjoint of this operator is the negative operator. Raises UsageError for an axis that the mesh lacks.
 
     Parameters
     ----------
@@ -311,7 +311,8 @@ def difference(mesh: Mesh, axis: int) -> LinearOperator:
 
 
 def mask(mesh: Mesh, values: ArrayLike) -> LinearOperator:
-    """Return the product with a field of cells.
+    """Return the product with a field of cells. Raises UsageError for another shape and for factors that are not
+    finite.
 
     Parameters
     ----------

@@ -420,7 +420,8 @@ class FieldPosterior:
     def mean_curvature(self) -> list[float]:
         """Return the mean second derivative of the energy of a cell by each field.
 
-        Averaged over cells and over the normal distributions of the fields by the prior, taken as independent.
+        Averaged over cells and over the normal distributions of the fields by the prior, taken as independent. Raises
+        ModelError for a mean that is not finite.
 
         Returns
         -------
@@ -451,7 +452,7 @@ class FieldPosterior:
         """Return the largest angular frequency of small motions about a white field, by power iteration.
 
         The iteration converges from below, within a few per cent. Steps of a composition are stable up to
-        ``stability_limit`` divided by this frequency.
+        ``stability_limit`` divided by this frequency. Raises NumericalError for second derivatives that are not finite.
 
         Parameters
         ----------

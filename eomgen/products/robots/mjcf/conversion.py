@@ -69,6 +69,8 @@ def mjcf_data(
         Name or number of the keyframe at the start.
     mocap : bool
         Move mocap bodies by motions from outside.
+    included : bool
+        Keep the mass of links on the base as a body, for a scene that includes the file on a base that may move.
 
     Raises
     ------

@@ -478,7 +478,8 @@ class _FileReader:
 
 
 def _file_of_model(folder: Path) -> Path:
-    """Return the newest readable file that a folder of a model names in its ``model.config``."""
+    """Return the newest readable file that a folder of a model names in its ``model.config``; ``model.sdf`` if that
+    file is unreadable or names none."""
     try:
         root = read_xml(read_text(folder / "model.config"), "model.config")
     except (FileError, DescriptionError):

@@ -195,7 +195,7 @@ def _added_arguments(waves: WaveField) -> tuple[Formula, ...]:
 
 
 def _word(name: str, arguments: tuple[str, ...], components: int, unit: str) -> Word:
-    """Return a word of formulas for waves."""
+    """Return a word of formulas for waves, whose values WaveField gives. Words with two arguments are smooth."""
     return Word(
         name,
         "waves",

@@ -130,8 +130,8 @@ def _jonswap_total(peakedness: float) -> float:
 @checked_calls()
 @dataclass(frozen=True)
 class PiersonMoskowitz:
-    """The spectrum of Pierson and Moskowitz (1964) of a fully developed sea, by the wind at 19.5 m in m/s: significant
-    height 0.2092 U^2/g."""
+    """The spectrum of Pierson and Moskowitz (1964) of a fully developed sea, by the wind in m/s, 19.5 m above the
+    water. ``gravity`` is in m/s^2; the significant height is 0.2092 U^2/g."""
 
     wind: float
     gravity: float = STANDARD_GRAVITY

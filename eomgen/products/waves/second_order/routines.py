@@ -115,7 +115,7 @@ def sources(case: Case, dispersion: Dispersion = gravity_waves) -> tuple[str, st
 
 @dataclass(frozen=True)
 class Routines:
-    """Compiled tables and sums of a case."""
+    """Compiled routines for a case: tables of components and of pairs, and sums over components at labels."""
 
     case: Case
     _tables: tuple[Any, Any]

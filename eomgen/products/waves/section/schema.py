@@ -110,7 +110,8 @@ _KEYS: Mapping[str, str] = {
 
 
 def _key_meant(name: str, keys: Collection[str], given: object) -> str:
-    """Return the key of waves or hulls for a name from another tool; empty without one."""
+    """Return the key of waves or hulls for a name from another tool, with the value of an amplitude if ``given`` is a
+    height; empty without one."""
     if name == "height" and "amplitude" in keys and isinstance(given, int | float):
         return f"amplitude = {0.5 * given:.6g}, half of the height"
     if name.lower() in ("cm", "c_m") and "added_mass" in keys:
