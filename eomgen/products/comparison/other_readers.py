@@ -129,7 +129,8 @@ class _MujocoEquations:
         self.mujoco, self.model, self.joints = mujoco, model, joints
 
     def __call__(self, motion: MachineMotion) -> Forces:
-        """Return the inertia matrix and forces by MuJoCo, in body-fixed velocities with the angular part first."""
+        """Return the inertia matrices and total forces of all states by MuJoCo, in body-fixed velocities with the
+        angular part first; bias and applied forces are None."""
         model, data = self.model, self.mujoco.MjData(self.model)
         masses, totals = [], []
         for state in range(len(motion.q[0])):

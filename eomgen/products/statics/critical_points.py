@@ -74,7 +74,8 @@ def lowest_frequency_squared(statics: LoadedStatics, examined: ExaminedPoint) ->
 
 def critical_points(statics: LoadedStatics, before: ExaminedPoint, after: ExaminedPoint) -> list[CriticalPoint]:
     """Return the critical points between two neighbouring points of a path, in order: a limit point if the load factor
-    turns round, and bifurcations before and after it."""
+    turns round, and bifurcations before and after it. A limit point stands alone if the number of negative stiffnesses
+    changes by one."""
     way = after.point.stride
     if before.point.direction.s * after.point.direction.s >= 0.0:
         return _bifurcations(statics, before, after, (0.0, before), (way, after))

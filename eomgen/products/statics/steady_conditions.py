@@ -165,8 +165,8 @@ class Conditions:
         return ConditionValues(residual, position, velocity, acceleration, rates, K, C, M, Rz, B, Z, Aq, Av, Fq, Fv, Fz)
 
     def multipliers(self, q: Array, v: Array, a: Array, z: Array) -> Array:
-        """Return the multipliers (nl,) with the least unbalanced forces, measured by kinetic energy. Arguments as for
-        ``at``."""
+        """Return the multipliers (nl,) with the least unbalanced forces, measured by kinetic energy; zeros if forces or
+        the Jacobian of the constraints are not finite. Arguments as for ``at``."""
         rest = np.zeros(len(self.model.multipliers))
         if not len(rest):
             return rest

@@ -78,8 +78,9 @@ class BodyReader:
         return key
 
     def add(self, body: int) -> None:
-        """Add a body by number in the model, with all joints, as a chain of links: one without mass for each joint but
-        the last one, and one for a joint whose anchor is not at the origin of the body."""
+        """Add a body by number in the model, with all joints, as a chain of links. Each joint but the last one moves a
+        link without mass, and the last one the body; if its anchor is not at the origin of the body, another link
+        without mass, to which the body is fixed. A mocap body moves by motions from outside, or rests, with a note."""
         scene, model = self.scene, self.model
         name = scene.name("body", scene.element_name("body", body), f"body_{body}")
         place = scene.place("body", body, model.nbody)
