@@ -284,6 +284,7 @@ def test_the_turned_example_moves_as_the_one_that_is_not(
         assert np.abs(angles_of(examples[name], method) - expected).max() < tolerance
 
 
+@pytest.mark.long_cases("turned")
 @pytest.mark.parametrize("example", ["turned", "far", "flying, turned", "flying, far"])
 def test_methods_agree_on_the_turned_example(example: str, examples: dict[str, eomgen.Model]) -> None:
     model = examples[example]

@@ -54,6 +54,7 @@ def test_every_cell_shows_what_it_should(notebook: nbformat.NotebookNode) -> Non
     assert outputs_of(notebook, 2, "text/html")[0] == "", "the bar of progress is gone when the run is over"
 
 
+@pytest.mark.long
 def test_the_page_is_laid_out(notebook: nbformat.NotebookNode, browser: Browser, tmp_path: Path) -> None:
     from nbconvert import HTMLExporter
 

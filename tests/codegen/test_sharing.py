@@ -119,6 +119,7 @@ def numbers_of_corners(program: Program) -> set[float]:
 
 @pytest.mark.long_except_every(3)
 @pytest.mark.slow
+@pytest.mark.long_cases("lanes-False")
 @pytest.mark.parametrize("uneven", [False, True])
 @pytest.mark.parametrize("real", ["double", "float", "complex", "lanes"])
 def test_corners_have_the_bits_of_text_of_their_own(

@@ -318,7 +318,7 @@ def raised() -> SceneBuilder:
     return builder.effort("spring", "a", "-3*q.a").output("y", formula=["q.a", "v.b", "position.tip[2]"])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_absolute_bodies_start_where_the_joints_have_them() -> None:
     """Against differences of whole runs, extrapolated."""
     _, model = built(raised())

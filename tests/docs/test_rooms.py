@@ -66,6 +66,7 @@ def boxes_at(point: Point, margin: float) -> list[str]:
     return [name for name in names if name != "the core"] or names
 
 
+@pytest.mark.slow
 def test_arrows_lead_from_users_to_imported_rooms() -> None:
     ends = [(boxes_at(points[0], 1.5), boxes_at(points[-1], 1.5)) for points in arrows_drawn()]
     products = [name.removeprefix(PRODUCTS) for name in DOORS if name.startswith(PRODUCTS) and name not in APART]

@@ -64,6 +64,7 @@ def site() -> Site:
     return site_pages((*gallery_pages(), *reference_pages(), *built_pages()))
 
 
+@pytest.mark.slow
 def test_every_public_name_is_on_one_page_of_the_reference() -> None:
     places = [place.lower() for place, _ in public_objects().values()]  # folders of some systems ignore case
     assert len(set(places)) == len(places)

@@ -250,8 +250,7 @@ def test_windows_of_velocity_are_followed_or_named(seed: int) -> None:
             assert error > 0.01 or "unseen_law" not in names(run), (p, speed, method, step, run.message)
 
 
-@pytest.mark.long_cases("0")
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(2))
 def test_no_aliased_force_is_understated_by_more_than_three(seed: int) -> None:
     random = np.random.default_rng(seed)

@@ -75,6 +75,7 @@ def test_runs_are_sums_of_harmonic_responses(model: eomgen.Model, script: dict[s
 
 
 @pytest.mark.slow
+@pytest.mark.long_cases("skyhook")
 @pytest.mark.parametrize("suspension", SUSPENSIONS)
 def test_covariance_is_the_integral_of_the_spectrum(
     model: eomgen.Model, script: dict[str, Any], suspension: str

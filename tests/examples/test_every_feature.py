@@ -215,7 +215,7 @@ def verb(name: str) -> Callable[[Example, Path], None]:
             timeout=600,
             check=False,
         )
-        allowed = (0,) if name in ("check", "info") else (0, 3, 4, 6)
+        allowed = (0,) if name == "info" else (0, 3, 4, 6)
         assert done.returncode in allowed, done.stderr[-2000:]
         assert not BROKEN.search(done.stderr), done.stderr[-2000:]
 
@@ -228,8 +228,15 @@ FEATURES: Mapping[str, Callable[[Example, Path], None]] = {
         run, all_terms_without_warnings, casadi, jax, derivatives_of_a_run, samples, saved_model, tape_engine,
         absolute_coordinates, report_page, animation, functional_mock_up_unit,
     )
-} | {name: verb(name) for name in ("check", "equilibrium", "info", "linearize")}  # fmt: skip  # a table
-PAIRS = [(name, feature) for name in mechanical_scenes() for feature in FEATURES]
+} | {name: verb(name) for name in ("equilibrium", "info", "linearize")}  # fmt: skip  # a table
+#: A third of the pairs, so that each feature meets a third of the examples and each example a third of the features;
+#: closed forms of all examples are those of test_check_of_examples.
+PAIRS = [
+    (name, feature)
+    for row, name in enumerate(mechanical_scenes())
+    for column, feature in enumerate(FEATURES)
+    if (row + column) % 3 == 0
+]
 
 
 @pytest.mark.long

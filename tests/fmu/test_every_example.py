@@ -52,7 +52,12 @@ UNITS = [
     for place, name in enumerate(SCENES)
     for version in ((2, 3) if name in BOTH else (2 + place % 2,))
 ]
-NET = next(str(unit.id) for unit in UNITS if unit.values[0] == "cable_net/scene.toml")
+#: Examples whose C takes ten seconds and more to derive and compile.
+LARGE = [
+    str(unit.id)
+    for unit in UNITS
+    if str(unit.values[0]).partition("/")[0] in ("cable_net", "unbalanced_shaft", "elastic_pendulum")
+]
 in_turn = pytest.mark.parametrize(("name", "version"), UNITS)
 
 
@@ -94,7 +99,7 @@ def sources_of(name: str, version: int) -> Path:
 
 @pytest.mark.long_except_every(6)
 @pytest.mark.slow
-@pytest.mark.long_cases(NET)
+@pytest.mark.long_cases(*LARGE)
 @in_turn
 def test_validators_have_no_findings(name: str, version: int) -> None:
     file = file_of(name, version).with_suffix(".fmu")
@@ -104,7 +109,7 @@ def test_validators_have_no_findings(name: str, version: int) -> None:
 
 @pytest.mark.long_except_every(6)
 @pytest.mark.slow
-@pytest.mark.long_cases(NET)
+@pytest.mark.long_cases(*LARGE)
 @in_turn
 def test_co_simulation_has_the_bits_of_simulate(name: str, version: int) -> None:
     simulation = scene_of(name).simulation
@@ -195,7 +200,7 @@ def gear_rows(times: Array) -> Rows:
 
 @pytest.mark.long_except_every(6)
 @pytest.mark.slow
-@pytest.mark.long_cases(NET)
+@pytest.mark.long_cases(*LARGE)
 @in_turn
 def test_model_exchange_meets_a_refined_run(name: str, version: int) -> None:
     simulation = scene_of(name).simulation

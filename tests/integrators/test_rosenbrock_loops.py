@@ -108,6 +108,7 @@ def reference(name: str) -> eomgen.Solution:
 @pytest.mark.long_cases(
     "jump_and_impact-lsrt2",
     "jump_and_impact-rosenbrock",
+    "links_on_a_shaking_base-lsrt2",
     "links_on_a_shaking_base-rosenbrock",
     "spatial_loop-lsrt2",
     "spatial_loop-rosenbrock",

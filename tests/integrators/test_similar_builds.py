@@ -88,7 +88,7 @@ def test_scenes_in_other_units_are_built_and_move_alike(name: str) -> None:
             assert np.max(np.abs(found - expected)) < 1e-12
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_loop_that_stands_elsewhere_and_turned_moves_alike() -> None:
     """Rounding of places is 1e-11 of the crank at 2e5 m, and stays this much in its joints."""
     own = motions(scene_of("slider_crank"), "slider_crank", UnitsOf())

@@ -24,7 +24,7 @@ from tests.oracles.motions import along_motion, random_motions
 from tests.oracles.pinocchio_oracle import robot_file
 from tests.oracles.random_scenes import random_scene, with_base, with_loads, with_mimics
 
-TREES, CHUNKS = 1000, 50
+TREES, CHUNKS = 400, 20
 MATRICES = [f"{name}{suffix}" for name in CLOSED_MATRICES for suffix in ("", "_rates_1", "_rates")]
 
 
@@ -73,59 +73,7 @@ def both_ways(scene: Scene) -> System:
     )
 
 
-@pytest.mark.slow
-@pytest.mark.long_cases(
-    "0",
-    "1",
-    "10",
-    "11",
-    "12",
-    "13",
-    "14",
-    "15",
-    "16",
-    "17",
-    "18",
-    "19",
-    "2",
-    "20",
-    "21",
-    "22",
-    "23",
-    "24",
-    "25",
-    "26",
-    "27",
-    "28",
-    "29",
-    "3",
-    "30",
-    "31",
-    "32",
-    "33",
-    "34",
-    "35",
-    "36",
-    "37",
-    "38",
-    "39",
-    "4",
-    "40",
-    "41",
-    "42",
-    "43",
-    "44",
-    "45",
-    "46",
-    "47",
-    "48",
-    "49",
-    "5",
-    "6",
-    "7",
-    "8",
-    "9",
-)
+@pytest.mark.long
 @pytest.mark.parametrize("chunk", range(CHUNKS))
 def test_closed_form_recursion_and_complex_step_on_random_trees(chunk: int) -> None:
     """A thousand trees take some 100 s of one processor: operations run over NumPy, nothing is compiled."""

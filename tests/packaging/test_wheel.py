@@ -256,6 +256,7 @@ def test_an_installed_wheel_runs_a_scene_and_its_generated_c(numbers: Mapping[st
     assert numbers["c"] == [1.0, numbers["scene"]]  # without contraction of products and sums both have the same bits
 
 
+@pytest.mark.long
 def test_an_installed_wheel_runs_a_robot(numbers: Mapping[str, Any]) -> None:
     assert abs(numbers["robot"] - swing(1.5 * 9.81)) < 1e-9  # a thin rod of 1 m about its end: m g l / 2 over m l^2 / 3
 

@@ -69,6 +69,7 @@ def numbers(texts: list[str]) -> np.ndarray:
 
 @pytest.mark.long_except_every(3)
 @pytest.mark.slow
+@pytest.mark.long_cases("elastic_slider_crank")
 @pytest.mark.parametrize("name", SCENES)
 def test_the_last_state_has_the_digits_of_pythons_run(name: str, tmp_path: Path) -> None:
     model, solution = run_of(name)

@@ -72,7 +72,7 @@ def test_they_decide_inverse_dynamics_and_no_fewer_do(rng: np.random.Generator) 
     assert np.array_equal(model.base_parameters(seed=5).matrix, found.matrix)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_as_many_as_the_rank_for_robots_of_all_kinds(rng: np.random.Generator) -> None:
     for name, root in (
         ("panda_description/urdf/panda.urdf", "fixed"),

@@ -73,8 +73,8 @@ def test_pairs_of_attributes_and_flags_are_mujoco_s(element: str, text: str, fla
 
 @pytest.mark.long
 @pytest.mark.parametrize("element", CHANGES)
-def test_all_pairs_of_attributes_and_flags_are_mujoco_s(element: str, tmp_path: Path) -> None:
-    pairs = [(text, flag) for own, text, flag in flagged() if own == element]
+def test_a_third_of_the_pairs_of_attributes_and_flags_are_mujoco_s(element: str, tmp_path: Path) -> None:
+    pairs = [(text, flag) for own, text, flag in flagged() if own == element][::3]
     wrong = [
         (text, flag) for text, flag in pairs if differs(machine((element, text), flags=FLAGS[flag]), tmp_path / "a.xml")
     ]

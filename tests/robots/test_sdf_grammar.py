@@ -281,8 +281,8 @@ def test_no_part_is_silent(folder: Path) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("minor", range(FIRST, NEWEST + 1))
-def test_no_part_of_any_element_is_silent_in_any_version(minor: int, folder: Path) -> None:
+@pytest.mark.parametrize("minor", [FIRST, (FIRST + NEWEST) // 2, NEWEST])
+def test_no_part_of_any_element_is_silent_in_a_version(minor: int, folder: Path) -> None:
     met, wrong = tried(STATUSES, minor, folder, None)
     assert wrong == []
     assert parts(STATUSES, minor) - met == set()

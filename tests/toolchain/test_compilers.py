@@ -127,7 +127,7 @@ def test_compilers_agree_on_all_examples(name: str, tmp_path: Path) -> None:
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.skipif(zig_program() is None, reason="the package ziglang is not installed")
 def test_a_machine_with_zig_alone_builds_and_runs(tmp_path: Path) -> None:
     (tmp_path / "bin").mkdir()
