@@ -12,7 +12,7 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -185,36 +185,42 @@ def _by_tolerance(runs: ComparisonRuns) -> ErrorEstimate:
     Without events and such rows the grid stays if steps end at jumps or samples: a halved grid could halve these steps,
     and both runs would differ by more than the tolerances explain.
     """
-    own = runs.run.settings["tolerance"]
-    order = min(float(runs.run.method.order), math.log2(_TOLERANCES))
     bound = bool(len(runs.parts.ends)) or runs.run.driven is not None
+    for power, multiple in _tolerance_tries(runs, bound=bound):
+        tolerance = runs.run.settings["tolerance"] * math.pow(2.0, power)
+        longest = runs.own.statistics.get("largest_step", math.inf) if power < 0.0 else math.inf
+        largest = math.pow(2.0, power / float(runs.run.method.order)) * longest
+        result = runs.at(tolerance=tolerance, multiple=multiple, largest=largest)
+        if not _is_complete(result):
+            continue
+        apart = runs.apart(runs.own, result)
+        if multiple >= 0.5 and runs.same(apart) and (bound or runs.same_count(result)):
+            continue
+        shorter = f" and {_part(multiple)} the step" if multiple < 1.0 else ""
+        gain = gain_of_shorter(-power) if power < 0.0 else gain_of_longer(power)
+        pair = Pair(apart, partial(_fixed_gain, gain), f"a run at a tolerance of {tolerance:.2g}{shorter}")
+        return replace(estimate(runs, pair, math.nan), passed_over=_passed_over(runs, result))
+    if result.stopped:
+        raise NoEstimateError(f"runs at other tolerances do not come to the end: {result.stopped}")
+    same = "of runs at other tolerances are the same ones"
+    if bound:
+        ends = "its steps end where forces jump, states are sampled or rows of inputs end"
+        raise NoEstimateError(f"{ends}, and those {same}")
+    remedy = f"largest_step = {0.25 * _largest_step(runs):.2g} in the settings"
+    raise NoEstimateError(f"the steps {same}", remedy)
+
+
+def _tolerance_tries(runs: ComparisonRuns, *, bound: bool) -> list[tuple[float, float]]:
+    """Return the comparison runs to try in turn: power of 2 of the tolerance, and multiple of the step."""
+    order = min(float(runs.run.method.order), math.log2(_TOLERANCES))
     multiple = 1.0 if len(runs.parts.ends) and not runs.events and runs.run.driven is None else 0.5
-    tries = [(-order * times, multiple) for times in _SMALLER[: None if bound else 1]]
-    tries = [one for one in tries if one == tries[0] or own * math.pow(2.0, one[0]) >= _LEAST_TOLERANCE]
+    first, *smaller = (-order * times for times in _SMALLER[: None if bound else 1])
+    tolerance = runs.run.settings["tolerance"]
+    smaller = [power for power in smaller if tolerance * math.pow(2.0, power) >= _LEAST_TOLERANCE]
+    tries = [(power, multiple) for power in (first, *smaller)]
     if shortened := _that_bounds(runs, bound=bound):
         tries.append((-order, shortened))
-    tries.append((order, multiple))
-    result = None
-    for power, multiple in tries:
-        tolerance = own * math.pow(2.0, power)
-        ratio = math.pow(2.0, power / float(runs.run.method.order))
-        largest = ratio * runs.own.statistics.get("largest_step", math.inf) if power < 0.0 else math.inf
-        result = runs.at(tolerance=tolerance, multiple=multiple, largest=largest)
-        if len(result.rows) > 1 and not result.stopped:
-            apart = runs.apart(runs.own, result)
-            if multiple >= 0.5 and runs.same(apart) and (bound or runs.same_count(result)):
-                continue
-            shorter = f" and {_part(multiple)} the step" if multiple < 1.0 else ""
-            gain = gain_of_shorter(-power) if power < 0.0 else gain_of_longer(power)
-            pair = Pair(apart, partial(_fixed_gain, gain), f"a run at a tolerance of {tolerance:.2g}{shorter}")
-            return replace(estimate(runs, pair, math.nan), passed_over=_passed_over(runs, result))
-    if result is not None and not result.stopped:
-        where = "its steps end where forces jump, states are sampled or rows of inputs end, and " if bound else ""
-        those = "those" if bound else "the steps"
-        remedy = f"largest_step = {0.25 * _largest_step(runs):.2g} in the settings"
-        raise NoEstimateError(f"{where}{those} of runs at other tolerances are the same ones", "" if bound else remedy)
-    reason = f": {result.stopped}" if result is not None and result.stopped else ""
-    raise NoEstimateError(f"runs at other tolerances do not come to the end{reason}")
+    return [*tries, (order, multiple)]
 
 
 def _that_bounds(runs: ComparisonRuns, *, bound: bool) -> float:
@@ -248,8 +254,7 @@ def _by_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates] | None = N
     returns the fastest rates along the run; None if none are known. Raises NoEstimateError if the runs give no
     estimate."""
     order = float(runs.run.method.order)
-    halvings = runs.own.statistics.get("halvings", 0)
-    if runs.span.steps == 1 or (halvings and runs.span.steps < _FEW_STEPS):
+    if runs.span.steps == 1 or (runs.own.statistics.get("halvings", 0) and runs.span.steps < _FEW_STEPS):
         return _by_much_shorter_steps(runs, order)
     if not (runs.tell(1.0, 2.0) and runs.tell(2.0, 4.0) and runs.tell(0.5, 1.0)):
         return _by_shorter_steps(runs, order)
@@ -257,39 +262,83 @@ def _by_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates] | None = N
     jumps, resolved = _laws_within_steps(runs, rates)
     if jumps and (result := _by_prime_parts(runs, twice)):
         return result
+    result, near, far, suffices = _by_longer_steps(runs, twice, order, resolved=resolved)
+    if result is not None and suffices:
+        return result
+    stopped = twice.stopped
+    del twice  # large scenes have large motions
+    half = _comparison(runs, 0.5)
+    if not half.complete:
+        if result is None or not result.relative < _EXPLODED:
+            reason = f"runs neither at twice nor at half the step hold: {stopped or half.stopped}"
+            raise NoEstimateError(reason, _smaller(runs))
+        return result
+    rounding = runs.single and result is not None and result.order < NO_ORDER
+    del result  # large scenes have large motions
+    if half.equal:
+        return _by_much_shorter_steps(runs, order)
+    apart, words = half.apart, "runs at half and 2 times the step"
+    pair = Pair(apart, gain_by(runs.ratio(0.5, apart.t)), words, apart, near, _refinement(runs, (0.5, 1, 2)))
+    if rounding:  # which grows towards shorter steps, and of which two runs may have as much
+        both = _largest_of([(near, 1.0), (apart, 1.0)])
+        pair = Pair(both, partial(_fixed_gain, 1.0), words, near, far, _refinement(runs, (1, 2, 4)))
+    result = replace(estimate(runs, pair, order), passed_over=half.passed_over)
+    return result if resolved else _with_first_rows(runs, result, order)
+
+
+def _by_longer_steps(
+    runs: ComparisonRuns, twice: ComparedMotion, order: float, *, resolved: bool
+) -> tuple[ErrorEstimate | None, MotionDifference, MotionDifference | None, bool]:
+    """Return the estimate by runs at 2 and 4 times the step, differences between h and 2h and between 2h and 4h, and
+    whether the estimate suffices.
+
+    Parameters
+    ----------
+    resolved : whether steps four times as long resolve decays; otherwise no run takes these
+    """
     four = runs.at(multiple=4.0) if resolved and not twice.stopped else None
     near = runs.apart(runs.own, twice)
-    result = far = None
-    if len(twice.rows) > 1:
-        far = None if four is None else runs.apart(twice, four)
-        words = "a run at twice the step" if four is None else "runs at 2 and 4 times the step"
-        ratio = runs.ratio(2.0, near.t)
-        result = estimate(runs, Pair(near, gain_by(ratio), words, near, far, _refinement(runs, (1, 2, 4))), order)
-        same = not _passed_over(runs, twice)
-        if four is not None and not four.stopped and same and not _doubtful(runs, result, near):
-            return result
-    rounding = runs.single and result is not None and result.order < NO_ORDER
-    stopped = twice.stopped
-    del twice, four  # large scenes have large motions
-    half = runs.at(multiple=0.5)
-    stopped = stopped or half.stopped
-    if len(half.rows) > 1 and not half.stopped:
-        words = "runs at half and 2 times the step"
-        apart = runs.apart(runs.own, half)
-        passed_over, halved = _passed_over(runs, half), halvings or half.statistics.get("halvings", 0)
-        del half, result  # large scenes have large motions
-        if halved and runs.same(apart):
-            return _by_much_shorter_steps(runs, order)
-        pair = Pair(apart, gain_by(runs.ratio(0.5, apart.t)), words, apart, near, _refinement(runs, (0.5, 1, 2)))
-        if rounding:  # which grows towards shorter steps, and of which two runs may have as much
-            both = _largest_of([(near, 1.0), (apart, 1.0)])
-            pair = Pair(both, partial(_fixed_gain, 1.0), words, near, far, _refinement(runs, (1, 2, 4)))
-        result = replace(estimate(runs, pair, order), passed_over=passed_over)
-        return result if resolved else _with_first_rows(runs, result, order)
-    if result is None or not result.relative < _EXPLODED:
-        reason = f"runs neither at twice nor at half the step hold: {stopped}"
-        raise NoEstimateError(reason, _smaller(runs))
-    return result
+    if len(twice.rows) < 2:
+        return None, near, None, False
+    far = None if four is None else runs.apart(twice, four)
+    words = "a run at twice the step" if four is None else "runs at 2 and 4 times the step"
+    pair = Pair(near, gain_by(runs.ratio(2.0, near.t)), words, near, far, _refinement(runs, (1, 2, 4)))
+    result = estimate(runs, pair, order)
+    agree = four is not None and not four.stopped and not _passed_over(runs, twice)
+    return result, near, far, agree and not _doubtful(runs, result, near)
+
+
+def _is_complete(motion: ComparedMotion) -> bool:
+    """Return whether a run came to the end."""
+    return len(motion.rows) > 1 and not motion.stopped
+
+
+class _Comparison(NamedTuple):
+    """Comparison with a run at another step, without its motion: large scenes have large motions.
+
+    Attributes
+    ----------
+    apart : how the motions differ
+    complete : whether that run came to the end
+    stopped : reason for an early end
+    equal : whether steps were halved, and both runs are the same one
+    passed_over : as of ``ErrorEstimate``
+    """
+
+    apart: MotionDifference
+    complete: bool
+    stopped: str
+    equal: bool
+    passed_over: str
+
+
+def _comparison(runs: ComparisonRuns, multiple: float) -> _Comparison:
+    """Return the comparison with a run at a multiple of the step."""
+    motion = runs.at(multiple=multiple)
+    apart = runs.apart(runs.own, motion)
+    halved = runs.own.statistics.get("halvings", 0) or motion.statistics.get("halvings", 0)
+    equal = bool(halved) and runs.same(apart)
+    return _Comparison(apart, _is_complete(motion), motion.stopped, equal, _passed_over(runs, motion))
 
 
 def _laws_within_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates] | None) -> tuple[bool, bool]:
@@ -338,11 +387,11 @@ def _by_prime_parts(runs: ComparisonRuns, twice: ComparedMotion) -> ErrorEstimat
     """
     order = float(runs.run.method.order)
     differing, shorter, passed_over = [], [], ""
-    if len(twice.rows) > 1 and not twice.stopped:
+    if _is_complete(twice):
         differing.append((runs.apart(runs.own, twice), gain_of_longer(order)))
     for parts in _PRIME_PARTS:
         shorter.append(runs.at(multiple=1.0 / parts))
-        if len(shorter[-1].rows) < 2 or shorter[-1].stopped:
+        if not _is_complete(shorter[-1]):
             return None
         apart = runs.apart(runs.own, shorter[-1])
         differing.append((apart, gain_of_shorter(_OF_JUMPS * math.log2(parts))))
@@ -379,15 +428,13 @@ def _by_much_shorter_steps(runs: ComparisonRuns, order: float) -> ErrorEstimate:
     """
     for power in _QUARTERS:
         multiple = math.pow(0.5, power)
-        shorter = runs.at(multiple=multiple)
+        shorter = _comparison(runs, multiple)
         words = f"a run at 1/{1.0 / multiple:.0f} of the step"
-        if len(shorter.rows) < 2 or shorter.stopped:
+        if not shorter.complete:
             raise NoEstimateError(f"{words} does not hold: {shorter.stopped}", _smaller(runs))
-        apart = runs.apart(runs.own, shorter)
-        halved = runs.own.statistics.get("halvings", 0) or shorter.statistics.get("halvings", 0)
-        if not (halved and runs.same(apart)):
-            result = estimate(runs, Pair(apart, gain_by(np.full(len(apart.t), 2.0 * multiple)), words), order)
-            return replace(result, passed_over=_passed_over(runs, shorter))
+        if not shorter.equal:
+            gain = gain_by(np.full(len(shorter.apart.t), 2.0 * multiple))
+            return replace(estimate(runs, Pair(shorter.apart, gain, words), order), passed_over=shorter.passed_over)
     least = f"1/{math.pow(2.0, _QUARTERS[-1]):.0f} of the step"
     raise NoEstimateError(f"its steps were halved, and runs at up to {least} are the same run", _smaller(runs))
 
@@ -404,7 +451,7 @@ def _by_shorter_steps(runs: ComparisonRuns, order: float) -> ErrorEstimate:
             refused = f"runs in shorter steps that differ from it all over take {_MOST_PARTS:.0f} times as many"
             raise NoEstimateError(f"its steps end where forces jump or states are sampled; {refused}")
     shorter = runs.at(multiple=multiple)
-    if len(shorter.rows) < 2 or shorter.stopped:
+    if not _is_complete(shorter):
         raise NoEstimateError(f"a run at 1/{1.0 / multiple:.0f} of the step does not hold: {shorter.stopped}")
     apart = runs.apart(runs.own, shorter)
     words = f"a run at 1/{1.0 / multiple:.0f} of the step"
@@ -413,7 +460,7 @@ def _by_shorter_steps(runs: ComparisonRuns, order: float) -> ErrorEstimate:
     of_outputs = 0.0 if result.largest_output is None else result.largest_output.share
     if max(result.relative, of_outputs) > NOTICED and runs.tell(0.5 * multiple, multiple):
         finest = runs.at(multiple=0.5 * multiple)
-        if len(finest.rows) > 1 and not finest.stopped:
+        if _is_complete(finest):
             near, best = runs.apart(shorter, finest), runs.apart(runs.own, finest)
             words = f"runs at 1/{1.0 / multiple:.0f} and 1/{2.0 / multiple:.0f} of the step"
             refinement = _refinement(runs, (0.5 * multiple, multiple, 1.0))

@@ -98,34 +98,10 @@ def run_chunks(
         Whether every row of the windows in the middle and at the end is kept as well.
     """
     recorder, pace = _RowRecorder(stepper, grid, record_every, inputs, windows=windows), _ChunkSize(stepper)
-    status, failure, last_row = 0, None, None
-    modes = stepper.modes
+    last_row, modes = None, stepper.modes
     at_once = writer is None and pace.chunk >= grid.whole - recorder.done  # too short for Ctrl-C to be useful
     with Interrupts(heeded=not at_once) as interrupted:
-        while (done := recorder.done) < grid.whole and status == 0 and not interrupted.heard:
-            window, size = None, min(pace.chunk, grid.whole - done)
-            if record_every != 1:  # else every row of the windows is one of the run
-                window, size = recorder.part(size)
-            if writer is not None and (room := writer.room(done)) is not None:
-                size = min(size, room)
-            began = time.perf_counter()
-            try:
-                table = None if inputs is None else rows_from(stepper, inputs, done, size, stepper.origin)
-            except UsageError as error:  # continue to the last step before the step at which the input fails
-                if size > 1:
-                    pace.chunk = size // 2
-                    continue
-                failure = error
-                break
-            status = recorder.steps(size, window, table)
-            elapsed = time.perf_counter() - began
-            if writer is not None and status == 0:
-                writer.look(stepper, recorder.done)
-            if progress is not None:
-                progress(recorder.done, grid.steps)
-            if status == 0 and recorder.done == done:
-                raise RuntimeError("the stepper made no step and gave no reason")
-            pace.adapt(elapsed, size, recorder.done - done)
+        status, failure = _whole_steps(recorder, pace, grid, inputs, progress, writer, interrupted)
         done = recorder.done
         stopped = interrupted.heard and done < grid.steps
         if writer is not None and status == 0:
@@ -146,6 +122,42 @@ def run_chunks(
     rows, middle, end = recorder.recorded_rows(done)
     events = [log for log in recorder.logs if len(log)]
     return Trajectory(rows, status, stopped, done, failure, middle, end, events, modes)
+
+
+def _whole_steps(
+    recorder: _RowRecorder,
+    pace: _ChunkSize,
+    grid: TimeGrid,
+    inputs: Callable[[Array], Array] | None,
+    progress: Progress | None,
+    writer: WritesCheckpoints | None,
+    interrupted: Interrupts,
+) -> tuple[int, UsageError | None]:
+    """Take the whole steps of the grid; return the status, and the error of the input that ended the steps, None
+    without one."""
+    stepper, status = recorder.stepper, 0
+    while (done := recorder.done) < grid.whole and status == 0 and not interrupted.heard:
+        window, size = recorder.part(min(pace.chunk, grid.whole - done))
+        if writer is not None and (room := writer.room(done)) is not None:
+            size = min(size, room)
+        began = time.perf_counter()
+        try:
+            table = None if inputs is None else rows_from(stepper, inputs, done, size, stepper.origin)
+        except UsageError as error:  # continue to the last step before the step at which the input fails
+            if size > 1:
+                pace.chunk = size // 2
+                continue
+            return status, error
+        status = recorder.steps(size, window, table)
+        elapsed = time.perf_counter() - began
+        if writer is not None and status == 0:
+            writer.look(stepper, recorder.done)
+        if progress is not None:
+            progress(recorder.done, grid.steps)
+        if status == 0 and recorder.done == done:
+            raise RuntimeError("the stepper made no step and gave no reason")
+        pace.adapt(elapsed, size, recorder.done - done)
+    return status, None
 
 
 class _ChunkSize:
@@ -231,7 +243,7 @@ class _RowRecorder:
     def part(self, size: int) -> tuple[int | None, int]:
         """Return the number of the window in which the next step lies, None outside, and how many steps lie on the same
         side. At most `size` steps, up to the next beginning or end of a window."""
-        if not self.windows:
+        if not self.windows or self.every == 1:  # then every row of the windows is one of the run
             return None, size
         done = self.done
         window = next((number for number, (begin, end) in enumerate(self.windows) if begin <= done < end), None)
