@@ -67,16 +67,12 @@ class Plan:
         self.live = [node for node in tape.live(needed) if tape.op[node] not in LEAVES]
         rerolled = reroll(tape, [node for node in self.live if node not in last] if last else self.live)
         self.loops = {loop.iterations[0][0]: loop for loop in rerolled}
-        self.head = {
-            node: head for head, loop in self.loops.items() for iteration in loop.iterations for node in iteration
-        }
+        self.head = {node: head for head, loop in self.loops.items() for node in chain.from_iterable(loop.iterations)}
         self.stretches = self._share(outputs, share=share)
-        numbers = {tape.a[node] for node in self.live if tape.op[node] is _MAP}
-        joined = Map.together({number: cast("Map", tape.maps[number]) for number in sorted(numbers)})
-        self.maps = {number: (loop, start) for loop, starts in joined for number, start in starts.items()}
+        self.maps = self._joined_maps()
         leader = self._leaders()
         order = [node for node in self.live if node not in leader and self.head.get(node, node) == node]
-        self.order = [node for node in order if node not in last] + [node for node in order if node in last]
+        self.order = sorted(order, key=last.__contains__)
         self.members: dict[int, list[int]] = {}
         for node, first in leader.items():
             self.members.setdefault(first, []).append(node)
@@ -102,6 +98,13 @@ class Plan:
         stretches = find_stretches(self.tape, self.live, outputs)
         self.head |= {node: stretch.nodes[0] for stretch in stretches for node in stretch.nodes}
         return {stretch.nodes[0]: stretch for stretch in stretches}
+
+    def _joined_maps(self) -> dict[int, tuple[Map, int]]:
+        """Return ``maps``."""
+        tape = self.tape
+        numbers = {tape.a[node] for node in self.live if tape.op[node] is _MAP}
+        joined = Map.together({number: cast("Map", tape.maps[number]) for number in sorted(numbers)})
+        return {number: (loop, start) for loop, starts in joined for number, start in starts.items()}
 
     def _with_few_waiting(self, leader: Mapping[int, int]) -> list[int]:
         """Return ``order`` with paragraphs arranged so that few values wait between them (see ``paragraphs.reorder``).

@@ -11,7 +11,7 @@ Equally spaced indices become start + step k, all others a table.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from itertools import groupby, pairwise
 from typing import Any, Protocol, cast
 
@@ -146,11 +146,8 @@ def _longest(codes: NDArray[np.uint64], sample: Sample) -> tuple[int, int, int] 
         longest = int(np.argmax(lengths))
         iterations = int(lengths[longest]) // period + 1
         saved = (sample.iterations(iterations) - 1) * period
-        if (
-            iterations >= MINIMUM_ITERATIONS
-            and saved >= MINIMUM_SAVED
-            and (best is None or (saved, -period) > best[:2])
-        ):
+        enough = iterations >= MINIMUM_ITERATIONS and saved >= MINIMUM_SAVED
+        if enough and (best is None or (saved, -period) > best[:2]):
             best = (saved, -period, int(starts[longest]), iterations)
     return None if best is None else (best[2], -best[1], best[3])
 
@@ -167,11 +164,8 @@ def _consistent(tape: Tape, iterations: Sequence[tuple[int, ...]], sample: Sampl
     while last + 1 < len(iterations) and alike[last + 1]:
         last += 1
     kept = iterations[first : last + 1]
-    return (
-        RerolledLoop(tuple(kept))
-        if len(kept) >= MINIMUM_ITERATIONS and (sample.iterations(len(kept)) - 1) * len(kept[0]) >= MINIMUM_SAVED
-        else None
-    )
+    saved = (sample.iterations(len(kept)) - 1) * len(kept[0])
+    return RerolledLoop(tuple(kept)) if len(kept) >= MINIMUM_ITERATIONS and saved >= MINIMUM_SAVED else None
 
 
 def _alike(tape: Tape, nodes: NDArray[np.int64]) -> NDArray[np.bool_]:
@@ -281,13 +275,7 @@ def loop_iteration(
     iterations = loop.iterations
     position_of = {node: (k, j) for k, iteration in enumerate(iterations) for j, node in enumerate(iteration)}
     columns, unmatched = _rows_of_outputs(iterations, stores)
-    kept = {j for iteration in iterations for j, node in enumerate(iteration) if node in read_outside} | {
-        position_of[item[3]][1] for item in unmatched
-    }
-    for k, iteration in enumerate(iterations):
-        reached = (position_of.get(abs(ref)) for node in iteration for ref in operands(tape, node))
-        kept |= {item_of[1] for item_of in reached if item_of is not None and item_of[0] != k}
-    exports = tuple(sorted(kept))
+    exports = _exports(tape, iterations, position_of, read_outside.union(node for *_, node in unmatched))
     first = values.reserve(len(exports) * len(iterations))
     row = {j: number for number, j in enumerate(exports)}
     kernel = Tape()
@@ -308,22 +296,16 @@ def loop_iteration(
         taken: list[Ref] = []
         for number, ref in enumerate(operands(tape, iterations[0][j])):
             refs = [operands(tape, iteration[j])[number] for iteration in iterations]
-            iteration_number, position = position_of.get(abs(ref), (-1, -1))
-            if (
-                iteration_number == 0
-                and abs(refs[-1]) in position_of
-                and position_of[abs(refs[-1])] == (len(iterations) - 1, position)
-            ):
+            if (position := _position_within(refs, position_of)) is not None:
                 taken.append(known[position] if ref > 0 else -known[position])
-                continue
-            if len(set(refs)) == 1 and (value := tape.number(ref)) is not None:
+            elif len(set(refs)) == 1 and (value := tape.number(ref)) is not None:
                 taken.append(kernel.constant(value))
-                continue
-            expression = _read(tape, refs, values, slot)
-            if expression not in inputs:
-                inputs[expression] = kernel.input(READ, len(read))
-                read.append(expression)
-            taken.append(inputs[expression])
+            else:
+                expression = _read(tape, refs, values, slot)
+                if expression not in inputs:
+                    inputs[expression] = kernel.input(READ, len(read))
+                    read.append(expression)
+                taken.append(inputs[expression])
         known.append(record(kernel, tape.op[iterations[0][j]], taken))
 
     given: list[Expression] = [("row", "w", first + row[j], len(exports)) for j in exports]
@@ -332,6 +314,29 @@ def loop_iteration(
         given.append(("row", output, *rule(components)))
         results.append(sign * known[j])
     return Iteration(kernel, tuple(results), tuple(read), tuple(given), exports, first, tuple(unmatched))
+
+
+#: From an operation of a loop to its iteration and its position there.
+_Positions = Mapping[int, tuple[int, int]]
+
+
+def _exports(
+    tape: Tape, iterations: Sequence[Sequence[int]], position_of: _Positions, read_outside: Collection[int]
+) -> tuple[int, ...]:
+    """Return the positions of the operations that other iterations or the rest of the function read."""
+    kept: set[int] = set()
+    for k, iteration in enumerate(iterations):
+        kept.update(j for j, node in enumerate(iteration) if node in read_outside)
+        reached = (position_of.get(abs(ref), (k, 0)) for node in iteration for ref in operands(tape, node))
+        kept.update(position for number, position in reached if number != k)
+    return tuple(sorted(kept))
+
+
+def _position_within(refs: Sequence[Ref], position_of: _Positions) -> int | None:
+    """Return the position of an operand, one reference for each iteration, that the iteration computes itself; None
+    for others."""
+    number, position = position_of.get(abs(refs[0]), (-1, -1))
+    return position if number == 0 and position_of.get(abs(refs[-1])) == (len(refs) - 1, position) else None
 
 
 def _rows_of_outputs(iterations: Sequence[Sequence[int]], stores: Stores) -> tuple[list[Column], list[Unmatched]]:

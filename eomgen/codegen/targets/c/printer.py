@@ -339,12 +339,7 @@ class Printer:
                 right = f"({right})"
             return left + symbol + right, rank
         if kind == "K":
-            named = self.constants.get(abs(expression[1]))
-            if named is not None:
-                return (f"K({named})", _ATOM) if expression[1] > 0.0 else (f"-K({named})", _PREFIX)
-            if self.numbers is not None and abs(expression[1]) not in _COMMON:
-                return f"K({self.numbers.entry(expression[1])})", _ATOM
-            return f"K({number(expression[1])})", _ATOM
+            return self._constant(expression[1])
         if kind == "in":
             text = self.inputs[expression[1]]
             return (text.format(expression[2]) if isinstance(text, str) else text[expression[2]]), _ATOM
@@ -357,6 +352,15 @@ class Printer:
             return f"{self.prefix}_curve{expression[2] + 1}({self._print(expression[1])[0]}, {expression[3]})", _ATOM
         arguments = ", ".join(self._print(operand)[0] for operand in expression[1:])
         return f"EG_{kind}({arguments})", _ATOM
+
+    def _constant(self, value: float) -> tuple[str, int]:
+        """Return the C text of a number, by name if it has one, and the text's rank."""
+        named = self.constants.get(abs(value))
+        if named is not None:
+            return (f"K({named})", _ATOM) if value > 0.0 else (f"-K({named})", _PREFIX)
+        if self.numbers is not None and abs(value) not in _COMMON:
+            return f"K({self.numbers.entry(value)})", _ATOM
+        return f"K({number(value)})", _ATOM
 
     def _local(self, number: int) -> str:
         if self._first_local is not None:
