@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import chain
 from typing import cast
 
 from eomgen.base.data import dataclass, replace
@@ -48,17 +49,32 @@ def map_partials(
     if isinstance(loop, Call):
         return call_partials(tape, loop, [signed_tangent(tangents, ref) for ref in loop.operands])
     outer = {symbol: [signed_tangent(tangents, ref) for ref in refs] for symbol, refs in _outer(loop).items()}
-    directions = sorted({direction for column in outer.values() for tangent in column for direction in tangent})
-    reached = sum(len(tangent) for symbol, column in outer.items() if symbol.block == "gather" for tangent in column)
-    slots = sum(any(column) for symbol, column in outer.items() if symbol.block == "gather")
-    if not loop.initial and 4 * reached < loop.count * slots * len(directions):
-        local = _local_directions(loop, outer)
-        if local is not None and local.count < slots:
+    directions = set(chain.from_iterable(chain.from_iterable(outer.values())))
+    if not loop.initial:
+        slots, shared = _varying(outer, "gather"), _varying(outer, "shared")
+        reached = sum(len(tangent) for column in slots for tangent in column)
+        sparse = 4 * reached < loop.count * len(slots) * len(directions)
+        local = _local_directions(loop, outer) if sparse else None
+        if local is not None and local.count < len(slots):
             return _partials_along(tape, loop, outer, local, forward_partials)
-        return _combined_partials(tape, loop, outer, forward_partials)
-    shared = sum(any(column) for symbol, column in outer.items() if symbol.block == "shared")
-    if not loop.initial and not slots and shared < len(directions):
-        return _combined_partials(tape, loop, outer, forward_partials)
+        if sparse or (not slots and len(shared) < len(directions)):
+            return _combined_partials(tape, loop, outer, forward_partials)
+    return _partials_in_all(tape, loop, outer, sorted(directions), forward_partials)
+
+
+def _varying(outer: Mapping[InputSymbol, Sequence[Tangent]], block: str) -> list[Sequence[Tangent]]:
+    """Return the tangents of the inputs of a block that any direction changes."""
+    return [column for symbol, column in outer.items() if symbol.block == block and any(column)]
+
+
+def _partials_in_all(
+    tape: Tape,
+    loop: Map,
+    outer: Mapping[InputSymbol, Sequence[Tangent]],
+    directions: Sequence[int],
+    forward_partials: ForwardPartials,
+) -> list[Tangent]:
+    """Return the tangents of all results by one loop that carries all directions."""
     growth = _Growth(loop)
     seeds: dict[Ref | InputSymbol, dict[int, Ref]] = {}
     for direction in directions:
@@ -225,8 +241,7 @@ class _Growth:
     def rows(self, tape: Tape, companions: Sequence[Mapping[int, Ref]]) -> list[list[Tangent]]:
         """Record the loop that computes the companions, and return for each element the companions of all results, by
         label. ``companions`` are kernel references by label, one mapping for each result."""
-        stacked = tuple(ref for row in companions for ref in row.values())
-        loop = self.loop
+        loop, stacked = self.loop, _flat(companions)
         grown = Map(
             self.kernel, loop.count, loop.elements, tuple(self._shared), tuple(self._gather),
             stacked=stacked, label=loop.label,
@@ -248,21 +263,18 @@ class _Growth:
             tuple(self._shared),
             tuple(self._gather),
             tuple(self._initial),
-            tuple(ref for row in sums for ref in row.values()),
+            _flat(sums),
             (*old_last, *(last[k].get(label, ZERO) for k, label in self._carried)),
-            tuple(ref for row in stacked for ref in row.values()),
+            _flat(stacked),
             loop.label,
         )
         results = add_map(tape, compact(grown, range(old, len(self._initial))))
         finals: list[Tangent] = [{} for _ in loop.last]
-        for (k, label), ref in zip(
-            self._carried, results.last, strict=False
-        ):  # old carries that are still needed follow
+        # old carries that are still needed follow
+        for (k, label), ref in zip(self._carried, results.last, strict=False):
             finals[k][label] = ref
-        tangents = (
-            _label(sums, results.sums) + finals + [tangent for row in results.rows for tangent in _label(stacked, row)]
-        )
-        return [{label: ref for label, ref in tangent.items() if ref != ZERO} for tangent in tangents]
+        of_elements = chain.from_iterable(_label(stacked, row) for row in results.rows)
+        return list(map(_nonzero, (*_label(sums, results.sums), *finals, *of_elements)))
 
 
 def _combined_partials(
@@ -277,18 +289,8 @@ def _combined_partials(
     sums, _, stacked = loop.split_kernel(partials)
     summed = [{k: ref for k, ref in row.items() if active[k].block == "shared"} for row in sums]
     local = [{k: ref for k, ref in row.items() if active[k].block == "gather"} for row in sums] + stacked
-    results = add_map(
-        tape,
-        compact(
-            replace(
-                loop,
-                kernel=kernel,
-                sums=tuple(ref for row in summed for ref in row.values()),
-                stacked=tuple(ref for row in local for ref in row.values()),
-            ),
-            (),
-        ),
-    )
+    partial_loop = replace(loop, kernel=kernel, sums=_flat(summed), stacked=_flat(local))
+    results = add_map(tape, compact(partial_loop, ()))
     totals = [_combine(tape, {}, row, [outer[symbol][0] for symbol in active]) for row in _label(summed, results.sums)]
     rows: list[Tangent] = []
     for i, row in enumerate(results.rows):
@@ -366,10 +368,8 @@ def _partials_along(
         for total, tangent in zip(totals, tangents, strict=False):
             for direction, ref in tangent.items():
                 total[direction] = tape.add(total.get(direction, ZERO), ref)
-        results += [
-            {direction: ref for direction, ref in tangent.items() if ref != ZERO} for tangent in tangents[len(sums) :]
-        ]
-    return [{direction: ref for direction, ref in total.items() if ref != ZERO} for total in totals] + results
+        results += tangents[len(sums) :]
+    return list(map(_nonzero, [*totals, *results]))
 
 
 def _combine(tape: Tape, total: Tangent, partials: Mapping[int, Ref], tangents: Sequence[Tangent]) -> Tangent:
@@ -378,7 +378,11 @@ def _combine(tape: Tape, total: Tangent, partials: Mapping[int, Ref], tangents: 
     for k, partial in partials.items():
         for direction, tangent in tangents[k].items():
             result[direction] = tape.add(result.get(direction, ZERO), tape.mul(partial, tangent))
-    return {direction: ref for direction, ref in result.items() if ref != ZERO}
+    return _nonzero(result)
+
+
+def _nonzero(tangent: Tangent) -> Tangent:
+    return {direction: ref for direction, ref in tangent.items() if ref != ZERO}
 
 
 def _carries_of_elements(tape: Tape, loop: Map) -> list[tuple[Ref, ...]]:
@@ -416,6 +420,11 @@ def _label(rows: Sequence[Mapping[int, Ref]], refs: Sequence[Ref]) -> list[Tange
     """Label the rows of a flat sequence of references."""
     remaining = iter(refs)
     return [{label: next(remaining) for label in row} for row in rows]
+
+
+def _flat(rows: Sequence[Mapping[int, Ref]]) -> tuple[Ref, ...]:
+    """Return the references of all rows, as ``_label`` takes them."""
+    return tuple(chain.from_iterable(row.values() for row in rows))
 
 
 def _split(values: Sequence[T], first: int, second: int) -> tuple[list[T], list[T], list[T]]:
