@@ -85,6 +85,11 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
     bound = ["step", *(item.name for item in state if item.name in method.parameters)]
     jumps = jump_data(system.discontinuities, method.discontinuity_order, by_differences=method.implicit)
     sampled = method.inputs == "sampled"
+    statuses = (
+        *method.statuses(sizes.lam > 0, bool(system.angles)),
+        *(STATUSES if system.events else ()),
+        *controller_status(system.controllers),
+    )
     settings = (Setting("step", float(step), "step size of the time grid, s"),)
     rows = {"t": 1, "q": sizes.q, "v": sizes.v, "vdot": sizes.v, "lam": sizes.lam, "z": sizes.z}
     return {
@@ -124,18 +129,11 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
             dataclasses.asdict(item) | {"whole": list(item.whole or ())}
             for item in (*settings, *method.settings(sizes))
         ],
-        "bounds": [dataclasses.asdict(item) for item in method.bounds(sizes)],
+        "bounds": list(map(dataclasses.asdict, method.bounds(sizes))),
         "choices": dict(method.choices(sizes)),
-        "state": [dataclasses.asdict(item) for item in state],
+        "state": list(map(dataclasses.asdict, state)),
         "bound": " or ".join(filter(None, [", ".join(bound[:-1]), bound[-1]])),
-        "statuses": [
-            dataclasses.asdict(item)
-            for item in (
-                *method.statuses(sizes.lam > 0, bool(system.angles)),
-                *(STATUSES if system.events else ()),
-                *controller_status(system.controllers),
-            )
-        ],
+        "statuses": list(map(dataclasses.asdict, statuses)),
     }
 
 

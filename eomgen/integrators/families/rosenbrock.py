@@ -205,15 +205,7 @@ class Rosenbrock(OneFactorization):
         inertia, stiff = work_of_products(method["products"])
         assembly, factors, substitution = work_of_system(solver, un["size"])
         updates = self.stages + bool(lam) + of_positions
-        if self.stages == 1:
-            mean = v + z + len(method["links"]) if timed else 0
-            vectors = Work("vectors and time", 1, False, 2 * v + z + mean + 1, 2 * v + 2 * z + mean + 4)
-            groups = work_of_groups(method, {"update": updates})
-        else:
-            turned = sum(run["size"] for run in method["lie"]["runs"] if run["group"] != "R")
-            added = (8 if turned else 6) * v + 4 * z + 2
-            vectors = Work("vectors and time", 1, False, added, 5 * v + 4 * z + 2 * turned + 4)
-            groups = work_of_groups(method, {"update": updates, "bracket": 1})
+        group_calls = {"update": updates, "bracket": 1} if self.stages == 2 else {"update": updates}
         plain = sum(run["size"] for run in method["lie"]["runs"] if run["group"] == "R")
         return (
             *(Work(name, twice, of_model=True) for name in forces),
@@ -226,10 +218,21 @@ class Rosenbrock(OneFactorization):
             inertia,
             replace(stiff, times=self.stages),
             replace(substitution, times=self.stages + of_positions + of_velocities),
-            *groups,
-            vectors,
+            *work_of_groups(method, group_calls),
+            Work("vectors and time", 1, False, *_vector_operations(method, self.stages, timed=timed)),
             Work("compensation of sums", 1, False, 3 * (plain * (1 + of_positions) + v * (1 + of_velocities) + z)),
         )
+
+
+def _vector_operations(method: Mapping[str, Any], stages: int, *, timed: bool) -> tuple[int, int]:
+    """Return the additions and multiplications of a step with vectors and the time."""
+    un = method["unknowns"]
+    v, z = un["v"], un["size"] - un["first_z"]
+    if stages == 1:
+        mean = v + z + len(method["links"]) if timed else 0
+        return 2 * v + z + mean + 1, 2 * v + 2 * z + mean + 4
+    turned = sum(run["size"] for run in method["lie"]["runs"] if run["group"] != "R")
+    return (8 if turned else 6) * v + 4 * z + 2, 5 * v + 4 * z + 2 * turned + 4
 
 
 def _work_of_rows(method: Mapping[str, Any], of_positions: int, of_velocities: int, stages: int) -> Iterator[Work]:

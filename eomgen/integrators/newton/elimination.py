@@ -134,60 +134,78 @@ def eliminate(
     plan = list(stages) if stages is not None else [(range(size), range(size))]
     meant = sample.growth * len(plan)
     state = _ActiveSubmatrix(size, samples, groups, diagonal_first, _ALIKE if meant > _MANY else 1.0)
-    rows: list[int] = []
-    columns: list[int] = []
-    left: dict[int, list[int]] = {row: [] for row in range(size)}
-    right: list[list[int]] = []
-    operations = 0
-
-    def take(row: int, column: int) -> None:
-        nonlocal operations
-        rows.append(row)
-        columns.append(column)
-        state.rows_of_stage.discard(row)
-        state.columns_of_stage.discard(column)
-        below, beside = state.eliminate(row, column)
-        operations += len(below) * len(beside)
-        for other in below:
-            left[other].append(len(rows) - 1)
-        right.append(beside)
-
-    starts: list[int] = []
+    pivots, starts = _PivotOrder(state), list[int]()
     orders: dict[object, list[tuple[int, int]]] = sample.orders_of(diagonal_first)
     repeated, long = _REPEATED * (_MANY / max(meant, _MANY)) ** 3, _is_long(meant, sample)
     for number, (new_rows, new_columns) in enumerate(plan):
-        begun = len(rows)
+        begun, last = len(pivots.rows), number == len(plan) - 1
         delayed = bool(state.columns_of_stage)
         late_rows, late_columns = state.remaining_indices(long=long)
-        own_rows, own_columns = [*late_rows, *new_rows], [*late_columns, *new_columns]
+        rows, columns = [*late_rows, *new_rows], [*late_columns, *new_columns]
         state.rows_of_stage |= set(new_rows)
         state.columns_of_stage |= set(new_columns)
         state.sizes.clear()
         structure = None
         if long or not delayed:
-            structure = len(late_rows), len(late_columns), state.structure(own_rows, own_columns)
-        followed = long and structure in orders and number < len(plan) - 1
-        for i, j in orders.get(structure, ()):
-            if not state.serves(own_rows[i], own_columns[j], repeated):
-                followed = False
-                break
-            take(own_rows[i], own_columns[j])
-        thresholds = (THRESHOLD,) if number < len(plan) - 1 else (THRESHOLD, *_LAST_THRESHOLDS)
-        while not followed and state.columns_of_stage and (next_pivot := state.pivot(thresholds)) is not None:
-            take(*next_pivot)
-        if structure is not None and structure not in orders and (long or not state.columns_of_stage):
-            row_at = {row: k for k, row in enumerate(own_rows)}
-            column_at = {column: k for k, column in enumerate(own_columns)}
-            orders[structure] = [(row_at[rows[k]], column_at[columns[k]]) for k in range(begun, len(rows))]
-        if len(rows) > begun:
+            structure = len(late_rows), len(late_columns), state.structure(rows, columns)
+        example = orders.get(structure)
+        served = pivots.follow([(rows[i], columns[j]) for i, j in example or ()], repeated)
+        if not (long and example is not None and served and not last):
+            pivots.search((THRESHOLD, *_LAST_THRESHOLDS) if last else (THRESHOLD,))
+        if structure is not None and example is None and (long or not state.columns_of_stage):
+            orders[structure] = pivots.numbers_within(rows, columns, begun)
+        if len(pivots.rows) > begun:
             starts.append(begun)
-    if len(rows) < size:
+    if len(pivots.rows) < size:
         raise _singular(samples, constrained)
-    position_of = {column: position for position, column in enumerate(columns)}
-    lower = tuple(tuple(left[row]) for row in rows)
-    upper = tuple(tuple(sorted(position_of[column] for column in beside)) for beside in right)
-    of_positions = tuple(state.group[column] for column in columns) if groups else ()
-    return Elimination(tuple(rows), tuple(columns), lower, upper, operations, tuple(starts), of_positions)
+    return pivots.elimination(starts)
+
+
+class _PivotOrder:
+    """Pivots in the order of their elimination, and the fill of each."""
+
+    def __init__(self, state: _ActiveSubmatrix) -> None:
+        self.state, self.rows, self.columns = state, list[int](), list[int]()
+        self._left, self._right, self._operations = [list[int]() for _ in state.rows], list[list[int]](), 0
+
+    def _take(self, row: int, column: int) -> None:
+        """Eliminate with a pivot."""
+        self.state.rows_of_stage.discard(row)
+        self.state.columns_of_stage.discard(column)
+        below, beside = self.state.eliminate(row, column)
+        self._operations += len(below) * len(beside)
+        for number in below:
+            self._left[number].append(len(self.rows))
+        self._right.append(beside)
+        self.rows.append(row)
+        self.columns.append(column)
+
+    def follow(self, pairs: Iterable[tuple[int, int]], threshold: float) -> bool:
+        """Take pivots as long as they are large enough; return whether all are."""
+        for row, column in pairs:
+            if not self.state.serves(row, column, threshold):
+                return False
+            self._take(row, column)
+        return True
+
+    def search(self, thresholds: Sequence[float]) -> None:
+        """Take the best pivots of the stage, as long as there are any."""
+        while self.state.columns_of_stage and (pivot := self.state.pivot(thresholds)) is not None:
+            self._take(*pivot)
+
+    def numbers_within(self, rows: Sequence[int], columns: Sequence[int], begun: int) -> list[tuple[int, int]]:
+        """Return the pivots from ``begun`` on, numbered within the rows and columns of a stage."""
+        row_at = {row: k for k, row in enumerate(rows)}
+        column_at = {column: k for k, column in enumerate(columns)}
+        return [(row_at[i], column_at[j]) for i, j in zip(self.rows[begun:], self.columns[begun:], strict=True)]
+
+    def elimination(self, starts: Sequence[int]) -> Elimination:
+        """Return the factorization; ``starts``: positions at which the stages begin."""
+        position_of = {column: position for position, column in enumerate(self.columns)}
+        lower = tuple(tuple(self._left[row]) for row in self.rows)
+        upper = tuple(tuple(sorted(position_of[column] for column in beside)) for beside in self._right)
+        groups = tuple(self.state.group[column] for column in self.columns) if self.state.grouped else ()
+        return Elimination(tuple(self.rows), tuple(self.columns), lower, upper, self._operations, tuple(starts), groups)
 
 
 def _is_long(stages: float, sample: Sample) -> bool:

@@ -23,7 +23,7 @@ Scaling by powers of the step: Arnold and Hante 2017; Bottasso, Dopico and Train
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 
 import numpy as np
@@ -230,45 +230,39 @@ def iteration_terms(
     of_positions = packing.nonzeros.get("B_end", packing.nonzeros["B"])
     sources = {**{name: packing.nonzeros[name] for name in ("K", "Z", "Fq")}, "B": of_positions}
     moved = {name: _times_tangent(sources[name], columns, terms, packing.size) for name in ("K", "B", "Z", "Fq")}
-    weight = {name: number for number, name in enumerate(WEIGHTS)}
-    nv = unknowns.v
+    nonzeros, z, inner = packing.nonzeros, unknowns.first_z, unknowns.size
+    transposed = {(column, constraint): number for (constraint, column), number in nonzeros["B"].items()}
 
-    def add(row: int, column: int, name: str, number: int) -> None:
-        terms.linear.setdefault((row, column), []).append((weight[name], number))
+    def state_row(state: int) -> int:
+        return z + state
 
-    for name in ("M", "C"):
-        for (row, column), number in packing.nonzeros[name].items():
-            add(unknowns.equation(row), column, name, number)
-    for (row, column), number in moved["K"].items():
-        add(unknowns.equation(row), column, "K", number)
-    for k in (k for group in groups for k in group):
-        sources_of_sum = (("M", "M"), *((name, of) for name, of in SUMS.items()))
+    # weight, numbers of a block, the matrix' row of a row of the block, and the first column
+    blocks: tuple[tuple[str, Mapping[MatrixIndex, int], Callable[[int], int | None], int], ...] = (
+        ("M", nonzeros["M"], unknowns.equation, 0),
+        ("C", nonzeros["C"], unknowns.equation, 0),
+        ("K", moved["K"], unknowns.equation, 0),
+        ("one", nonzeros["X"], unknowns.equation, inner),
+        ("one", transposed, unknowns.equation, unknowns.v),
+        ("B", nonzeros["B"], unknowns.velocity_row, 0),
+        ("Z", moved["Z"], unknowns.velocity_row, 0),
+        ("one", moved["B"], unknowns.phi_row, 0),
+        ("K", moved["Fq"], state_row, 0),
+        ("C", nonzeros["Fv"], state_row, 0),
+        ("K", nonzeros["Rz"], unknowns.equation, z),
+        ("K", nonzeros["Fz"], state_row, z),
+        ("one", nonzeros["Fx"], state_row, inner),
+    )
+    for name, numbers, row_of, first in blocks:
+        weight = WEIGHTS.index(name)
+        for (row, column), number in numbers.items():
+            if (equation := row_of(row)) is not None:
+                terms.linear.setdefault((equation, first + column), []).append((weight, number))
+    for k in chain.from_iterable(groups):
         terms.linear[k, k] = [
-            (weight[name], packing.nonzeros[of][k, k])
-            for name, of in sources_of_sum
-            if (k, k) in packing.nonzeros.get(of, ())
+            (WEIGHTS.index(name), nonzeros[of][k, k])
+            for name, of in {"M": "M", **SUMS}.items()
+            if (k, k) in nonzeros.get(of, ())
         ]
-    for (row, column), number in packing.nonzeros["X"].items():
-        add(unknowns.equation(row), unknowns.size + column, "one", number)
-    for (constraint, column), number in packing.nonzeros["B"].items():
-        add(column, nv + constraint, "one", number)
-        if (velocity_row := unknowns.velocity_row(constraint)) is not None:
-            add(velocity_row, column, "B", number)
-    for (constraint, column), number in moved["Z"].items():
-        if (velocity_row := unknowns.velocity_row(constraint)) is not None:
-            add(velocity_row, column, "Z", number)
-    for (constraint, column), number in moved["B"].items():
-        if (phi_row := unknowns.phi_row(constraint)) is not None:
-            add(phi_row, column, "one", number)
-    for name, numbers in (("K", moved["Fq"]), ("C", packing.nonzeros["Fv"])):
-        for (state, column), number in numbers.items():
-            add(unknowns.first_z + state, column, name, number)
-    for (row, state), number in packing.nonzeros["Rz"].items():
-        add(unknowns.equation(row), unknowns.first_z + state, "K", number)
-    for (state, other), number in packing.nonzeros["Fz"].items():
-        add(unknowns.first_z + state, unknowns.first_z + other, "K", number)
-    for (state, column), number in packing.nonzeros["Fx"].items():
-        add(unknowns.first_z + state, unknowns.size + column, "one", number)
     terms.rate_diagonal += [(unknowns.first_z + state, unknowns.first_z + state) for state in range(unknowns.z)]
     if unknowns.eta:
         _add_products(terms, unknowns, packing, moved)

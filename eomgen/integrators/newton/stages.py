@@ -14,7 +14,7 @@ tree this is the elimination of one body after the other from the tips to the ro
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from heapq import heapify, heappop, heappush
 from typing import Any
@@ -71,22 +71,16 @@ def stages(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing, grow
     scene that is meant and the scene that is derived.
     """
     body_of = joined_components(unknowns.v, _sharing(unknowns, factors, packing))
-    bodies: dict[int, list[int]] = {}
-    for component, body in enumerate(body_of):
-        bodies.setdefault(body, []).append(component)
-    held: dict[int, set[int]] = {body: set() for body in bodies}
-    touched: dict[int, set[int]] = {constraint: set() for constraint in range(unknowns.lam)}
+    bodies = _members(body_of)
+    held, touched = defaultdict[int, set[int]](set), defaultdict[int, set[int]](set)
     for constraint, column in packing.nonzeros["B"]:
         held[body_of[column]].add(constraint)
         touched[constraint].add(body_of[column])
-    neighbours: dict[int, set[int]] = {body: set() for body in bodies}
-    groups = [*touched.values()]
-    groups += [{body_of[row], body_of[column]} for name in ("K", "C", "M") for row, column in packing.nonzeros[name]]
-    for group in groups:
-        for body in group:
-            neighbours[body] |= group - {body}
     early, late, pairs = _internal_states(unknowns, packing, body_of, _TWO)
-    for group in pairs:
+    groups = [*touched.values(), *pairs]
+    groups += [{body_of[row], body_of[column]} for name in ("K", "C", "M") for row, column in packing.nonzeros[name]]
+    neighbours: dict[int, set[int]] = {body: set() for body in bodies}
+    for group in groups:
         for body in group:
             neighbours[body] |= group - {body}
     result: list[Stage] = [(early, early)] if early else []
@@ -111,9 +105,7 @@ def stages(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing, grow
             _add_constraint(unknowns, constraint, rows, columns)
             for other in touched[constraint] & left:
                 held[other].discard(constraint)
-        for other in neighbours[body]:
-            neighbours[other] |= neighbours[body] - {other}
-            neighbours[other].discard(body)
+        _join_neighbours(neighbours, body)
         for other in neighbours[body].union(*(touched[constraint] & left for constraint in held[body])):
             heappush(queue, rank(other))
         result.append((rows, columns))
@@ -132,14 +124,27 @@ def _fill(neighbours: Mapping[int, set[int]], *, by_degree: bool) -> int:
         degree, body = heappop(queue)
         if body not in left or (by_degree and degree != len(left[body])):
             continue
+        _join_neighbours(left, body)
         others = left.pop(body)
         total += len(others) ** 2
-        for other in others:
-            left[other] |= others - {other}
-            left[other].discard(body)
-            if by_degree:
-                heappush(queue, (len(left[other]), other))
+        for other in others if by_degree else ():
+            heappush(queue, (len(left[other]), other))
     return total
+
+
+def _join_neighbours(neighbours: Mapping[int, set[int]], body: int) -> None:
+    """Make the neighbours of an eliminated body neighbours of one another."""
+    for other in neighbours[body]:
+        neighbours[other] |= neighbours[body] - {other}
+        neighbours[other].discard(body)
+
+
+def _members(group_of: Iterable[int]) -> dict[int, list[int]]:
+    """Return the numbers of the members of each group."""
+    members: dict[int, list[int]] = {}
+    for number, group in enumerate(group_of):
+        members.setdefault(group, []).append(number)
+    return members
 
 
 def _sharing(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing) -> list[MatrixIndex]:
@@ -174,13 +179,10 @@ def _internal_states(
             touching[state].add(body_of[first + column])
     for row, state in packing.nonzeros["Rz"]:
         touching[state].add(body_of[row])
-    groups: dict[int, list[int]] = {}
-    for state, group in enumerate(joined_components(unknowns.z, packing.nonzeros["Fz"])):
-        groups.setdefault(group, []).append(state)
     early: list[int] = []
     late: list[int] = []
     touched = []
-    for states in groups.values():
+    for states in _members(joined_components(unknowns.z, packing.nonzeros["Fz"])).values():
         bodies = set().union(*(touching[state] for state in states))
         rows = [unknowns.first_z + state for state in states]
         if len(bodies) <= few:
