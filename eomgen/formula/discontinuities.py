@@ -53,6 +53,16 @@ def rough_curves(formula: Formula, derivatives: int) -> dict[str, str]:
     return result
 
 
+#: Operations on two functions a t + b and c t + d of time: coefficients of the result, None if that is not linear.
+_LINEAR: dict[str, Callable[[float, float, float, float], tuple[float, float] | None]] = {
+    "add": lambda a, b, c, d: (a + c, b + d),
+    "sub": lambda a, b, c, d: (a - c, b - d),
+    "neg": lambda a, b, c, d: (-a, -b),
+    "mul": lambda a, b, c, d: (a * d, b * d) if c == 0.0 else (b * c, b * d) if a == 0.0 else None,
+    "div": lambda a, b, c, d: (a / d, b / d) if c == 0.0 and d != 0.0 else None,
+}
+
+
 def affine(formula: Formula, value_of: ValueOf) -> tuple[float, float] | None:
     """Return a and b of a formula that is a t + b; None for any other formula. ``value_of`` gives numbers of fixed
     parameters, None for other symbols, which have no numbers here."""
@@ -63,24 +73,11 @@ def affine(formula: Formula, value_of: ValueOf) -> tuple[float, float] | None:
             return 1.0, 0.0
         value = value_of(formula) if formula.kind == "parameter" else None
         return None if value is None else (0.0, value)
-    if not isinstance(formula, Operation) or formula.name not in ("add", "sub", "mul", "div", "neg"):
+    if not isinstance(formula, Operation) or formula.name not in _LINEAR:
         return None
     parts = [affine(argument, value_of) for argument in formula.arguments]
-    if any(part is None for part in parts):
-        return None
     known = [part for part in parts if part is not None]
-    (a, b), (c, d) = known[0], known[-1]
-    match formula.name:
-        case "add":
-            return a + c, b + d
-        case "sub":
-            return a - c, b - d
-        case "neg":
-            return -a, -b
-        case "mul":
-            return (a * d, b * d) if c == 0.0 else (b * c, b * d) if a == 0.0 else None
-        case _:
-            return (a / d, b / d) if c == 0.0 and d != 0.0 else None
+    return _LINEAR[formula.name](*known[0], *known[-1]) if len(known) == len(parts) else None
 
 
 @dataclass(frozen=True)

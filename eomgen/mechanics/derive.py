@@ -221,31 +221,14 @@ def _assemble(derivation: Derivation, terms: Sequence[str]) -> System:
     ModelError if a law has no derivatives of the order that a term needs."""
     # an attribute of the System a line; the decisions are the parts that a scene need not have
     scene, tape, tree = derivation.scene, derivation.tape, derivation.tree
-    made: dict[str, Function] = {}
-    for name in terms:
-        term = TERMS[name]
-        try:
-            blocks = tuple(_blocks(derivation, name))
-        except HighDerivativeError as error:
-            hint = "terms without this one, or formulas in place of the law"
-            raise ModelError(Problem(name, str(error), hint)) from None
-        made[name] = Function(name, term.description, term.inputs, blocks)
-    read = _blocks_read(derivation, made)
-    timed = any("t" in blocks for blocks in read.values())
+    made = _functions_of_terms(derivation, terms)
     order = max((TERMS[name].order for name in terms), default=0)
-    taken = {block for function in made.values() for block in function.inputs}
-    functions = {name: _prune(derivation, function, read[name], timed) for name, function in made.items()}
-    functions |= _drivers(derivation, order, taken)
-    angles = angle_labels(scene)
-    if angles:
-        description = "angles of joints over all turns, which steppers let the references in q follow"
-        of_angles = Function("joint_angles", description, ("p", "q", "v", "base"), tuple(derivation.joint_angles()))
-        of_blocks = {symbol.block for symbol in tape.depends_on(of_angles.refs)}
-        functions[of_angles.name] = _prune(derivation, of_angles, of_blocks, timed)
+    functions = _functions(derivation, made, order)
     facts = _facts(derivation, made)
     kept, dropped = kept_and_dropped(scene, tree, functions, facts)
     sizes = extent(scene, derivation.algebra, derivation.constant)
     rows = derivation.constraints.rows if derivation.constraints is not None else None
+    notes = (*_equation_notes(scene.notes), *overshoots(scene.curves), *_overshoots_of_parts(scene))
     if derivation.start is None:
         derivation.start = (absolute_start if derivation.absolute else joint_start)(derivation)
     initial_q, initial_v = derivation.start
@@ -262,7 +245,7 @@ def _assemble(derivation: Derivation, terms: Sequence[str]) -> System:
         frames=tuple(frame.name for frame in scene.frames_of_terms()),
         initial_q=initial_q,
         initial_v=initial_v,
-        angles=angles,
+        angles=angle_labels(scene),
         base_zeros=derivation.prescribed.zeros,
         multipliers=tuple(row.name for row in rows.all) if rows is not None else (),
         row_units=tuple(row.unit for row in rows.all) if rows is not None else (),
@@ -275,9 +258,7 @@ def _assemble(derivation: Derivation, terms: Sequence[str]) -> System:
         facts=facts,
         kept=kept,
         dropped=dropped,
-        notes=tuple(
-            map(Message, (*_equation_notes(scene.notes), *overshoots(scene.curves), *_overshoots_of_parts(scene)))
-        ),
+        notes=tuple(map(Message, notes)),
         events=event_rows(derivation) if scene.events else (),
         modes=modes(derivation),
         sampled=sample_rows(derivation),
@@ -292,6 +273,40 @@ def _assemble(derivation: Derivation, terms: Sequence[str]) -> System:
         defaults=dict(vars(scene.simulation)),
         order=order,
     )
+
+
+def _functions_of_terms(derivation: Derivation, terms: Sequence[str]) -> dict[str, Function]:
+    """Return the functions of the terms by name, with all inputs that their terms have in any scene."""
+    made: dict[str, Function] = {}
+    for name in terms:
+        term = TERMS[name]
+        try:
+            blocks = tuple(_blocks(derivation, name))
+        except HighDerivativeError as error:
+            hint = "terms without this one, or formulas in place of the law"
+            raise ModelError(Problem(name, str(error), hint)) from None
+        made[name] = Function(name, term.description, term.inputs, blocks)
+    return made
+
+
+def _functions(derivation: Derivation, made: Mapping[str, Function], order: int) -> dict[str, Function]:
+    """Return all functions of the System by name, with the inputs that the scene has.
+
+    Parameters
+    ----------
+    order : highest order of time derivatives among the terms
+    """
+    read = _blocks_read(derivation, made)
+    timed = any("t" in blocks for blocks in read.values())
+    taken = {block for function in made.values() for block in function.inputs}
+    functions = {name: _prune(derivation, function, read[name], timed) for name, function in made.items()}
+    functions |= _drivers(derivation, order, taken)
+    if angle_labels(derivation.scene):
+        description = "angles of joints over all turns, which steppers let the references in q follow"
+        angles = Function("joint_angles", description, ("p", "q", "v", "base"), tuple(derivation.joint_angles()))
+        blocks = {symbol.block for symbol in derivation.tape.depends_on(angles.refs)}
+        functions[angles.name] = _prune(derivation, angles, blocks, timed)
+    return functions
 
 
 def _blocks_read(derivation: Derivation, made: Mapping[str, Function]) -> dict[str, set[str]]:

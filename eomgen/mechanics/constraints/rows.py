@@ -8,7 +8,7 @@ and drivers included) are derivatives along directions that the configuration, t
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Literal, Protocol
 
 from eomgen.base.data import dataclass, field, replace
@@ -168,25 +168,21 @@ def rows_of_pair(quantities: Quantities, item: Constraint, pair: FramePair) -> C
     )
 
 
+# one case for each type of constraint: each picks from the same rows of the two frames
 def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> list[ConstraintRow]:
     """Return the equations at position level of a constraint between two frames, by its type. The driven angle or
     travel comes last. A constraint with a formula has that equation alone, distance and rolling constraints have
     one."""
-    # a table of the types of joints: each branch picks from the same rows of the two frames
-    first, second, unit = pair.first, pair.second, quantities.algebra.one
+    first, second = pair.first, pair.second
     gap = quantities.algebra.named(f"gap_{item.name}", minus(first.origin, second.origin))
     local = apply(transpose(second.axes), gap)
     z1 = first.axis(2)
 
-    def length(label: str, value: Scalar, *more: Scalar) -> ConstraintRow:
-        return ConstraintRow(
-            f"{item.name}: {label}", value, "m", sum(map(magnitude, more), pair.size), pair.lever, pair.path_length
-        )
+    def row(unit: Literal["m", "1"], least: Scalar, label: str, value: Scalar, *more: Scalar) -> ConstraintRow:
+        size = sum(map(magnitude, more), least)
+        return ConstraintRow(f"{item.name}: {label}", value, unit, size, pair.lever, pair.path_length)
 
-    def angle(label: str, value: Scalar, *more: Scalar) -> ConstraintRow:
-        return ConstraintRow(
-            f"{item.name}: {label}", value, "1", sum(map(magnitude, more), unit), pair.lever, pair.path_length
-        )
+    length, angle = partial(row, "m", pair.size), partial(row, "1", quantities.algebra.one)
 
     meeting = [length(f"origins meet along {axis}", local[k]) for k, axis in enumerate("xyz")]
     parallel = [angle(f"z stays perpendicular to {axis}", dot(z1, second.axis(k))) for k, axis in enumerate("xy")]
@@ -200,8 +196,8 @@ def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> lis
             driven = [length("driven travel", local[2] + drive, drive)]
     if item.equation is not None:
         position = apply(transpose(first.axes), minus(second.origin, first.origin))
-        row = Equation(quantities, item, position)
-        return [length("formula", row.value, row.size) if item.unit == "m" else angle("formula", row.value, row.size)]
+        equation = Equation(quantities, item, position)
+        return [(length if item.unit == "m" else angle)("formula", equation.value, equation.size)]
     match item.type:
         case "distance":
             apart, length_given = quantities.algebra.length(gap), quantities.formula(item.length)
@@ -214,22 +210,17 @@ def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> lis
     kind, turns = item.kind, len(item.kind.turned_about)
     turned = [[*parallel, spin], parallel, [spin]][turns] if not kind.has("ball") else []
     if kind.has("screw"):
-        travel = length(
-            "travel follows the angle", _screw_residual(quantities, item, pair, local), quantities.formula(item.pitch)
-        )
-        return [*meeting[:2], *turned, travel]
-    along = [kind.frame_axes[axis] for axis in kind.travels]
+        residual = _screw_residual(quantities, item, pair, local)
+        return [*meeting[:2], *turned, length("travel follows the angle", residual, quantities.formula(item.pitch))]
+    along = {kind.frame_axes[axis] for axis in kind.travels}
+    across = [k for k in range(3) if k not in along]
     if len(along) > 1:
-        position_rows = [
-            length("origin stays in the plane", dot(gap, first.axis(k))) for k in range(3) if k not in along
-        ]
+        position_rows = [length("origin stays in the plane", dot(gap, first.axis(k))) for k in across]
     elif along and (kind.has("ball") or turns > 1):  # along an axis of the first frame alone
-        across = apply(transpose(first.axes), gap)
-        position_rows = [
-            length(f"point stays on the line along {'xyz'[k]}", across[k]) for k in range(3) if k not in along
-        ]
+        from_first = apply(transpose(first.axes), gap)
+        position_rows = [length(f"point stays on the line along {'xyz'[k]}", from_first[k]) for k in across]
     else:
-        position_rows = [meeting[k] for k in range(3) if k not in along]
+        position_rows = [meeting[k] for k in across]
     return [*position_rows, *turned, *driven]
 
 

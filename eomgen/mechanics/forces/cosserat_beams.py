@@ -93,16 +93,14 @@ def with_linear_moments(
     length : m, of the element
     initial : (6,), twist by length of the element in the initial shape of the beam, rotations (1/m) first
     """
-    # the decisions keep zeros and equal entries out of the tape, next to the products that would lose them
-    free = [i for i in _SIX if not all(entry.is_zero for entry in stiffness[i])]
+    free = _free_strains(stiffness)
     section = _inverse(algebra, stiffness, free)
     along = [[algebra.scalar(entry) for entry in row] for row in _adjoint(initial)]
     share = length**2 / 12.0
     residual = _congruent(section, along)
     flexibility = [[section[i][j] + share * residual[i][j] for j in _SIX] for i in _SIX]
     result = _inverse(algebra, flexibility, free)
-    for i in free:
-        # 1/(1/x) need not be x.
+    for i in free:  # zeros and equal entries stay out of the tape: 1/(1/x) need not be x
         if residual[i][i].is_zero and all(stiffness[i][j].is_zero for j in free if j != i):
             result[i][i] = stiffness[i][i]
     of_section = _matrix_product(section, result)
@@ -116,6 +114,11 @@ def with_linear_moments(
     middle, change = _congruent(damping, _transpose(of_section)), _congruent(damping, _transpose(varying))
     damped = [[x + share * y for x, y in zip(*rows, strict=True)] for rows in zip(middle, change, strict=True)]
     return RecordedStiffness(result, damped, of_section)
+
+
+def _free_strains(stiffness: ScalarRows) -> list[int]:
+    """Return the strains that a beam has, by index."""
+    return [i for i in _SIX if not all(entry.is_zero for entry in stiffness[i])]
 
 
 def with_varying_sections(
@@ -134,7 +137,7 @@ def with_varying_sections(
         from the middle and with its square
     initial : (6,), twist by length of the element in the initial shape of the beam, rotations (1/m) first
     """
-    free = [i for i in _SIX if not all(entry.is_zero for entry in stiffness[i])]
+    free = _free_strains(stiffness)
     along = [[algebra.scalar(entry) for entry in row] for row in _adjoint(initial)]
 
     def shift(means: Sequence[ScalarRows]) -> list[list[Scalar]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from itertools import chain
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -116,13 +117,10 @@ class MovableInertia:
     def _causes(self, numbers: Sequence[Numbers]) -> list[tuple[Flags, str]]:
         """Return all possible causes of a singular M, each with flags of the values, numbers or batches, at which the
         cause applies, and as the end of a sentence."""
-        # one kind of motion after another: all take the same totals, which parts would hand to one another
         bodies = _place_bodies(self.parts, numbers)
         rotors = [numbers[place] for place in self.rotors] or [0.0]
         mass, about_origin = sum((body.mass for body in bodies), 0.0), _about((0.0, 0.0, 0.0), bodies)
-        nothing: Flags = np.equal(mass, 0.0)
-        for number in (*(entry for body in bodies for entry in body.inertia), *rotors):
-            nothing = nothing & np.equal(number, 0.0)
+        nothing = _all_zero((mass, *chain.from_iterable(body.inertia for body in bodies), *rotors))
         causes: list[tuple[Flags, str]] = [(nothing, "it carries neither mass nor inertia")]
         axis, second, _ = self.axes.tolist()
         about_axis = dot(axis, times(about_origin, axis)) + rotors[0]
@@ -146,11 +144,7 @@ class MovableInertia:
         if across:
             moment = _first_moment(bodies)
             couplings = [dot(np.cross(self.axes[k], axis).tolist(), moment) for k in travels]
-            diagonal = [about_axis, *(mass + rotor for rotor in rotors[1:]), 1.0][:3]
-            scales = [np.sqrt(np.where(np.greater(x, 0.0), x, 1.0)) for x in diagonal]
-            # without units: each row and column is scaled by the root of the diagonal entry
-            scaled = [coupling / (scales[0] * scale) for coupling, scale in zip(couplings, scales[1:], strict=False)]
-            none = singular([*(np.greater(x, 0.0) + 0.0 for x in diagonal), *scaled, 0.0, 0.0][:6])
+            none = _lacks_planar_inertia(about_axis, [mass + rotor for rotor in rotors[1:]], couplings)
             causes.append((none, "the bodies that it carries lack inertia about its normal, or mass"))
         if self.kind.has("ball"):
             cause = "the bodies that it carries have no inertia about some axis through their centre"
@@ -167,13 +161,25 @@ class MovableInertia:
         result: Flags = False
         for flags, _ in self._causes(numbers):
             result = result | flags
-        for place in self.followers:
-            result = result & np.equal(numbers[place], 0.0)
-        return result
+        return result & _all_zero([numbers[place] for place in self.followers])
 
     def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
         cause = next(words for flags, words in self._causes(numbers) if flags)
         return self.words.format(cause), self.hint
+
+
+def _lacks_planar_inertia(about_normal: Numbers, masses: Sequence[Numbers], couplings: Sequence[Numbers]) -> Flags:
+    """Return flags of a singular inertia matrix of the rotation about a normal and of travels across the normal.
+
+    Parameters
+    ----------
+    masses, couplings : of each travel, on the diagonal and in the row of the rotation
+    """
+    diagonal = [about_normal, *masses, 1.0][:3]
+    scales = [np.sqrt(np.where(np.greater(x, 0.0), x, 1.0)) for x in diagonal]
+    # without units: each row and column is scaled by the root of the diagonal entry
+    scaled = [coupling / (scales[0] * scale) for coupling, scale in zip(couplings, scales[1:], strict=False)]
+    return singular([*(np.greater(x, 0.0) + 0.0 for x in diagonal), *scaled, 0.0, 0.0][:6])
 
 
 def _first_moment(bodies: Sequence[PlacedBody]) -> Triple:
@@ -203,21 +209,21 @@ class MimicInertia:
 
     def broken(self, numbers: Sequence[Numbers]) -> Flags:
         follows: Flags = np.asarray(False)
-        light = _all_zero(numbers, self.leader)
+        light = _all_zero([numbers[place] for place in self.leader])
         for multiplier, beyond in self.followers:
             still = np.asarray(np.equal(numbers[multiplier], 0.0))
             follows = follows | ~still
-            light = light & (still | _all_zero(numbers, beyond))
+            light = light & (still | _all_zero([numbers[place] for place in beyond]))
         return light & follows
 
     def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
         return self.words, self.hint
 
 
-def _all_zero(numbers: Sequence[Numbers], places: Sequence[int]) -> Flags:
+def _all_zero(numbers: Sequence[Numbers]) -> Flags:
     result = np.asarray(True)
-    for place in places:
-        result = result & np.equal(numbers[place], 0.0)
+    for number in numbers:
+        result = result & np.equal(number, 0.0)
     return result
 
 
