@@ -188,7 +188,7 @@ def differences(pairing: Pairing) -> list[Difference]:
             continue
         if one.type != other.type:
             listed.append(pairing.difference(keys, "type", one.type, other.type))
-        listed += _placed(pairing, i, one, other)
+        listed += _place_differences(pairing, i, one, other)
         listed += _weighed(pairing, i, one, other)
         if one.type == other.type:
             for item in _of_joint(pairing, one, other):
@@ -236,7 +236,7 @@ def _name(machine: Machine, number: int) -> str:
     return machine.links[number].body if number >= 0 else "base"
 
 
-def _placed(pairing: Pairing, number: int, one: MachineLink, other: MachineLink) -> Iterator[Difference]:
+def _place_differences(pairing: Pairing, number: int, one: MachineLink, other: MachineLink) -> Iterator[Difference]:
     """Yield differences of the place and axes of a link's joint, and store in ``pairing.aligned`` the place of the
     second's frame in the first's: as posed, or equal frames if then fewer quantities differ."""
     carrier = pairing.aligned[one.parent]
@@ -252,9 +252,7 @@ def _placed(pairing: Pairing, number: int, one: MachineLink, other: MachineLink)
     if axis is not None and one.type in ("revolute", "cylindrical", "helical"):  # the same anywhere on the axis
         apart = apart - axis * (axis @ apart)
     moved = one.type not in ("free", "prismatic", "planar") and not pairing.near_points(apart, np.zeros(3))
-    tilted = axis is not None and other.axis is not None and not pairing.near_axes(axis, theirs.axes @ other.axis)
-    if tilted and axis is not None and other.axis is not None:
-        tilted = not pairing.near_axes(-axis, theirs.axes @ other.axis)
+    tilted = axis is not None and other.axis is not None and _is_tilted(pairing, axis, theirs.axes @ other.axis)
     written, posed = (pairing.misses(one, other, number, place) for place in (AT_ORIGIN, exact))
     if one.type == "free":  # zero is anywhere
         pairing.aligned[number] = AT_ORIGIN if written < posed else exact
@@ -270,6 +268,11 @@ def _placed(pairing: Pairing, number: int, one: MachineLink, other: MachineLink)
         if moved:
             yield pairing.difference(keys, "position", one.pose.origin, theirs.origin, "m")
     yield from _axes(pairing, one, other, pairing.aligned[number])
+
+
+def _is_tilted(pairing: Pairing, axis: Array, other: Array) -> bool:
+    """Return whether two axes are along different lines."""
+    return not (pairing.near_axes(axis, other) or pairing.near_axes(-axis, other))
 
 
 def _axes(pairing: Pairing, one: MachineLink, other: MachineLink, aligned: Placement) -> Iterator[Difference]:

@@ -9,7 +9,7 @@ Springs whose ends pass one another in a run: at length zero the force reverses 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from operator import itemgetter
 
 import numpy as np
@@ -221,9 +221,26 @@ def passed_springs(model: CompiledModel, t: Array, q: Array, p: Array) -> Findin
         for point in model.description.drawing.points
     }
     ends = [tuple(map(np.array, zip(*(points[getattr(line, end)] for line in lines), strict=True))) for end in _ENDS]
-    result: dict[str, float] = {}
+    result = {lines[k].name: time for k, time in _passing_times(t, poses, ends, lengths)}
+    if not result:
+        return None
+    named = ", ".join(f"{name} at t = {time:.6g} s" for name, time in result.items())
+    sentence = f"the ends of the spring{'s' * (len(result) > 1)} {named} pass one another"
+    text = f"{sentence}, where a force along the line between them turns round"
+    return Finding(time=min(result.values()), text=text, hint="limits that stop the motion before")
+
+
+def _passing_times(
+    t: Array, poses: Array, ends: Sequence[tuple[Array, ...]], lengths: Array
+) -> Iterator[tuple[int, float]]:
+    """Yield the number of each spring whose ends pass one another, and the time at which they first do, s.
+
+    Parameters
+    ----------
+    ends : bodies of the first and of the second ends, and positions in these bodies
+    """
     count = max(1, _TOGETHER // len(t))
-    for part in (slice(first, first + count) for first in range(0, len(lines), count)):
+    for part in (slice(first, first + count) for first in range(0, len(lengths), count)):
         carriers = [poses[:, body[part]] for body, _ in ends]
         first, second = (
             rotated(pose[..., :4], position[part]) + pose[..., 4:]
@@ -232,13 +249,7 @@ def passed_springs(model: CompiledModel, t: Array, q: Array, p: Array) -> Findin
         seen = [rotated(pose[..., :4] * _BACK, second - first) for pose in carriers]
         met = np.logical_and(*(_meetings(vectors, lengths[part]) for vectors in seen))
         for k in np.flatnonzero(met.any(axis=0)):
-            result[lines[part.start + k].name] = float(t[np.argmax(met[:, k]) + 1])
-    if not result:
-        return None
-    named = ", ".join(f"{name} at t = {time:.6g} s" for name, time in result.items())
-    sentence = f"the ends of the spring{'s' * (len(result) > 1)} {named} pass one another"
-    text = f"{sentence}, where a force along the line between them turns round"
-    return Finding(time=min(result.values()), text=text, hint="limits that stop the motion before")
+            yield int(part.start + k), float(t[np.argmax(met[:, k]) + 1])
 
 
 def _poses(model: CompiledModel, t: Array, q: Array, p: Array) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -165,27 +166,7 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
     shown = _shown(description)
     for name in dict.fromkeys([*shown, *(end for item in drawing.lines for end in (item.first, item.second))]):
         links[points[name]["body"]].append(points[name]["position"])
-    bodies: list[dict[str, Any]] = []
-    nodes = []
-    exact = {name for beam in description.exact_beams for name in beam}
-    shaped = _has_shapes(description)
-    # nodes of a beam are equal
-    solid_of = cache(
-        lambda mass, center, inertia: equivalent_solid(mass, np.array(center), np.reshape(inertia, (3, 3)))
-    )
-    for item in drawing.solids:
-        xx, yy, zz, xy, xz, yz = vector(f"bodies.{item.name}.inertia", item.inertia)
-        mass = number(f"bodies.{item.name}.mass", item.mass)
-        if item.name in exact:
-            nodes.append({"name": item.name, "mass": mass, "inertia": [xx, yy, zz]})
-        tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        center = np.array(vector(f"bodies.{item.name}.center_of_mass", item.center_of_mass))
-        solid = solid_of(mass, tuple(center.tolist()), tuple(tensor.ravel().tolist()))
-        hub = center.tolist() if item.hub == "center" else [0.0, 0.0, 0.0]
-        ties = links[item.name] if solid["kind"] == "none" else [center.tolist(), *links[item.name]]
-        if solid["kind"] == "none" and shaped:
-            ties = []
-        bodies.append({"name": item.name, "solid": solid, "hub": hub, "links": [tie for tie in ties if tie != hub]})
+    bodies, nodes = _bodies_and_nodes(description, vector, links)
     joints = _marked(joints, description, bodies)
     shapes = _shapes(drawing, vector, {body["name"]: body["solid"]["center"] for body in bodies})
     ground = vector("ground", drawing.ground)
@@ -202,6 +183,33 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
         **({"ground": ground} if ground else {}),
         **({"beams": drawn_beams(description.exact_beams, nodes, _lengths(description))} if nodes else {}),
     }
+
+
+def _bodies_and_nodes(
+    description: Description, vector: Evaluated, links: Mapping[str, Sequence[list[float]]]
+) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Return the bodies with their solids and links, and mass and inertia of the nodes of geometrically exact beams."""
+    bodies: list[dict[str, Any]] = []
+    nodes = []
+    exact = set(chain.from_iterable(description.exact_beams))
+    shaped = _has_shapes(description)
+    # nodes of a beam are equal
+    solid_of = cache(
+        lambda mass, center, inertia: equivalent_solid(mass, np.array(center), np.reshape(inertia, (3, 3)))
+    )
+    for item in description.drawing.solids:
+        xx, yy, zz, xy, xz, yz = vector(f"bodies.{item.name}.inertia", item.inertia)
+        (mass,) = vector(f"bodies.{item.name}.mass", [item.mass])
+        if item.name in exact:
+            nodes.append({"name": item.name, "mass": mass, "inertia": [xx, yy, zz]})
+        center = np.array(vector(f"bodies.{item.name}.center_of_mass", item.center_of_mass)).tolist()
+        solid = solid_of(mass, tuple(center), (xx, xy, xz, xy, yy, yz, xz, yz, zz))
+        hub = center if item.hub == "center" else [0.0, 0.0, 0.0]
+        ties = links[item.name] if solid["kind"] == "none" else [center, *links[item.name]]
+        if solid["kind"] == "none" and shaped:
+            ties = []
+        bodies.append({"name": item.name, "solid": solid, "hub": hub, "links": [tie for tie in ties if tie != hub]})
+    return bodies, nodes
 
 
 def _marked(

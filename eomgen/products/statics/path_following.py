@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
@@ -126,7 +127,7 @@ def equilibrium_path(
     varied, statics, onto = start_of_path(*given, initial, parameters, t, u)
     limits = StepLimits(max_step, _PART * abs(last - first))
     with show_progress(progress, f"{model.name}: {parameter}") as report, one_thread_of_algebra(model.nv):
-        return _followed(model, varied, statics, onto, last, limits, max_points, stability=stability, report=report)
+        return _follow_path(model, varied, statics, onto, last, limits, max_points, stability=stability, report=report)
 
 
 def start_of_path(
@@ -199,7 +200,7 @@ def _rest_at(statics: LoadedStatics, guess: LoadedState) -> LoadedState:
     return replace(rest, s=value)
 
 
-def _followed(
+def _follow_path(
     model: CompiledModel,
     varied: LoadParameter,
     statics: LoadedStatics,
@@ -239,41 +240,62 @@ def _followed(
 
     def branch(number: int, size: float, to: float) -> EquilibriumPath:
         onto = _aside(statics, critical[number][1], size)
-        return _followed(model, varied, statics, onto, to, limits, max_points, stability=stability)
+        return _follow_path(model, varied, statics, onto, to, limits, max_points, stability=stability)
 
     rests = [point.rest for point in points]
     columns, units, outputs = _columns(model, varied, rests)
-    there, _, _ = _columns(model, varied, [item.point.rest for _, item in critical])
-    lowest = [lowest_frequency_squared(statics, item) for item in result]
+    s, q, z, multipliers = (np.array([getattr(rest, name) for rest in rests]) for name in _STATES)
+    negative, lowest = _stability(statics, result, len(rests))
     return EquilibriumPath(
         varied.name,
         varied.unit,
-        np.array([rest.s for rest in rests]),
-        np.array([rest.q for rest in rests]),
-        np.array([rest.z for rest in rests]),
-        np.array([rest.multipliers for rest in rests]),
+        s,
+        q,
+        z,
+        multipliers,
         columns,
         units,
         outputs,
-        np.array([item.stiffness.negative for item in result]) if stability else np.full(len(rests), -1),
-        np.array(lowest) if stability else np.full(len(rests), np.nan),
-        tuple(
-            Critical(
-                item.kind,
-                item.point.rest.s,
-                item.point.rest.q,
-                item.modes[:, 0],
-                {name: float(column[number]) for name, column in there.items()},
-                after,
-                components_of(model, statics, item.modes[:, 0]),
-                item.modes,
-            )
-            for number, (after, item) in enumerate(critical)
-        ),
+        negative,
+        lowest,
+        _critical_states(model, varied, statics, critical),
         not message,
         told,
         branch,
         interrupted,
+    )
+
+
+#: Values at rest, as attributes of a point: the varied number, coordinates, internal states, multipliers.
+_STATES = ("s", "q", "z", "multipliers")
+
+
+def _stability(statics: LoadedStatics, result: Sequence[ExaminedPoint], count: int) -> tuple[NDArray[np.int_], Array]:
+    """Return at each of ``count`` points the number of negative stiffnesses, and the square of the lowest frequency; -1
+    and NaN if none is examined."""
+    if not result:
+        return np.full(count, -1), np.full(count, np.nan)
+    lowest = [lowest_frequency_squared(statics, item) for item in result]
+    return np.array([item.stiffness.negative for item in result]), np.array(lowest)
+
+
+def _critical_states(
+    model: CompiledModel, varied: LoadParameter, statics: LoadedStatics, critical: Sequence[tuple[int, CriticalPoint]]
+) -> tuple[Critical, ...]:
+    """Return critical points with their states and modes, from the numbers of the points before them."""
+    columns, _, _ = _columns(model, varied, [item.point.rest for _, item in critical])
+    return tuple(
+        Critical(
+            item.kind,
+            item.point.rest.s,
+            item.point.rest.q,
+            item.modes[:, 0],
+            {name: float(column[number]) for name, column in columns.items()},
+            after,
+            components_of(model, statics, item.modes[:, 0]),
+            item.modes,
+        )
+        for number, (after, item) in enumerate(critical)
     )
 
 
@@ -296,7 +318,7 @@ def _columns(
         return columns, units, ()
     p, t, u = varied.at_each(np.array([rest.s for rest in rests]))
     given: dict[str, Any] = {"t": t, "parameters": p, "base": held_base(model, p, t)}
-    q, z, multipliers = (np.array([getattr(rest, name) for rest in rests]) for name in ("q", "z", "multipliers"))
+    q, z, multipliers = (np.array([getattr(rest, name) for rest in rests]) for name in _STATES[1:])
     if "outputs" in model.functions:
         still = np.zeros(model.nv)
         values = model.outputs(q, still, still, u=u, z=z, multipliers=multipliers, **given)

@@ -160,7 +160,6 @@ def random_vibration(
     Papadimitriou, Mourelatos, Hu: Nonlinear random vibration analysis using second-order adjoint and projected
     differentiation (2021).
     """
-    # one stage of the study a line: cut in two, each half would hand the other ten intermediate results
     for name, count in {"samples": samples, "tail_samples": tail_samples, "pairs": pairs, "seed": seed}.items():
         count_of(name, count, 0)
     check_samples(samples=samples, tail_samples=tail_samples)
@@ -185,8 +184,7 @@ def random_vibration(
     varies = deviation > 0.0 or study.varies()
     wanted = thresholds_of(mean, deviation, thresholds, needs_spread=points, varies=varies)
     study.notes += doubts_of_spread(mean, deviation, varies=varies)
-    study.distributions = {name: form_distribution(form, wanted) for name, form in forms.items()}
-    study.moments = {name: moments_of(form) for name, form in forms.items()}
+    study.by_forms(forms, wanted)
     others = bool(samples or len(times) or levels)
     indices = study.about_points(wanted, tail_samples, samples, others) if points else np.full(len(wanted), np.nan)
     passage: dict[float, dict[str, float]] = {float(level): {} for level in levels}
@@ -357,6 +355,11 @@ class _VibrationStudy:
             with self._count_costs("hermite"):
                 forms["hermite"] = hermite_projection(self._response_with_hessians, pairs, self.seed)
         return forms
+
+    def by_forms(self, forms: Mapping[str, QuadraticForm], wanted: Array) -> None:
+        """Add the distributions and moments of quadratic forms."""
+        self.distributions = {name: form_distribution(form, wanted) for name, form in forms.items()}
+        self.moments = {name: moments_of(form) for name, form in forms.items()}
 
     def varies(self) -> bool:
         """Return whether a few samples differ."""

@@ -277,14 +277,16 @@ def _irregular(
     values.require(f"{key}.spectrum", unbroken, [Number(parts.height) if of_height is None else of_height])
     if report.concerns(f"{key}.spectrum"):
         return [], None
-    tunable = of_height is not None and any(values.names.parameters.get(item.name) for item in symbols(of_height))
     waves = parts.realisation(entry.seed, entry.amplitudes)
     if entry.variables:
         waves = Components(waves.vectors, np.sqrt(parts.energy), np.zeros(len(parts.energy)))
     numbers = np.hypot(*waves.vectors.T)
     w, _ = frequency_and_group_velocity(numbers, depth, gravity)
     rows = _rows(*waves.vectors.T, w, waves.amplitude, waves.phase, waves.amplitude * gravity / w)
-    return rows, of_height / height if tunable and of_height is not None and height is not None else None
+    if of_height is None or height is None:
+        return rows, None
+    tunable = any(values.names.parameters.get(item.name) for item in symbols(of_height))
+    return rows, of_height / height if tunable else None
 
 
 def _check_period(key: str, period: float, report: Report) -> bool:
