@@ -38,7 +38,7 @@ class LawEntry(Table):
         "path of a C file, from the folder of the scene file; required unless `python` is given", path=True, kind="text"
     )
     python: _Path | None = optional(
-        "in place of `source`, for prototypes: path of a Python file, from the folder of the scene file",
+        "path of a Python file, from the folder of the scene file; in place of `source`, for prototypes",
         path=True,
         kind="text",
     )
@@ -46,7 +46,7 @@ class LawEntry(Table):
     partials: _Name | None = optional(
         "name of the function of partial derivatives in the file", kind="text", shown_default="differences"
     )
-    complex_step: bool = key("of `python`: partials by complex steps of a function that takes complex numbers", False)
+    complex_step: bool = key("partials of a `python` function by complex steps; it takes complex numbers", False)
     arguments: _Units = key("names of the arguments, in order, with units in SI", kind="table of texts")
     results: _Units = key("names of the results, in order, with units in SI", kind="table of texts")
     parameters: Annotated[dict[str, Value], Field(max_length=_MOST)] | None = optional(
@@ -57,7 +57,7 @@ class LawEntry(Table):
         kind="table of numbers",
         shown_default="1 for each",
     )
-    description: Description = key("for tables", "")
+    description: Description = key("text of one line for tables", "")
 
 
 def _read(name: str, entry: LawEntry, reading: Reading) -> FileLaw | None:

@@ -55,7 +55,7 @@ class MapFile(Table):
     y_unit: Unit = key("unit that the second argument is in, to be brought to SI: `deg`", "")
     value_unit: Unit = key("unit that the value is in, to be brought to SI", "")
     delimiter: Literal["comma", "semicolon", "tab", "space"] | None = optional(
-        "between columns", shown_default="the first of tab, semicolon, comma, space that is in the first row"
+        "mark between columns", shown_default="the first of tab, semicolon, comma, space that is in the first row"
     )
     decimal: Literal[".", ","] = key("mark in numbers", ".", kind="`.` or `,`")
 
@@ -72,12 +72,12 @@ class MapEntry(Table):
     x_unit: Unit = key("unit that the list `x` is in, to be brought to SI: `rpm`", "")
     y_unit: Unit = key("unit that the list `y` is in, to be brought to SI: `deg`", "")
     value_unit: Unit = key("unit that the list `values` is in, to be brought to SI", "")
-    interpolation: Literal["quintic", "linear"] = key("between nodes", "quintic", kind="`quintic` or `linear`")
+    interpolation: Literal["quintic", "linear"] = key("method between nodes", "quintic", kind="`quintic` or `linear`")
     outside: Literal["error", "hold", "periodic"] = key(
-        "beyond the grid, along both axes, as of [curves](curves.md)", "error", kind="`error`, `hold` or `periodic`"
+        "values beyond the grid on both axes, as of [curves](curves.md)", "error", kind="`error`, `hold` or `periodic`"
     )
     unit: Unit = key("label of the value", "")
-    description: Description = key("for tables", "")
+    description: Description = key("text of one line for tables", "")
 
 
 class _Grid:

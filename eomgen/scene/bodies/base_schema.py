@@ -13,20 +13,20 @@ class BaseEntry(Table):
     """The prescribed motion of the frame that carries the tree."""
 
     position: Triple = key(
-        "of the base's origin, in world axes; z from the surface if it follows one",
+        "place of the base's origin, in world axes; z from the surface if it follows one",
         (0.0, 0.0, 0.0),
         unit="m",
         names=TIME,
     )
     acceleration: Triple | None = optional(
-        "of the origin, in world axes; its second integral from rest at t = 0 is added to `position`, see"
-        " [below](base.md#measured-accelerations)",
+        "acceleration of the origin, in world axes; its second integral from rest at t = 0 is added to `position`,"
+        " see [below](base.md#measured-accelerations)",
         unit="m/s^2",
         names=TIME,
         shown_default="none",
     )
     drift: Literal["keep", "remove"] | None = optional(
-        "of the integral of `acceleration`: kept as it is, or removed by a straight line in a record's acceleration",
+        "drift of the integral of `acceleration`, kept, or removed by a straight line in a record's acceleration",
         kind="`keep` or `remove`",
         shown_default="`keep`, with a note",
     )

@@ -32,25 +32,25 @@ class SectionEntry(Table):
     """Material and dimensions of a section, from which stiffnesses and masses follow."""
 
     elastic_modulus: Value = key("Young's modulus", unit="Pa", names=PARAMETERS)
-    density: Value = key("of the material", unit="kg/m^3", names=PARAMETERS)
+    density: Value = key("density of the material", unit="kg/m^3", names=PARAMETERS)
     shape: Literal["rectangle", "circle", "tube", "ellipse"] | None = optional(
-        "from which area, second moments, torsion constant and, with `cosserat`, shear factors follow"
+        "shape that gives area, second moments, torsion constant and, with `cosserat`, shear factors"
     )
-    width: Value | None = of_parameters("of a rectangle or an ellipse, along y", unit="m")
-    height: Value | None = of_parameters("of a rectangle or an ellipse, along z", unit="m")
-    diameter: Value | None = of_parameters("of a circle, or of a tube outside", unit="m")
-    thickness: Value | None = of_parameters("of a tube's wall", unit="m")
-    area: Value | None = of_parameters("of the section", unit="m^2", shown_default="of the shape")
+    width: Value | None = of_parameters("width of a rectangle or an ellipse, along y", unit="m")
+    height: Value | None = of_parameters("height of a rectangle or an ellipse, along z", unit="m")
+    diameter: Value | None = of_parameters("diameter of a circle, or outer diameter of a tube", unit="m")
+    thickness: Value | None = of_parameters("thickness of a tube's wall", unit="m")
+    area: Value | None = of_parameters("area of the section", unit="m^2", shown_default="of the shape")
     second_moments: Pair | None = optional(
         "∫ y² dA, which resists `bending_y`, and ∫ z² dA, which resists `bending_z`",
         unit="m^4",
         names=PARAMETERS,
         kind="2 values of parameters, m⁴",
     )
-    shear_modulus: Value | None = of_parameters("for torsion, and for shear", unit="Pa")
-    poisson_ratio: Value | None = of_parameters("in place of the shear modulus, E/(2 (1 + ratio))")
+    shear_modulus: Value | None = of_parameters("shear modulus, for torsion and for shear", unit="Pa")
+    poisson_ratio: Value | None = of_parameters("Poisson's ratio, in place of the shear modulus, E/(2 (1 + ratio))")
     torsion_constant: Value | None = of_parameters(
-        "for torsion; the sum of the second moments only for a round section", unit="m^4"
+        "torsion constant; the sum of the second moments only for a round section", unit="m^4"
     )
     shear_factors: Pair | None = optional(
         "`cosserat`: shear areas along y and z by the area; 5/6 for a rectangle, 0.9 for a circle",
@@ -98,15 +98,15 @@ class DeformationEntry(Table):
         "conditions at the ends, for `polynomial` and `finite_elements`", shown_default=f"`{beam.Deformation.ends}`"
     )
     elements: Annotated[int, Field(ge=1, le=MOST_ELEMENTS)] | None = optional(
-        "of the mesh, for `finite_elements`: cubic in bending, quadratic in stretch and torsion",
+        "number of elements of the mesh, for `finite_elements`: cubic in bending, quadratic in stretch and torsion",
         kind=f"1 to {MOST_ELEMENTS}",
         shown_default="required for `finite_elements`",
     )
     coordinates: Literal["modal", "nodal"] | None = optional(
-        f"of `finite_elements`: the lowest modes of the mesh, or all its nodal displacements, up to {MOST_NODAL}",
+        f"coordinates of `finite_elements`: lowest modes of the mesh, or all nodal displacements, up to {MOST_NODAL}",
         shown_default="`modal`",
     )
-    normalisation: Normalisation = key("of the shape functions, see below", "natural")
+    normalisation: Normalisation = key("normalisation of the shape functions, see below", "natural")
     profile: Values = key(f"{_PROFILE} the stiffness", (1.0,), names=FIXED_PARAMETERS, kind=_COEFFICIENTS)
     damping_ratio: Value = key("modal damping, a part of critical", 0.0, names=FIXED_PARAMETERS)
     stiffness_damping: Value = key("damping matrix by stiffness matrix", 0.0, unit="s", names=PARAMETERS)
@@ -164,12 +164,12 @@ class SectionStiffness(Table):
 class SectionDamping(Table):
     """Section force or moment by rate of strain, of a geometrically exact beam."""
 
-    stretch: Value = key("by rate of elongation", 0.0, unit="N s", names=PARAMETERS)
-    shear_y: Value = key("by rate of shear along y", 0.0, unit="N s", names=PARAMETERS)
-    shear_z: Value = key("by rate of shear along z", 0.0, unit="N s", names=PARAMETERS)
-    torsion: Value = key("by rate of twist", 0.0, unit="N m^2 s", names=PARAMETERS)
-    bending_y: Value = key("by rate of curvature, of deflection along y", 0.0, unit="N m^2 s", names=PARAMETERS)
-    bending_z: Value = key("by rate of curvature, of deflection along z", 0.0, unit="N m^2 s", names=PARAMETERS)
+    stretch: Value = key("axial force by rate of elongation", 0.0, unit="N s", names=PARAMETERS)
+    shear_y: Value = key("shear force by rate of shear along y", 0.0, unit="N s", names=PARAMETERS)
+    shear_z: Value = key("shear force by rate of shear along z", 0.0, unit="N s", names=PARAMETERS)
+    torsion: Value = key("torque by rate of twist", 0.0, unit="N m^2 s", names=PARAMETERS)
+    bending_y: Value = key("moment by rate of curvature, of deflection along y", 0.0, unit="N m^2 s", names=PARAMETERS)
+    bending_z: Value = key("moment by rate of curvature, of deflection along z", 0.0, unit="N m^2 s", names=PARAMETERS)
 
 
 class SectionStrain(Table):
@@ -195,24 +195,24 @@ class BeamPart(Table):
     rotary_inertia: Triple | None = of_parameters(
         "density times second moments of area: polar, about y, about z", unit="kg m", shown_default="the beam's"
     )
-    center_of_mass: Pair | None = optional("of the sections", **_OF_CENTER, shown_default="the beam's")
-    inertia_matrix: SixBySixValues | None = optional("of the sections", **_OF_MATRIX, shown_default="the beam's")
-    stiffness: SectionStiffness | None = optional("of the sections", kind="table, above", shown_default="the beam's")
+    center_of_mass: Pair | None = optional("centre of mass of the sections", **_OF_CENTER, shown_default="the beam's")
+    inertia_matrix: SixBySixValues | None = optional("section inertia", **_OF_MATRIX, shown_default="the beam's")
+    stiffness: SectionStiffness | None = optional("section stiffness", kind="table, above", shown_default="the beam's")
     stiffness_matrix: SixBySixValues | None = optional(
-        "of all strains together", **_OF_MATRIX, shown_default="the beam's"
+        "stiffness of all strains together", **_OF_MATRIX, shown_default="the beam's"
     )
-    damping: SectionDamping | None = optional("of the sections", kind="table, above", shown_default="the beam's")
+    damping: SectionDamping | None = optional("section damping", kind="table, above", shown_default="the beam's")
     stiffness_damping: Value | None = of_parameters("damping by stiffness", unit="s", shown_default="the beam's")
     curvature: Triple | None = of_fixed_parameters(
-        "in the initial shape, section axes", unit="rad/m", shown_default="the beam's"
+        "curvature of the initial shape, section axes", unit="rad/m", shown_default="the beam's"
     )
-    prestrain: SectionStrain | None = optional("in the initial shape", kind="table, above", shown_default="the beam's")
+    prestrain: SectionStrain | None = optional("initial strains", kind="table, above", shown_default="the beam's")
 
 
 class ShapeFrame(Table):
     """A frame of a section on a beam's initial shape."""
 
-    position: Triple = key("of its origin, in the beam's frame", unit="m", names=FIXED_PARAMETERS)
+    position: Triple = key("place of its origin, in the beam's frame", unit="m", names=FIXED_PARAMETERS)
     rotation: Rotations = key(
         "its axes in the axes of the beam's frame; x along the beam",
         (),
@@ -245,7 +245,7 @@ class BeamEntry(Table):
         shown_default="`euler_bernoulli`",
     )
     length: Value | None = of_fixed_parameters(
-        "undeformed", unit="m", shown_default="required; from `parts` or `shape` if given"
+        "undeformed length", unit="m", shown_default="required; from `parts` or `shape` if given"
     )
     start: Value = key(
         "x of its first end in its frame, which its joint carries", 0.0, unit="m", names=FIXED_PARAMETERS
@@ -275,18 +275,18 @@ class BeamEntry(Table):
         shown_default="required for `cosserat`, but with `parts`",
     )
     parts: Annotated[tuple[BeamPart, ...], Field(strict=False)] = key(
-        "`cosserat`: of other sections or elements, one after the other, in place of `length` and `elements`",
+        "`cosserat`: parts of other sections or elements, one after the other, in place of `length` and `elements`",
         (),
         kind="list of tables, below",
         shown_default="none",
     )
-    stiffness: SectionStiffness | None = optional("`cosserat`: of the sections", shown_default="of the section")
+    stiffness: SectionStiffness | None = optional("`cosserat`: section stiffness", shown_default="of the section")
     stiffness_matrix: SixBySixValues | None = optional(
-        "`cosserat`: symmetric, of all strains together, in their place: twist, bending about y and z (N m²), stretch,"
-        " shear along y and z (N)",
+        "`cosserat`: symmetric stiffness of all strains together, in place of `stiffness`: twist, bending about y"
+        " and z (N m²), stretch, shear along y and z (N)",
         **_OF_MATRIX,
     )
-    damping: SectionDamping | None = optional("`cosserat`: of the sections", shown_default="zeros")
+    damping: SectionDamping | None = optional("`cosserat`: section damping", shown_default="zeros")
     stiffness_damping: Value | None = of_parameters(
         "`cosserat`: damping by stiffness, of all strains", unit="s", shown_default="`0`"
     )
@@ -296,18 +296,18 @@ class BeamEntry(Table):
         shown_default="of the section",
     )
     center_of_mass: Pair | None = optional(
-        "`cosserat`: of the sections, y and z; `rotary_inertia` is about the axes through it",
+        "`cosserat`: centre of mass of the sections, y and z; `rotary_inertia` is about the axes through it",
         **_OF_CENTER,
         shown_default="`[0, 0]`",
     )
     inertia_matrix: SixBySixValues | None = optional(
-        "`cosserat`: of the sections about the beam's axis, in place of the two keys before and `mass_per_length`:"
-        " rotary inertia (kg m), products of mass and centre of mass (kg), mass (kg/m)",
+        "`cosserat`: inertia of the sections about the beam's axis, in place of the two keys before and"
+        " `mass_per_length`: rotary inertia (kg m), products of mass and centre of mass (kg), mass (kg/m)",
         **_OF_MATRIX,
     )
     curvature: Triple | None = of_fixed_parameters(
-        "`cosserat`: in the initial shape, in section axes: twist per length about x, then curvature about y and z; an"
-        " arc or a helix",
+        "`cosserat`: curvature of the initial shape, in section axes: twist per length about x, then curvature"
+        " about y and z; an arc or a helix",
         unit="rad/m",
         shown_default="`[0, 0, 0]`",
     )
@@ -322,7 +322,7 @@ class BeamEntry(Table):
         shown_default="zeros",
     )
     group: Literal["SE3", "R3xSO3"] | None = optional(
-        "`cosserat`: of its nodes, for [absolute coordinates](absolute_coordinates.md) only", shown_default="`SE3`"
+        "`cosserat`: group of nodes, for [absolute coordinates](absolute_coordinates.md) only", shown_default="`SE3`"
     )
 
 

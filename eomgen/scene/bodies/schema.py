@@ -15,9 +15,9 @@ class BodyEntry(Table):
     """A rigid body."""
 
     mass: Value = key("0 is allowed if the body carries others with mass", unit="kg", names=PARAMETERS)
-    center_of_mass: Triple = key("in the body's frame", _ORIGIN, unit="m", names=PARAMETERS)
+    center_of_mass: Triple = key("centre of mass in the body's frame", _ORIGIN, unit="m", names=PARAMETERS)
     inertia: Inertia = key(
-        "**about the centre of mass**, in the body's axes",
+        "inertia **about the centre of mass**, in the body's axes",
         (0.0,) * 6,
         unit="kg m^2",
         names=PARAMETERS,
@@ -31,7 +31,7 @@ class BodyEntry(Table):
         "frame in which centre of mass and inertia are given, at the [design position](conventions.md#design-position)"
     )
     group: Literal["SE3", "R3xSO3"] | None = optional(
-        "for [absolute coordinates](absolute_coordinates.md) only", shown_default="`SE3`"
+        "group of the coordinates, for [absolute coordinates](absolute_coordinates.md) only", shown_default="`SE3`"
     )
 
 
@@ -39,7 +39,7 @@ class BodyFrame(Table):
     """A frame fixed in a body, in the base or in the world; its origin is a point of the same name."""
 
     body: str = key("the body that carries it", refers="bodies", kind="body, `base` or `world`")
-    position: Triple = key("of its origin, in the body's frame", _ORIGIN, unit="m", names=PARAMETERS)
+    position: Triple = key("place of its origin, in the body's frame", _ORIGIN, unit="m", names=PARAMETERS)
     rotation: Rotations | None = optional(
         "its axes in the body, angles of fixed parameters; intrinsic rotations in order", shown_default="`[]`"
     )
@@ -53,7 +53,7 @@ class PointEntry(Table):
     """A point fixed in a body, in the base or in the world."""
 
     body: str = key("the body that carries it", refers="bodies", kind="body, `base` or `world`")
-    position: Triple = key("in the body's frame", _ORIGIN, unit="m", names=PARAMETERS)
+    position: Triple = key("place in the body's frame", _ORIGIN, unit="m", names=PARAMETERS)
     given_in: str | None = given_in(
         "frame in which the position is given, at the [design position](conventions.md#design-position)"
     )

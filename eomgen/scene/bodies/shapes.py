@@ -56,10 +56,10 @@ _SAME = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 class DrawnShape(Table):
     """A solid or a mesh by which pictures show a body, the base or the world; the equations do not know it."""
 
-    type: Literal["box", "cylinder", "sphere", "capsule", "wheel", "ellipsoid", "mesh"] = key("which solid")
+    type: Literal["box", "cylinder", "sphere", "capsule", "wheel", "ellipsoid", "mesh"] = key("kind of solid")
     body: str = key("the body that carries it", refers="bodies", kind="body, `base` or `world`")
     position: Triple = key(
-        "of the centre of the solid, or of the origin of the mesh, in the body's frame",
+        "centre of the solid, or origin of the mesh, in the body's frame",
         _ORIGIN,
         unit="m",
         names=PARAMETERS,
@@ -73,21 +73,21 @@ class DrawnShape(Table):
         "frame in which position and axes are given, at the [design position](conventions.md#design-position)"
     )
     first: str | None = optional(
-        "of a cylinder or a capsule: one end of its axis, at the design position, in place of position, axes and"
+        "one end of the axis of a cylinder or a capsule, at the design position, in place of position, axes and"
         " `length`",
         refers="points",
     )
     second: str | None = optional("the other end", refers="points")
     size: Triple | None = of_parameters("sides of a box along its axes", unit="m", shown_default="required for a box")
     radius: Value | None = of_parameters(
-        "of a cylinder, a sphere, a capsule or a wheel", unit="m", shown_default="required for round types"
+        "radius of a cylinder, a sphere, a capsule or a wheel", unit="m", shown_default="required for round types"
     )
     length: Value | None = of_parameters(
-        "of a cylinder, of a capsule without its ends", unit="m", shown_default="required for a cylinder and a capsule"
+        "length, of a capsule without its ends", unit="m", shown_default="required for a cylinder and a capsule"
     )
-    width: Value | None = of_parameters("of a wheel", unit="m", shown_default="required for a wheel")
+    width: Value | None = of_parameters("width of a wheel", unit="m", shown_default="required for a wheel")
     semi_axes: Triple | None = of_parameters(
-        "of an ellipsoid along its axes", unit="m", shown_default="required for an ellipsoid"
+        "semi-axes of an ellipsoid along its axes", unit="m", shown_default="required for an ellipsoid"
     )
     file: Annotated[str, Field(min_length=1, max_length=1000)] | None = optional(
         "path of an STL file (binary or text), an OBJ file, a COLLADA file (DAE) or a binary glTF file (GLB), from the"

@@ -19,7 +19,7 @@ _BY_JOINT = "table of numbers by joint"
 class CalibrationEntry(Table):
     """How the gains of a state feedback are found, from the linear model of the scene with these gains at zero."""
 
-    method: Literal["lqr", "imsc", "pole_placement"] = key("which of the methods below")
+    method: Literal["lqr", "imsc", "pole_placement"] = key("one of the methods below")
     at: Literal["equilibrium", "initial"] = key(
         "state of the linearisation: the equilibrium next to the initial state, stable or not; or the initial"
         " state, which has to be in balance or in steady motion",
@@ -42,7 +42,7 @@ class CalibrationEntry(Table):
         kind="number, or list of them",
     )
     modes: Modes | None = optional(
-        "`imsc` and `pole_placement`: which modes are fed back, slow ones first, from 1",
+        "`imsc` and `pole_placement`: modes that are fed back, slow ones first, from 1",
         kind="list of whole numbers",
         shown_default="as many as outputs",
     )
@@ -63,7 +63,7 @@ class ControllerEntry(Table):
     """A controller, filter or actuator; its output is called by its name."""
 
     type: Literal["pi", "pid", "low_pass", "lead_lag", "state_feedback", "skyhook", "sampled"] = key(
-        "which of the equations below", kind="see below"
+        "kind of controller, one of the equations below", kind="see below"
     )
     signal: Value | None = optional(
         "e, its input", names=STATE, shown_default="required, but for `state_feedback`, `skyhook` and `sampled`"
@@ -104,46 +104,46 @@ class ControllerEntry(Table):
         shown_default="its calibrated value, or `0`",
     )
     signal_references: dict[str, Value] | None = optional(
-        "the same of `signals`",
+        "`state_feedback`: reference, subtracted from a signal of `signals`",
         names=STATE,
         kind="table of values of the state, by signal",
         shown_default="its calibrated value, or `0`",
     )
     position_gains: dict[str, Numbers] | None = optional(
-        "`state_feedback`: one for each output", refers="joints", kind=_BY_JOINT, shown_default="`0`, or calibrated"
+        "`state_feedback`: gains by each output", refers="joints", kind=_BY_JOINT, shown_default="`0`, or calibrated"
     )
     velocity_gains: dict[str, Numbers] | None = optional(
-        "the same of velocities", refers="joints", kind=_BY_JOINT, shown_default="`0`, or calibrated"
+        "`state_feedback`: gains of velocities", refers="joints", kind=_BY_JOINT, shown_default="`0`, or calibrated"
     )
     signal_gains: dict[str, Numbers] | None = optional(
-        "the same of `signals`", kind="table of numbers by signal", shown_default="`0`, or calibrated"
+        "`state_feedback`: gains of `signals`", kind="table of numbers by signal", shown_default="`0`, or calibrated"
     )
-    calibration: CalibrationEntry | None = optional("`state_feedback`: how gains are found")
-    spring: str | None = optional("`skyhook`: between whose points it acts", refers="springs", shown_default="required")
+    calibration: CalibrationEntry | None = optional("way in which the gains of a `state_feedback` are found")
+    spring: str | None = optional("`skyhook`: spring of its two points", refers="springs", shown_default="required")
     damping: Value | None = of_parameters(
-        "`skyhook`: c, of the spring's second point against the world", unit="N s/m", shown_default="`0`"
+        "`skyhook`: c, damping of the spring's second point against the world", unit="N s/m", shown_default="`0`"
     )
     groundhook: Value | None = of_parameters(
-        "`skyhook`: c_g, of its first point against the world", unit="N s/m", shown_default="`0`"
+        "`skyhook`: c_g, damping of the spring's first point against the world", unit="N s/m", shown_default="`0`"
     )
     clipped: bool | None = optional("`skyhook`: only forces of a damper", shown_default="`false`")
     minimum_damping: Value | None = of_parameters(
-        "of a clipped `skyhook`: the softest damper", unit="N s/m", shown_default="`0`"
+        "softest damper of a clipped `skyhook`", unit="N s/m", shown_default="`0`"
     )
     maximum_damping: Value | None = of_parameters(
-        "of a clipped `skyhook`: the hardest damper", unit="N s/m", shown_default="required"
+        "hardest damper of a clipped `skyhook`", unit="N s/m", shown_default="required"
     )
     width: Value | None = of_parameters(
-        "of a clipped `skyhook`: rate over which corners are rounded", unit="m/s", shown_default="sharp corners"
+        "rate over which the corners of a clipped `skyhook` are rounded", unit="m/s", shown_default="sharp corners"
     )
     sample: Value | None = of_fixed_parameters(
         "`sampled`: time between two samples", unit="s", shown_default="required"
     )
     delay: Value | None = of_fixed_parameters(
-        "`sampled`: from the sample to the effect of its outputs", unit="s", shown_default="`0`"
+        "`sampled`: time from the sample to the effect of its outputs", unit="s", shown_default="`0`"
     )
     quantum: Value | None = of_fixed_parameters(
-        "`sampled`: outputs are rounded to whole multiples of it", unit=ANY_UNIT, shown_default="not rounded"
+        "`sampled`: step of rounding: outputs are whole multiples of it", unit=ANY_UNIT, shown_default="not rounded"
     )
     source: Annotated[str, Field(min_length=1, max_length=1000)] | None = optional(
         "`sampled`: C file with its function, path from the folder of the scene file",
@@ -159,7 +159,7 @@ class ControllerEntry(Table):
         shown_default="`0` with `source`; else left to the function",
     )
     unit: Unit = key("label of the output", "")
-    description: Description = key("for tables", "")
+    description: Description = key("text of one line for tables", "")
 
 
 def _by_joint(description: str) -> Any:
@@ -173,7 +173,7 @@ class ReferenceEntry(Table):
     """Coordinates, velocities and accelerations of joints, in place of the present ones."""
 
     position: dict[str, Value] = _by_joint(
-        "of joints of one coordinate, rad or m; others have their present coordinate"
+        "coordinates of joints of one coordinate, rad or m; others have their present coordinate"
     )
-    velocity: dict[str, Value] = _by_joint("the same, rad/s or m/s; others have their present velocity")
-    acceleration: dict[str, Value] = _by_joint("the same, rad/s² or m/s²; others have 0")
+    velocity: dict[str, Value] = _by_joint("velocities of such joints, rad/s or m/s; others have the present velocity")
+    acceleration: dict[str, Value] = _by_joint("accelerations of such joints, rad/s² or m/s²; others have 0")

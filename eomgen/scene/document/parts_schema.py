@@ -32,15 +32,15 @@ class Include(Table):
 
     file: Annotated[str, Field(min_length=1, max_length=1000)] = key("path, from the folder of this file", path=True)
     prefix: Annotated[str, Field(max_length=64)] | None = optional(
-        "goes before every name of the file", shown_default="the entry's name and `_`"
+        "prefix of every name of the file", shown_default="the entry's name and `_`"
     )
     parent: str = key("body of this scene that is the file's base", "base", refers="bodies", kind="body, or `base`")
-    position: Triple = key("of the file's base in the parent's frame", (0.0, 0.0, 0.0), unit="m", names=PARAMETERS)
+    position: Triple = key("place of the file's base in the parent frame", (0.0, 0.0, 0.0), unit="m", names=PARAMETERS)
     rotation: Rotations | None = optional(
         "axes of the file's base in the parent, angles of fixed parameters", shown_default="`[]`"
     )
     parameters: dict[str, Value] = key(
-        "in place of the file's own: numbers, numbers with a unit, or formulas of parameters of this scene",
+        "values in place of the file's own: numbers, numbers with a unit, or formulas of parameters of this scene",
         {},
         kind="values by name",
         shown_default="`{}`",

@@ -28,25 +28,25 @@ class SimulationEntry(Table):
 
     method: str = key("see below", Defaults.method, kind="name")
     step: Finite = key("fixed step", Defaults.step, unit="s", shown_default=f"`{shown_power(Defaults.step)}`")
-    duration: Finite = key("of the run", Defaults.duration, unit="s")
+    duration: Finite = key("length of the run", Defaults.duration, unit="s")
     rho_inf: Finite = key(
         "numerical damping of generalized-alpha at high frequencies; 1 has none", Defaults.rho_inf, kind="0 to 1"
     )
-    alpha: Finite | None = optional("the same for `hht`, `wbz` and `newmark`, in place of `rho_inf`", kind="0 to 1")
-    beta: Finite | None = optional("of `newmark`", kind="number", shown_default="0.25")
-    gamma: Finite | None = optional("of `newmark`", kind="number", shown_default="0.5")
+    alpha: Finite | None = optional("alpha of `hht`, `wbz` and `newmark`, in place of `rho_inf`", kind="0 to 1")
+    beta: Finite | None = optional("beta of `newmark`", kind="number", shown_default="0.25")
+    gamma: Finite | None = optional("gamma of `newmark`", kind="number", shown_default="0.5")
     tolerance: Finite | None = optional(
-        "of local errors: generalized-alpha chooses its steps by it, as `rk45` and `taylor` do; with `taylor` 0: fixed"
-        " steps",
+        "tolerance of local errors: generalized-alpha chooses its steps by it, as `rk45` and `taylor` do; with"
+        " `taylor` 0: fixed steps",
         kind="0 to 0.1",
         shown_default="the method's",
     )
     order: Annotated[int, Field(ge=2, le=40)] | None = optional(
-        "of `taylor`", kind="whole number, 2 to 40", shown_default="by the tolerance"
+        "order of `taylor`", kind="whole number, 2 to 40", shown_default="by the tolerance"
     )
     settings: dict[str, Finite] = key(
-        "of the method's iteration, as of `simulate`: `rtol`, `atol`, `max_iterations`, `max_halvings`, `reuse`; of"
-        " methods that choose their steps `largest_step`, s; other methods keep theirs",
+        "settings of the method's iteration, as of `simulate`: `rtol`, `atol`, `max_iterations`, `max_halvings`,"
+        " `reuse`; of methods that choose their steps `largest_step`, s; other methods keep theirs",
         {},
         kind="numbers by name",
         shown_default="`{}`",
@@ -81,7 +81,7 @@ class SceneDocument(Table):
     format: Literal[1] = key("version of this format", kind="1", example="format = 1")
     name: str = key("name of the scene and prefix of its C functions", kind="name")
     description: Description = key("one line for tables and plots", "")
-    gravity: Triple = key("in world axes", GRAVITY, unit="m/s^2", names=PARAMETERS)
+    gravity: Triple = key("gravity in world axes", GRAVITY, unit="m/s^2", names=PARAMETERS)
     coordinates: Literal["joint", "absolute"] = key("see [absolute coordinates](absolute_coordinates.md)", "joint")
     terms: Annotated[tuple[Literal[tuple(TERMS)], ...], Field(strict=False)] = key(  # type: ignore[valid-type]
         "functions wanted; empty means all that the scene can use, see [terms](terms.md)", (), kind="list of names"

@@ -32,16 +32,16 @@ class BushingEntry(Table):
 
     first: FrameEntry = key("a frame in one body", kind="frame, see [constraints](constraints.md)")
     second: FrameEntry = key("a frame in another", kind="frame, see [constraints](constraints.md)")
-    stiffness: Triple | None = of_parameters("along x, y, z of the first frame", unit="N/m", shown_default=_NOTHING)
-    damping: Triple | None = of_parameters("along x, y, z", unit="N s/m", shown_default=_NOTHING)
+    stiffness: Triple | None = of_parameters("stiffness along x, y, z of `first`", unit="N/m", shown_default=_NOTHING)
+    damping: Triple | None = of_parameters("damping along x, y, z", unit="N s/m", shown_default=_NOTHING)
     rotational_stiffness: Triple | None = of_parameters(
-        "about x, y, z of the first frame", unit="N m/rad", shown_default=_NOTHING
+        "stiffness about x, y, z of `first`", unit="N m/rad", shown_default=_NOTHING
     )
-    rotational_damping: Triple | None = of_parameters("about x, y, z", unit="N m s/rad", shown_default=_NOTHING)
+    rotational_damping: Triple | None = of_parameters("damping about x, y, z", unit="N m s/rad", shown_default=_NOTHING)
     stiffness_matrix: SixBySix | None = optional(
-        "symmetric, rotations first, in place of both stiffnesses", kind="6x6 numbers"
+        "symmetric stiffness, rotations first, in place of both stiffnesses", kind="6x6 numbers"
     )
-    damping_matrix: SixBySix | None = optional("rotations first, in place of both dampings", kind="6x6 numbers")
+    damping_matrix: SixBySix | None = optional("damping, rotations first, for both dampings", kind="6x6 numbers")
     rest: Triple = key("origin of the second frame in the first for slack springs", _ZEROS, unit="m", names=PARAMETERS)
     rest_rotation: Rotations = key("axes of the second frame in the first then, by angles of fixed parameters", ())
     preload: Triple = key("force on the second frame then, in the first one's axes", _ZEROS, unit="N", names=PARAMETERS)

@@ -27,8 +27,8 @@ class DistributedLoadEntry(Table):
     """A force per length on a beam."""
 
     beam: str = key("the beam under the load", refers="beams", kind="beam")
-    force: Triple = key("per length", unit="N/m", names=LOCAL_LOAD)
-    moment: Triple = key("per length, of geometrically exact beams", _ZEROS, unit="N", names=LOCAL_LOAD)
+    force: Triple = key("force per length", unit="N/m", names=LOCAL_LOAD)
+    moment: Triple = key("moment per length, of geometrically exact beams", _ZEROS, unit="N", names=LOCAL_LOAD)
     profile: Values = key(
         "polynomial in s, 0 to 1 along the beam, that multiplies the force",
         (1.0,),

@@ -34,7 +34,7 @@ class ForceEntry(Table):
 
     body: str = key("the loaded body", refers="bodies", kind="body, not the base")
     point: Triple = key("point of the force, in the body's frame", _ZEROS, unit="m", names=PARAMETERS)
-    force: Triple = key("through the point", _ZEROS, unit="N", names=LOCAL_LOAD)
+    force: Triple = key("force through the point", _ZEROS, unit="N", names=LOCAL_LOAD)
     torque: Triple = key("couple, added to the moment of the force", _ZEROS, unit="N m", names=LOCAL_LOAD)
     axes: Literal["world", "body"] = key("axes of force and torque", "world")
     given_in: str | None = given_in(

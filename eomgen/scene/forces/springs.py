@@ -97,8 +97,8 @@ class TorsionSpringEntry(Table):
     stiffness: Value = key("effort by angle", 0.0, unit="N m/rad", names=PARAMETERS)
     damping: Value = key("effort by rate", 0.0, unit="N m s/rad", names=PARAMETERS)
     rest: Value = key("difference of the angles at which the spring is slack", 0.0, unit="rad", names=PARAMETERS)
-    first_index: int = key("of the angle of a joint with two, as a universal one", 0, ge=0, le=1)
-    second_index: int = key("the same of the second", 0, ge=0, le=1)
+    first_index: int = key("index of the angle of a joint with two, as a universal one", 0, ge=0, le=1)
+    second_index: int = key("the same of the second joint", 0, ge=0, le=1)
 
 
 @dataclass(frozen=True)

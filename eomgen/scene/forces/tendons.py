@@ -28,9 +28,9 @@ class WrapEntry(Table):
     """A sphere or a cylinder around which a tendon wraps between two successive points."""
 
     after: str = key("point of the path before the obstacle", refers="points")
-    shape: Literal["sphere", "cylinder"] = key("of the obstacle; a cylinder has no ends", "sphere")
+    shape: Literal["sphere", "cylinder"] = key("shape of the obstacle; a cylinder has no ends", "sphere")
     center: FrameEntry = key("a frame; z is the axis of a cylinder", kind="frame, see [constraints](constraints.md)")
-    radius: Value = key("of the obstacle", unit="m", names=PARAMETERS)
+    radius: Value = key("radius of the obstacle", unit="m", names=PARAMETERS)
     side: str | None = optional(
         "point outside the obstacle, on the side on which the tendon passes; without one the shorter way",
         refers="points",

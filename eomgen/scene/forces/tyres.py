@@ -25,7 +25,7 @@ class SlipEntry(Table):
     """Forces of a tyre in the plane of the road."""
 
     axis: Triple = key(
-        "of the wheel's spin, in the axes of the centre's body; any length", (0.0, 1.0, 0.0), names=FIXED_PARAMETERS
+        "axis of the wheel's spin, in axes of the centre's body; any length", (0.0, 1.0, 0.0), names=FIXED_PARAMETERS
     )
     stiffness: ValuesEntry = key("force per slip and load; two values: longitudinal, lateral", names=PARAMETERS)
     friction: Value = key("largest force per load", 1.0, names=PARAMETERS)
@@ -38,9 +38,9 @@ class TyreEntry(Table):
     """A point contact between a wheel and the road, which can lift off."""
 
     center: str = key("centre of the wheel", refers="points")
-    radius: Value = key("of the wheel without load", unit="m", names=PARAMETERS)
-    stiffness: Value = key("vertical", unit="N/m", names=PARAMETERS)
-    damping: Value = key("vertical", 0.0, unit="N s/m", names=PARAMETERS)
+    radius: Value = key("radius of the wheel without load", unit="m", names=PARAMETERS)
+    stiffness: Value = key("vertical stiffness", unit="N/m", names=PARAMETERS)
+    damping: Value = key("vertical damping", 0.0, unit="N s/m", names=PARAMETERS)
     onset: Value = key("deflection over which the tyre reaches its full stiffness", 1e-3, unit="m", names=PARAMETERS)
     road: Value = key("height of the road under the centre, in the world", 0.0, unit="m", names=ROAD)
     road_rate: Value | None = optional(

@@ -21,7 +21,7 @@ class FrameEntry(Table):
 
     body: str | None = optional("body of the frame", refers="bodies", kind="body or `base`")
     point: str | None = optional("the same, by a point's name", refers="points")
-    position: Triple | None = of_parameters("in the body", unit="m", shown_default="`[0, 0, 0]`")
+    position: Triple | None = of_parameters("place of the frame in the body", unit="m", shown_default="`[0, 0, 0]`")
     rotation: Rotations | None = optional("the frame's axes, in place of `axis`")
     orientation: Matrix | None = optional("the same as a matrix, the frame's axes to the body's; in place of `axis`")
     axis: Triple | None = of_fixed_parameters("the frame's z axis, in the body's axes")
@@ -44,11 +44,11 @@ class ReactionEntry(Table):
         "constraint of the reaction, which the body of `first` exerts on the body of `second`", refers="constraints"
     )
     point: str | None = optional(
-        "about which the moment is taken",
+        "point about which the moment is taken",
         refers="points",
         shown_default="the origin of the child's frame, or of the frame `second`",
     )
-    axes: str = key("whose axes the components are in", "world", refers="bodies", kind="body, `base` or `world`")
+    axes: str = key("body whose axes the components are in", "world", refers="bodies", kind="body, `base` or `world`")
 
 
 class ConstraintEntry(Table):
@@ -64,35 +64,35 @@ class ConstraintEntry(Table):
         shown_default="required, but for `formula`",
     )
     drive: Value | None = optional(
-        "prescribes the angle of `revolute`, or the travel of `prismatic` and `cylindrical`",
+        "angle of `revolute`, or travel of `prismatic` and `cylindrical`, prescribed",
         unit={name: DRIVE_UNITS[row.drive] for name, row in CONSTRAINTS.items() if row.drive},
         names=TIME,
     )
     length: Value | None = optional(
-        "of `distance`, between the origins; a formula of time prescribes it",
+        "length between the origins of a `distance`; a formula of time prescribes it",
         unit="m",
         names=TIME,
         shown_default="their distance at the [design position](conventions.md#design-position), with a note",
     )
     smooth: Value | None = of_fixed_parameters(
-        "of a drive, or of a length over time, as of [joints](joints.md#motion-laws-that-jump)",
+        "transition of a drive, or of a length over time, as of [joints](joints.md#motion-laws-that-jump)",
         unit="s",
         shown_default="jumps are refused",
     )
     radius: Value | None = of_parameters(
-        "of the disc or sphere, or of the centre line of the torus",
+        "radius of the disc or sphere, or of the centre line of the torus",
         unit="m",
         shown_default="required for `rolling` and `sliding`, but for an ellipsoid",
     )
     shape: Shape | None = optional(
-        "for `rolling` and `sliding`", shown_default=f"`{constraint_model.Constraint.shape}`"
+        "shape of the body that does `rolling` or `sliding`", shown_default=f"`{constraint_model.Constraint.shape}`"
     )
     semi_axes: Triple | None = of_parameters(
-        "of an ellipsoid, along x, y and z of the second frame", unit="m", shown_default="required for `ellipsoid`"
+        "semi-axes along x, y and z of the second frame", unit="m", shown_default="required for `ellipsoid`"
     )
-    tube_radius: Value | None = of_parameters("of the tube of a torus", unit="m", shown_default="required for `torus`")
+    tube_radius: Value | None = of_parameters("tube radius of a torus", unit="m", shown_default="required for `torus`")
     surface: Value | None = optional(
-        "of `rolling` and `sliding`: the height over the plane of the first frame",
+        "height of the surface of `rolling` and `sliding` over the plane of the first frame",
         unit="m",
         names=BETWEEN_FRAMES,
         kind="value of x, y and parameters",
@@ -100,15 +100,15 @@ class ConstraintEntry(Table):
     )
     pitch: Value | None = of_parameters("travel per radian", unit="m/rad", shown_default="required for `helical`")
     equation: Value | None = optional(
-        "of a `formula`: 0 on the constraint",
+        "expression of a `formula`, 0 on the constraint",
         names=POSITIONS,
         kind="value of coordinates, positions and time, or of x, y, z between two frames",
     )
     velocity_equation: Value | None = optional(
-        "of a `formula`: the same, linear in velocities",
+        "expression of a `formula` that is linear in velocities, 0 on the constraint",
         names=VELOCITIES,
         kind="value of velocities, coordinates, positions and time",
     )
     unit: EquationUnit | None = optional(
-        "of a `formula`: of its value", shown_default="known of a sum of coordinates, positions and others"
+        "unit of the value of a `formula`", shown_default="known of a sum of coordinates, positions and others"
     )

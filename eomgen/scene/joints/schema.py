@@ -40,8 +40,8 @@ class Limits(Table):
     upper: Bounds | None = optional(
         "upper end of the range; inf for none", unit=_LIMITED, names=PARAMETERS, kind=_OF_RANGE
     )
-    stiffness: Values = key("of the stop", unit=by_coordinate("N m/rad", "N/m"), names=PARAMETERS)
-    damping: Values | None = of_parameters("of the stop", unit=by_coordinate("N m s/rad", "N s/m"), shown_default="`0`")
+    stiffness: Values = key("stiffness of the stop", unit=by_coordinate("N m/rad", "N/m"), names=PARAMETERS)
+    damping: Values | None = of_parameters("its damping", unit=by_coordinate("N m s/rad", "N s/m"), shown_default="`0`")
     onset: Values | None = of_parameters(
         "penetration over which the stop reaches its full stiffness", unit=_LIMITED, shown_default=_ONSETS
     )
@@ -75,7 +75,7 @@ class Initial(Table):
     orientation: Values | None = of_fixed_parameters(
         "free: quaternion, 4 values", kind="4 values of fixed parameters", shown_default="not turned"
     )
-    rotation: Rotations | None = optional("spherical, free: in place of a quaternion")
+    rotation: Rotations | None = optional("rotation in place of a quaternion, for spherical and free")
     velocity: Values | None = of_fixed_parameters(
         "1 to 3, or 6 values; angular first, body axes for spherical and free joints",
         unit=by_component("rad/s", "m/s"),
@@ -99,7 +99,7 @@ class MimicEntry(Table):
 class JointEntry(Table):
     """A joint, which carries a body and lets it move relative to its parent."""
 
-    type: JointType = key("how the child moves against the parent")
+    type: JointType = key("kind of motion of the child against the parent")
     parent: str = key("the body that carries the joint", refers="bodies", kind="body, or `base`")
     child: str = key("the body that this joint carries", refers="bodies")
     position: Triple = key("origin of the child's frame in the parent's frame", _ORIGIN, unit="m", names=PARAMETERS)
@@ -112,40 +112,40 @@ class JointEntry(Table):
         "(conventions.md#design-position)"
     )
     axis: Triple | None = of_fixed_parameters(
-        "in the child's axes; any length; the normal of a planar joint, the first axis of a universal one",
+        "axis in the child's axes; any length; the normal of a planar joint, the first axis of a universal one",
         shown_default="required, but for fixed, spherical and free",
     )
     second_axis: Triple | None = of_fixed_parameters(
-        "of a universal joint: the second axis, across the first, in the child's axes",
+        "second axis of a universal joint, across the first, in the child's axes",
         shown_default="required for universal",
     )
     x_axis: Triple | None = of_fixed_parameters(
-        "of a planar joint: x is along the part of it in the plane, y to the left of x",
+        "vector of a planar joint: x is along the part of it in the plane, y to the left of x",
         shown_default="coordinate axis farthest from `axis`",
     )
     pitch: Value | None = of_parameters(
-        "of a helical joint: travel per radian; negative is left-handed",
+        "travel per radian of a helical joint; negative is left-handed",
         unit="m/rad",
         shown_default="required for helical",
     )
     stiffness: Values | None = of_parameters(
-        "of a spring in the joint", unit=by_coordinate("N m/rad", "N/m"), shown_default="`0`"
+        "stiffness of a spring in the joint", unit=by_coordinate("N m/rad", "N/m"), shown_default="`0`"
     )
     damping: Values | None = of_parameters(
-        "of a damper in the joint", unit=by_coordinate("N m s/rad", "N s/m"), shown_default="`0`"
+        "damping of a damper in the joint", unit=by_coordinate("N m s/rad", "N s/m"), shown_default="`0`"
     )
     rest: Values | None = of_parameters(
         "coordinate at which the spring is slack", unit=by_coordinate("rad", "m"), shown_default="`0`"
     )
     rotor_inertia: Values | None = of_parameters(
-        "added to this joint's diagonal of M (a motor with a gear)",
+        "inertia that is added to this joint's diagonal of M (a motor with a gear)",
         unit=by_coordinate("kg m^2", "kg"),
         shown_default="`0`",
     )
     limits: Limits | None = optional("compliant stops")
     friction: FrictionEntry | None = optional("dry friction")
     drive: Values | None = optional(
-        "prescribes the coordinates over time, which then have no initial state of their own",
+        "coordinates over time, prescribed; they then have no initial state of their own",
         unit=by_coordinate("rad", "m"),
         names=TIME,
         kind="value or list of values of time, rad or m",

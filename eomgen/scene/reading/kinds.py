@@ -197,9 +197,9 @@ Inertia = Annotated[
 class RotationEntry(Table):
     """A rotation by an angle about an axis."""
 
-    axis: Triple = key("of any length", names=FIXED_PARAMETERS)
+    axis: Triple = key("axis of any length", names=FIXED_PARAMETERS)
     angle: Value = key(
-        "of the time for the base, of fixed parameters elsewhere", unit="rad", names=TIME, kind="value, rad"
+        "angle: a formula of time for the base, else of fixed parameters", unit="rad", names=TIME, kind="value, rad"
     )
 
 

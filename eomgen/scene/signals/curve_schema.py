@@ -37,7 +37,7 @@ class TableFile(Table):
     argument_scale: Finite = key("factor on the argument", 1.0)
     value_scale: Finite = key("factor on the value", 1.0)
     delimiter: Literal["comma", "semicolon", "tab", "space"] | None = optional(
-        "between columns", shown_default="the first of tab, semicolon, comma, space that is in the first row"
+        "mark between columns", shown_default="the first of tab, semicolon, comma, space that is in the first row"
     )
     decimal: Literal[".", ","] = key("mark in numbers", ".", kind="`.` or `,`")
 
@@ -48,7 +48,7 @@ class Wave(Table):
     shape: Literal["square", "triangle", "sawtooth"] = key(
         "square: high, then low; triangle: up, then down; sawtooth: up, then a jump"
     )
-    period: Value = key("of the argument", unit=ANY_UNIT, names=FIXED_PARAMETERS, column="argument")
+    period: Value = key("period of the argument", unit=ANY_UNIT, names=FIXED_PARAMETERS, column="argument")
     low: Value = key("lowest value", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS, column="value")
     high: Value = key("highest value", 1.0, unit=ANY_UNIT, names=FIXED_PARAMETERS, column="value")
     start: Value = key(
@@ -60,8 +60,8 @@ class Wave(Table):
 class BumpEntry(Table):
     """A single haversine bump: height/2 (1 - cos(2 pi x/length)) over its length, zero elsewhere."""
 
-    length: Value = key("from its beginning to its end", unit="m", names=FIXED_PARAMETERS)
-    height: Value = key("negative for a hole", unit="m", names=FIXED_PARAMETERS)
+    length: Value = key("distance from its beginning to its end", unit="m", names=FIXED_PARAMETERS)
+    height: Value = key("height of the bump, negative for a hole", unit="m", names=FIXED_PARAMETERS)
     position: Value = key("x of its start", 0.0, unit="m", names=FIXED_PARAMETERS)
 
 
@@ -69,7 +69,7 @@ class ProfileEntry(Table):
     """A random road over distance, with the spectrum of ISO 8608."""
 
     road_class: RoadClass = key(_CLASS, alias="class", kind="`A` to `H`")
-    seed: Seed = key("of the random phases", 0, kind="whole number from 0")
+    seed: Seed = key("seed of the random phases", 0, kind="whole number from 0")
     harmonics: Harmonics = key("number of harmonics between 0.011 and 2.83 cycles/m", 200)
 
 
@@ -84,10 +84,10 @@ class ShapeEntry(Table):
         kind="list of [argument, value], any unit that fits",
     )
     interpolation: Literal["quintic", "linear", "steps"] | None = optional(
-        "between points", shown_default=f"`{curves.Curve.interpolation}`", kind="`quintic`, `linear` or `steps`"
+        "method between points", shown_default=f"`{curves.Curve.interpolation}`", kind="`quintic`, `linear` or `steps`"
     )
     outside: Literal["error", "hold", "periodic"] | None = optional(
-        "beyond the points",
+        "continuation beyond the points",
         shown_default="`error`; `hold` for `points` that are `linear` or `steps`",
         kind="`error`, `hold` or `periodic`",
     )
@@ -100,12 +100,12 @@ class CurveEntry(ShapeEntry):
     bump: BumpEntry | None = optional("a single bump")
     road: ProfileEntry | None = optional("a random road over distance in m")
     argument_unit: Unit | None = optional(
-        "of its argument, in SI; formulas that give it another quantity are refused",
+        "unit of its argument, in SI; formulas that give it another quantity are refused",
         column="argument",
         shown_default="as its points or its table say",
     )
     unit: Unit = key("label", "")
-    description: Description = key("for tables", "")
+    description: Description = key("text of one line for tables", "")
 
     @classmethod
     def column_labels(cls, data: Mapping[str, Any]) -> tuple[str, str] | None:
@@ -117,15 +117,15 @@ class RoadEntry(ShapeEntry):
 
     road_class: RoadClass | None = optional(_CLASS, alias="class", kind="`A` to `H`")
     bump: BumpEntry | None = optional("a single bump")
-    speed: Value = key("of the vehicle, up to 10 000", unit="m/s", names=PARAMETERS)
-    seed: Seed = key("of the random phases of a class", 0, kind="whole number from 0")
+    speed: Value = key("speed of the vehicle, up to 10 000", unit="m/s", names=PARAMETERS)
+    seed: Seed = key("seed of the random phases of a class", 0, kind="whole number from 0")
     offset: Value = key(
         "distance by which this wheel follows the one with offset 0 in the same track",
         0.0,
         unit="m",
         names=FIXED_PARAMETERS,
     )
-    harmonics: Harmonics = key("of a class: number of harmonics between 0.011 and 2.83 cycles/m", 200)
+    harmonics: Harmonics = key("number of harmonics of a class between 0.011 and 2.83 cycles/m", 200)
 
     @classmethod
     def column_labels(cls, data: Mapping[str, Any]) -> tuple[str, str] | None:
@@ -143,9 +143,9 @@ class InputEntry(ShapeEntry):
         kind="`true`",
         shown_default="`false`",
     )
-    initial: Finite | None = optional("of a motion: its value at rest at the start", unit=ANY_UNIT, shown_default="0")
+    initial: Finite | None = optional("value of a motion at rest at the start", unit=ANY_UNIT, shown_default="0")
     unit: Unit = key("label", "")
-    description: Description = key("for tables", "")
+    description: Description = key("text of one line for tables", "")
 
     @classmethod
     def column_labels(cls, data: Mapping[str, Any]) -> tuple[str, str] | None:

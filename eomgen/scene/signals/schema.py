@@ -18,12 +18,12 @@ class DefinitionEntry(Table):
     short: ClassVar[str] = "formula"
 
     formula: Value = key(
-        "of all that may stand in the formulas that mention it, other definitions among them",
+        "formula of all that may stand in the formulas that mention it, other definitions among them",
         unit=ANY_UNIT,
         names=EVERYTHING,
     )
-    unit: Unit = key("of its value; another one than its formula is known to have is refused", "")
-    description: Description = key("for tables", "")
+    unit: Unit = key("unit of its value; another one than its formula is known to have is refused", "")
+    description: Description = key("text of one line for tables", "")
 
     @model_validator(mode="before")
     @classmethod
@@ -37,19 +37,17 @@ class StateEntry(Table):
     rate_of_entry: ClassVar[str] = "rate"
 
     rate: Value | None = optional("its time derivative; required unless it is sampled", names=STATE)
-    sample: Value | None = of_fixed_parameters("of a sampled state: time between two samples", unit="s")
-    formula: Value | None = optional(
-        "of a sampled state: its value from a sample to the next", unit=ANY_UNIT, names=LOAD
-    )
+    sample: Value | None = of_fixed_parameters("time between two samples of a sampled state", unit="s")
+    formula: Value | None = optional("value of a sampled state from a sample to the next", unit=ANY_UNIT, names=LOAD)
     delay: Value | None = of_fixed_parameters(
-        "of a sampled state: from the sample to when it takes effect", unit="s", shown_default="0"
+        "time from the sample of a sampled state to its effect", unit="s", shown_default="0"
     )
     quantum: Value | None = of_fixed_parameters(
-        "of a sampled state: values are rounded to whole multiples of it", unit=ANY_UNIT, shown_default="not rounded"
+        "step of rounding of a sampled state: values are multiples of it", unit=ANY_UNIT, shown_default="not rounded"
     )
-    initial: Value = key("at the start", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS)
+    initial: Value = key("value at the start", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS)
     unit: Unit = key("label", "")
-    description: Description = key("for tables", "")
+    description: Description = key("text of one line for tables", "")
 
 
 class ParameterEntry(Table):
@@ -58,7 +56,7 @@ class ParameterEntry(Table):
     value: Finite = key("no formula", unit=ANY_UNIT)
     tunable: bool = key("can be changed at every call without compiling again", False)
     unit: Unit = key("label", "")
-    description: Description = key("for tables", "")
+    description: Description = key("text of one line for tables", "")
 
     @model_validator(mode="before")
     @classmethod
@@ -84,7 +82,7 @@ class OutputEntry(Table):
         kind="reaction, joint or constraint",
     )
     reaction_moment: str | None = optional(
-        "the same of its moment", refers="reactions", kind="reaction, joint or constraint"
+        "3 components of the moment there", refers="reactions", kind="reaction, joint or constraint"
     )
     section_force: str | None = _section_key(
         "3 components in the axes of the section: axial force, shear force along y and along z, see"
@@ -93,7 +91,7 @@ class OutputEntry(Table):
     section_moment: str | None = _section_key("the same of its torque and its bending moments about y and z")
     section_strain: str | None = _section_key("stretch, shear along y and along z")
     section_curvature: str | None = _section_key("twist, curvature about y and about z, less the values at rest")
-    at: Value | None = of_fixed_parameters("of these four: x of the section along the beam at rest", unit="m")
+    at: Value | None = of_fixed_parameters("x of the section along the beam at rest, for these four", unit="m")
     energy: str | None = optional(
         "J, or W for the powers", kind="`kinetic`, `potential`, `total`, `power`, `base_power`"
     )

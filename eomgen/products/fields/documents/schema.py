@@ -109,13 +109,13 @@ class ParameterTable(ShortTable):
 
     value: Value = key("a number, or a formula of parameters", example="a finite number, or a formula of parameters")
     unit: str = key("a label", "", example='unit = "m"')
-    description: Description = key("in words", "", example='description = "in words"')
+    description: Description = key("text of one line for tables", "", example='description = "in words"')
 
 
 class CoordinateTable(Table):
     """A coordinate with its momentum."""
 
-    initial: Pair = key("at the start", example="initial = [0.1, 0.0]: the position and the momentum")
+    initial: Pair = key("initial position and momentum", example="initial = [0.1, 0.0]: the position and the momentum")
     momentum: str = key("name of the momentum; p_ and the coordinate by default", "", example='momentum = "p"')
     unit: str = key("a label", "", example='unit = "m"')
     momentum_unit: str = key("a label", "", example='momentum_unit = "kg m/s"')
@@ -126,7 +126,7 @@ class OutputTable(ShortTable):
 
     short: ClassVar[str] = "formula"
 
-    formula: Value = key("of the state and parameters", example='a text: "p_x**2/2"')
+    formula: Value = key("formula of the state and parameters", example='a text: "p_x**2/2"')
     unit: str = key("a label", "", example='unit = "m"')
 
 
@@ -161,10 +161,10 @@ class Copies(_Sections[str]):
 class File(_Named[Legal]):
     """All of a file."""
 
-    format: Literal[1] = key("of the file", example="format = 1")
-    kind: Literal["hamiltonian"] = key("of the file", example=f'kind = "{KIND}"')
-    name: Legal = key("of the system, a legal C identifier", example='name = "system"')
-    description: Description = key("in words", "", example='description = "in words"')
+    format: Literal[1] = key("version of the format of the file", example="format = 1")
+    kind: Literal["hamiltonian"] = key("kind of the file", example=f'kind = "{KIND}"')
+    name: Legal = key("name of the system, a legal C identifier", example='name = "system"')
+    description: Description = key("text of one line for tables", "", example='description = "in words"')
 
 
 def _table_of(model: type, descriptions: Mapping[str, str], kinds: Mapping[str, Any]) -> type[Table]:
@@ -184,12 +184,12 @@ def _table_of(model: type, descriptions: Mapping[str, str], kinds: Mapping[str, 
 RunTable: Any = _table_of(
     RunDefaults,
     {
-        "duration": "from t = 0 to the end",
-        "step": "of equal steps",
+        "duration": "time from t = 0 to the end",
+        "step": "length of equal steps",
         "method": "a composition, implicit_midpoint, gauss<order>, rk4 or rk45",
         "record_every": "steps between recorded rows",
         "compensated": "carry rounding errors of sums over to the next ones",
-        "tolerance": "of rk45",
+        "tolerance": "tolerance of rk45",
     },
     {
         "duration": Positive,
@@ -212,12 +212,12 @@ class HamiltonianFile(_Sections[Legal], File):
 class MeshTable(Table):
     """A periodic mesh."""
 
-    cells: Counts = key("along each axis", example="1 to 3 whole numbers from 2 on: cells = [64, 64, 64]")
+    cells: Counts = key("numbers of cells by axis", example="1 to 3 whole numbers from 2 on: cells = [64, 64, 64]")
     length: Sides = key(
-        "of the box, or of each side",
+        "length of the box, or lengths of its sides",
         example="a number above 0 (1e-100 to 1e100), or one for each axis: length = 500.0",
     )
-    unit: str = key("of length, a label", "", example='unit = "m"')
+    unit: str = key("unit of length, a label", "", example='unit = "m"')
 
 
 class PowerTable(Table):
@@ -225,7 +225,7 @@ class PowerTable(Table):
 
     file: str = key("k and P", example='file = "power.csv", a table of k and P')
     columns: Annotated[tuple[str, str], BeforeValidator(list_of(2))] = key(
-        "of k and of P", ("", ""), example='columns = ["k", "P"]; the first two if nothing is said'
+        "columns of k and of P", ("", ""), example='columns = ["k", "P"]; the first two if nothing is said'
     )
 
 
@@ -256,10 +256,10 @@ class DataTable(Table):
     poisson: Value | None = optional("the mean of random numbers", example='poisson = "exp(s)"')
     negative_binomial: Value | None = optional("the mean of random numbers", example='negative_binomial = "exp(s)"')
     normal: Value | None = optional("the mean of random numbers", example='normal = "2*s"')
-    column: str = key("of the .csv", "", example='column = "counts"')
+    column: str = key("column of the .csv file", "", example='column = "counts"')
     minimum: Value | None = optional("the value below which data have no meaning", example="minimum = 0.0")
-    beta: Value | None = optional("of a negative binomial distribution", example="beta = 2.0")
-    deviation: Value | None = optional("of a normal distribution", example="deviation = 0.5")
+    beta: Value | None = optional("parameter beta of a negative binomial distribution", example="beta = 2.0")
+    deviation: Value | None = optional("standard deviation of a normal distribution", example="deviation = 0.5")
 
     @model_validator(mode="before")
     @classmethod
@@ -284,14 +284,14 @@ class PriorTable(Table):
 class TruthTable(Table):
     """The field from which random data are made."""
 
-    seed: Annotated[int, Field(ge=0, le=_MOST_SEED)] = key("of the white field", example="seed = 1")
+    seed: Annotated[int, Field(ge=0, le=_MOST_SEED)] = key("seed of the white field", example="seed = 1")
 
 
 class CellTable(Table):
     """The energy of a cell."""
 
     energy: Value = key(
-        "of fields and data",
+        "energy of fields and data",
         example='energy = "exp(e) - counts*e", minus the logarithm of a likelihood; "0" for the prior alone',
     )
     where: Formulas = key("formulas with a name", {}, example='[cell.where] and e = "log(mean) + density"')
@@ -300,7 +300,7 @@ class CellTable(Table):
 class MassTable(Table):
     """The mass matrix of the momenta."""
 
-    choice: Literal["fisher", "prior", "unit"] = key("of the momenta", "fisher")
+    choice: Literal["fisher", "prior", "unit"] = key("kind of the mass matrix of the momenta", "fisher")
 
 
 SamplingTable: Any = _table_of(Chains, {}, {"guard": Guard, "str": str, "int": Counter, "float": Finite})
@@ -309,13 +309,13 @@ SamplingTable: Any = _table_of(Chains, {}, {"guard": Guard, "str": str, "int": C
 class FieldFile(File):
     """Fields on a periodic mesh by a white prior and the energy of a cell."""
 
-    mesh: MeshTable = key("of the fields", example="[mesh] and cells = [64, 64, 64], length = 500.0")
+    mesh: MeshTable = key("mesh of the fields", example="[mesh] and cells = [64, 64, 64], length = 500.0")
     operators: dict[Legal, OperatorTable] = key(
-        "from the white field to fields of the cells", example=f"[operators] and density = {_POWER}"
+        "operators from the white field to fields of the cells", example=f"[operators] and density = {_POWER}"
     )
-    prior: PriorTable = key("of the state", PriorTable.model_construct(), example="[prior]")
-    truth: TruthTable | None = optional("of random data", example="[truth] and seed = 1")
+    prior: PriorTable = key("prior of the state", PriorTable.model_construct(), example="[prior]")
+    truth: TruthTable | None = optional("field from which random data are made", example="[truth] and seed = 1")
     data: dict[Legal, DataTable] = key("numbers in the cells", {}, example='[data] and NAME = "counts.npy"')
     cell: CellTable = key("the energy", example='[cell] and energy = "exp(e) - counts*e"')
-    mass: MassTable = key("of the momenta", MassTable.model_construct(), example='[mass] and choice = "fisher"')
+    mass: MassTable = key("mass matrix of momenta", MassTable.model_construct(), example='[mass] and choice = "fisher"')
     sampling: SamplingTable = key("defaults of sample", SamplingTable.model_construct(), example="[sampling]")

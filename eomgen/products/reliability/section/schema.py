@@ -62,42 +62,42 @@ class RandomProcess(Table):
     follows: str | None = optional(
         "the process that this one repeats, later by `delay`, or farther back by `offset`", refers="random"
     )
-    mean: Value = key("of g", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS)
+    mean: Value = key("mean of g", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS)
     standard_deviation: Value | None = of_fixed_parameters(
-        "of g, positive; not for types that say it themselves (`road`, `covariance`, `spectrum`)",
+        "standard deviation of g, positive; not for types that say it themselves (`road`, `covariance`, `spectrum`)",
         unit=ANY_UNIT,
         shown_default="1",
     )
-    correlation_time: Value | None = of_fixed_parameters("of `squared_exponential` and `exponential`", unit="s")
-    correlation_length: Value | None = of_fixed_parameters("the same of processes over distance", unit="m")
-    decay: Value | None = of_fixed_parameters("of `damped_cosine`", unit="1/s")
+    correlation_time: Value | None = of_fixed_parameters("time scale of `squared_exponential`, `exponential`", unit="s")
+    correlation_length: Value | None = of_fixed_parameters("length scale of the same over distance", unit="m")
+    decay: Value | None = of_fixed_parameters("rate of decay of `damped_cosine`", unit="1/s")
     frequency: Value | None = of_fixed_parameters(
-        "of `damped_cosine`; natural frequency of `oscillator` and `kanai_tajimi`", unit="rad/s"
+        "frequency of `damped_cosine`, or natural frequency of `oscillator` and `kanai_tajimi`", unit="rad/s"
     )
     damping: Value | None = of_fixed_parameters("damping ratio of `oscillator` and `kanai_tajimi`, between 0 and 1")
     band: Pair | None = of_fixed_parameters(
-        "of `band`: its lowest and its highest frequency", unit="Hz", kind="[lowest, highest], Hz"
+        "lowest and highest frequency of `band`", unit="Hz", kind="[lowest, highest], Hz"
     )
     road_class: RoadClass | None = optional(
-        "of `road`, as of roads of [inputs](inputs.md)", alias="class", kind="`A` to `H`"
+        "class of a `road`, as of roads of [inputs](inputs.md)", alias="class", kind="`A` to `H`"
     )
     points: Annotated[tuple[Pair, ...], Field(strict=False)] | None = of_fixed_parameters(
-        "of `covariance`: lags from 0 on, and the covariance there; of `spectrum`: frequencies in Hz (over distance in"
-        " cycles/m), and the one-sided power spectral density there",
+        "points of `covariance`: lags from 0 on, and the covariance there; points of `spectrum`: frequencies in Hz"
+        " (over distance in cycles/m), and the one-sided power spectral density there",
         unit=ANY_UNIT,
         column=("argument", "value"),
         kind="list of [lag or frequency, value], any unit that fits",
     )
     table: TableFile | None = optional("the same from a CSV file, with the keys of the tables of [curves](curves.md)")
     duration: Value | None = of_fixed_parameters(
-        "of the window from t = 0 on in which the process is known", unit="s", shown_default="`simulation.duration`"
+        "time from t = 0 on in which the process is known", unit="s", shown_default="`simulation.duration`"
     )
-    speed: Value | None = of_fixed_parameters("of a process over distance: speed of the vehicle", unit="m/s")
-    offset: Value | None = of_fixed_parameters("of one that follows another over distance", unit="m")
-    delay: Value | None = of_fixed_parameters("of one that follows another over time", unit="s")
-    share: Finite | None = optional("of the variance that the modes capture, below 1", shown_default=f"{SHARE:g}")
+    speed: Value | None = of_fixed_parameters("speed of the vehicle, for a process over distance", unit="m/s")
+    offset: Value | None = of_fixed_parameters("distance by which the process follows another over distance", unit="m")
+    delay: Value | None = of_fixed_parameters("time by which the process follows another over time", unit="s")
+    share: Finite | None = optional("share of the variance that the modes capture, below 1", shown_default=f"{SHARE:g}")
     modes: Annotated[int, Field(ge=1)] | None = optional("number of modes, in place of `share`")
-    seed: Seed = key("of the standard normal variables", 0, kind="whole number from 0")
+    seed: Seed = key("seed of the standard normal variables", 0, kind="whole number from 0")
     translation: Value | None = optional("the process as a formula of g", names=TRANSLATION, shown_default="`g`")
     distribution: str | None = optional(
         "marginal distribution in place of `translation` or `quantiles`, as of [ensembles](../ensembles.md), in the"
@@ -106,7 +106,7 @@ class RandomProcess(Table):
         kind="text",
     )
     quantiles: Annotated[tuple[Pair, ...], Field(strict=False)] | None = of_fixed_parameters(
-        "in place of `translation`: probabilities between 0 and 1, and the values that are not exceeded with them",
+        "probabilities between 0 and 1, and the values that are not exceeded with them; in place of `translation`",
         kind="list of [probability, value]",
     )
     covariance_of: Literal["gaussian", "translated"] = key(
@@ -117,7 +117,7 @@ class RandomProcess(Table):
         " their place, which is noted; without it they are refused"
     )
     unit: Unit = key("label", "")
-    description: Description = key("for tables", "")
+    description: Description = key("text of one line for tables", "")
 
     labels_values: ClassVar[bool] = False
 

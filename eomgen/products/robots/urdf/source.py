@@ -25,7 +25,7 @@ URDF = Source(
             "fixed",
             "how the root link is held",
             choices=("fixed", "free"),
-            of_key="whether the root link is fixed to the parent, or free",
+            of_key="mounting of the root link: fixed to the parent, or free",
         ),
         LOCK,
         LIMITS,

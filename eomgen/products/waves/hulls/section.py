@@ -28,21 +28,21 @@ from eomgen.system.description import BASE, WORLD
 class HullEntry(Table):
     """A straight slender part of a rigid body in water."""
 
-    body: str = key("of which it is a part", refers="bodies", kind="rigid body, not the base")
+    body: str = key("body that carries the hull", refers="bodies", kind="rigid body, not the base")
     start: Triple = key(
         "one end of its axis, in the body's frame: the lower one of a column", unit="m", names=PARAMETERS
     )
     end: Triple = key("the other end", unit="m", names=PARAMETERS)
-    diameter: Value = key("across its axis", unit="m", names=PARAMETERS)
-    area: Value | None = of_parameters("of its section", unit="m^2", shown_default="of the circle")
-    waves: str = key("in which it is", "", refers="waves", shown_default='`""`, water at rest')
+    diameter: Value = key("diameter across its axis", unit="m", names=PARAMETERS)
+    area: Value | None = of_parameters("area of its section", unit="m^2", shown_default="of the circle")
+    waves: str = key("waves around the hull", "", refers="waves", shown_default='`""`, water at rest')
     level: Value = key("z of water at rest, without `waves`", 0.0, unit="m", names=PARAMETERS)
-    density: Value = key("of the water", 1025.0, unit="kg/m^3", names=PARAMETERS)
+    density: Value = key("density of the water", 1025.0, unit="kg/m^3", names=PARAMETERS)
     added_mass: Value = key("coefficient of the water that it moves across its axis", 1.0, names=PARAMETERS)
     wet: Value | None = of_parameters(
         "length from `start` on that moves water at rest, for the added mass", unit="m", shown_default="all of it"
     )
-    drag: Value = key("coefficient across its axis", 1.0, names=PARAMETERS)
+    drag: Value = key("coefficient of drag across its axis", 1.0, names=PARAMETERS)
     axial_added_mass: Value = key("water that `start` moves along the axis", 0.0, unit="kg", names=PARAMETERS)
     axial_drag: Value = key("force on `start` along the axis by squared velocity", 0.0, unit="kg/m", names=PARAMETERS)
     stations: int = key("places at which water is looked at", 8, ge=1, le=200, kind="whole number, 1 to 200")

@@ -16,8 +16,8 @@ from eomgen.scene.rotations import Rotation
 class SurfaceFollowing(Table):
     """How the base goes with the surface of the water."""
 
-    waves: str = key("with whose surface", refers="waves", kind="wave")
-    tilt: bool = key("whether the base's z is normal to the surface; else it only goes up and down", True)
+    waves: str = key("waves whose surface the base follows", refers="waves", kind="wave")
+    tilt: bool = key("true: z of the base is normal to the surface; false: the base only goes up and down", True)
 
 
 def read_follow(entry: SurfaceFollowing, base: Base, values: Values) -> Base:

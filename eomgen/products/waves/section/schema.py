@@ -20,9 +20,9 @@ class RegularWave(Table):
     """One sinusoidal wave."""
 
     amplitude: Value = key("half the height from trough to crest", unit="m", names=FIXED_PARAMETERS)
-    period: Value = key("from crest to crest at a place", unit="s", names=FIXED_PARAMETERS)
+    period: Value = key("time from crest to crest at a place", unit="s", names=FIXED_PARAMETERS)
     heading: Value = key("direction of propagation, from x towards y", 0.0, unit="rad", names=FIXED_PARAMETERS)
-    phase: Value = key("at the origin at t = 0; 0 for a crest there", 0.0, unit="rad", names=FIXED_PARAMETERS)
+    phase: Value = key("phase at the origin at t = 0; 0 for a crest there", 0.0, unit="rad", names=FIXED_PARAMETERS)
 
 
 class SeaSpectrum(Table):
@@ -32,11 +32,11 @@ class SeaSpectrum(Table):
     height: Value | None = of_parameters(
         "significant height, four standard deviations; of `jonswap`; others are scaled to it", unit="m"
     )
-    period: Value | None = of_fixed_parameters("of `jonswap`: at the peak", unit="s")
-    peakedness: Value | None = of_fixed_parameters("of `jonswap`, 1 to 20", shown_default="3.3")
-    wind: Value | None = of_fixed_parameters("of `pierson_moskowitz`: wind at 19.5 m", unit="m/s")
+    period: Value | None = of_fixed_parameters("period at the peak of `jonswap`", unit="s")
+    peakedness: Value | None = of_fixed_parameters("peakedness of `jonswap`, 1 to 20", shown_default="3.3")
+    wind: Value | None = of_fixed_parameters("wind at 19.5 m, for `pierson_moskowitz`", unit="m/s")
     points: Annotated[tuple[Pair, ...], Field(strict=False)] | None = of_fixed_parameters(
-        "of `points`: frequencies in rad/s and one-sided densities in m^2 s/rad, linear between them, 0 beyond",
+        "points: frequencies in rad/s and one-sided densities in m^2 s/rad, linear between them, 0 beyond",
         kind="list of [frequency, density]",
     )
 
@@ -45,54 +45,54 @@ class Spread(Table):
     """Directions of a spectrum: the density over angles is cos^2s of half the angle to the heading."""
 
     exponent: Value = key("s: 10 for wind waves, 75 for swell", names=FIXED_PARAMETERS)
-    directions: Annotated[int, Field(ge=2, le=99)] = key("into how many it is divided", 9, kind="whole number, 2 to 99")
+    directions: Annotated[int, Field(ge=2, le=99)] = key("number of directions", 9, kind="whole number, 2 to 99")
 
 
 class SeaWaves(Table):
     """Waves, which formulas ask for elevation, slope, velocity and acceleration of the water at a place."""
 
-    spectrum: SeaSpectrum | None = optional("of an irregular sea", kind="table, below")
+    spectrum: SeaSpectrum | None = optional("spectrum of an irregular sea", kind="table, below")
     regular: Annotated[tuple[RegularWave, ...], Field(strict=False)] | None = optional(
         "waves one by one, in place of a spectrum", kind="list of tables, below"
     )
     components: Annotated[int, Field(ge=1, le=2000)] = key(
-        "of a spectrum: into how many frequencies it is divided, each a constant factor above the one before",
+        "number of frequencies of a spectrum, each a constant factor above the one before",
         COMPONENTS,
         kind="whole number, 1 to 2000",
     )
     band: Pair = key(
-        "of a spectrum: lowest and highest frequency, in parts of its peak frequency",
+        "lowest and highest frequency of a spectrum, in parts of its peak frequency",
         (0.5, 3.0),
         names=FIXED_PARAMETERS,
         kind="[lowest, highest]",
     )
     heading: Value = key(
-        "of a spectrum: direction of propagation, from x towards y", 0.0, unit="rad", names=FIXED_PARAMETERS
+        "direction of propagation of a spectrum, from x towards y", 0.0, unit="rad", names=FIXED_PARAMETERS
     )
-    spreading: Spread | None = optional("of a spectrum: over directions", kind="table, below")
-    seed: Seed = key("of a spectrum: of amplitudes and phases", 0, kind="whole number from 0")
+    spreading: Spread | None = optional("spread of a spectrum over directions", kind="table, below")
+    seed: Seed = key("seed of amplitudes and phases of a spectrum", 0, kind="whole number from 0")
     amplitudes: Literal["gaussian", "fixed"] = key(
-        "of a spectrum: at random as in a Gaussian sea, or from its energies, with phases alone at random",
+        "amplitudes of a spectrum, at random as in a Gaussian sea, or from its energies, with phases alone at random",
         "gaussian",
     )
     variables: bool = key(
-        "of a spectrum: amplitudes and phases are made of standard normal variables, two for each wave, which are"
-        " tunable parameters",
+        "amplitudes and phases of a spectrum from standard normal variables, two for each wave, which are tunable"
+        " parameters",
         False,
     )
-    depth: Value | None = of_fixed_parameters("of the water", unit="m", shown_default="no bottom")
+    depth: Value | None = of_fixed_parameters("depth of the water", unit="m", shown_default="no bottom")
     level: Value = key("z of the water at rest in the world", 0.0, unit="m", names=FIXED_PARAMETERS)
     ramp: Value = key(
         "time from t = 0 in which the amplitudes grow to their full size", 0.0, unit="s", names=FIXED_PARAMETERS
     )
     order: Literal[1, 2] = key(
-        "2: with the bound waves that pairs make at the sums and differences of their frequencies", 1, kind="1 or 2"
+        "order; 2 has bound waves that pairs make at the sums and differences of their frequencies", 1, kind="1 or 2"
     )
     stretching: Literal["wheeler", "none"] = key(
         "place of the motion between still water and crest: z - elevation, shrunk to the depth, or z itself",
         "wheeler",
     )
-    description: Description = key("for tables", "")
+    description: Description = key("text of one line for tables", "")
 
 
 #: Names of keys in other tools.
