@@ -190,9 +190,8 @@ def test_rows_that_rounding_hides() -> None:
     }
     text = (
         r"rounding hides whether these rows follow from others: table: contact.*; places up to 1e\+08 m away are"
-        r" subtracted in "
-        r"them, and the bodies that they join measure 3e-05 m; try: frames of constraints and an origin nearer to the"
-        r" machine"
+        r" subtracted in them, and the bodies that they join measure 3e-05 m; try: frames of"
+        r" constraints and an origin nearer to the machine"
     )
     with pytest.raises(ModelError, match=text):
         assembled(data)

@@ -529,8 +529,8 @@ class _Call:
             return None
         by_name = [name for name in self.named if name not in in_order]
         many = len(by_name) > _FEW or (self.takes_any and not by_name)
-        fault = f"{counted(len(self.given), 'argument')} without a name, and {len(in_order) or 'none'} can be [E0112]"
-        fault += f": {', '.join(in_order)}" if in_order else ""
+        few = f"{len(in_order)} can be: {', '.join(in_order)}" if in_order else "none can be"
+        fault = f"{counted(len(self.given), 'argument')} without a name, and {few} [E0112]"
         hint = "the others by name" if many else f"{by_name[0]}=..., and likewise for the others" if by_name else ""
         return fault, hint or "fewer arguments"
 

@@ -225,8 +225,8 @@ def _describe(law: PrescribedLaw, jump: Jump) -> tuple[str, str]:
     """Return the fault that a law jumps, with values and time, and a remedy, for a message."""
     unit = law.unit if jump.order == 0 else f"{law.unit}/s"
     of = f"the {law.quantity}" if jump.order == 0 else f"the rate of the {law.quantity}"
-    fault = f"{of} jumps from {jump.before:.6g} to {jump.after:.6g} {unit} at t = {jump.time:.9g} s [E0299]"
-    fault += ", and no motion can follow that" if jump.order == 0 else ", which takes an impulse that no step gives"
+    why = "and no motion can follow that" if jump.order == 0 else "which takes an impulse that no step gives"
+    fault = f"{of} jumps from {jump.before:.6g} to {jump.after:.6g} {unit} at t = {jump.time:.9g} s, {why} [E0299]"
     beside = 'smooth = "10 ms" with the law, or ' if law.quantity.startswith("driven") else ""
     return (
         fault,

@@ -173,13 +173,13 @@ def _without_freedom(
     almost = "; ".join(f"of {system.multipliers[row]} only {part:.1g} is new" for row, part in rows.hardly.items())
     fault = (
         f"nothing can move: {system.nv} velocities are held by as many constraint rows that do not follow from each"
-        " other [W0276]"
+        f" other{f' ({almost})' if almost else ''} [W0276]"
     )
     fewer = (
         "a constraint less, or one of fewer rows; for a motion that is prescribed, a drive or t in one of the equations"
     )
     hint = "axes and lengths that fit" if almost else fewer
-    return [], [f"{fault}{f' ({almost})' if almost else ''}; try: {hint}"]
+    return [], [f"{fault}; try: {hint}"]
 
 
 def _undetermined_rows(system: System, equations: ConstrainedSystem, q: Array, rows: Redundancy) -> list[str]:

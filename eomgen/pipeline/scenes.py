@@ -72,7 +72,7 @@ def _derive(document: Scene | StoredScene, terms: Sequence[str] | None) -> Syste
 
 
 #: Codes of the notes on units, and of rows that have no derivative.
-_ON_UNITS, _NO_DERIVATIVE = frozenset({"W0027", "W0105", "W0118", "W0119", "W0120", "W0121"}), "E2083"
+_ON_UNITS, _NO_DERIVATIVE = frozenset({"W0027", "W0106", "W0118", "W0119", "W0120", "W0121"}), "E2083"
 
 
 def _with_numbers(error: ModelError, scene: Scene) -> ModelError:

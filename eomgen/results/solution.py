@@ -537,8 +537,10 @@ class Solution(SolutionMethods):
             if np.any(off):
                 names = later.metadata.get("names", {}).get(name) or component_names("", name, len(off))
                 k = int(np.argmax(off))
-                fault = f"at t = {begins:.9g} s {names[k]} is {first[near[-1], k]:.6g} in the first part [E1300]"
-                fault += f" and {second[0, k]:.6g} in the second, which does not go on from it"
+                fault = (
+                    f"at t = {begins:.9g} s {names[k]} is {first[near[-1], k]:.6g} in the first part and"
+                    f" {second[0, k]:.6g} in the second, which does not go on from it [E1300]"
+                )
                 raise UsageError(
                     Problem("followed_by", fault, "the solution of model.resume from this run's checkpoint")
                 )

@@ -338,16 +338,13 @@ def _contradiction(
     "velocities"."""
     order = np.argsort(-np.abs(left) / np.maximum(limits, np.finfo(float).tiny))
     off = [k for k in order[:5] if not abs(left[k]) <= limits[k]]
-    text = (
-        f"the {level} of the constraints cannot be met together: after {iterations} corrections still off:"
-        f" {'; '.join(f'{names[k]} by {left[k]:.3g}' for k in off)} [E2082]"
-    )
+    rest = [f"{names[k]} by {left[k]:.3g}" for k in off]
     first, lengths = int(order[0]), _lengths(names, left, limits)
     if lengths:
-        text += f"; {', '.join(level for level, _ in lengths)}"
+        rest.append(", ".join(level for level, _ in lengths))
         hint = " and ".join(dict.fromkeys(hint for _, hint in lengths))
     elif rows.lever(first) * SINGULAR > rows.extent[first]:
-        text += f"; {long_lever(rows, names, first)}"
+        rest.append(long_lever(rows, names, first))
         hint = NEARER_FRAMES
     else:
         hint = "an initial state nearer to assembly, or lengths and axes that fit"
@@ -355,7 +352,11 @@ def _contradiction(
             hint = "an initial state nearer to assembly, or an equation that is 0 in some state: q**2 + 1 never is"
         if level == "positions" and (driven := [name.partition(":")[0] for name in filter(is_driven, names)]):
             hint += f", or a drive of {' and '.join(driven)} that starts within the range of its loop"
-    return ModelError(Problem("constraints", text, hint, data=constraints_named([names[k] for k in off])))
+    fault = (
+        f"the {level} of the constraints cannot be met together: after {iterations} corrections still off:"
+        f" {'; '.join(rest)} [E2082]"
+    )
+    return ModelError(Problem("constraints", fault, hint, data=constraints_named([names[k] for k in off])))
 
 
 def _lengths(names: Sequence[str], left: Array, limits: Array) -> list[tuple[str, str]]:

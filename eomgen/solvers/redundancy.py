@@ -171,9 +171,8 @@ def _too_far_away(system: ConstrainedSystem, here: RowsInMetric, rows: Sequence[
     size, extent = max(float(here.size[row]) for row in rows), min(float(here.extent[row]) for row in rows)
     fault = (
         f"rounding hides whether these rows follow from others: {listed}; places up to {size:.3g} m away are"
-        " subtracted in [E2094] "
+        f" subtracted in them, and the bodies that they join measure {extent:.3g} m [E2094]"
     )
-    fault += f"them, and the bodies that they join measure {extent:.3g} m"
     return ModelError(Problem("constraints", fault, "frames of constraints and an origin nearer to the machine"))
 
 
@@ -271,20 +270,18 @@ def check_left_out(
         off = [f"{system.names[row]} by {rates[row]:.3g} per s" for row in rows if not abs(rates[row]) <= limits[row]]
     if off:
         fault = (
-            f"rows that were left out, because they follow from others at the default parameters, are off at {at}"
-            f" [E2095]: "
+            f"rows that were left out, because they follow from others at the default parameters, are off at"
+            f" {at}: {'; '.join(off[:LISTED])} [E2095]"
         )
-        fault += "; ".join(off[:LISTED])
         raise ModelError(Problem("constraints", fault, _LEFT_OUT))
     kept = [row for row in range(len(system.names)) if row not in rows]
     dependent = redundancy(system, q, t, rows=[*kept, *rows]).dependent
     if len(dependent) < len(rows):
         new = [system.names[row] for row in rows if row not in dependent]
         fault = (
-            f"rows that were left out, because they follow from others at the default parameters, do not at {at}"
-            f" [E2096]: "
+            f"rows that were left out, because they follow from others at the default parameters, do not at"
+            f" {at}: {', '.join(new[:LISTED])} [E2096]"
         )
-        fault += ", ".join(new[:LISTED])
         raise ModelError(Problem("constraints", fault, _LEFT_OUT))
     by = left_over(system, q, rows, t)
     return [

@@ -21,7 +21,7 @@ from typing import Any
 from eomgen.base.messages import Log
 from eomgen.base.progress import counted_units
 from eomgen.base.version import __version__, checkout_stamp
-from eomgen.errors import EomgenError, Problem, ToolchainError
+from eomgen.errors import EomgenError, ToolchainError
 from eomgen.toolchain.cache import Cache, Entry
 from eomgen.toolchain.cffi_build import (
     companion_files,
@@ -226,12 +226,14 @@ class Builder:
         """The compiler. Raises ToolchainError if there is none."""
         if self._compiler is not None:
             return self._compiler
-        problem = self._missing.problems[0] if self._missing is not None else Problem("", "no C compiler [E2100]")
+        what, hint = "no C compiler", ""
+        if self._missing is not None:
+            what, hint = self._missing.problems[0].what, self._missing.problems[0].hint
         fault = (
-            f"{problem.what}, and the cache {self.cache.folder} has no library of this model with these terms, this"
+            f"{what}, and the cache {self.cache.folder} has no library of this model with these terms, this"
             f" method and profile {self.profile.name} for this machine [E2101]"
         )
-        raise ToolchainError(fault, problem.hint)
+        raise ToolchainError(fault, hint)
 
     @property
     def binary(self) -> str:

@@ -169,11 +169,11 @@ class Library:
                 count = len(array)
                 strides.append(size * self._width)
             else:
-                raise UsageError(
-                    f"{self._argument(number, 'inputs', position)} has shape {array.shape} [E2121]"
-                    + (f" where other inputs have {count} samples [E2120]" if count else ""),
-                    f"({size},) or ({count or 'samples'}, {size})",
-                )
+                name = self._argument(number, "inputs", position)
+                fault = f"{name} has shape {array.shape} [E2121]"
+                if count:
+                    fault = f"{name} has shape {array.shape} where other inputs have {count} samples [E2120]"
+                raise UsageError(fault, f"({size},) or ({count or 'samples'}, {size})")
         count = count or 1
         self._check_outputs(number, count, outputs)
         return BoundCall(self, number, count, inputs, strides, outputs)

@@ -20,7 +20,7 @@ COMMAND = "python -m tests.messages"
 LAST = Path(__file__).with_name("last_codes.json")
 #: Characters of an example at most.
 _LONGEST_EXAMPLE = 420
-_NEW = re.compile(r" \[([EW])\](?=[:,;]? ?[\"'])")
+_NEW = re.compile(r" \[([EW])\](?=[\"']|; )")
 _USED = re.compile(r"\[([EW])(\d{4})\]")
 _ERRORS = ("Usage", "Description", "Model", "Toolchain", "Numerical", "File")
 #: A call whose text needs a code; a file without one is not parsed.

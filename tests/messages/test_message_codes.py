@@ -31,6 +31,7 @@ from eomgen.simulation.judgement.register import CHECKS
 from tests.failures.catalogue import CHAPTERS
 from tests.messages import catalogue
 from tests.messages.catalogue import letters, unmarked
+from tests.messages.sentences import misplaced_codes
 
 DOCUMENT = every_document()
 ROOT = Path(__file__).parents[2]
@@ -149,6 +150,42 @@ def test_codes_are_unique() -> None:
     every = [row.code for row in rows()]
     assert len(set(every)) == len(every) > 2000
     assert not [row for row in rows() if CODE.search(row.pattern + row.remedy)]
+
+
+def test_a_code_ends_its_fault_and_no_text_has_two() -> None:
+    found = {
+        f"{module}:{line}: {text}" for module, source in sources().items() for line, text in misplaced_codes(source)
+    }
+    assert not found, "\n".join(["write the whole fault with its one code at the end:", *sorted(found)])
+
+
+@pytest.mark.parametrize(
+    "statements",
+    [
+        'fault = "the gate [E0011] is narrow"',
+        'fault = "the gate is narrow [E0011]: "',
+        'fault = "the gate is narrow [E0011] and low [E0012]"',
+        'fault = "the gate is [E0011]"; fault += " narrow"',
+        'fault = "the gate is narrow [E0011]"; problem = Problem(place, f"{fault} and low", "")',
+        'fault = "narrow [E0011]" if narrow else "low [E0012]"; note = f"{place}: {fault} [W0011]"',
+        'notes.append("the gate is [W0011]"); notes[-1] += " narrow"',
+        'raise UsageError("the gate is narrow [E0011]" + (" and low [E0012]" if low else ""))',
+    ],
+)
+def test_a_code_within_a_sentence_is_found(statements: str) -> None:
+    assert list(misplaced_codes(statements))
+    assert list(misplaced_codes(f"def check():\n    {statements}"))
+
+
+def test_a_place_and_a_remedy_may_stand_around_a_fault() -> None:
+    source = """
+def check(place):
+    fault = f"the gate of {width} m is narrow [E0011]" if narrow else "the gate is low [E0012]"
+    notes.append(f"{place}: {fault}; try: a wider gate")
+    fault = "narrow"
+    raise UsageError(Problem(place, f"the gate is {fault} [E0013]", "a wider gate"))
+"""
+    assert not list(misplaced_codes(source))
 
 
 def test_a_remedy_stands_next_to_its_fault() -> None:

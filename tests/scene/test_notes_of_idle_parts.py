@@ -57,8 +57,8 @@ def test_a_wheel_that_lies_on_its_side_is_noted_and_one_without_a_heading_refuse
         },
     }
     note = (
-        "tyres.wheel.slip.axis: the spin axis stands nearly upright at the start, and the wheel lies on its side; the"
-        " axis of a wheel is level, as [0, 1, 0] of a wheel that rolls along x"
+        "tyres.wheel.slip.axis: the spin axis stands nearly upright at the start, and the wheel lies on its side; try:"
+        " a level axis, as [0, 1, 0] of a wheel that rolls along x"
     )
     assert note in eomgen.load(car).notes
     fault = (

@@ -705,7 +705,7 @@ def test_water_too_shallow_for_second_order_is_noted() -> None:
     shallow: dict[str, Any] = {"regular": [{"amplitude": 0.5, "period": 9}], "depth": 3}
     note = (
         "waves.sea: A / (k^2 h^3) = 1.06 for the largest wave, k = 0.132 rad/m; an expansion of second order holds"
-        " below 0.1. Lower waves or deeper water, or order = 1"
+        " below 0.1; try: lower waves, deeper water, or order = 1"
     )
     assert note in _scene(shallow | {"order": 2}).notes
     for other in (shallow, shallow | {"order": 2, "depth": 30}, shallow | {"order": 2, "depth": None}):

@@ -491,10 +491,11 @@ def _not_finite(model: CompiledModel, point: SearchPoint) -> NumericalError:
         if np.all(np.isfinite(point.rates))
         else "a rate of z"
     )
-    fault, hint = f"{where} is not a finite number at the initial state [E0052]", "formulas that have a value there"
+    why, hint = "", "formulas that have a value there"
     if not bad and (rough := rough_operations(model.description.formulas)):
-        fault += f": a formula has no derivative there, of the forces perhaps {rough}"
+        why = f": a formula has no derivative there, of the forces perhaps {rough}"
         hint = "a formula of finite slope there, x / sqrt(x + width) for sqrt(x)"
+    fault = f"{where} is not a finite number at the initial state{why} [E0052]"
     return NumericalError(Problem("equilibrium", fault, f"another initial state, or {hint}"))
 
 

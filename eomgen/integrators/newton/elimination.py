@@ -83,19 +83,16 @@ class Elimination:
 
 def _singular(samples: Mapping[tuple[int, int], Array], constrained: bool) -> ModelError:
     """Return the error for a matrix without enough pivots, with possible causes."""
-    fault = "it is singular at the initial state [E0357]: "
     if constrained:
-        fault += "constraints repeat each other, or a mass is missing"
+        why = "constraints repeat each other, or a mass is missing"
         hint = "remove constraints that say the same twice, and give every moving part a mass"
     else:
         sizes = np.abs(np.concatenate([np.ravel(values) for values in samples.values()]))
         sizes = sizes[np.logical_and(sizes > 0.0, np.isfinite(sizes))]
-        fault += (
-            "a mass is missing, or masses and stiffnesses differ by more orders of magnitude than numbers have digits"
-        )
-        fault += f" (entries from {sizes.min():.1g} to {sizes.max():.1g})" if sizes.size else ""
+        why = "a mass is missing, or masses and stiffnesses differ by more orders of magnitude than numbers have digits"
+        why += f" (entries from {sizes.min():.1g} to {sizes.max():.1g})" if sizes.size else ""
         hint = "give every moving part a mass, and stiffnesses and lengths that differ less"
-    return ModelError(Problem("iteration matrix", fault, hint))
+    return ModelError(Problem("iteration matrix", f"it is singular at the initial state: {why} [E0357]", hint))
 
 
 def eliminate(

@@ -616,9 +616,8 @@ class JumpRun(StartedRun[JumpPart]):
         if not abs(rate) > _GRAZING * largest:
             fault = (
                 f"the motion grazes at the event {row['name']}, t = {stretch.last[0]:.9g} s: a root of the"
-                f" guard [E0582]"
+                f" guard with the rate {rate:.3g}, and the time of the event has no derivative [E0582]"
             )
-            fault += f" with the rate {rate:.3g}, and the time of the event has no derivative"
             raise NumericalError(Problem("sensitivities", fault, "other parameters, or a later or an earlier event"))
         if row["action"] != "switch":
             return

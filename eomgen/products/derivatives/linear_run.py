@@ -30,11 +30,8 @@ def undefined_derivatives(model: CompiledModel, where: str) -> NumericalError:
     """Return the NumericalError for derivatives that are not finite; the second argument is the place in words, such as
     a time."""
     operations = rough_operations(model.description.formulas)
-    fault = f"derivatives are not finite numbers {where} [E0584]: "
-    if operations:
-        fault += f"a formula has none there, of the forces perhaps {operations}"
-    else:
-        fault += "a formula has none there (a root, a logarithm or a power at zero)"
+    why = f", of the forces perhaps {operations}" if operations else " (a root, a logarithm or a power at zero)"
+    fault = f"derivatives are not finite numbers {where}: a formula has none there{why} [E0584]"
     hint = "a formula of finite slope there, x / sqrt(x + width) for sqrt(x); eomgen check names formulas without"
     return NumericalError(Problem("sensitivities", fault, hint))
 

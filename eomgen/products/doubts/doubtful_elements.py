@@ -91,10 +91,10 @@ def _sizes(document: SceneDocument, lengths: Mapping[str, float], values: Values
         place, largest = max(sizes, key=lambda pair: pair[1], default=("", math.inf))
         if 0.0 < largest < length / SLENDEREST:
             note = (
-                f"the beam is {length:.6g} m long, {length / largest:.3g} times as long as its sections are"
-                f" thick [W0106]"
+                f"the beam is {length:.6g} m long, {length / largest:.3g} times as long as its sections are thick"
+                f" ({place} {largest:.3g} m) [W0106]"
             )
-            yield f"{key}: {note} ({place} {largest:.3g} m); numbers without a unit are in m [W0105]"
+            yield f"{key}: {note}; numbers without a unit are in m"
 
 
 def _of(key: str, section: SectionEntry, values: Values) -> Iterator[tuple[str, float]]:
@@ -244,9 +244,9 @@ def tyres_in_the_road(
         if tyre.slip is not None and abs((turned @ np.array(tyre.slip.axis))[2]) > UPRIGHT:
             key = f"{key_of('tyres', tyre.name)}.slip.axis"
             notes.append(
-                f"{key}: the spin axis stands nearly upright at the start, and the wheel lies on its side; the [W0257]"
+                f"{key}: the spin axis stands nearly upright at the start, and the wheel lies on its side [W0257];"
+                " try: a level axis, as [0, 1, 0] of a wheel that rolls along x"
             )
-            notes[-1] += " axis of a wheel is level, as [0, 1, 0] of a wheel that rolls along x"
 
         def value_of(symbol: Symbol, place: Array = place) -> float:
             if symbol.kind == "position":

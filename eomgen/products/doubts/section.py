@@ -21,7 +21,7 @@ class Doubts(Table):
         kind="list of names",
         example='["unused names"]',
     )
-    strict: bool = key("true or false: all other doubts are errors", False, example="true")
+    strict: bool = key("errors in place of all other doubts", False, example="true")
 
 
 class _Doubts(Section):

@@ -196,9 +196,10 @@ def _check_versions(client: Any, name: str) -> None:
 
     for address, version in sorted(client.run(version_there).items()):
         if version != __version__:
-            fault = f"its eomgen is {version} [E0645]" if version else "it has no eomgen [E0646]"
+            fault = f"its eomgen is {version}, and here it is {__version__} [E0645]"
+            if not version:
+                fault = f"it has no eomgen, and here it is {__version__} [E0646]"
             hint = f"pip install eomgen=={__version__} where it runs"
-            fault = f"{fault}, and here it is {__version__}"
             raise UsageError(Problem(f"cluster {name}, worker {address}", fault, hint))
 
 

@@ -114,17 +114,13 @@ def _check_return(law: FileLaw, functions: Sequence[tuple[str, OfPoint]], points
         return
     name, _, point = calls[max(begun, 1) - 1]
     code = os.waitstatus_to_exitcode(status)
-    ended = (
-        f"ends the process by {signal.Signals(-code).name} [E0878]"
-        if code < 0
-        else f"ends the process by exit({code}) [E0878]"
-    )
-    fault = f"{name} {f'does not return within {_LONGEST:g} s [E0877]' if held else ended}"
+    end = signal.Signals(-code).name if code < 0 else f"exit({code})"
     hint = (
         "loops that end" if held else "results for all numbers: reads and writes within the arrays, no exit, no assert"
     )
     place = ", ".join(f"{label} = {x:.6g}" for label, x in zip([*law.inputs, *law.given], point, strict=True))
-    raise _error(law, f"{fault} at {place}", hint)
+    fault = f"{name} ends the process by {end} at {place} [E0878]"
+    raise _error(law, f"{name} does not return within {_LONGEST:g} s at {place} [E0877]" if held else fault, hint)
 
 
 def _check_memory(law: FileLaw, name: str, function: OfPoint, size: int, points: Array) -> None:

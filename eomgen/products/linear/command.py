@@ -98,10 +98,14 @@ class CampbellRequest:
         if missing:
             known = f"some of {', '.join(map(str, sorted(columns)))}"
             listed = " or ".join(map(str, missing))
-            fault = f"there is no mode {listed} that oscillates in the diagram [E0168]"
             if not modes:
+                fault = f"there is no mode {listed} that oscillates in the diagram [E0168]"
                 raise UsageError(Problem("--modes", fault, known))
-            say_note(f"--modes: {fault}, so the picture leaves {'it' if len(missing) == 1 else 'them'} out [W0017]")
+            left = "it" if len(missing) == 1 else "them"
+            say_note(
+                f"--modes: there is no mode {listed} that oscillates in the diagram, so the picture leaves {left} out"
+                " [W0017]"
+            )
         view = CampbellView(band, modes, None, self.speed_unit, self.letter)
         view.check(diagram)
         return view
@@ -608,7 +612,7 @@ def _sweep(text: str | None, option: str = "--root-locus") -> tuple[str, list[fl
         fault = "a parameter, two values and their number are needed [E0181]"
         if any(letter.isalpha() for letter in "".join(parts[:2]).replace("e", "")):
             hint += f", in the unit of the parameter{_OF_PICTURES.get(option, '')}"
-            fault = f"{fault}, and values have no units [E0182]"
+            fault = "a parameter, two values and their number are needed, and values have no units [E0182]"
         raise UsageError(Problem(f"{option} {text}", fault, hint)) from None
     if not (math.isfinite(first) and math.isfinite(last)) or not 2 <= count <= 10_000:
         raise UsageError(Problem(f"{option} {text}", "finite values, and 2 to 10000 of them, are needed [E0183]", hint))

@@ -553,9 +553,9 @@ class Conversion:
             note = f"the loop {loop.name} is left out: held joints make one body of its ends, which meet [W0272]"
             self.scene.notes.append(note)
             return
-        fault = f"held joints make one body of the ends of {loop.name}, with a gap of {apart:.3g} m [E2207]"
         degrees = float(np.degrees(np.arcsin(min(1.0, angle))))
-        fault += f" and turned by {degrees:.3g} degrees" if degrees > np.degrees(_MET) else ""
+        turn = f" and turned by {degrees:.3g} degrees" if degrees > np.degrees(_MET) else ""
+        fault = f"held joints make one body of the ends of {loop.name}, with a gap of {apart:.3g} m{turn} [E2207]"
         self.scene.refuse(loop.place, f"constraints.{loop.name}", fault, "a joint of the loop that is not locked")
 
     def forces_of_loop(self, joint: DraftJoint, name: str, kind: str, frames: Sequence[Mapping[str, Any]]) -> None:

@@ -125,8 +125,10 @@ class Followers:
             angle = self.angle(body, self.places[link].body, axis)
             if angle is None:
                 end = "the world" if link == WORLD_NODE else shown(link[1])
-                fault = f"no revolute joint along the axis of the gearbox {shown(name)} connects {end} [E1946]"
-                fault += f" with {shown(gear.reference)}"
+                fault = (
+                    f"no revolute joint along the axis of the gearbox {shown(name)} connects {end} with"
+                    f" {shown(gear.reference)} [E1946]"
+                )
                 self.draft.refuse(joint.place, f"joints.{name}", fault, "a revolute joint with a parallel axis")
                 return
             angles.append(angle)

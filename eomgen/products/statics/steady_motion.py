@@ -357,9 +357,8 @@ def _check_lasting(
     if len(worst) and not worst[k] <= (_STEADY * conditions.pace**2 + left) * extents[k] + rounding[k]:
         fault = (
             "forces balance at this instant only, for they change along the motion or with time: later"
-            f" {model.v_names[k]} [E0094] "
+            f" {model.v_names[k]} accelerates with {worst[k]:.3g} {_per_second(model, k)} [E0094]"
         )
-        fault += f"accelerates with {worst[k]:.3g} {_per_second(model, k)}"
         hint = off_axis_hint(model, measures, state.q, state.v) or _hint(names, search.fields)
         raise NumericalError(Problem("steady motion", fault, hint))
 

@@ -75,8 +75,8 @@ class KaneKinematics:
             path: Sequence[Any] = frame._dict_list(self.inertial, kind)
         except ValueError:
             word = "orientation" if kind == 0 else "angular velocity"
-            fault = f"the frame {frame.name} has no {word} in {self.inertial.name} [E1148]"
-            fault += ", another frame of this name" if str(frame.name) == str(self.inertial.name) else ""
+            other = ", another frame of this name" if str(frame.name) == str(self.inertial.name) else ""
+            fault = f"the frame {frame.name} has no {word} in {self.inertial.name}{other} [E1148]"
             raise DescriptionError(Problem(self.expressions.name, fault, f"{frame.name}.orient_axis")) from None
         return path
 

@@ -286,8 +286,10 @@ def _through_frames(key: str, given: Sequence[written.ShapeFrame], values: Value
         twist = relative_twist(poses[place - 1], poses[place])
         turn = max(float(np.linalg.norm(twist[:3])), _turn_about_one_axis(before or (), after or ()))
         if turn > math.pi - _AT_ORIGIN:
-            fault = f"the frame is turned by {math.degrees(turn):.6g} degrees against the one before [E1362]"
-            fault += ", and the sense of rotation is unique below 180 only"
+            fault = (
+                f"the frame is turned by {math.degrees(turn):.6g} degrees against the one before, and the sense"
+                f" of rotation is unique below 180 only [E1362]"
+            )
             values.report.add(f"{key}[{place}].rotation", fault, "a frame between them")
             return None
         off = math.atan2(float(np.hypot(twist[4], twist[5])), float(twist[3]))
@@ -300,10 +302,10 @@ def _through_frames(key: str, given: Sequence[written.ShapeFrame], values: Value
             return None
         if off > _OBLIQUE:
             fault = (
-                f"up to here sections are {math.degrees(off):.3g} degrees off across the axis, and stiffnesses"
-                f" are [E1364]"
+                f"up to here sections are {math.degrees(off):.3g} degrees off across the axis, and stiffnesses are in"
+                " the axes of the sections [E1364]"
             )
-            values.note([f"{key}[{place}]: {fault} in the axes of the sections"])
+            values.note([f"{key}[{place}]: {fault}"])
     return through_frames(poses)
 
 

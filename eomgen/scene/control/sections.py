@@ -61,9 +61,8 @@ class _Controllers(Section):
         for section, made in _added_names(name, entries[name]):
             maker = f"the controller makes {nouns[section]}"
             if not is_legal(made):
-                fault = f"{maker} {shown(made)}, whose name is [E1455]"
-                too_long = len(made) > NAME_LENGTH
-                return (f"{fault} too long", "a shorter name") if too_long else (f"{fault} not legal", NAME_RULE)
+                why, hint = ("too long", "a shorter name") if len(made) > NAME_LENGTH else ("not legal", NAME_RULE)
+                return f"{maker} {shown(made)}, whose name is {why} [E1455]", hint
             if made in others:
                 fault = f"the controllers {name} and {others[made]} both make {nouns[section]} {made} [E1456]"
                 return fault, "another name for one of them"

@@ -269,8 +269,8 @@ class _Converter:
                 )
                 self.report.add(f"{key}.unit", fault, f'unit = "{unit}", or no unit')
         elif isinstance(number, int | float) and factors and not all(names()[name].is_coherent for name, _ in factors):
-            fault = f"its unit {label} is a label, so {number:g} is taken as it is [E1472]"
-            self.notes.append(f'{key}: {fault}; "{number:g} {label}" would be converted to SI [W0126]')
+            fault = f"its unit {label} is a label, so {number:g} is taken as it is [W0126]"
+            self.notes.append(f'{key}: {fault}; "{number:g} {label}" would be converted to SI')
 
     def sources_of_kind(self, data: Mapping[str, Any]) -> tuple[str, ...]:
         """Return the dotted keys of the entry that is converted and, if a table names a joint, of the joint."""

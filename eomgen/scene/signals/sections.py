@@ -69,11 +69,14 @@ def doubtful_label(label: str, unit: str) -> str:
     factors, known = factors_of(label), factors_of(unit)
     if not known or not factors or factors == known:
         return ""
-    note = f"its unit {label} is a label, and its values are in {unit} [W0141]"
     if not all(names()[name].is_coherent for name, _ in factors):
-        return f"{note}: a label does not convert values, a formula does [W0140]"
+        return (
+            f"its unit {label} is a label, and its values are in {unit}: a label does not convert values, a formula"
+            " does [W0140]"
+        )
     from eomgen.formula.units.conversion import misplaced_kind  # noqa: PLC0415  # imports pint
 
+    note = f"its unit {label} is a label, and its values are in {unit} [W0141]"
     return note if misplaced_kind(label, unit) else ""
 
 

@@ -154,10 +154,9 @@ def check_reach(layout: Mapping[str, Any], given: Mapping[str, CheckedSignal], s
                 Problem("t_end", fault, f"t_end = {last:.9g}, or duration = {end:.9g} in [random.{process}]")
             )
         fault = (
-            f"the points of {item['name']} {'begin' if early else 'end'} at t = {first if early else last:.9g}"
-            f" s [E2063]"
+            f"the points of {item['name']} {'begin' if early else 'end'} at t = {first if early else last:.9g} s, the"
+            f" run {'begins' if early else 'ends'} at t = {start if early else end:.9g} s [E2063]"
         )
-        fault += f", the run {'begins' if early else 'ends'} at t = {start if early else end:.9g} s"
         beyond = 'outside = "hold" or "periodic"'
         if early:  # on the command line every run begins at t = 0
             hint = f"{beyond}, points from t = {start:.9g} s on, or in Python t_start = {first:.9g}"

@@ -544,8 +544,10 @@ def _changing(
         fault = f"the blades are named against the order of their azimuths about the axis of {turns} [E0066]"
         return UsageError(Problem("multiblade", fault, ", ".join(reverse[0].groups[0])))
     variation, state = largest
-    fault = f"the linear model changes with the azimuth of {turns} in multiblade coordinates, too: {state}' [E0065]"
-    fault += f" by {variation:.2g} of its coefficients"
+    fault = (
+        f"the linear model changes with the azimuth of {turns} in multiblade coordinates, too: {state}' by"
+        f" {variation:.2g} of its coefficients [E0065]"
+    )
     period = 2.0 * np.pi / min(abs(rotor.speed) for rotor in moving)
     hint = f"all coordinates of all blades, if these are equal; or model.floquet({period:.6g}), in Python"
     return ModelError(Problem("multiblade", fault, hint))

@@ -331,9 +331,8 @@ def _check_equations(orbit: _Orbit, run: Solution, turns: Array) -> None:
             name, off = changed
             fault = (
                 f"the equations do not have the period {orbit.period:.9g} s: the {name} at t = {now.t:.6g} s"
-                f" differ [E2015]"
+                f" differ by {off:.2g} one period later [E2015]"
             )
-            fault += f" by {off:.2g} one period later"
             raise NumericalError(Problem("floquet", fault, "a common period of the motion and of all laws of time"))
     now, then = rows
     if _change(orbit, run, now, StateArrays(then.t, now.q, now.v, now.a, now.z)) is not None:
@@ -344,9 +343,8 @@ def _check_equations(orbit: _Orbit, run: Solution, turns: Array) -> None:
             name, off = changed
             fault = (
                 f"the equations do not change within {orbit.period:.9g} s, and later they do: the {name} differ"
-                f" by [E2016]"
+                f" by {off:.2g} after {later:.6g} s [E2016]"
             )
-            fault += f" {off:.2g} after {later:.6g} s"
             raise NumericalError(Problem("floquet", fault, "a longer period, in s, of all laws of time"))
 
 

@@ -334,8 +334,10 @@ def underlying(covariance: Covariance, map_of: Callable[[Array], Array], window:
     first = int(falling[-1]) + 1 if len(falling) else 0
     lowest, worst = made[first], int(np.argmin(wanted))
     if wanted[worst] < lowest - _ROUNDING:
-        fault = f"no Gaussian process has a translation with the correlation {wanted[worst]:.3g} at the lag [E0967]"
-        fault += f" {lags[worst]:.3g}: of this one they are {lowest:.3g} or more"
+        fault = (
+            f"no Gaussian process has a translation with the correlation {wanted[worst]:.3g} at the lag"
+            f" {lags[worst]:.3g}: of this one they are {lowest:.3g} or more [E0967]"
+        )
         raise UsageError(Problem("", fault, "a covariance that is less negative, or the covariance of g"))
     result = np.interp(wanted, made[first:], correlation[first:])
     result[0] = 1.0

@@ -263,9 +263,9 @@ class Coherences(_CovarianceReader):
         least, frequency = least_eigenvalue(result)
         if least < _NEGATIVE:
             fault = (
-                f"no processes have the coherences of {', '.join(names)}: an eigenvalue of their matrix at the [E0997]"
+                f"no processes have the coherences of {', '.join(names)}: an eigenvalue of their matrix at the"
+                f" frequency {frequency:.3g} is {least:.3g}, negative [E0997]"
             )
-            fault += f" frequency {frequency:.3g} is {least:.3g}, negative"
             hint = "coherences of all pairs: a pair that is not named has 0"
             self.report.add(f"{key_of('random', names[-1])}.coherence", fault, hint)
             return None
@@ -456,6 +456,7 @@ class Translations(_CovarianceReader):
         if len(turns):
             nearest_one = int(turns[np.argmin(np.abs(away[turns + 1]))]) + 1
             fault = (
-                f"it turns round at g = {g[nearest_one]:.3g}, {abs(away[nearest_one]):.2g} standard deviations [E1006]"
+                f"it turns round at g = {g[nearest_one]:.3g}, {abs(away[nearest_one]):.2g} standard deviations from the"
+                " mean, so it is not a map onto a marginal distribution [E1006]"
             )
-            self.values.note([f"{key}: {fault} from the mean, so it is not a map onto a marginal distribution"])
+            self.values.note([f"{key}: {fault}"])

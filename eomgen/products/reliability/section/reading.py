@@ -214,8 +214,10 @@ class Processes:
 
         leaders = [named for named in others if leads(entries[named])]
         if len(leaders) != 1 or name in others or any(entries[named].follows is not None for named in others):
-            fault = "it names one process with a type of its own, and besides only processes that are [E1009]"
-            fault += f" {with_others} with it"
+            fault = (
+                "it does not name one process with a type, with which all others that it names are"
+                f" {with_others} [E1009]"
+            )
             self.report.add(f"{key}.{how}", fault, "one of them with a type")
             return None
         word = _first_set(entry, written.SHARED if entry.coherence is None else (*written.SHARED, "seed"))
@@ -332,15 +334,15 @@ class Processes:
                 matrix[i, j] = matrix[j, i] = value if i != j else 1.0
         least = float(np.linalg.eigvalsh(matrix)[0])
         if least <= _SINGULAR:
-            fault = (
-                f"no processes have the correlations of {', '.join(names)}: an eigenvalue of their matrix is [E1014]"
-            )
             nearest = nearest_correlation(matrix)
             away = float(np.linalg.norm(nearest - matrix))
             key = f"{key_of('random', names[-1])}.correlation"
             if entries[first.name].covariance_repair is None:
                 hint = "coefficients closer to 0, follows for one that is the same, or covariance_repair = "
-                fault += f" {least:.3g}, not positive; the nearest ones that some have are {away:.2g} away"
+                fault = (
+                    f"no processes have the correlations of {', '.join(names)}: an eigenvalue of their matrix is"
+                    f" {least:.3g}, not positive; the nearest ones that some have are {away:.2g} away [E1014]"
+                )
                 self.report.add(key, fault, f'{hint}"nearest" of {first.name}')
                 return None
             self.values.note([f"{key}: no processes have these; the nearest ones, {away:.2g} away, take their place"])

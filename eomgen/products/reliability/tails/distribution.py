@@ -185,8 +185,10 @@ def steepest_descent(forms: Forms, thresholds: ArrayLike) -> Tails:
     off = np.abs(rest - rough) / smaller
     if np.any(off > _DIFFERENCE):
         worst = int(np.argmax(off))
-        fault = f"the distribution at {y[rows[worst]]:.6g} is not resolved: a third of its nodes gives [E1028]"
-        fault += f" a part of {off[worst]:.1e} more or less"
+        fault = (
+            f"the distribution at {y[rows[worst]]:.6g} is not resolved: a third of its nodes gives a part of"
+            f" {off[worst]:.1e} more or less [E1028]"
+        )
         raise NumericalError(fault, "samples=... (--monte-carlo)")
     below[rows], above[rows] = special.ndtr(w) - rest, special.ndtr(-w) + rest
     return Tails(below.reshape(shape), above.reshape(shape))

@@ -276,11 +276,11 @@ class Judge:
             hold(f"{best.described} and the same at half its accuracy", best.error)
         if best.error > LEAST_KNOWN * self.demand.error:
             fault = (
-                f"the best reference, {best.described}, is known to {best.error:.2g} only:"
-                f" {self.demand.error:g} [E1112]"
+                f"the best reference, {best.described}, is known to {best.error:.2g} only, too little for the"
+                f" demand {self.demand.error:g} [E1112]"
             )
             hint = "a larger demand, a shorter run, or a larger budget"
-            raise NumericalError(Problem("error", f"{fault} is unknown", hint))
+            raise NumericalError(Problem("error", fault, hint))
         if not condition.label:
             self._served = best.candidate, best.level
         return RunReference(best.observation, best.described, "itself at half its accuracy", best.apart)

@@ -86,7 +86,7 @@ def beyond_second_order(vectors: Array, amplitude: Array, depth: float) -> str:
     if not ursell > MOST_URSELL:
         return ""
     message = f"A / (k^2 h^3) = {ursell:.3g} for the largest wave, k = {k:.4g} rad/m; an expansion of second order"
-    return f"{message} holds below {MOST_URSELL:g}. Lower waves or deeper water [E1234]"
+    return f"{message} holds below {MOST_URSELL:g} [E1234]; try: lower waves, deeper water"
 
 
 def _pairs(n: int) -> list[tuple[float, NDArray[np.int64], NDArray[np.int64]]]:

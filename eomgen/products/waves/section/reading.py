@@ -296,7 +296,9 @@ def _check_period(key: str, period: float, report: Report) -> bool:
     if math.isnan(period) or shortest <= period <= longest:
         return True
     fault = f"the period {period:.6g} s is not from {shortest:g} to {longest:g} s [E1245]"
-    report.add(key, fault if key.endswith("period") else f"at the peak {fault} [E1246]", "period = 8")
+    if not key.endswith("period"):
+        fault = f"at the peak the period {period:.6g} s is not from {shortest:g} to {longest:g} s [E1246]"
+    report.add(key, fault, "period = 8")
     return False
 
 
