@@ -19,7 +19,7 @@ from eomgen.toolchain.profiles import PROFILES
 from tests.failures.catalogue.robots import robot
 from tests.failures.failure import SCENE, tables_of_products
 from tests.failures.mistakes import arm, changed, scene_of, slider
-from tests.failures.test_mistakes_of_a_second_user import SERVO, refused
+from tests.failures.test_what_was_meant import SERVO, refused
 
 pytestmark = pytest.mark.slow
 

@@ -1,4 +1,4 @@
-"""What a strict user did by mistake and nothing said, or Python alone: calls, solutions and files."""
+"""Mistakes with solutions, simulators and files that nothing, or Python alone, once answered."""
 
 from __future__ import annotations
 
