@@ -221,8 +221,8 @@ THEORY = (
 TUTORIALS: tuple[str, ...] = ("pendulum", "active_vehicle", "four_bar")
 PROJECT = ("support", "architecture")
 CONTRIBUTING = (
-    "changes_of_scenes_and_equations", "changes_of_code_and_runs", "changes_of_products", "new_parts", "inside",
-    "decisions", "tests",
+    "first_change", "inside", "changes_of_scenes_and_equations", "changes_of_code_and_runs", "changes_of_products",
+    "new_parts", "decisions", "tests",
 )  # fmt: skip  # a list of words
 #: How-to pages by subject.
 HOW_TO = {
