@@ -226,14 +226,13 @@ class Builder:
         """The compiler. Raises ToolchainError if there is none."""
         if self._compiler is not None:
             return self._compiler
-        what, hint = "no C compiler", ""
-        if self._missing is not None:
-            what, hint = self._missing.problems[0].what, self._missing.problems[0].hint
+        assert self._missing is not None  # since no compiler was found
+        problem = self._missing.problems[0]
         fault = (
-            f"{what}, and the cache {self.cache.folder} has no library of this model with these terms, this"
+            f"{problem.what}, and the cache {self.cache.folder} has no library of this model with these terms, this"
             f" method and profile {self.profile.name} for this machine [E2101]"
         )
-        raise ToolchainError(fault, hint)
+        raise ToolchainError(fault, problem.hint)
 
     @property
     def binary(self) -> str:

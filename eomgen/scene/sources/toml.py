@@ -188,8 +188,7 @@ def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
         key = _KEY.match(line)
         hint = _toml_hint(fault, line)
         if _OVERWRITTEN in fault and key:
-            twice = f"this is not TOML: the key {key[1][:64]} is given twice [E1970]"
-            raise DescriptionError(Problem(where, twice, "one of them")) from None
+            fault, column, hint = f"the key {key[1][:64]} is given twice", "", "one of them"
         if fault.startswith(_OPEN_ARRAY):
             seen, at = map(int, place.groups()) if place else (text.count("\n") + 2, 1)
             number, hint = _unclosed_array(text, seen, at)

@@ -37,7 +37,7 @@ FAILURES = [
     Failure(
         "A key given twice",
         3,
-        "description error: scene.toml:3: this is not TOML: the key name is given twice; try: one of them [E1970]",
+        "description error: scene.toml:3: this is not TOML: the key name is given twice; try: one of them [E1971]",
         old='name = "arm"',
         new='name = "arm"\nname = "leg"',
     ),

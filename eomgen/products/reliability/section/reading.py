@@ -215,8 +215,7 @@ class Processes:
         leaders = [named for named in others if leads(entries[named])]
         if len(leaders) != 1 or name in others or any(entries[named].follows is not None for named in others):
             fault = (
-                "it does not name one process with a type, with which all others that it names are"
-                f" {with_others} [E1009]"
+                f"it does not name one process with a type of its own, with which all others are {with_others} [E1009]"
             )
             self.report.add(f"{key}.{how}", fault, "one of them with a type")
             return None
