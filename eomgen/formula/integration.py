@@ -419,10 +419,14 @@ def _fit(name: str, values: Callable[[Array], Array], breaks: Array) -> tuple[Pi
     IntegrationError
         A function without a value, or one that needs too many polynomials.
     """
-    nodes = np.polynomial.legendre.leggauss(_NODES)[0]
+    legendre = np.polynomial.legendre
+    nodes, weights = legendre.leggauss(_NODES)
     aside = np.append(0.5 * (nodes[1:] + nodes[:-1]), [-1.0, 1.0]) * (1.0 - 1e-9)  # breaks may be jumps
-    basis = np.linalg.inv(np.vander(0.5 * (nodes + 1.0), increasing=True))
-    beside = np.vander(0.5 * (aside + 1.0), _NODES, increasing=True) @ basis
+    # coefficients of Legendre polynomials by quadrature: the inverse of a matrix of powers loses 1e-12 of the values
+    degrees = np.arange(_NODES)
+    project = ((degrees + 0.5) * legendre.legvander(nodes, _NODES - 1) * weights[:, np.newaxis]).T
+    beside = legendre.legvander(aside, _NODES - 1) @ project
+    powers = _shifted_legendre(_NODES)
     low, high = breaks[:-1], breaks[1:]
     kept: list[tuple[Array, Array, Array]] = []
     scale = error = 0.0
@@ -438,7 +442,7 @@ def _fit(name: str, values: Callable[[Array], Array], breaks: Array) -> tuple[Pi
         missed = np.max(np.abs(between - at @ beside.T), axis=1)
         done = (missed <= _FITS * scale) | (halving == _HALVINGS - 1)
         error += float(np.sum((missed * (high - low))[done]))
-        kept.append((low[done], high[done], at[done] @ basis.T))
+        kept.append((low[done], high[done], at[done] @ project.T @ powers))
         if sum(len(part[0]) for part in kept) + 2 * np.count_nonzero(~done) > _MOST_PIECES:
             fault = f"its integral needs more than {_MOST_PIECES} polynomials up to t = {breaks[-1]:.6g} s [E0297]"
             raise IntegrationError(fault, "a curve through points, a smoother formula, or a shorter duration")
@@ -453,3 +457,9 @@ def _fit(name: str, values: Callable[[Array], Array], breaks: Array) -> tuple[Pi
     at_breaks = np.append(polynomials[:, 0], np.sum(rows[order][-1]))
     corners = tuple((float(time), 0) for time in breaks[1:-1])
     return Pieces(name, ends, at_breaks, "quintic", "error", polynomials=polynomials, corners=corners), error
+
+
+def _shifted_legendre(count: int) -> Array:
+    """Return the coefficients of P_0(2 x - 1), P_1(2 x - 1), ... in powers of x, lowest first, (count, count)."""
+    rows = [[math.comb(n, k) * math.comb(n + k, k) * (-1) ** (n + k) for k in range(count)] for n in range(count)]
+    return np.array(rows, float)
