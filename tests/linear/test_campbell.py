@@ -114,7 +114,7 @@ def test_ctrl_c_keeps_the_values_and_crossings_so_far(overhung: eomgen.Model, af
     assert repr(part).endswith("; interrupted>") and "interrupted" not in repr(whole)
     np.testing.assert_array_equal(part.values, speeds[:after])
     np.testing.assert_array_equal(part.eigenvalues, whole.eigenvalues[:after])
-    assert part.crossings == whole.crossings[: max(0, after - len(speeds))]
+    assert len(part.crossings) == max(0, after - len(speeds)) and set(part.crossings) <= set(whole.crossings)
     assert told == sorted(told) and {total for _, total in told} == {18}
 
 
