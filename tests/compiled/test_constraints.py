@@ -95,6 +95,7 @@ def test_a_run_in_absolute_coordinates_is_the_run_in_joint_coordinates() -> None
     assert found.stats["max_constraint"] <= 1e-12 and found.stats["max_constraint_velocity"] <= 1e-9
 
 
+@pytest.mark.slow
 def test_a_sloppy_start_is_corrected_and_reported_by_row() -> None:
     model = absolute()
     q = model.initial_q.copy()

@@ -496,6 +496,7 @@ def test_steps_that_converge_in_halves_or_have_no_solution(monkeypatch: pytest.M
         found._run.linear._check(1, 3, np.array([0.01, 0.02, 0.03]))
 
 
+@pytest.mark.slow_cases("loop-generalized_alpha_index3")
 @pytest.mark.parametrize(
     ("make", "method"),
     [

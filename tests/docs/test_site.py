@@ -166,6 +166,7 @@ def test_internal_methods_and_classes_of_results_are_there() -> None:
         assert hasattr(kinds[kind], member), name
 
 
+@pytest.mark.slow
 def test_every_method_of_the_model_is_on_its_page() -> None:
     listed = {name for name, _, _ in members(eomgen.Model)}
     assert {"simulate", "mass", "linearize", "nq", "parameters"} <= listed and "stepper" not in listed

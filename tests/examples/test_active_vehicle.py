@@ -62,6 +62,7 @@ def test_rests_on_a_flat_road_under_its_weight(model: Model, skyhook: float) -> 
     assert np.all(raised[3:] > 10.0)  # a road one centimetre higher pushes the wheels up by 190000 * 0.01 / 59
 
 
+@pytest.mark.slow_cases("3000.0")
 @pytest.mark.slow_cases("0.0")
 @pytest.mark.parametrize("skyhook", [0.0, 3000.0])
 def test_partials_at_rest_are_the_textbook_matrices(model: Model, skyhook: float) -> None:

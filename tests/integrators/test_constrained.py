@@ -330,6 +330,7 @@ def test_a_perturbed_start_gives_index_3_its_order_back(compiled):
     assert slope(TRANSIENT_STEPS, errors) == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.slow_cases("SE3-published1")
 @pytest.mark.slow_cases("R3xSO3-published0")
 @pytest.mark.parametrize(("group", "published"), [("R3xSO3", (1.24, 0.309, 0.0773)), ("SE3", (8.34, 2.09, 0.523))])
 def test_the_stabilised_form_has_no_transient(compiled, group, published):

@@ -266,6 +266,7 @@ def test_every_term_has_a_case() -> None:
     assert {term for _, term in CASES} == set(DIFFERENTIATED)
 
 
+@pytest.mark.slow
 def test_arguments_may_be_chosen_in_any_order(rng: np.random.Generator) -> None:
     model, state = model_of("gimbal"), state_of(model_of("gimbal"), rng)
     fixed = given(model, state, "forward_dynamics")

@@ -60,6 +60,7 @@ def along_the_jack(angle: Any) -> Any:
     return head - [0.3, -0.7]
 
 
+@pytest.mark.slow_cases("generalized_alpha")
 @pytest.mark.long_cases("generalized_alpha_index3")
 @pytest.mark.slow_cases("generalized_alpha_index3", "rosenbrock", "rk45_partitioned")
 @pytest.mark.parametrize("method", [*IMPLICIT, *PARTITIONED])
@@ -163,6 +164,7 @@ def test_statics_and_linear_models_are_those_of_the_machine_without_the_jack(pas
     np.testing.assert_allclose(steady.q[0], expected.q[0], atol=1e-9)
 
 
+@pytest.mark.slow_cases("generalized_alpha")
 @pytest.mark.long_cases("rattlie")
 @pytest.mark.parametrize("method", ["generalized_alpha", "rattlie"])
 def test_derivatives_of_runs_are_those_of_the_machine_without_the_jack(method: str) -> None:

@@ -201,6 +201,7 @@ def compared(example: str, family: str, tmp: Path, rng: np.random.Generator) -> 
                 assert np.max(np.abs(found - wanted), initial=0.0) <= 1e-12 * np.max(np.abs(wanted), initial=1.0), name
 
 
+@pytest.mark.slow_cases("expl")
 @pytest.mark.parametrize(
     "family", ["expl", pytest.param("impl", marks=pytest.mark.slow), pytest.param("dyn", marks=pytest.mark.slow)]
 )

@@ -108,6 +108,7 @@ def test_moments_and_tails_at_the_mean_are_those_of_the_oracle(duffing: eomgen.M
     assert vars(found.costs["second_order"]) == {"runs": 0, "adjoints": 1, "tangents": 0}
 
 
+@pytest.mark.slow
 def test_the_expansion_is_that_of_differences(duffing: eomgen.Model) -> None:
     exact, differenced = (
         RunResponse(duffing, processes_of(duffing)[1], "x", (15.0, 0.05), {"method": "trapezoidal"}) for _ in range(2)
@@ -467,6 +468,7 @@ def test_numbers_of_tables_are_told_apart_and_plots_are_in_order(duffing: eomgen
         np.testing.assert_allclose(line.get_ydata(), sizes / sizes.max(), rtol=1e-15)
 
 
+@pytest.mark.slow
 def test_a_projection_of_any_number_of_pairs_warns_of_nothing(duffing: eomgen.Model) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")

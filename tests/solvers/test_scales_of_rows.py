@@ -160,6 +160,7 @@ second = {{ body = "rod", axis = [0, 1, 0] }}
 """
 
 
+@pytest.mark.slow_cases('1e-09-coordinates = "absolute"')
 @pytest.mark.slow_cases('0.001-coordinates = "absolute"', '1e-08-coordinates = "absolute"')
 @pytest.mark.parametrize("coordinates", ["", 'coordinates = "absolute"'])
 @pytest.mark.parametrize("mass", [1e-3, 1e-8, 1e-9])

@@ -206,6 +206,7 @@ def test_slender_blades_on_a_turning_base_are_linear_about_their_rest() -> None:
     assert flapping == pytest.approx([5.585] * 3, rel=0.03)
 
 
+@pytest.mark.slow
 def test_a_base_that_is_held_for_want_of_a_steady_motion_is_said() -> None:
     blade = rotor([0.0, -0.3, 0.0], elements=1)
     with pytest.warns(RuntimeWarning, match=r"base held, which turns, for there is no steady motion: forces change"):

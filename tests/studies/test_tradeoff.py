@@ -196,6 +196,7 @@ def test_errors_are_those_of_runs_made_by_hand(study: tuple[eomgen.Tradeoff, Pat
     assert point.error["angle"].largest == pytest.approx(largest, rel=1e-3)  # the range is known at rows
 
 
+@pytest.mark.slow
 def test_slopes_are_the_declared_orders(study: tuple[eomgen.Tradeoff, Path]) -> None:
     slopes = {slope.configuration.method: slope for slope in study[0].slopes if slope.configuration.real == "double"}
     assert set(slopes) == {"rk4", "generalized_alpha"}
