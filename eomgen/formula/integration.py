@@ -205,9 +205,7 @@ class Integration:
         corrected = self.corrected and start < curve.end
         made, correction = _second_integral(curve, start, f"the integral of {curve.name}", corrected=corrected)
         last = curve.end if start < curve.end else start + slope * self.duration
-        velocity, displacement = float(made(last, 1)) / slope, float(made(last)) * scale
-        if corrected:
-            velocity = displacement = 0.0
+        velocity, displacement = (0.0, 0.0) if corrected else (float(made(last, 1)) / slope, float(made(last)) * scale)
         formula = product(Number(scale), Application(made, argument))
         end = (last - start) / slope
         onward = curve.end_values[1] if curve.outside == "hold" and not corrected and end < self.duration else 0.0
@@ -423,10 +421,10 @@ def _fit(name: str, values: Callable[[Array], Array], breaks: Array) -> tuple[Pi
     nodes, weights = legendre.leggauss(_NODES)
     aside = np.append(0.5 * (nodes[1:] + nodes[:-1]), [-1.0, 1.0]) * (1.0 - 1e-9)  # breaks may be jumps
     # coefficients of Legendre polynomials by quadrature: the inverse of a matrix of powers loses 1e-12 of the values
-    degrees = np.arange(_NODES)
-    project = ((degrees + 0.5) * legendre.legvander(nodes, _NODES - 1) * weights[:, np.newaxis]).T
+    project = ((np.arange(_NODES) + 0.5) * legendre.legvander(nodes, _NODES - 1) * weights[:, np.newaxis]).T
     beside = legendre.legvander(aside, _NODES - 1) @ project
-    powers = _shifted_legendre(_NODES)
+    # P_n(2 x - 1) in powers of x, integers
+    powers = [[(-1.0) ** (n + k) * math.comb(n, k) * math.comb(n + k, k) for k in range(_NODES)] for n in range(_NODES)]
     low, high = breaks[:-1], breaks[1:]
     kept: list[tuple[Array, Array, Array]] = []
     scale = error = 0.0
@@ -457,9 +455,3 @@ def _fit(name: str, values: Callable[[Array], Array], breaks: Array) -> tuple[Pi
     at_breaks = np.append(polynomials[:, 0], np.sum(rows[order][-1]))
     corners = tuple((float(time), 0) for time in breaks[1:-1])
     return Pieces(name, ends, at_breaks, "quintic", "error", polynomials=polynomials, corners=corners), error
-
-
-def _shifted_legendre(count: int) -> Array:
-    """Return the coefficients of P_0(2 x - 1), P_1(2 x - 1), ... in powers of x, lowest first, (count, count)."""
-    rows = [[math.comb(n, k) * math.comb(n + k, k) * (-1) ** (n + k) for k in range(count)] for n in range(count)]
-    return np.array(rows, float)
