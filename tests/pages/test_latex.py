@@ -139,7 +139,7 @@ def test_long_expressions_are_named_and_broken() -> None:
         len(str(term)) for matrix in parts.terms.values() for entry in matrix for term in sympy.Add.make_args(entry)
     )
     assert longest < 200
-    text = document(system, described, parts)
+    text = document(system, parts)
     assert max(map(len, text.splitlines())) < 2000
 
 

@@ -766,6 +766,22 @@ s = "x\\"#"
     }
 
 
+def test_line_index_counts_entries_without_a_line() -> None:
+    """Numbers, pairs of numbers and comments from the 17th entry on stand before entries with a line."""
+    numbers = ", ".join(map(str, range(20)))
+    pairs = ", ".join(f"[{k}, 0]" for k in range(18))
+    index = line_index(f"a = [{numbers},\n{{ x = 1 }}, 21 # 21, 22\n, 22, # [23\n23, 'text',\n{{ y = 1 }}]\n")
+    assert {key: line for key, line in index.items() if key.startswith("a[2")} == {
+        "a[2]": 1,
+        "a[20]": 2,
+        "a[20].x": 2,
+        "a[25]": 5,
+        "a[25].y": 5,
+    }
+    index = line_index(f"b = [{pairs}, [[1, 2], [3, 4]], 5,\n{{ x = 1 }},]")
+    assert index["b[20].x"] == 2
+
+
 def test_terms_are_chosen_by_name() -> None:
     assert read(text=replaced("format = 1", 'format = 1\nterms = ["mass", "poses", "mass"]')).terms == ("mass", "poses")
     (found,) = problems(text=replaced("format = 1", 'format = 1\nterms = ["mas"]'))

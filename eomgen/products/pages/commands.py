@@ -136,7 +136,7 @@ def latex(scene: str, folder: str | None, symbols: bool, as_json: bool, **readin
     say_notes(described)
     system, facts = with_symbols(described, every=symbols)
     parts = equations(system, facts)
-    text = json_text(parts.as_json()) if as_json else document(system, facts, parts)
+    text = json_text(parts.as_json()) if as_json else document(system, parts)
     if folder is None:
         click.echo(text)
         return

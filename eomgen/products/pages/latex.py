@@ -358,15 +358,15 @@ def _text(text: str) -> str:
 # -- the document ------------------------------------------------------------------------------------------------------
 
 
-def document(system: System, described: Description, parts: SymbolicTerms, *, width: int = 96) -> str:
+def document(system: System, parts: SymbolicTerms, *, width: int = 96) -> str:
     """Return a whole document: the equation of motion, tables of symbols with units, named expressions, and terms.
 
     Parameters
     ----------
-    system, described
-        As of ``equations``.
+    system : System
+        With terms of ``TERMS``.
     parts : SymbolicTerms
-        Of this system.
+        The result of ``equations`` for this system: terms, named expressions and tables of symbols.
     width : int, optional
         Characters of a line, about.
 
