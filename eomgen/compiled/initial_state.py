@@ -322,7 +322,7 @@ def corrected_start(
     """Return a message with the largest changes from a guess to the consistent state, in a list; empty if small.
 
     Values of which no more are given than can be chosen were asked for, and their change is named first with a remedy;
-    if there are more, they are guesses of a position of a loop.
+    if there are more, they are guesses of a position of a loop. A value counts as given if it is not 0.
 
     Parameters
     ----------

@@ -336,12 +336,12 @@ class CompiledModel(NamedAttributes):
         Parameters
         ----------
         terms : sequence of str
-            Names of terms.
+            Names of terms; terms that the scene does not have are ignored.
 
         Returns
         -------
         CompiledModel
-            This model, or another, compiled at first use.
+            This model, or another, compiled at first use. A model that was made by hand is returned as it is.
         """
         wanted = tuple(name for name in terms if TERMS[name].exists_with(self._facts))
         if all(name in self.functions for name in wanted) or self._source.with_terms is None:
@@ -423,7 +423,7 @@ class CompiledModel(NamedAttributes):
         parameters: Parameters = None,
         hold: str | Sequence[str] = (),
     ) -> Assembly:
-        """Return the state nearest to a guess that meets the constraints, and the violation of each row by the guess.
+        """Return the state nearest to a guess that meets the constraints, and the violations of rows by the guess.
 
         Parameters
         ----------
@@ -440,13 +440,17 @@ class CompiledModel(NamedAttributes):
         Returns
         -------
         Assembly
-            ``q`` (nq,), ``v`` (nv,), ``violations`` and ``rate_violations`` by constraint, SI units.
+            ``q`` (nq,), ``v`` (nv,), and by name of a row, SI units, ``violations`` by the guess and
+            ``rate_violations`` by its velocities at the position found, without rows that are met up to round-off.
 
         Raises
         ------
         ModelError
             The constraints contradict each other or the held coordinates from there, or rows that were left out because
             they follow from others at the default parameters do not follow at these; names the rows.
+        UsageError
+            An unknown name in ``hold``, arrays or parameters that cannot be taken, or a model that was built without
+            the terms of the constraints and cannot be built again.
 
         Examples
         --------
@@ -483,7 +487,8 @@ class CompiledModel(NamedAttributes):
         Returns
         -------
         list of str
-            A sentence for each row that follows but for a small deviation.
+            A sentence for each row that follows but for a small deviation; empty, without a check, at the default
+            parameters.
 
         Raises
         ------
@@ -574,7 +579,9 @@ class CompiledModel(NamedAttributes):
 
 
 def held_components(model: CompiledModel, names: str | Sequence[str]) -> NDArray[np.bool_] | None:
-    """Return a mask of the velocity components of joints, or of single components, (nv,); None without names."""
+    """Return a mask of the velocity components of joints, or of single components, (nv,); None without names. Raises
+    UsageError for an unknown name.
+    """
     places: dict[str, list[int]] = {}
     for factor in model.factors:
         for k in range(factor.v.start, factor.v.stop):
@@ -603,13 +610,14 @@ def consistent(
 
     Parameters
     ----------
+    parameters : (np,)
     held : components of v, (nv,), that stay as given, with the coordinates that they change
     kept : components that are kept as far as constraints allow, as written values are
 
     Raises
     ------
     ModelError
-        The constraints contradict each other there; names the rows.
+        The constraints contradict each other there, or rows that were left out do not follow; names the rows.
     UsageError
         The model was built without the terms that constraints need.
     """

@@ -81,7 +81,7 @@ class GroupKernel:
 
 
 def update(group: Group) -> GroupKernel:
-    """Return out = q * exp(theta), quaternions of unit length."""
+    """Return the kernel of out = q * exp(theta), quaternions of unit length."""
     inputs = (("q", group.q_size), ("theta", group.v_size))
     return _kernel("update", group, "out = q o exp(theta), the quaternion at unit length", inputs, group.update)
 
@@ -110,7 +110,7 @@ def cotangent(group: Group) -> GroupKernel:
 
 
 def bracket(group: Group) -> GroupKernel:
-    """Return out = [x, y] on the Lie algebra."""
+    """Return the kernel of out = [x, y] on the Lie algebra."""
 
     def product(_: TapeAlgebra, x: Sequence[Value], y: Sequence[Value]) -> list[Value]:
         return [dot(row, y) for row in group.bracket_matrix(x)]
@@ -128,7 +128,10 @@ def transport(group: Group) -> GroupKernel:
 
 
 def rate(group: Group) -> GroupKernel:
-    """Return the kernel of out = T(theta)^-1 v, the rate of canonical coordinates theta that move with velocity v."""
+    """Return the kernel of out = T(theta)^-1 v, the rate of canonical coordinates theta that move with velocity v.
+
+    The kernel holds the operations on a tape of its own, for rotation angles below 2 pi.
+    """
 
     def product(algebra: TapeAlgebra, theta: Sequence[Value], v: Sequence[Value]) -> list[Value]:
         return [dot(row, v) for row in group.tangent_inverse(algebra, theta)]

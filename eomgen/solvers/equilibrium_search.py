@@ -217,9 +217,12 @@ def _length_of_change(statics: Statics, point: SearchPoint, change: Array) -> fl
 
 
 def _nudge(statics: Statics, point: SearchPoint) -> SearchPoint | None:
-    """Return a point displaced by 1e-3 (rad or scene lengths) from an unstable equilibrium along the most negative
-    stiffness. None for a stable equilibrium, for internal states, and for follower forces under which the motion
-    returns."""
+    """Return a point displaced from an unstable equilibrium along the direction of the most negative stiffness.
+
+    The largest component moves by 1e-3 (rad or scene lengths), before a correction onto the constraints. None for a
+    stable equilibrium, without a free direction, with internal states, for follower forces under which the motion
+    returns, and if the displaced point has no finite forces.
+    """
     if not len(point.imbalance) or len(point.rates):
         return None
     symmetric, unstable = point.stiffness_blocks.symmetric, -1e3 * SOFT * point.largest_stiffness

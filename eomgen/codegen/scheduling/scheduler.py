@@ -480,9 +480,12 @@ class _Scheduler(LoopWriter):
                 self._store(member)
 
     def _map(self, node: int) -> None:
-        """Write the run of the loop of a Map: copy the gathered values into the workspace, call, and leave the results
-        there. Results that are outputs are stored. External functions and loops that add to outputs have methods of
-        their own."""
+        """Write the statements of a Map by its kind, for all its results at once.
+
+        A loop copies the gathered values into the workspace, is called, and leaves the results there; results that are
+        outputs are stored. External functions and loops that add to outputs are passed on to ``_call`` and ``_add``.
+        ``node`` is one result of the Map.
+        """
         tape = self.tape
         loop = self.plan.maps[tape.a[node]][0]
         if isinstance(loop, Call):

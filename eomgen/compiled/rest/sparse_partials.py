@@ -231,8 +231,9 @@ def soft_modes(
     """Return squared frequencies, (modes,), rad²/s², and their directions, (nv, modes), orthonormal in the metric of
     the mass; the squared frequency of a direction that is not opposed by any force is exactly 0.
 
-    Without geometrically exact beams, and if the equations of rest are singular, all squared frequencies are 0 and
-    the directions are ``shapes``.
+    The squared frequencies are not sorted. Without geometrically exact beams, and if the equations of rest are
+    singular, all are 0 and the directions are ``shapes`` as given. If the solution overflows, the values so far are
+    returned.
 
     Parameters
     ----------

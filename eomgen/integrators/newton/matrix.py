@@ -48,8 +48,10 @@ SUMS = {"K": "K_sum", "C": "C_sum"}
 class Unknowns:
     """Numbers of unknowns of each kind in a step, and places of the equations.
 
-    ``z`` internal states come last. ``inner`` unknowns belong to the matrix only (the extended system of a long tree):
-    equations of inner unknowns have no right side, and the solution of these unknowns is not needed.
+    The order is v, lam, eta, then ``z`` internal states. ``inner`` unknowns (the extended system of a long tree) belong
+    to the matrix only and come after all others, from ``size`` on, as do their equations. The solution of inner
+    unknowns is not needed. Their equations have no right side in Newton's iterations, but have one in methods with one
+    factorization and for consistent accelerations at a start.
     """
 
     v: int
@@ -91,11 +93,11 @@ class Unknowns:
         return 0 if self.stabilised else self.holonomic
 
     def phi_row(self, constraint: int) -> int | None:
-        """Return the row of Phi/h that belongs to a constraint row, None if there is none."""
+        """Return the row of Phi/h that belongs to a constraint row; None for rows of velocity constraints."""
         return self.phi + constraint if constraint < self.holonomic else None
 
     def velocity_row(self, constraint: int) -> int | None:
-        """Return the row of w that belongs to a constraint row, None if there is none."""
+        """Return the row of w that belongs to a constraint row; None for holonomic rows without stabilisation."""
         return None if constraint < self.skipped_rows else self.v + self.holonomic + constraint - self.skipped_rows
 
     @property

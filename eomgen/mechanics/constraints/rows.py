@@ -171,8 +171,9 @@ def rows_of_pair(quantities: Quantities, item: Constraint, pair: FramePair) -> C
 # one case for each type of constraint: each picks from the same rows of the two frames
 def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> list[ConstraintRow]:
     """Return the equations at position level of a constraint between two frames, by its type. The driven angle or
-    travel comes last. A constraint with a formula has that equation alone, distance and rolling constraints have
-    one."""
+    travel comes last. A constraint with a formula has that equation alone, distance, rolling and sliding constraints
+    have one.
+    """
     first, second = pair.first, pair.second
     gap = quantities.algebra.named(f"gap_{item.name}", minus(first.origin, second.origin))
     local = apply(transpose(second.axes), gap)

@@ -86,6 +86,9 @@ def with_linear_moments(
 ) -> RecordedStiffness:
     """Return stiffness and damping of an element with equal sections and linear section loads, by equilibrium.
 
+    Both are against the strain of the element; the stiffness has zeros for strains that the beam does not have, and
+    ``following`` of the result is empty.
+
     Parameters
     ----------
     stiffness, damping : of sections, (6, 6) each, symmetric, by strains of twist, bending about y and z, stretch, shear
@@ -117,7 +120,7 @@ def with_linear_moments(
 
 
 def _free_strains(stiffness: ScalarRows) -> list[int]:
-    """Return the strains that a beam has, by index."""
+    """Return the indices of the strains that a beam has: rows of the stiffness that are not zero."""
     return [i for i in _SIX if not all(entry.is_zero for entry in stiffness[i])]
 
 
@@ -128,13 +131,17 @@ def with_varying_sections(
     dissipation: Sequence[ScalarRows],
     initial: Sequence[float],
 ) -> RecordedStiffness:
-    """Return stiffness and damping of an element whose sections vary.
+    """Return stiffness and damping of an element whose sections vary, against the strain of the element.
+
+    The stiffness is the inverse of the mean flexibility. Strains that the beam does not have, with rows of zeros in
+    ``stiffness``, have zeros in stiffness and damping; their rows of ``following`` give these strains by the others,
+    and other rows are zero.
 
     Parameters
     ----------
-    stiffness : of the section in the middle
-    compliance, dissipation : means over the element of S^-1 and of S^-1 D S^-1 and of their products with the distance
-        from the middle and with its square
+    stiffness : (6, 6) of the section in the middle, S, symmetric
+    compliance : means over the element of S^-1, s S^-1 and s^2 S^-1, (6, 6) each, at the distance s from the middle, m
+    dissipation : the same means for S^-1 D S^-1, D being the damping of the sections
     initial : (6,), twist by length of the element in the initial shape of the beam, rotations (1/m) first
     """
     free = _free_strains(stiffness)
@@ -273,7 +280,9 @@ class ElementStrain:
     """Strain, (6,), and strain rate of a beam element between two frames, with the forces and energies that follow."""
 
     def __init__(self, algebra: Algebra, section: SectionNumbers, first: SectionFrame, second: SectionFrame) -> None:
-        """Record the strain of an element, and the rate if the section has damping, from the frames at both ends."""
+        """Record the strain of an element, and the rate if the section has damping, from the frames at both ends.
+        Without damping the rate is zero.
+        """
         self.algebra, self.section = algebra, section
         back = transpose(first.axes)
         turn = rotation_vector(algebra, multiply(back, second.axes))

@@ -119,8 +119,10 @@ def equations(derivation: Derivation) -> list[Block]:
 
 def iteration(derivation: Derivation) -> list[Block]:
     """Return blocks of the nonzeros of all partials for an implicit step: K, C, M, B, Z and matrices of internal
-    states. For large trees without constraints these are the partials of each step of the recursion. Empty matrices are
-    left out; positions are entered into ``derivation.patterns``."""
+    states. For large trees without constraints these are the partials of each step of the recursion, unless the tree is
+    flat (see ``differentiated_iteration``). Empty matrices of internal states are left out; the (row, column) of
+    nonzeros are entered into ``derivation.patterns`` by name of the matrix.
+    """
     if (
         derivation.large
         and derivation.sparse
@@ -165,8 +167,10 @@ def differentiated_iteration(derivation: Derivation) -> list[Block]:
 
 def extended_iteration(derivation: Derivation) -> list[Block]:
     """Return the nonzeros of the matrices of ``extended_partials``, which has the partials of each recursion step, as
-    blocks. Positions and owners of the unknowns are entered into ``derivation.patterns`` and
-    ``derivation.inner_owners``."""
+    blocks. The (row, column) of nonzeros are entered into ``derivation.patterns`` by name of the matrix. The first
+    velocity component of the link of each inner unknown is entered into ``derivation.inner_owners``, empty without
+    inner unknowns.
+    """
     with derivation.tape.block("partials of each step of the recursion"):
         partials, derivation.inner_owners = extended_partials(
             derivation.grouped,
@@ -180,7 +184,9 @@ def extended_iteration(derivation: Derivation) -> list[Block]:
 
 
 def jacobian_values(derivation: Derivation) -> list[Block]:
-    """Return the nonzeros of the constraint Jacobian."""
+    """Return the block of the nonzeros of the constraint Jacobian, row by row; positions are entered into
+    ``derivation.patterns``.
+    """
     rows = derivation.calculus().tangents
     entries = {(row, column): ref for row, tangent in enumerate(rows) for column, ref in tangent.items()}
     return [nonzeros(derivation, "B", entries, "B: constraint Jacobian, left-trivialised")]

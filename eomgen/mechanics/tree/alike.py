@@ -194,8 +194,12 @@ def _looked_at(entry: Scalar) -> float | None:
 
 
 def _equal_moments(row: Sequence[Scalar]) -> Iterable[int]:
-    """Yield, for each pair of second moments of both inertias of a row, 1 if equal, -1 if opposite, else 0.
-    ``inertia.wrench`` simplifies by equal and opposite moments."""
+    """Yield, for each pair of second moments xx, yy and zz of an inertia, 1 if equal, -1 if opposite, else 0.
+
+    These are three pairs (xx and yy, xx and zz, yy and zz) of the link's inertia, then three of the grouped inertia,
+    both in the row of numbers (see ``_numbers``). A moment that is no number, as of a parameter, gives 0, also if both
+    are the same. ``inertia.wrench`` simplifies by equal and opposite moments.
+    """
     for inertia in (_INERTIA, _GROUPED):
         second = dict(zip(_UPPER, row[inertia][4:], strict=True))
         for i, j in ((0, 1), (0, 2), (1, 2)):

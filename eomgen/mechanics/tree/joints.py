@@ -235,7 +235,9 @@ class JointCoordinates:
         return replace(self, components=components, dofs=dofs)
 
     def following(self, multiplier: Scalar, offset: Scalar) -> JointCoordinates:
-        """Return the coordinates of a dependent joint that follows this one."""
+        """Return the coordinates of a joint that follows this one: ``multiplier`` times this joint's q, plus
+        ``offset``.
+        """
         return replace(self, ratio=multiplier * self.ratio, offset=multiplier * self.offset + offset)
 
 
@@ -256,8 +258,12 @@ def joint_coordinates(
     given: Mapping[tuple[str, int], Scalar],
 ) -> tuple[tuple[Factor, ...], dict[str, JointCoordinates]]:
     """Return the factors of the configuration in joint order, and the coordinates of moving joints and beams by name.
-    ``number`` gives the value of a formula. ``elastic`` gives the number of elastic coordinates of a body, which follow
-    the coordinates of the body's joint. ``given`` holds values in place of components of q, v and a."""
+
+    A joint that follows another joint (``mimic``) has coordinates and no factor: its coordinates are ratio and offset
+    on the components of its leader. ``number`` gives the scalar of a formula, and is called for the multiplier and the
+    offset of such joints alone. ``elastic`` gives the number of elastic coordinates of a body, whose factor follows the
+    factor of the body's joint. ``given`` holds values in place of components of q, v and a, by block and number.
+    """
     moving = {joint.name: joint for joint in joints if joint.kind.moves}
     factors: list[Factor] = []
     q_start = v_start = 0

@@ -38,13 +38,16 @@ def undefined_derivatives(model: CompiledModel, where: str) -> NumericalError:
 
 @dataclass(frozen=True)
 class LinearPart:
-    """A part of a run made linear.
+    """A part of a run made linear: consecutive steps, and the rows at both ends of each.
+
+    The first row of a part is the last row of the part before, so a sum over rows counts it once.
 
     Attributes
     ----------
     first : number of the first row of the part in the run
-    states : (rows, ...) each
-    blocks : input blocks at all rows
+    states : (rows, ...) each, rows = steps + 1
+    blocks : arguments of the compiled functions at these rows by name, (rows, size) each; parameters ``p`` may be one
+        set (np,) for all rows
     """
 
     first: int
@@ -193,7 +196,7 @@ class LinearRun(ABC, Generic[PartType]):
         return result
 
     def values(self, part: RunSegment) -> tuple[Array, dict[str, Array]]:
-        """Return times and input blocks of the rows of a part."""
+        """Return times (rows,), s, and input blocks (see ``LinearPart``) of the rows of a part."""
         states, prescribed = self.states(part)
         return states.t, self.blocks(states, prescribed)
 
@@ -287,7 +290,7 @@ class LinearRun(ABC, Generic[PartType]):
         return PrescribedInputs(u, self.base(times))
 
     def states(self, part: RunSegment) -> tuple[States, PrescribedInputs]:
-        """Return the states at the rows of a part, and the prescribed values there."""
+        """Return the states at the rows of a part, the shared first row included, and the prescribed values there."""
         states = states_of(part.rows, self.run.model)
         return states, self.prescribe(states.t)
 

@@ -79,7 +79,7 @@ def field_system_of(path: str | os.PathLike[str]) -> FieldSystem | None:
 
 
 def _check_method(document: Hamiltonian) -> None:
-    """Raise DescriptionError, at the file's line, if the file names an unknown method."""
+    """Raise DescriptionError, at the file's line, if the file names an unknown method; a file may name none."""
     if not (method := document.simulation.method):
         return
     from eomgen.products.fields.hamiltonian.methods import check_name  # noqa: PLC0415  # few files choose a method
@@ -125,7 +125,8 @@ def hamiltonian_of(described: object, options: Mapping[str, Any] | None = None) 
 def build_hamiltonian(document: Hamiltonian, method: str | None, profile: str) -> HamiltonianModel:
     """Return the compiled model of a system, from the cache if unchanged. ``method`` replaces the file's method for
     runs (None: no change); ``profile`` is the profile of compilation. Raises UsageError for the profile of the tape
-    engine."""
+    engine, and for a method that is unknown or does not fit the system; ToolchainError for an unknown profile.
+    """
     from eomgen.products.fields.hamiltonian.methods import method_for  # noqa: PLC0415
     from eomgen.products.fields.hamiltonian.model import HamiltonianModel, built_library  # noqa: PLC0415
     from eomgen.toolchain.builder import Builder  # noqa: PLC0415
@@ -142,8 +143,23 @@ def build_hamiltonian(document: Hamiltonian, method: str | None, profile: str) -
 
 
 def generate_hamiltonian(document: Hamiltonian, folder: str | Path, method: str | None) -> list[Path]:
-    """Write a system as a folder of C that stands alone, with a main program by the method (None: the file's), and
-    return the files' paths. Raises UsageError, FileError."""
+    """Write a system as a folder of C that stands alone, with a main program by the method, and return the files'
+    paths.
+
+    The paths are sorted by name. Without ``method`` the file's method counts, or the standard one. Files of an earlier
+    run in the folder, by its manifest, are replaced, or removed if no longer needed.
+
+    Raises
+    ------
+    UsageError
+        An unknown ``method``, or a composition of drifts and kicks for an H that is not T(p) + V(q).
+    DescriptionError
+        The same fault in the method of the file.
+    ModelError
+        A term of H has no finite value.
+    FileError
+        The folder holds files that eomgen did not write, or cannot be written.
+    """
     from eomgen.codegen.folder import MANIFEST, manifest, write_folder  # noqa: PLC0415
     from eomgen.products.fields.hamiltonian.code import folder_files, program_of  # noqa: PLC0415
     from eomgen.products.fields.hamiltonian.methods import method_for  # noqa: PLC0415

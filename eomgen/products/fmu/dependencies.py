@@ -145,7 +145,11 @@ class Dependencies:
 
     @cached_property
     def _given(self) -> list[set[Known]]:
-        """Parameters and time on which each input depends that the scene gives."""
+        """Parameters and time on which each input depends that the scene gives, as a set for each input.
+
+        The sets are empty if the scene gives no input. Without patterns of derivatives of the given inputs, each input
+        has all parameters and time.
+        """
         program, count = self.program, len(self.program.parameters)
         every: set[Known] = {("time", 0), *(self._parameter(index) for index in range(count))}
         if "inputs" not in program.function_names:

@@ -483,9 +483,12 @@ class _Writer:
         return "found from the linear model" if self.space.sample is None else "found from the sampled linear model"
 
     def _state(self, name: str) -> tuple[str, float]:
-        """Return the formula (text) of a state of the linear model, and the state's value at the reference. Components
-        of joints on groups have the formula of the error on the group, and the reference 0. Raises UsageError for
-        states that formulas cannot use, such as coordinates of absolute bodies."""
+        """Return the formula (text) of a state of the linear model, and the state's value at the reference.
+
+        Components of joints on groups have the formula of ``error_on_group`` (sin(angle) times the rotation axis, or
+        the displacement in the axes of the reference), and the reference 0. Raises UsageError for states that formulas
+        cannot use, such as coordinates of absolute bodies.
+        """
         reference = self.space.reference("states", name)
         if name in self.space.waiting:
             return name, reference
@@ -529,7 +532,7 @@ def _clock(sensor: _Hardware) -> dict[str, Any]:
 
 
 def error_on_group(joint: str, component: int, reference: tuple[float, ...]) -> str:
-    """Return the formula (text) of the distance of a joint on SO(3) or SE(3) from the reference, along one component.
+    """Return the formula (text) of one component of the error of a joint on SO(3) or SE(3) against a reference.
 
     `component` 0 to 2 is the rotation, 3 to 5 the translation; `reference` is the quaternion (w, x, y, z), and then the
     position. With r = p_0^-1 p, quaternions, the turn is 2 r_w (r_x, r_y, r_z): sin(angle) times the axis (Lee, Leok
@@ -609,7 +612,7 @@ def _off(formula: str, reference: float) -> str:
 
 
 def _legal(name: str) -> str:
-    """Return the name of a state or a signal as one word."""
+    """Return the name of a state or a signal as one word, cut to the largest length of names."""
     return _fitting(re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_"))
 
 

@@ -55,7 +55,8 @@ class MergedWarnings:
     @contextmanager
     def at(self, value: float) -> Iterator[None]:
         """Return a context that keeps the warnings raised within, under the parameter's value. An EomgenError raised
-        within is raised again with parameter and value in the message."""
+        within is raised again with parameter and value in the message; warnings before an error are lost.
+        """
         try:
             with warnings.catch_warnings(record=True) as caught:
                 warnings.simplefilter("always")

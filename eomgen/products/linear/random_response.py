@@ -43,6 +43,13 @@ def responses(space: StateSpace, frequencies: Array, excitation: Excitation, out
         Random inputs with the names of their rates.
     outputs : sequence of str
         Names of outputs or states.
+
+    Raises
+    ------
+    UsageError
+        An unknown input or output.
+    NumericalError
+        A frequency equal to an undamped mode's, to machine precision.
     """
     omega = 2.0 * np.pi * frequencies
     H = space.frequency_responses(omega, excitation.inputs, outputs)

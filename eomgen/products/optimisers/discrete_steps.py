@@ -144,8 +144,12 @@ class StepChain:
         along: Sequence[str],
         unknowns: Mapping[str, int],
     ) -> None:
-        """Number the arguments of differentiation, the unknowns and the held arguments in one array of values, without
-        nodes."""
+        """Number x, the arguments of differentiation in ``along``, the unknowns and the held arguments in one array of
+        values.
+
+        Names in ``along`` that no function takes are ignored. The chain has no operations, equations, guesses and end
+        yet.
+        """
         self.program, self.model, self.title = program, functions, title
         self.nq, self.nv, self.nz = program.input_size("q"), program.sizes["v"], program.sizes["z"]
         self.nl, self.nx = program.sizes["lam"], program.input_size("q") + program.sizes["v"] + program.sizes["z"]
@@ -209,7 +213,9 @@ class StepChain:
         return self._new(size)
 
     def pad(self, part: Slot, start: int, size: int) -> Slot:
-        """Return `size` values that are zero but for `part` from the index `start` on; part itself if of that size."""
+        """Return `size` values that are zero but for `part` from the index `start` on, by a sum; part itself if of that
+        size.
+        """
         if part.size == size:
             return part
         whole = self.room(size)
@@ -217,7 +223,7 @@ class StepChain:
         return whole
 
     def time(self, share: float) -> Slot:
-        """Return t + share h."""
+        """Return the value t + share h, by a sum unless `share` is 0; the constant 1 if no function takes time."""
         if not (self.timed and share):
             return self.values.get("t", self.one)
         return self.sum(StepTerm(1.0, self.values["t"]), StepTerm(share, self.one, 1))
@@ -225,8 +231,8 @@ class StepChain:
     def _by_factor(self, name: str, size: int, first: Slot, second: Slot, *, of_q: bool) -> Slot:
         """Append a function of the group for each rotation and pose of the configuration, and return the values of all
         factors. `first` has components of q, or with `of_q` false of v, `second` of v. For plain numbers the result is
-        the sum, or without `of_q` the second argument. `name` is of ``group_functions``, `size` the number of
-        results."""
+        the sum, or without `of_q` the second argument. `name` is of ``group_functions``, `size` the number of results.
+        """
         result = self._new(size)
         for factor in self.program.factors:
             coordinates = int(factor["q_start"]), int(factor["q_size"])
@@ -267,7 +273,9 @@ class StepChain:
         self.sum(*z, into=self.end.part(self.nq + self.nv, self.nz))
 
     def rate_of_states(self, **slots: Slot) -> Slot:
-        """Return the rates of the internal states, no values if there are none."""
+        """Append the call of the rates of the internal states and return its values; no call and no values without
+        states.
+        """
         return self.call("internal_rate", **slots) if self.nz else Slot(0, 0)
 
     # -- patterns and data of the C ----------------------------------------------------------------------------------

@@ -292,8 +292,10 @@ Columns = dict[str, tuple[Array, str]]
 
 
 def _columns_of(solution: Solution) -> Columns:
-    """Return the columns that reports draw, with units: outputs, coordinates, velocities, states, inputs and
-    energies."""
+    """Return the columns that reports draw, (values, unit) by name, in the order of the solution's columns:
+    coordinates, velocities, internal states, inputs, outputs and energies. Time, accelerations, multipliers and empty
+    columns are left out.
+    """
     units = solution.units()
     left_out = {"t", *solution.metadata.get("names", {}).get("multipliers", ())}
     return {

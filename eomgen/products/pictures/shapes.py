@@ -192,7 +192,9 @@ class _MachineLines:
         return turned + pose[:, np.newaxis, 4:]
 
     def at(self, body: str, position: Sequence[float]) -> Array:
-        """Return a place of a body in the world, (n, 3)."""
+        """Return a place of a body in the world, (n, 3), m; ``position`` is in the body's frame. A body without a pose
+        counts as the world.
+        """
         offset = np.array([1.0, 0.0, 0.0, 0.0, *position])
         pose = self.seen.poses.get(body)
         if pose is None or body == WORLD:
@@ -200,8 +202,9 @@ class _MachineLines:
         return numeric.compose(SE3, pose, np.broadcast_to(offset, pose.shape))[:, 4:]
 
     def supports(self) -> Array:
-        """Return the places of joints on the base and the world, and of ends of rods there, (n, places, 3). Free joints
-        are left out."""
+        """Return the places of supports in the world, m, (n, places, 3), at each of the n configurations: joints on the
+        base and the world, and ends there of rods, the visible links of constraints. Free joints are left out.
+        """
         joints = [item for item in self.seen.scenery["joints"] if item["parent"] in (BASE, WORLD)]
         result = [self.at(item["parent"], item["position"]) for item in joints if item["type"] != "free"]
         result += [

@@ -416,7 +416,9 @@ def savings(
 
 
 def _doubt(model: Model, scene: Scene) -> str:
-    """Return the finding on motion that the steps of a scene do not resolve; empty without one."""
+    """Return the finding on motion that the steps of a scene do not resolve, after a run over the scene's duration with
+    every row recorded; empty without a finding.
+    """
     run = _run(model, scene.simulation.step, max(1, int(scene.simulation.duration / scene.simulation.step)), every=1)
     return next(map(str, run.model.alike()), "")
 
@@ -486,8 +488,10 @@ class _Rounds:
     observed: list[float] = field(default_factory=list)
 
     def begin(self, duration: float) -> None:
-        """Set the number of steps of a run that takes about 0.05 s, within 200 steps to `duration` (s), by a first run.
-        Steps stay 0, with the problem in the costs, if the first run fails."""
+        """Set the number of steps of a run that takes about 0.05 s, by a first run: 200 to 100000 steps, but no more
+        than fit in `duration` (s). Steps stay 0 without a model, and, with the problem in the costs, if the first run
+        fails.
+        """
         if self.model is None:
             return
         most = int(duration / self.step)
@@ -514,7 +518,9 @@ class _Rounds:
         self.observed.append((time.perf_counter() - began) / self.steps)
 
     def result(self) -> VariantCost:
-        """Return the costs with medians and quartiles of the rounds."""
+        """Return the costs with medians and quartiles of the rounds; medians are None without a round, quartiles for
+        less than two.
+        """
         return replace(
             self.cost,
             step_seconds=statistics.median(self.times) if self.times else None,
@@ -527,8 +533,13 @@ class _Rounds:
 def _measure_steps(
     measured: Sequence[tuple[VariantCost, Model | None]], step: float, duration: float, rounds: int
 ) -> list[VariantCost]:
-    """Return the costs of all variants with the times of steps, from runs in turns over some rounds. `step` and
-    `duration` of runs are in s. Ctrl-C ends the rounds; the rounds so far count."""
+    """Return the costs of all variants with the times of a step, from timed runs in turns over some rounds.
+
+    Each run takes about 0.05 s of computation. `step` is its step and `duration` the upper bound of its simulated time,
+    both in s. In each round a variant runs once without and once with recorded rows; medians and quartiles of the
+    rounds are the costs. A variant without a model is not run; the costs of a failed run name the problem. Ctrl-C ends
+    the rounds, of which those so far count; Ctrl-C in the first runs, which choose the number of steps, is raised.
+    """
     variants = [_Rounds(cost, model, step) for cost, model in measured]
     for variant in variants:
         variant.begin(duration)

@@ -110,14 +110,17 @@ class Constraints:
                 )
 
     def met(self, start: KaneState, p: Array, inputs: int) -> KaneState:
-        """Return the nearest state that satisfies the constraints, at time 0 and zero inputs.
+        """Return the state on the constraints to which Newton's corrections from a start lead, at time 0 and zero
+        inputs.
 
-        ``p`` are the values of the parameters, ``inputs`` is the number of inputs.
+        Each correction is the smallest that solves the linear equations of the rows; q is corrected first, then v. The
+        distance from the start is not limited. ``p`` are the values of the parameters, ``inputs`` is the number of
+        inputs.
 
         Raises
         ------
         DescriptionError
-            If the correction ends at another state.
+            If a row is still off by 1e-11 or more after 50 corrections.
         """
         q, v = start.q.copy(), start.v.copy()
         count = len(self.positions)
@@ -143,7 +146,9 @@ class Constraints:
         return KaneState(q, v)
 
     def near(self, start: KaneState, p: Array, inputs: int) -> list[KaneState]:
-        """Return ``start`` and up to ``_STATES - 1`` states nearby that satisfy the constraints, with fixed seed."""
+        """Return ``start`` and up to ``_STATES - 1`` random states nearby that satisfy the constraints, with fixed
+        seed. States from which the corrections do not reach the constraints are left out.
+        """
         random = np.random.default_rng(_SEED)
         states = [start]
         for _ in range(_STATES - 1):
@@ -214,7 +219,7 @@ def _independent(gradients: Array) -> list[int]:
 
 
 def angles(coordinates: Sequence[Any], expressions: Sequence[Any]) -> list[bool]:
-    """Return for each coordinate whether a sine or cosine depends on the coordinate."""
+    """Return for each coordinate whether it is within the argument of a sine, cosine or tangent in the expressions."""
     inside: set[Any] = set()
     for expression in map(basic, expressions):
         for function in expression.atoms(sympy.sin, sympy.cos, sympy.tan):
@@ -224,7 +229,8 @@ def angles(coordinates: Sequence[Any], expressions: Sequence[Any]) -> list[bool]
 
 def is_singular(matrices: Sequence[Array]) -> bool:
     """Return whether each of several symmetric inertia matrices (n, n) has a direction without inertia. Matrices that
-    are not finite do not count."""
+    are not finite do not count; without any other matrix the result is True.
+    """
     least = []
     for matrix in (item for item in matrices if np.all(np.isfinite(item))):
         scale = np.sqrt(np.maximum(np.diag(matrix), 0.0))
@@ -240,7 +246,7 @@ def blocks_at(state: KaneState, p: Array, inputs: int) -> Mapping[str, Array]:
 
 
 def values_at(tape: Tape, refs: Sequence[Ref], blocks: Mapping[str, Array]) -> Array:
-    """Return values, not finite in singular states."""
+    """Return the values (n,) of references at input blocks; values are not finite in singular states."""
     with np.errstate(all="ignore"):
         return evaluate(tape, refs, blocks)
 

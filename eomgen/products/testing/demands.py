@@ -42,14 +42,22 @@ def demand(met: bool, subject: str, fault: str) -> None:
 def partials_error(scene: Scene, states: Mapping[str, Array] | None = None, seed: int = 0) -> float:
     """Return the largest relative error of the partials K and C of the residual against complex steps.
 
+    The functions are evaluated as recorded, in NumPy; no C is compiled.
+
     Parameters
     ----------
     scene : Scene
         A scene without laws in files, which have no complex arguments.
     states : mapping, optional
-        Blocks of states by name; random ones if not given.
+        Blocks of four states by name, (4, size) each, in place of random ones. Multipliers ``lam`` and internal states
+        ``z`` are never random: a scene with constraints or internal states needs them here.
     seed : int
         Of random states.
+
+    Raises
+    ------
+    ValueError
+        Multipliers or internal states are missing.
     """
     system = derive(scene, ["residual", "partials"])
     evaluate = tape_evaluator(system)
@@ -65,7 +73,9 @@ def partials_error(scene: Scene, states: Mapping[str, Array] | None = None, seed
 def power_error(scene: Scene, states: Mapping[str, Array] | None = None, seed: int = 0) -> float:
     """Return the largest relative difference between the rate of energy along the motion and the power of the forces.
     The rate follows from accelerations by forces and potentials, the power from the sum in the law. ``states`` has
-    blocks by name, random by ``seed`` if not given."""
+    blocks of six states by name, (6, size) each, random by ``seed`` if not given; internal states ``z`` are never
+    random.
+    """
     system = derive(scene, ["energy", "forward_dynamics"])
     evaluate = tape_evaluator(system)
     state = {**random_states(system, 6, np.random.default_rng(seed)), **(states or {})}
@@ -78,7 +88,7 @@ def power_error(scene: Scene, states: Mapping[str, Array] | None = None, seed: i
 
 
 def compile_c(scene: Scene, folder: Path) -> Path:
-    """Generate the C of a scene, compile the files alone, and return the program.
+    """Generate the C of a scene in a folder, compile the files alone, and return the path of the program.
 
     Raises
     ------

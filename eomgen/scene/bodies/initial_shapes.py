@@ -133,7 +133,7 @@ class RotatedSectionShape:
 
 
 def relative_twist(first: Array, second: Array) -> Array:
-    """Return the logarithm, (6,), of a pose in another, of at most half a turn."""
+    """Return the logarithm, (6,), of the pose ``second`` relative to ``first``, (7,) each, of at most half a turn."""
     return numeric.difference(SE3, first, second)
 
 
@@ -245,8 +245,13 @@ def read_shape(whole: BeamKeys, values: Values) -> InitialShape | None:
 
 
 def _through_points(key: str, given: Sequence[Sequence[float | str]], values: Values) -> InitialShape | None:
-    """Return the shape along a spline through points, formulas of fixed parameters in m; None, after a report, if
-    points coincide, the second one is not ahead of the first, or the points go back on themselves."""
+    """Return the shape along a spline through points, formulas of fixed parameters in m, in the axes of the beam's
+    frame.
+
+    None, after a report at ``key``, for fewer than two points, a first point off the origin of the frame, two
+    successive points at one place, a second point that is not ahead of the first (along x), and points that go back on
+    themselves. None also for values that are not finite, which are reported where they are read.
+    """
     points = np.array([values.constants(f"{key}[{place}]", point) for place, point in enumerate(given)])
     if not _several(key, "points", points, values):
         return None
@@ -266,8 +271,12 @@ def _through_points(key: str, given: Sequence[Sequence[float | str]], values: Va
 
 
 def _through_frames(key: str, given: Sequence[written.ShapeFrame], values: Values) -> InitialShape | None:
-    """Return the shape through frames; None, after a report, unless the first frame is the beam's, turns between frames
-    are below 180 degrees, and x of the frames is along the beam. An oblique piece is noted."""
+    """Return the shape through frames; a piece that is oblique by more than 3 degrees is noted.
+
+    None, after a report, for fewer than two frames, two successive frames at one place, a first frame that is not the
+    beam's, a turn of 180 degrees or more between frames, and a piece that is more than 40 degrees off the x of its
+    frames. None also for values that are not finite, which are reported where they are read.
+    """
     positions = np.array(
         [values.constants(f"{key}[{place}].position", item.position) for place, item in enumerate(given)]
     )

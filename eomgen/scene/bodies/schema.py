@@ -50,7 +50,7 @@ class BodyFrame(Table):
 
 
 class PointEntry(Table):
-    """A point fixed in a body, in the base or in the world."""
+    """A point fixed in a body, in the base or in the world; its position may be in another body's frame (``in``)."""
 
     body: str = key("the body that carries it", refers="bodies", kind="body, `base` or `world`")
     position: Triple = key("place in the body's frame", _ORIGIN, unit="m", names=PARAMETERS)

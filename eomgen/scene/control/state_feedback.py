@@ -29,7 +29,8 @@ class FeedbackNames:
     ----------
     outputs : of the controllers of the feedback.
     gains : of parameters, by output, in the order of signals.
-    references : of parameters, by signal; empty for velocities, and if the user gives the reference.
+    references : of parameters, by signal; empty for velocities, if the user gives the reference, and without a
+        calibration.
     """
 
     outputs: tuple[str, ...]
@@ -49,9 +50,10 @@ class _Quantity:
     ----------
     label : text of the quantity
     gain : name of the parameter of its gain, after the name of an output
-    gains : as given, by output
+    gains : as given, by output; empty if not given
     reference : name of the parameter of its reference, after the name of the feedback; empty for velocities
-    place, given : key and text of a given reference
+    place : key of the reference in the entry; empty for velocities
+    given : reference as given, a number or a text; None if not given, and for velocities
     """
 
     label: str
@@ -63,8 +65,11 @@ class _Quantity:
 
 
 def _quantities(entry: Written) -> list[_Quantity]:
-    """Return the quantities that a state feedback feeds back, in this order: coordinates, their velocities, signals;
-    with gains and references as given."""
+    """Return the quantities that a state feedback feeds back, in this order: coordinates, their velocities, signals.
+
+    Gains and references are as given: gains are empty, and the reference is None, if the user gives none. Velocities
+    have no reference: ``reference`` and ``place`` are empty.
+    """
     coordinates, signals = entry.coordinates or (), entry.signals or {}
     positions, velocities, others = entry.position_gains or {}, entry.velocity_gains or {}, entry.signal_gains or {}
     of_positions, of_signals = entry.position_references or {}, entry.signal_references or {}
@@ -91,7 +96,8 @@ def feedback_names(name: str, entry: Written) -> FeedbackNames:
 
 def parameters_of(name: str, entry: Written) -> list[Parameter]:
     """Return the tunable parameters of a state feedback: gains row by row of outputs, with the user's values or 0, then
-    references that a calibration fills."""
+    references that a calibration fills, 0 until then. Without a calibration there are no such references.
+    """
     made, parts = feedback_names(name, entry), _quantities(entry)
     result = []
     for row, (output, gains) in enumerate(zip(made.outputs, made.gains, strict=True)):

@@ -244,7 +244,9 @@ class _Places:
 
 def _assemblies(joints: Sequence[Joint]) -> tuple[dict[str, list[Joint]], set[str]]:
     """Return the fixed joints that connect further bodies to each body with a moving joint, by name of this body, and
-    the names of bodies with a moving joint whose assembly carries further moving joints. Joints have parents first."""
+    the names of bodies with a moving joint whose assembly carries further moving joints. A body without further bodies
+    has an empty list. Joints have parents first.
+    """
     assemblies: dict[str, list[Joint]] = {joint.child: [] for joint in joints if joint.kind.moves}
     host = {child: child for child in assemblies}
     for joint in joints:

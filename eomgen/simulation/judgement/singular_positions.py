@@ -49,7 +49,9 @@ _BEYOND = (1.0, 3.0, 10.0, 30.0)
 @dataclass(frozen=True)
 class SingularPosition:
     """A nearly singular position: its time in s, and its smallest singular value as a part of the largest such value in
-    the run."""
+    the run, or, of the only row of a run, of the largest singular value of this position. The time may lie up to two
+    steps after the last row.
+    """
 
     time: float
     part: float
@@ -64,8 +66,9 @@ def singular_ahead(
 ) -> SingularPosition | None:
     """Return the most nearly singular position along the last velocity, over two steps from the last row.
 
-    None if the smallest singular value there stays above a twentieth of the largest one in the run. If the start is the
-    only row, the start is examined alone.
+    None if the smallest singular value there stays above a twentieth of the largest of the smallest singular values in
+    the run, for a model without constraints, and for matrices that are not finite. If the start is the only row, the
+    start is examined alone, with a far lower threshold.
 
     Parameters
     ----------
@@ -84,8 +87,8 @@ def singular_ahead(
 
 
 def beyond_reach(model: CompiledModel, t: float, q: Array, p: Array, step: float) -> Finding | None:
-    """Return a finding on drives that leave the range which their loop can reach; None if the next steps have
-    positions that meet the constraints, as past a position at which branches cross.
+    """Return a finding on drives that leave the range which their loop can reach; None if the next steps have positions
+    that meet the constraints, as past a position at which branches cross, and if no drive moves.
 
     Parameters
     ----------
@@ -165,7 +168,7 @@ def nearest(model: CompiledModel, t: Array, q: Array, p: Array, first: int) -> S
     """Return the most nearly singular position among the rows from number `first` on; None if none is nearly singular.
 
     Smallest singular values of the constraint Jacobian are compared with the largest of them over all rows; a single
-    row is measured by its own largest singular value.
+    row is measured by its own largest singular value. None also without constraints, or if matrices are not finite.
 
     Parameters
     ----------

@@ -607,9 +607,13 @@ def _rotors(
 
 
 def _to_multiblade(linear: Linearization, rotors: Sequence[Rotor]) -> Linearization:
-    """Return a linear model transformed into the multiblade coordinates of rotors. Partials, free motions, names, units
-    and reference values of coordinates, states, inputs, disturbances and outputs that are blades of a rotor are
-    combined; ``multiblade`` of the result holds the rotors and the transformation."""
+    """Return a linear model transformed into the multiblade coordinates of rotors.
+
+    Partials, free motions, names, units and reference values of coordinates, states, inputs, disturbances and outputs
+    that are blades of a rotor are combined. Partials of the forces are X^T M X, X^T C X and X^T K X, without rates of
+    the transformation X; these rates are in the free motions (so in M0, C0, K0 and A) and in ``Fz``. ``multiblade`` of
+    the result holds the rotors and the transformation; its ``variation`` is not yet computed.
+    """
     names = linear.names
     kinds = ("measured", "states", "inputs", "disturbances", "outputs")
     of = {kind: Basis.of(getattr(names, kind), rotors) for kind in kinds}

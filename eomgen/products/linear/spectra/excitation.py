@@ -100,7 +100,7 @@ class InputSpectrum:
     Raises
     ------
     UsageError
-        Arrays that are not a spectrum.
+        Arrays that are not a spectrum; a density and a function, or neither.
     """
 
     input: str
@@ -205,7 +205,8 @@ class RoadExcitation:
     Raises
     ------
     UsageError
-        A speed that is not positive, no wheels, distances that are not finite, an unknown coherence.
+        A speed that is not positive, no wheels, distances that are not finite, tracks or rates of unknown wheels, an
+        unknown coherence, or an isotropic one between tracks of a road that is measured or has two exponents.
     """
 
     road: Road
@@ -216,7 +217,12 @@ class RoadExcitation:
     rates: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Check speed, wheels, tracks, rates and coherence. Raises UsageError."""
+        """Check the fields against each other; names of inputs are not compared with a model.
+
+        Raises UsageError for a speed that is not positive, no wheels, distances that are not finite, tracks or rates
+        with keys that are no wheels, and an unknown coherence. With wheels on several tracks also for the isotropic
+        coherence (the default) of a measured road, which has no exponent, or of a road with two exponents.
+        """
         if not (isinstance(self.speed, int | float) and 0.0 < self.speed < math.inf):
             fault = f"the speed {ascii(self.speed)[:32]} is not a positive number [E0465]"
             raise UsageError(Problem("RoadExcitation", fault, "speed=20.0, m/s"))

@@ -230,7 +230,9 @@ class Experiment:
         return [known[position] for position in sorted(places)]
 
     def _interpolate_inputs(self) -> dict[str, Array]:
-        """Return measured inputs on the grid of the steps, linear between samples."""
+        """Return measured inputs by name on the grid of the steps, linear between samples, and constant before the
+        first and after the last sample.
+        """
         times = self._start + self.step * np.arange(self._rows.steps + 1)
         return {name: np.interp(times, self.data.t, values) for name, values in self.data.inputs.items()}
 
@@ -243,7 +245,8 @@ class ExperimentUnknowns:
     ----------
     parameters, states : names of unknowns
     experiments : the runs
-    held : values of parameters that differ from the scene's, with start values of unknown parameters
+    held : values that the user gives to parameters, among them start values of unknown ones; other parameters have, or
+        start with, the values of the model
     """
 
     model: Model

@@ -104,7 +104,7 @@ class Identification:
     confidence : of the intervals
     noise : ``given`` or ``estimated``
     degrees_of_freedom : samples less unknowns that the data determine
-    runs, failed : runs with derivatives, and number of failed runs
+    runs, failed : runs with derivatives, and number of failed runs among these; 0 for an identification from torques
     notes : doubts
     """
 

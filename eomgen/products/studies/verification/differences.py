@@ -426,6 +426,8 @@ class NonSmoothOperations:
     def decisions(self, states: Sequence[Blocks]) -> list[str]:
         """Return the operations that take different branches at the given states, as texts such as ``abs in LABEL``.
 
+        Curves are ``curve NAME in LABEL``; equal texts are listed once. A state exactly on an edge counts as a branch.
+
         Parameters
         ----------
         states : of mappings from block to array (size,)

@@ -132,8 +132,13 @@ class WaveField:
         return rest + growing * self._full("water_velocity", component, place, t, given)
 
     def _sizes(self, given: list[NDArray[np.float64]]) -> NDArray[np.complex128]:
-        """Return the complex factor of exp(i angle) of each wave component, (..., n), from the values (...) of
-        ``extra_arguments``."""
+        """Return the complex factor, without unit, of the amplitude and phase of each wave component, (..., n).
+
+        ``given`` are the values (...) of ``extra_arguments``: the tunable factor of all amplitudes, then z1 and z2 of
+        each free wave; without any the factor is 1. A free wave has factor times z1 + i z2, a bound wave the square of
+        the factor times the product of both free waves (one conjugated for a difference). Amplitude and decay with
+        depth are not in it.
+        """
         sizes = np.ones(len(self.components), dtype=complex)
         if self.factor is not None:
             factor = given[0][..., None]

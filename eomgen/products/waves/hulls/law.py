@@ -68,7 +68,7 @@ _GAUSS = (0.5 - 0.5 / math.sqrt(3.0), 0.5 + 0.5 / math.sqrt(3.0))
 
 @dataclass(frozen=True)
 class Member:
-    """A hull in numbers.
+    """A hull in numbers, in SI units; without its axial drag, level and waves.
 
     Attributes
     ----------
@@ -98,7 +98,11 @@ class Member:
 
 
 def member_of(algebra: Algebra, hull: Hull, number: Callable[[Formula], Scalar]) -> Member:
-    """Return a hull with formulas evaluated; ``number`` gives the scalar of a formula of parameters."""
+    """Return the geometry, density and coefficients of a hull as scalars; ``number`` gives the scalar of a formula.
+
+    A missing area is the area of the circle, a missing wet length the whole length. The added mass across the axis is a
+    mass in kg. Axial drag, level and waves of the hull are not evaluated.
+    """
     start, end = (algebra.vector([number(part) for part in place]) for place in (hull.start, hull.end))
     span = minus(end, start)
     length = algebra.length(span)
