@@ -197,7 +197,7 @@ def _equal_moments(row: Sequence[Scalar]) -> Iterable[int]:
     """Yield, for each pair of second moments xx, yy and zz of an inertia, 1 if equal, -1 if opposite, else 0.
 
     These are three pairs (xx and yy, xx and zz, yy and zz) of the link's inertia, then three of the grouped inertia,
-    both in the row of numbers (see ``_numbers``). A moment that is no number, as of a parameter, gives 0, also if both
+    both in the row of numbers (see ``_numbers``). A moment without a number, as by a parameter, gives 0, also if both
     are the same. ``inertia.wrench`` simplifies by equal and opposite moments.
     """
     for inertia in (_INERTIA, _GROUPED):

@@ -202,7 +202,7 @@ class _MachineLines:
         return numeric.compose(SE3, pose, np.broadcast_to(offset, pose.shape))[:, 4:]
 
     def supports(self) -> Array:
-        """Return the places of supports in the world, m, (n, places, 3), at each of the n configurations: joints on the
+        """Return the places of supports in the world, m, (n, places, 3), at all n configurations. Supports are joints on the
         base and the world, and ends there of rods, the visible links of constraints. Free joints are left out.
         """
         joints = [item for item in self.seen.scenery["joints"] if item["parent"] in (BASE, WORLD)]

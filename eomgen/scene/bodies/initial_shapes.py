@@ -250,7 +250,7 @@ def _through_points(key: str, given: Sequence[Sequence[float | str]], values: Va
 
     None, after a report at ``key``, for fewer than two points, a first point off the origin of the frame, two
     successive points at one place, a second point that is not ahead of the first (along x), and points that go back on
-    themselves. None also for values that are not finite, which are reported where they are read.
+    themselves. None also for values that are not finite, which are reported elsewhere.
     """
     points = np.array([values.constants(f"{key}[{place}]", point) for place, point in enumerate(given)])
     if not _several(key, "points", points, values):
@@ -275,7 +275,7 @@ def _through_frames(key: str, given: Sequence[written.ShapeFrame], values: Value
 
     None, after a report, for fewer than two frames, two successive frames at one place, a first frame that is not the
     beam's, a turn of 180 degrees or more between frames, and a piece that is more than 40 degrees off the x of its
-    frames. None also for values that are not finite, which are reported where they are read.
+    frames. None also for values that are not finite, which are reported elsewhere.
     """
     positions = np.array(
         [values.constants(f"{key}[{place}].position", item.position) for place, item in enumerate(given)]

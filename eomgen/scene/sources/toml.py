@@ -23,7 +23,6 @@ _LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-])(?:{_PART}[ \t]*+\.[ \t]*+){{{_MOST_
 _INDEXED = 16  # the lists of a scene are short; the index of a hostile file shall be, too
 #: Entries of an array that hold no text, no table and no array of arrays.
 _PLAIN_ENTRIES = re.compile(r"[^\[\]{}\"'#]*+(?:\[[^\[\]{}\"'#]*+\][^\[\]{}\"'#]*+)*+")
-_FLAT_ARRAY = re.compile(r"\[[^\]]*+\]")
 Key = tuple[str | int, ...]
 
 
@@ -124,27 +123,24 @@ class TomlScanner:
 
     def collection(self, key: Key, closing: str) -> None:
         """Note the keys in the entries of an array or an inline table up to the bracket ``closing``, and move the place
-        behind the bracket. ``key`` is the key of the collection. Of an array, each of the first 16 entries has a line;
-        from the 17th on only entries with a text, a table or an array of arrays have, by the true index."""
+        past the bracket. ``key`` is the key of the collection. Of an array, each of the first 16 entries has a line;
+        from the 17th on only tables, and arrays with texts, tables or arrays in them, have one, by the true index."""
         count = 0
         self.skip_blank()
         while self.text[self.place] != closing:
-            if closing == "]":
+            if closing == "}":
+                self.pair(key)
+            elif count >= _INDEXED and (plain := _PLAIN_ENTRIES.match(self.text, self.place)) and plain[0]:
+                self.place = plain.end()
+                if self.text[self.place] != closing:  # entries with a line may follow
+                    count += re.sub(r"\[[^\]]*+\]", "", plain[0]).count(",")
+            else:
                 if count < _INDEXED:
                     self.note((*key, count))
-                    self.value((*key, count))
-                elif (plain := _PLAIN_ENTRIES.match(self.text, self.place)) and plain[0]:
-                    self.place = plain.end()
-                    if self.text[self.place] != closing:  # entries with a line may follow
-                        count += _FLAT_ARRAY.sub("", plain[0]).count(",")
-                else:
-                    self.value((*key, count))
-            else:
-                self.pair(key)
+                self.value((*key, count))
             self.skip_blank()
-            if self.text[self.place] == ",":
-                count += 1
-                self.place += 1
+            comma = self.text[self.place] == ","
+            self.place, count = self.place + comma, count + comma
             self.skip_blank()
         self.place += 1
 

@@ -49,8 +49,8 @@ _BEYOND = (1.0, 3.0, 10.0, 30.0)
 @dataclass(frozen=True)
 class SingularPosition:
     """A nearly singular position: its time in s, and its smallest singular value as a part of the largest such value in
-    the run, or, of the only row of a run, of the largest singular value of this position. The time may lie up to two
-    steps after the last row.
+    the run. If the run has one row, the measure is the largest singular value at this position. The time may lie up to
+    two steps after the last row.
     """
 
     time: float

@@ -220,7 +220,7 @@ class RoadExcitation:
         """Check the fields against each other; names of inputs are not compared with a model.
 
         Raises UsageError for a speed that is not positive, no wheels, distances that are not finite, tracks or rates
-        with keys that are no wheels, and an unknown coherence. With wheels on several tracks also for the isotropic
+        of unknown wheels, and an unknown coherence. With wheels on several tracks also for the isotropic
         coherence (the default) of a measured road, which has no exponent, or of a road with two exponents.
         """
         if not (isinstance(self.speed, int | float) and 0.0 < self.speed < math.inf):
