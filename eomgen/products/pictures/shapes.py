@@ -202,8 +202,10 @@ class _MachineLines:
         return numeric.compose(SE3, pose, np.broadcast_to(offset, pose.shape))[:, 4:]
 
     def supports(self) -> Array:
-        """Return the places of supports in the world, m, (n, places, 3), at all n configurations. Supports are joints on the
-        base and the world, and ends there of rods, the visible links of constraints. Free joints are left out.
+        """Return the places of supports in the world, m, (n, places, 3), at all n configurations.
+
+        Supports are joints on the base and the world, and ends there of rods, the visible links of constraints. Free
+        joints are left out.
         """
         joints = [item for item in self.seen.scenery["joints"] if item["parent"] in (BASE, WORLD)]
         result = [self.at(item["parent"], item["position"]) for item in joints if item["type"] != "free"]
