@@ -79,7 +79,9 @@ def test_the_command_renews_a_page(tmp_path: Path) -> None:
     shutil.copytree(DOCS / "scene", tmp_path / "scene")
     page = tmp_path / "scene" / "joints.md"
     text = page.read_text(encoding="utf-8")
-    page.write_text(text.replace("| how the child moves against the parent |", "| older words |"), encoding="utf-8")
+    page.write_text(
+        text.replace("| kind of motion of the child against the parent |", "| older words |"), encoding="utf-8"
+    )
     assert page.read_text(encoding="utf-8") != text
     command = [sys.executable, *COMMAND.split()[1:-1], str(tmp_path / "scene.md")]
     subprocess.run(command, check=True, timeout=60)

@@ -22,8 +22,9 @@ import pytest
 pytestmark = pytest.mark.slow
 
 CHECKOUT = Path(__file__).parents[2]
-#: Bytes of the wheel at most: 3.490 million on 26 November 2026 (shares in docs/contributing/decisions.md).
-LARGEST = 3_575_000
+#: Bytes of the wheel at most: 3.646 million on 29 November 2026, with docstrings that say arguments and results (shares
+#: in docs/contributing/decisions.md).
+LARGEST = 3_700_000
 #: Bytes of one file of it, compressed, at most: tables, meshes and pictures would be larger; text of modules is less.
 LARGEST_FILE = 20_000
 #: Bytes of the archive of examples, compressed, at most.

@@ -120,8 +120,7 @@ def run_chunks(
     elif recorder.last != done or status in AT_EVENTS:
         recorder.pieces.append(stepper.row[np.newaxis])
     rows, middle, end = recorder.recorded_rows(done)
-    events = [log for log in recorder.logs if len(log)]
-    return Trajectory(rows, status, stopped, done, failure, middle, end, events, modes)
+    return Trajectory(rows, status, stopped, done, failure, middle, end, list(filter(len, recorder.logs)), modes)
 
 
 def _whole_steps(
@@ -137,7 +136,8 @@ def _whole_steps(
     without one."""
     stepper, status = recorder.stepper, 0
     while (done := recorder.done) < grid.whole and status == 0 and not interrupted.heard:
-        window, size = recorder.part(min(pace.chunk, grid.whole - done))
+        size = min(pace.chunk, grid.whole - done)  # a run of all rows has the rows of the windows
+        window, size = (None, size) if recorder.every == 1 else recorder.part(size)
         if writer is not None and (room := writer.room(done)) is not None:
             size = min(size, room)
         began = time.perf_counter()
@@ -243,7 +243,7 @@ class _RowRecorder:
     def part(self, size: int) -> tuple[int | None, int]:
         """Return the number of the window in which the next step lies, None outside, and how many steps lie on the same
         side. At most `size` steps, up to the next beginning or end of a window."""
-        if not self.windows or self.every == 1:  # then every row of the windows is one of the run
+        if not self.windows:
             return None, size
         done = self.done
         window = next((number for number, (begin, end) in enumerate(self.windows) if begin <= done < end), None)
