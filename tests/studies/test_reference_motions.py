@@ -142,9 +142,7 @@ def test_demands_beyond_the_reference_and_unstable_motions_are_refused() -> None
     with pytest.raises(NumericalError) as raised:
         judge_of(vague, method("a")).reference()
     assert "the best reference, a, joint, step" in str(raised.value)
-    assert "only, too little for the demand 0.0001; try: a larger demand, a shorter run, or a" in str(
-        raised.value
-    )
+    assert "only, too little for the demand 0.0001; try: a larger demand, a shorter run, or a" in str(raised.value)
     unstable = {name: lambda n: 0.9 * (-0.9) ** np.log2(n) for name in "abc"}
     runner = Runner(**unstable)
     with pytest.raises(NumericalError, match="of the motion: no error can be computed from them"):
