@@ -47,7 +47,6 @@ def model() -> Any:
     return eomgen.build(scene(), profile="quick")
 
 
-@pytest.mark.slow
 def test_c(model: Any, wanted: Any) -> None:
     n = len(EDGES)
     first = model.derivatives("forward_dynamics", Q, V)

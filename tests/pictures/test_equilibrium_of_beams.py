@@ -42,7 +42,6 @@ foot = {{ reaction_force = "clamp" }}
 """
 
 
-@pytest.mark.slow
 def test_equilibrium_tells_what_an_engineer_looks_for(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
