@@ -15,6 +15,7 @@ import eomgen
 from eomgen.cli import main
 from eomgen.errors import DescriptionError
 from eomgen.formula.curves import Curve
+from eomgen.formula.integration import _fit as fit
 from eomgen.formula.recording import law_and_rate
 from eomgen.mechanics.tree.base import base_law
 from eomgen.scene.load import from_data
@@ -129,6 +130,15 @@ def test_the_error_of_a_quadrature_is_below_the_estimate() -> None:
     stated = float(scene.base.integrals[0].split("off by about ")[1].split(" m")[0])
     exact = quad(lambda s: (4.0 - s) * np.exp(-0.4 * s) * np.sin(4 * s * s), 0, 4, epsabs=1e-14, limit=400)[0]
     assert abs(motion(scene, 4.0)[0][0] - exact) <= stated <= 1e-9
+
+
+def test_polynomials_of_degree_7_are_fitted_to_rounding() -> None:
+    """A larger error halves intervals without end: the tolerance of a fit is 1e-12 of the largest value."""
+    times = np.linspace(0.0, 2.0, 100, endpoint=False)
+    curve, error = fit("base", lambda t: 1.0 + (t - 0.3) ** 7, np.array([0.0, 2.0]))
+    expected = 1.0 + (times - 0.3) ** 7
+    assert len(curve.breaks) == 2 and error < 1e-13 * expected.max()
+    assert np.abs(np.array([float(curve(t)) for t in times]) - expected).max() < 1e-13 * expected.max()
 
 
 @pytest.mark.parametrize("drift", ["keep", "remove"])
