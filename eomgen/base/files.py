@@ -49,7 +49,8 @@ def system_code(error: OSError) -> str:
 
 def write_file(path: Path, needed: int, fill: Callable[[IO[bytes]], object], fewer: str = "") -> None:
     """Write a file of about ``needed`` bytes, whole or not at all: ``fill`` writes to the stream of a temporary file,
-    which then takes the place of ``path``. Raises FileError, with the remedy ``fewer`` that makes the file smaller."""
+    which then takes the place of ``path``. Raises FileError. ``needed`` is for the message alone, and ``fewer``, which
+    continues the remedy of a full disk, begins with a comma: ", or a larger record_every"."""
     temporary: Path | None = None
     try:
         with temporary_file(path) as stream:

@@ -114,7 +114,8 @@ def _check_empty(target: Path) -> None:
 
 
 def _say_next(folder: Path, files: Iterable[str]) -> None:
-    """Say the next command after a folder was made."""
+    """Say the next command on stderr after ``files`` were written to a folder: the run of the first scene, else the
+    first program; silent without either."""
     scenes = [file for file in files if file.endswith(own_endings())]
     programs = [file for file in files if file.endswith(".py")]
     if scenes:

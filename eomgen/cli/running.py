@@ -34,13 +34,14 @@ _LONG = 10_000
 
 
 def read_scene(path: str, options: dict[str, Any]) -> Scene:
-    """Return the scene of a path, with notes printed, and turn the texts of ``--set``, ``--input`` and ``--initial`` in
-    ``options`` into numbers.
+    """Return the scene of a path, with notes printed, and read ``--set``, ``--input`` and ``--initial`` in ``options``.
 
     Parameters
     ----------
     options : dict
-        Of ``scene_options`` and ``run_options``; the scene's options are removed from the dict.
+        Of ``scene_options`` and ``run_options``; the scene's options are removed from the dict. The texts of
+        ``parameters`` and ``inputs`` become numbers by name in the scene's units; ``initial`` becomes the argument of
+        runs by ``starts_of``, in which texts with a unit stay texts, or None.
 
     Returns
     -------
@@ -116,7 +117,8 @@ def _steps(scene: Scene, options: dict[str, Any]) -> float | None:
 
 
 def _method_of(file: str, given: dict[str, Any]) -> str:
-    """Return the method of a checkpoint's run. Raises UsageError for options that the run has settled."""
+    """Return the method of a checkpoint's run. Raises UsageError if an option in `given` is not None: the run has
+    settled all of these, and the caller leaves out options that stay open."""
     from eomgen.simulation.checkpoint import Checkpoint  # noqa: PLC0415
 
     fixed = [

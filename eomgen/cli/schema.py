@@ -46,7 +46,7 @@ def migrate(files: tuple[str, ...], check: bool, folder: str | None, as_json: bo
     """Write the present names of keys into scene files, and say the kind and the format of each file.
 
     Former names are read for ever, with a note. Names alone are changed: comments, order and layout stay. Without
-    --out the files themselves are written. Files that a scene includes are named, too.
+    --out files with former names are overwritten. Included files are not read: name each as an argument.
     """
     from eomgen.base.files import make_folder, write_text  # noqa: PLC0415  # imported with fine arguments
 

@@ -301,9 +301,9 @@ def _flat(value: Any) -> tuple[Hashable, list[int]]:
 
 
 def _shape(value: Any, numbers: list[int]) -> Hashable:
-    """Return nested data with all integers removed, hashable, and append the integers to ``numbers`` in order of
-    occurrence. Integers within texts count, too, but not numbers with decimals. Other constants, such as floats, are
-    kept with their text, so that shapes are equal only if the constants are."""
+    """Return nested data with all counts removed, hashable, and append the counts to ``numbers`` in order of
+    occurrence. Counts are integers, also within texts if without decimals and leading zeros, but not keys of dicts.
+    Other constants, such as floats, are kept with their text, so that shapes are equal only if the constants are."""
     kind = type(value)
     if kind is int:
         numbers.append(value)

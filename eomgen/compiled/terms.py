@@ -413,7 +413,7 @@ _MEANING["a_higher"] = "the time derivatives of a from the third on"
 
 
 def check_derivatives(names: Iterable[str]) -> None:
-    """Raise UsageError for names of no block of derivatives."""
+    """Raise UsageError for names of arguments that are not blocks of time derivatives, ``DERIVATIVES``."""
     for name in names:
         if name not in DERIVATIVES:
             raise UsageError(

@@ -81,7 +81,7 @@ class Assembly:
     strained: StrainedStart | None = None
 
     def corrections(self, *, given: bool = False) -> list[str]:
-        """Return one sentence for each row that the guess violated, in position or in velocity.
+        """Return a sentence for each row that the guess violated, for strained beams, and for each violated rate.
 
         Parameters
         ----------

@@ -224,8 +224,8 @@ def _run_at_once(
     arithmetic: Arithmetic,
     side_by_side: Callable[[Sequence[Sequence[Any]]], tuple[list[Any], Callable[[Any], Any]]],
 ) -> list[Any]:
-    """Return the results of a Map without carries, sums, then rows, with all elements evaluated side by side. Sums are
-    added in the order of the elements."""
+    """Return the results of a Map without carries, with all elements evaluated side by side: sums, then the rows of
+    each element in turn. Sums are added in the order of the elements. The Map must have ``elements`` or ``gather``."""
     constants = [[arithmetic.constant(number) for number in column] for column in repetition.elements]
     gathered = [[value(ref) for ref in slot] for slot in repetition.gather]
     together, apart = side_by_side([*constants, *gathered])

@@ -86,7 +86,7 @@ class Entry:
 
 def default_folder(environ: Mapping[str, str] | None = None) -> Path:
     """Return the folder of the cache: ``EOMGEN_CACHE``, else the folder of eomgen in the user's cache folder.
-    ``environ`` replaces the process's variables. Raises FileError for a ``~user`` that there is not."""
+    ``environ`` replaces the process's variables for ``EOMGEN_CACHE`` only. Raises FileError for unknown ``~user``."""
     chosen = (os.environ if environ is None else environ).get("EOMGEN_CACHE")
     if chosen:
         try:

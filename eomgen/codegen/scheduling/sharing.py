@@ -262,7 +262,8 @@ class _System:
     _eliminated: int = 0
 
     def require(self, condition: int) -> bool:
-        """Add the condition that a sum is zero; return False for a contradiction to earlier conditions."""
+        """Add the condition that the sum of a constant (bit 0) and unknowns (further bits) is zero; return False for a
+        contradiction to earlier conditions, which changes no row."""
         while both := condition & self._eliminated:
             condition ^= self.rows[both & -both]
         if condition <= 1:

@@ -64,8 +64,9 @@ class Recurrence:
             self.rates["v"] = self._terms(self._copy("forward_dynamics"))
 
     def _time_functions(self) -> dict[InputSymbol, Ref]:
-        """Return references on the source tape for base motion and inputs as functions of time, by input symbol. An
-        input is ``u`` + ``followed`` times its formula, so that a driver can hold a value instead."""
+        """Return references on the source tape for base motion, if any, and all inputs as functions of time, by input
+        symbol. An input is ``u`` + ``followed`` times its formula, so that a driver can hold a value instead; without a
+        formula it is ``u``."""
         functions, source = self.system.functions, self.source
         bindings: dict[InputSymbol, Ref] = {}
         if "base" in functions:

@@ -36,7 +36,7 @@ def _registry() -> Any:
 @cache
 def measure(factors: Factors) -> tuple[Fraction, Dimension]:
     """Return the size of a unit, the coherent unit of SI being 1, as an exact fraction, and the exponents of the
-    dimension by base dimension. Angles are a dimension, which radians measure."""
+    dimension by base dimension, such as ``[length]``. Angles are a dimension, which radians measure."""
     powers: dict[str, int] = {}
     for name, exponent in factors:
         word = names()[name].pint

@@ -132,8 +132,8 @@ class DiscontinuousGalerkin(OneFactorization):
 
     @property
     def _lag(self) -> list[list[float]]:
-        """Two lists of coefficients of the polynomials L_0 to L_p: 1 integrated by -P/gamma, and (P - A)/gamma applied
-        to L_p."""
+        """Two lists of coefficients of Laguerre's polynomials L_0(s/gamma) to L_p(s/gamma): 1 integrated by -P/gamma,
+        and (P - A)/gamma applied to L_p, with P, A and gamma of the module."""
         operators = self.operators
         apart = [
             [x - y for x, y in zip(*rows, strict=True)]

@@ -256,12 +256,13 @@ def _fields(tree: Tree, drive: TreeDrive, order: int) -> tuple[list[Path], list[
 
 
 def _wrench_on_parent(link: Link, turn: Path, drive: TreeDrive, loads: Sequence[Wrench]) -> list[Wrench]:
-    """Return the wrench that a link passes on to its parent, with its time derivatives, in the parent's axes about the
-    parent's origin.
+    """Return the wrench (moment, force) that a link passes on to its parent, with its time derivatives, in the parent's
+    axes about the parent's origin.
 
     Parameters
     ----------
     turn : path of the joint's angular velocity, in child axes
+    drive : velocities of the tree, from which the linear velocity across the joint follows
     loads : wrench on the link and its time derivatives, in link axes
     """
     order = len(loads) - 1

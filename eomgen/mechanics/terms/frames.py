@@ -166,7 +166,8 @@ def frame_mount(derivation: Derivation, frame: FixedFrame) -> Mount:
 
 
 def frame_poses(derivation: Derivation) -> list[Block]:
-    """Return the block of quaternion (w, x, y, z; to world axes) and world position, m, of each frame, (frames, 7)."""
+    """Return the block ``frame_pose``, (frames, 7), as a list: quaternion (w, x, y, z; to world axes) and world
+    position, m. Rows are the task frames, or all bodies and then all frames if the scene has no task frames."""
     orientations = Orientations(derivation.scene, derivation.tree, derivation.kinematics)
     values: list[Scalar] = []
     for frame in derivation.scene.frames_of_terms():

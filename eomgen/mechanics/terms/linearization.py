@@ -180,8 +180,8 @@ class InputDirections:
         self.disturbance_names = ", ".join((*(scene.inputs[number].name for number in fixed), *of_base))
 
     def of(self, values: Sequence[Scalar], of_inputs: str, of_disturbances: str, numerator: str) -> list[Block]:
-        """Return the partials of values in inputs and in disturbances, as two blocks with the given names. A block
-        without columns is left out. ``numerator`` begins the descriptions."""
+        """Return the partials of values in driven inputs and in disturbances, as two blocks with the given names. A
+        block without rows or columns is left out. ``numerator`` begins the descriptions."""
         driven = f"{numerator}/du, u: {self.driven_names}"
         disturbed = f"{numerator}/dw, w: {self.disturbance_names}"
         return [

@@ -473,7 +473,8 @@ class JumpRun(StartedRun[JumpPart]):
         return Accelerated(vdot, lam, partials, solution[:, :nv], solution[:, nv:], -right[:, nv : nv + nz])
 
     def _inertia(self, states: States, p: Array, along: tuple[Array, Array]) -> tuple[Array, Array]:
-        """Return W at states, with changes."""
+        """Return W, the bounded 1/M_ii of ``position_weights``, (n, nv), and the changes of W, (n, nv, directions).
+        `along` are the changes of q, (n, nv, directions), and of the parameters."""
         e = self.equations
         M, by_q, by_p = inertia_partials(e, self._blocks(states, p, states.t))
         weights = position_weights(M, np.array([unit == "rad/s" for unit in e.model.v_units]))

@@ -131,7 +131,8 @@ class _Defects(NamedTuple):
 
 def unseen_law(finished: FinishedRun) -> UnseenLaw | None:
     """Return a law (a force or rate) that acts between the steps of a run, with effect and a remedy; None if the steps
-    resolve all laws, and if states between steps cannot be evaluated."""
+    resolve all laws, and if states between steps cannot be evaluated. Long runs of adaptive methods are examined in
+    part only (``SampledRun.examined_share``)."""
     run, rows, sampled = finished.run, finished.trajectory.rows, finished.once(SampledRun)
     laws = laws_between_steps(run)
     if not laws or len(rows) < 2:
@@ -639,9 +640,10 @@ class _Examination:
 
     @cached_property
     def _scales(self) -> tuple[Array, Array, Array]:
-        """Scales of increments, velocities (nv,) and internal states (nz,): the largest values of the same unit.
+        """Scales of increments and velocities, (nv,) each, the largest values of the same unit, and of internal states.
 
-        Velocities are measured at least by the coordinates per duration of the run.
+        Scales are over all rows. Angles count at least 1 rad, velocities at least the coordinates per duration of the
+        run. Internal states (nz,) have a scale each by itself. Scales of zero become 1.
         """
         model, states = self._model, self._path.states
         reach, fastest = reach_of(model, states.q), np.abs(states.v).max(axis=0, initial=0.0)

@@ -325,8 +325,9 @@ def _standard(ranks: Array) -> Array:
 
 def _sobol(asked: int, names: list[str], result: str, results: Array) -> Ranking:
     """Return Sobol' indices of a result: first-order indices by Saltelli and others (2010), total indices by Jansen
-    (1999). `results` are (samples,), in the order of the design ``saltelli`` of `asked` samples. Raises UsageError if
-    one is missing."""
+    (1999), with 95 % intervals, largest total first. `asked` is the number of all samples of the design ``saltelli``,
+    n (d + 2) for d `names`; `results` are (asked,) in the order of the design. Raises UsageError if a result is missing
+    or not finite. Indices are 0 for a constant result and 1 for a single name, without intervals."""
     dimensions = len(names)
     n = asked // (dimensions + 2)
     if len(results) < asked or not np.all(np.isfinite(results)):

@@ -256,8 +256,8 @@ def _unite(first: Sequence[str], second: Sequence[str]) -> list[str]:
 
 
 def _entering(space: StateSpace, names: Sequence[str]) -> tuple[Array, Array]:
-    """Return the gains of inputs and disturbances to the states, (ns, names), and to the outputs, (ny, names). Columns
-    are zero for names of other models."""
+    """Return the gains of inputs and disturbances to the states, columns of B and E, (ns, names), and to the outputs,
+    columns of D and F, (ny, names). Columns are zero for names of other models."""
     known = (*space.inputs, *space.disturbances)
     columns = [known.index(name) if name in known else len(known) for name in names]  # the last one is zero
     into_states = np.hstack([space.B, space.E, np.zeros((len(space.B), 1))])

@@ -252,7 +252,8 @@ class _FollowedModes:
 
     @classmethod
     def through(cls, nodes: Sequence[_Node]) -> _FollowedModes:
-        """Return the followed modes through nodes in order; whirl is zero for modes with hardly any circular motion."""
+        """Return the followed modes through nodes in order; whirl is zero at nodes that lack the mode, and for modes
+        with hardly any circular motion of blades in the mean over the nodes."""
         columns, count = _mode_columns(nodes)
         eigenvalues = np.full((len(nodes), count), complex(np.nan, np.nan))
         whirl, circular = np.zeros((len(nodes), count), dtype=int), np.zeros((len(nodes), count))

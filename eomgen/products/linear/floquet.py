@@ -120,7 +120,8 @@ class Floquet:
     def plot(self, axes: object = None) -> list[Any]:
         """Draw the multipliers with frequencies and the unit circle; return matplotlib's axes, a list of one.
 
-        Growing multipliers are red. Real multipliers that cannot be distinguished have one label, which counts.
+        Growing multipliers are red. Multipliers nearer than 0.03 to each other have one label, of two frequencies at
+        most, or of the number of real multipliers. Labels without a free place are left out.
 
         Parameters
         ----------

@@ -182,7 +182,9 @@ class _Grid:
         return x, y, z
 
     def _from_file(self, table: MapFile) -> tuple[Array, Array, Array] | None:
-        """Return x, y and values from a CSV or NetCDF file in SI units; None for a fault, which is reported."""
+        """Return x (n,), y (m,) and values (n, m) from a CSV or NetCDF file; None for a fault, which is reported. Lists
+        or their units in addition to the table are a fault. Numbers are converted to SI by ``x_unit``, ``y_unit`` and
+        ``value_unit`` of the table; a unit in a title or an attribute converts no numbers, and is noted if not SI."""
         given = [name for name in ("x", "y", "values") if getattr(self.entry, name) is not None]
         if given:
             self.report.add(

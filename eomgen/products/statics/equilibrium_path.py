@@ -194,12 +194,13 @@ class EquilibriumPath:
         return path
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the points and the critical points as JSON data, without internal states and multipliers.
+        """Return the points and the critical points as a dict for JSON.
 
         Returns
         -------
         dict
-            JSON data; ``negative`` and ``lowest`` are named ``negative_stiffnesses`` and ``lowest_stiffness``.
+            All but ``z``, ``multipliers``, ``outputs``, ``interrupted`` and the ``modes`` of critical points.
+            ``negative`` and ``lowest`` are named ``negative_stiffnesses`` and ``lowest_stiffness``; NaN stays.
         """
         return {
             "parameter": self.parameter,

@@ -229,7 +229,7 @@ _of_identify = arguments_of("eomgen.products.studies:identify")
 @json_option
 @debug_option
 def identify(scene: str, folder: str | None, as_json: bool, **options: Any) -> int:
-    """Find parameters of a SCENE with which its runs fit measured ones best, and how certain they are.
+    """Find parameters and initial states of a SCENE that fit measured data best, and how certain they are.
 
     Writes identification.json, estimates.csv, residuals and figures of each run if --out is given.
     """

@@ -169,7 +169,9 @@ class Expressions:
         return operands
 
     def _recorded(self, node: Any, operands: Sequence[Scalar]) -> Scalar:
-        """Return the Scalar of a node of an expression by the Scalars of the operands; comparisons are 1 or 0."""
+        """Return the Scalar of a node of an expression; comparisons are 1 or 0. `operands` are the Scalars of
+        ``_operands(node)``, which may differ from the node's arguments. The cases of a Piecewise are read from
+        ``known``; without a last case DescriptionError is raised."""
         algebra, kind = self.algebra, type(node)
         if isinstance(node, (CharacteristicCurveFunction, sympy.UnevaluatedExpr, *_REWRITTEN)):
             return operands[0]

@@ -146,8 +146,8 @@ class Constraints:
         return KaneState(q, v)
 
     def near(self, start: KaneState, p: Array, inputs: int) -> list[KaneState]:
-        """Return ``start`` and up to ``_STATES - 1`` random states nearby that satisfy the constraints, with fixed
-        seed. States from which the corrections do not reach the constraints are left out.
+        """Return ``start``, which is not checked, and up to ``_STATES - 1`` random states nearby that satisfy the
+        constraints, with fixed seed. States from which the corrections do not reach the constraints are left out.
         """
         random = np.random.default_rng(_SEED)
         states = [start]

@@ -92,7 +92,8 @@ def quaternion_product(p: Array, r: Array) -> Array:
 
 
 def rotation_of(quaternion: Array) -> Array:
-    """Return the rotation matrices (..., 3, 3) of unit quaternions, from R x = x + 2 w (n x x) + 2 n x (n x x)."""
+    """Return the rotation matrices (..., 3, 3) of unit quaternions (w, n), (..., 4), from R x = x + 2 w (n x x) + 2 n x
+    (n x x)."""
     n = quaternion[..., 1:]
     zero = np.zeros_like(n[..., 0])
     cross = np.stack([zero, -n[..., 2], n[..., 1], n[..., 2], zero, -n[..., 0], -n[..., 1], n[..., 0], zero], axis=-1)

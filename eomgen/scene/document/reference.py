@@ -196,8 +196,7 @@ def schema() -> dict[str, Any]:
 
 
 def schema_of(document: type[Table], short: Mapping[str, Sequence[dict[str, Any]]]) -> dict[str, Any]:
-    """Return the JSON Schema of files, with the unit of each key in ``x-unit`` and the scope of its formulas in
-    ``x-names``.
+    """Return the JSON Schema of files, with units of keys in ``x-unit`` and the scope of their formulas in ``x-names``.
 
     The schema has only keywords with equal meaning in draft 4 and later drafts, since editors of TOML know draft 4.
 
@@ -206,7 +205,7 @@ def schema_of(document: type[Table], short: Mapping[str, Sequence[dict[str, Any]
     document : type of Table
         All of a file.
     short : mapping
-        Schemas of other values in place of a table, by name of the table's class.
+        Schemas of other values in place of a table, by name of the table's class, which the document must contain.
     """
     description = document.model_json_schema()
     definitions = description["$defs"]

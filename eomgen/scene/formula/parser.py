@@ -243,7 +243,7 @@ class _FormulaReader:
 
     def defines_condition(self, name: str) -> bool:
         """Return whether a name is a definition whose text is a comparison or a combination of comparisons, perhaps by
-        way of further definitions."""
+        way of further definitions. A bare name in a definition of an included file is not followed."""
         seen: set[str] = set()
         while name in self.names.definitions and name not in seen:
             seen.add(name)

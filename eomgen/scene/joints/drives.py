@@ -142,8 +142,9 @@ def _places(key: str, drives: Sequence[object]) -> list[str]:
 
 
 def start_of(key: str, law: Formula, values: Values) -> tuple[float, float]:
-    """Return the value and the rate of a prescribed motion at t = 0 and default parameters; zeros for unknown
-    parameters, and after a report for a value or rate that is not finite."""
+    """Return the value and the rate of a prescribed motion at t = 0 and default parameters; zeros for unknown laws or
+    parameters, and after a report at ``key`` for a law that cannot be evaluated, a value that is not finite, or a rate
+    of 1e25 or more."""
     named = {symbol.name for symbol in symbols(law) if symbol.kind == "parameter"}
     if law is UNKNOWN or not named <= values.parameters.keys():
         return 0.0, 0.0

@@ -374,14 +374,15 @@ class Values:
         return check_reference(key, name, self.names.points, "point", self.report)
 
     def check_kind(self, key: str, entry: Table, choice: str, taken: Mapping[str, str], kind: str = "") -> None:
-        """Report keys without a meaning for the kind of an entry, and missing keys that the kind needs.
+        """Report keys without a meaning for the kind of an entry, and missing keys that the kind needs. A key with its
+        default value counts as not given.
 
         Parameters
         ----------
         key : dotted key of the entry
         choice : key whose value is the kind
-        taken : keys that only some kinds have, by kind, separated by blanks; needed keys with an example: ``"lead=0.01
-            gain"``
+        taken : keys that only some kinds have, by kind, separated by blanks; needed keys with an example, in which a
+            comma stands for a comma and a blank: ``"lead=0.01 gain"``
         kind : in place of the value of ``choice``
         """
         kind = kind or getattr(entry, choice)

@@ -40,7 +40,8 @@ class BeamNodes:
         self.values = values
 
     def joints(self) -> dict[str, Joint]:
-        """Return the joints of the nodes: all nodes but the first can move freely relative to the base."""
+        """Return free joints to the base, by node, for all nodes of all beams but the first node of each beam, which is
+        the beam's own body with a joint of the scene."""
         names = [name for beam in self.beams.values() for name in beam.nodes[1:]]
         neutral = (1.0, *(0.0,) * 6)
         return {

@@ -213,7 +213,8 @@ def at_rest(run: Run, rows: Array) -> bool:
     """Return whether the system is at rest in rows (n, width), to rounding, by velocities and by changes between rows.
 
     Velocities of a stiff component may exceed the bound at rest, since rounding of its coordinate oscillates at a high
-    frequency; then velocities must be small from row to row and coordinates must stay.
+    frequency; then velocities must be small from row to row and coordinates must stay. A single row is always at rest,
+    and internal states do not count.
     """
     q = rows[:, 1 : 1 + run.model.nq]
     longest = _longest(run, rows)

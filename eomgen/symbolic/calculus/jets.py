@@ -33,7 +33,8 @@ def jets(
     Parameters
     ----------
     input_jets : mapping from InputSymbol, or reference of a node, to [x_0, x_1, ...]
-        Normalised coefficients; coefficients beyond the list are zero, and all other inputs are constant in time.
+        Normalised coefficients, of which the first ``order`` + 1 are used; coefficients beyond the list are zero, and
+        all other inputs are constant in time.
     order : int
         Highest power of time.
 
@@ -221,7 +222,8 @@ class JetAlgebra:
         return [self.tape.constant(value)] + [ZERO] * (length - 1)
 
     def sqrt(self, x: Jet, value: Ref) -> list[Ref]:
-        """Return the jet of z with z z = x; ``value`` is z at order 0. Zero if x and its first derivatives are zero."""
+        """Return the jet of z with z z = x; ``value`` is z at order 0. At x = 0 further coefficients are zero if x is
+        constant, or if ``flat_zero(x)`` is 0 and ``value`` is not a length; else infinite or NaN in general."""
         if not x:
             return []
         z = [value]

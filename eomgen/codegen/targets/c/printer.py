@@ -354,7 +354,9 @@ class Printer:
         return f"EG_{kind}({arguments})", _ATOM
 
     def _constant(self, value: float) -> tuple[str, int]:
-        """Return the C text of a number, by name if it has one, and the text's rank."""
+        """Return the C text of a number in the macro ``K``, and the text's rank: ``_PREFIX`` for ``-K(name)``, else
+        ``_ATOM``. A magnitude in ``constants`` is written by name. With a table, a number that is not common becomes an
+        entry of the table, which is appended if new. Other numbers are digits."""
         named = self.constants.get(abs(value))
         if named is not None:
             return (f"K({named})", _ATOM) if value > 0.0 else (f"-K({named})", _PREFIX)

@@ -92,7 +92,8 @@ def stepper_template(family: str) -> str:
 
 
 def _family_path(name: str) -> Path | None:
-    """Return the file of a template ``family/<name>/<file>``, None if there is none."""
+    """Return the file of a template ``family/<name>/<file>``; None for other names and for a file that does not exist.
+    Raises UsageError for an unknown family."""
     if not name.startswith(_FAMILY):
         return None
     family, _, file = name.removeprefix(_FAMILY).partition("/")

@@ -425,9 +425,10 @@ class _VibrationStudy:
     def check_passages(self, passage: dict[float, dict[str, float]], normal: QuadraticForm | None) -> None:
         """Compare first-passage probabilities by the crossing rate with samples, and set "preferred" for each level.
         ``passage`` is changed in place: by level, probabilities by method ("crossing_rate", "monte_carlo", "samples",
-        "preferred"). If the study has no Monte Carlo samples, "samples" is added from 1000 samples about the mean;
-        without a crossing rate Monte Carlo is preferred. Contradictions are noted. `normal` is the form of first order,
-        from which deviations of samples from the normal distribution are noted; None for no such check."""
+        "preferred"). Preferred is the rate; samples that contradict the rate, with a note; Monte Carlo without a rate.
+        Monte Carlo samples are compared if at least 1000, else 1000 about the mean, whose share is added as "samples"
+        if the study has no Monte Carlo samples. `normal` is the form of first order: a level that few samples pass is
+        noted, without a contradiction, if the samples deviate from a normal distribution; None for no such check."""
         if not passage:
             return
         with self._count_costs("check"):

@@ -102,9 +102,10 @@ def reference(
 
 
 def _resolves_motion(subject: Subject, request: Request, arrays: Mapping[str, Array]) -> bool:
-    """Return whether the steps of a run change the moving coordinates by ten times their rounding or more. Otherwise
-    finer steps lose more of the motion: two references may agree on a standstill. `arrays` are the rows of the run;
-    true if the conditions have no q."""
+    """Return whether a step at the largest speed of a run changes each moving coordinate by ten roundings of the start
+    or more. Otherwise finer steps lose more of the motion: two references may agree on a standstill. Rotations and free
+    bodies are not judged. `request` has the step and the start, `arrays` are the rows of the run; true if the
+    conditions have no q."""
     conditions = request.conditions
     model = subject.model(OWN)
     if conditions.q is None:

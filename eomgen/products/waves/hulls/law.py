@@ -301,7 +301,7 @@ def _wet_share(
     Parameters
     ----------
     depth : u, of the middle of the slice, times G
-    along_squared, across_squared : a^2 and b^2, one of which may be 0
+    along_squared, across_squared : a^2 and b^2, of half lengths times G along and across; one of both may be 0
 
     Returns
     -------

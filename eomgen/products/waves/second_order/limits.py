@@ -31,8 +31,9 @@ def check_points(where: str, points: ArrayLike) -> None:
 
 
 def check_sea(components: Components, depth: float, order: int, gravity: float) -> None:
-    """Raise UsageError for components of wrong shapes or values, an impossible depth, order or gravity, waves that
-    cross themselves, and at order 2 breaking waves or too many pairs."""
+    """Raise UsageError for components of wrong shapes or values, zero or equal wave vectors, negative amplitudes, an
+    impossible depth, order or gravity, a wave that crosses itself, and at order 2 a wave that breaks by itself, or too
+    many pairs."""
     vectors, amplitude, phase = (np.asarray(x, dtype=float) for x in vars(components).values())
     if vectors.ndim != 2 or vectors.shape[1] != 2 or not len(vectors):
         fault = f"wave vectors have the shape {vectors.shape} [E1188]"
