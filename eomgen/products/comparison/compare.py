@@ -94,30 +94,34 @@ def compare(
                 'a second one, or reader="mujoco" (--with mujoco)',
             )
         )
-    given = first if second is None else second
-    _check_options([first, given], options)
+    second_description = first if second is None else second
+    _check_options([first, second_description], options)
     if _equations_alone(first):
         raise UsageError(
             Problem("first", "equations alone have no bodies [E0563]", "the description with bodies as the first")
         )
-    own = {"strict": strict, **options}
-    one = _read(first, own, alone=reader is None)
+    reading_options = {"strict": strict, **options}
+    first_machine = _read(first, reading_options, alone=reader is None)
     if reader is not None:
-        other = _second_reader(given, reader)
-    elif _equations_alone(given):
-        derived = pipeline.derive(given, _TERMS[:3])
-        document, front_end = documents.as_document(given)
+        second_machine = _second_reader(second_description, reader)
+    elif _equations_alone(second_description):
+        derived = pipeline.derive(second_description, _TERMS[:3])
+        document, front_end = documents.as_document(second_description)
         solids = front_end.describe(document).drawing.solids
-        other = replace(of_equations(derived.name, derived, one.links, solids), gravity=one.gravity, loops=one.loops)
+        second_machine = replace(
+            of_equations(derived.name, derived, first_machine.links, solids),
+            gravity=first_machine.gravity,
+            loops=first_machine.loops,
+        )
     else:
-        other = _read(given, own, alone=True)
-    pairing = Pairing(one, other, tolerance)
+        second_machine = _read(second_description, reading_options, alone=True)
+    pairing = Pairing(first_machine, second_machine, tolerance)
     listed = differences(pairing)
-    notes = [*dict.fromkeys((*one.notes, *other.notes))]
+    notes = [*dict.fromkeys((*first_machine.notes, *second_machine.notes))]
     errors: Mapping[str, float] = {}
     if pairing.comparable:
         mine, theirs = motions(pairing, states, np.random.default_rng(seed))
-        errors, worst = errors_of(pairing, one.forces(mine), other.forces(theirs))
+        errors, worst = errors_of(pairing, first_machine.forces(mine), second_machine.forces(theirs))
         parts, more = _parts(
             pairing, forces_equal=all(errors[name] <= tolerance for name in errors if name != "mass matrix")
         )
@@ -129,11 +133,17 @@ def compare(
     elif listed:
         notes.append("equations were not compared: the coordinates of the descriptions differ [W0048]")
     notes += _of_names(pairing)
-    only = sorted(set(one.inputs) ^ set(other.inputs))
+    only = sorted(set(first_machine.inputs) ^ set(second_machine.inputs))
     if only and reader is None:
         notes.append(f"inputs of one description alone are zero: {', '.join(only)} [W0049]")
     return Comparison(
-        (one.name, other.name), tuple(listed), errors, states, len(pairing.pairs), tolerance, tuple(map(Message, notes))
+        (first_machine.name, second_machine.name),
+        tuple(listed),
+        errors,
+        states,
+        len(pairing.pairs),
+        tolerance,
+        tuple(map(Message, notes)),
     )
 
 
@@ -150,22 +160,22 @@ def _check_options(described: Sequence[Described], options: Mapping[str, Any]) -
     checked_options(next(iter(sources), None), unknown)
 
 
-def _read(described: Described, given: Mapping[str, Any], *, alone: bool) -> Machine:
-    """Return the machine of a description; ``given`` are options of all descriptions. With ``alone``, limits and
-    friction are read, which other programs do not give."""
+def _read(described: Described, caller_options: Mapping[str, Any], *, alone: bool) -> Machine:
+    """Return the machine of a description; ``caller_options`` are options of all descriptions. With ``alone``,
+    limits and friction are read, which other programs do not give."""
     options: dict[str, Any] = {}
     if isinstance(described, str | Path):
         source = source_of(Path(described))
         names = {option.name for option in source.options} if source is not None else set()
         options = {name: True for name in _ALL if alone and name in names}
-        options |= {name: value for name, value in given.items() if name in names and name not in options}
-        options["strict"] = given["strict"]
+        options |= {name: value for name, value in caller_options.items() if name in names and name not in options}
+        options["strict"] = caller_options["strict"]
     scene = documents.load_scene(described, coordinates="joint", **options)
     terms = [name for name in _TERMS if name != "base_motion" or scene.base is not None]
     file = Path(described).name if isinstance(described, str | Path) else ""
     machine = of_scene(scene, pipeline.derive(scene, terms), file)
-    own = tuple(f"{name}=True" for name in options)  # no option of the caller
-    return replace(machine, notes=tuple(note for note in machine.notes if not note.startswith(own)))
+    option_prefixes = tuple(f"{name}=True" for name in options)  # no option of the caller
+    return replace(machine, notes=tuple(note for note in machine.notes if not note.startswith(option_prefixes)))
 
 
 def _second_reader(described: Described, reader: str) -> Machine:
@@ -210,12 +220,12 @@ def _of_names(pairing: Pairing) -> list[str]:
     """Return notes on paired joints with different names or initial positions, which change no equation."""
     result = []
     for i, j in pairing.pairs:
-        one, other = pairing.first.links[i].joint, pairing.second.links[j].joint
-        if one != other:
-            result.append(f"the joint {one} is {other} in the second")
-        begun = pairing.first.initial.get(one, 0.0), pairing.second.initial.get(other, 0.0)
+        first_joint, second_joint = pairing.first.links[i].joint, pairing.second.links[j].joint
+        if first_joint != second_joint:
+            result.append(f"the joint {first_joint} is {second_joint} in the second")
+        begun = pairing.first.initial.get(first_joint, 0.0), pairing.second.initial.get(second_joint, 0.0)
         if not equal(*begun, pairing.tolerance):
-            result.append(f"the joint {one} starts at {begun[0]:.6g} and {begun[1]:.6g}")
+            result.append(f"the joint {first_joint} starts at {begun[0]:.6g} and {begun[1]:.6g}")
     return result
 
 
@@ -225,8 +235,8 @@ def _of_part(
     """Return differences of a part that both descriptions have. A quantity of one alone is a difference, too."""
     result = []
     for key in dict.fromkeys((*mine, *theirs)):
-        one, other = mine.get(key), theirs.get(key)
-        if one is not None and other is not None and equal(one, other, pairing.tolerance):
+        first_value, second_value = mine.get(key), theirs.get(key)
+        if first_value is not None and second_value is not None and equal(first_value, second_value, pairing.tolerance):
             continue
-        result.append(pairing.difference((name, name), key, one, other))
+        result.append(pairing.difference((name, name), key, first_value, second_value))
     return result

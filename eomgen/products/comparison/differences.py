@@ -57,9 +57,9 @@ class Pairing:
         self.length = _length(first) or _length(second) or 1.0
         self._children: dict[int, list[tuple[MachineLink, MachineLink]]] = {}
         for i, j in self.pairs:
-            one, other = first.links[i], second.links[j]
-            if self.same_parents(one, other):
-                self._children.setdefault(one.parent, []).append((one, other))
+            link, partner = first.links[i], second.links[j]
+            if self.same_parents(link, partner):
+                self._children.setdefault(link.parent, []).append((link, partner))
 
     @property
     def comparable(self) -> bool:
@@ -74,51 +74,51 @@ class Pairing:
     @property
     def same_frames(self) -> bool:
         """Whether the frames of all links are the same."""
-        return all(self.near(place, AT_ORIGIN) for place in self.aligned.values())
+        return all(self.near(placement, AT_ORIGIN) for placement in self.aligned.values())
 
-    def same_parents(self, one: MachineLink, other: MachineLink) -> bool:
+    def same_parents(self, link: MachineLink, partner: MachineLink) -> bool:
         """Return whether the parents of two links are paired, or both are the base."""
-        if one.parent < 0 or other.parent < 0:
-            return one.parent == other.parent
-        return self.partner.get(one.parent) == other.parent
+        if link.parent < 0 or partner.parent < 0:
+            return link.parent == partner.parent
+        return self.partner.get(link.parent) == partner.parent
 
-    def near(self, one: Placement, other: Placement) -> bool:
+    def near(self, first: Placement, second: Placement) -> bool:
         """Return whether two places are equal."""
-        return self.near_points(one.origin, other.origin) and self.near_axes(one.axes, other.axes)
+        return self.near_points(first.origin, second.origin) and self.near_axes(first.axes, second.axes)
 
-    def near_points(self, one: Array, other: Array) -> bool:
-        return bool(np.abs(one - other).max() <= self.tolerance * self.length)
+    def near_points(self, first: Array, second: Array) -> bool:
+        return bool(np.abs(first - second).max() <= self.tolerance * self.length)
 
-    def near_axes(self, one: Array, other: Array) -> bool:
-        return bool(np.abs(one - other).max() <= self.tolerance)
+    def near_axes(self, first: Array, second: Array) -> bool:
+        return bool(np.abs(first - second).max() <= self.tolerance)
 
-    def alike(self, one: Inertia, other: Inertia) -> bool:
+    def alike(self, first: Inertia, second: Inertia) -> bool:
         """Return whether two mass properties, given in one frame, are equal to the tolerance."""
-        if abs(one.mass - other.mass) > self.tolerance * max(one.mass, other.mass):
+        if abs(first.mass - second.mass) > self.tolerance * max(first.mass, second.mass):
             return False
-        if one.mass and not self.near_points(one.center, other.center):
+        if first.mass and not self.near_points(first.center, second.center):
             return False
-        return self.near_inertias(one, other)
+        return self.near_inertias(first, second)
 
-    def near_inertias(self, one: Inertia, other: Inertia) -> bool:
-        size = max(float(np.abs(one.about_center).max()), float(np.abs(other.about_center).max()))
-        return bool(np.abs(one.about_center - other.about_center).max() <= self.tolerance * size)
+    def near_inertias(self, first: Inertia, second: Inertia) -> bool:
+        size = max(float(np.abs(first.about_center).max()), float(np.abs(second.about_center).max()))
+        return bool(np.abs(first.about_center - second.about_center).max() <= self.tolerance * size)
 
     def difference(
-        self, keys: tuple[str, str], quantity: str, one: Any, other: Any, unit: str = "", key: str | None = None
+        self, keys: tuple[str, str], quantity: str, first: Any, second: Any, unit: str = "", key: str | None = None
     ) -> Difference:
         """Return a difference of an element that both machines have.
 
         Parameters
         ----------
         keys : of the element in both descriptions, ``joints.hinge``
-        one, other : values; small components of arrays are shown as zero
+        first, second : values; small components of arrays are shown as zero
         key : of the quantity below the element, for the places; the name of the quantity by default
         """
         below = f".{quantity if key is None else key}".rstrip(".")
         mine, theirs = (
             tuple(np.where(np.abs(item) < _ROUNDING, 0.0, item).tolist()) if isinstance(item, np.ndarray) else item
-            for item in (one, other)
+            for item in (first, second)
         )
         places = self.first.place(f"{keys[0]}{below}"), self.second.place(f"{keys[1]}{below}")
         return Difference(keys[0], quantity, mine, theirs, unit, places)
@@ -130,16 +130,16 @@ class Pairing:
             return Difference(element, quantity, None, value, "", ("", self.second.place(element)))
         return Difference(element, quantity, value, None, "", (self.first.place(element), ""))
 
-    def misses(self, one: MachineLink, other: MachineLink, number: int, aligned: Placement) -> int:
-        """Count the quantities that differ if ``other`` has its frame at ``aligned`` relative to ``one``: mass
+    def misses(self, link: MachineLink, partner: MachineLink, number: int, aligned: Placement) -> int:
+        """Count the quantities that differ if ``partner`` has its frame at ``aligned`` relative to ``link``: mass
         properties of the link ``number``, and places and axes of joints on it. Return the count."""
-        moved = other.whole.transform(*aligned)
-        count = int(not self.alike(one.whole, moved))
-        for child, partner in self._children.get(number, ()):
-            place = aligned.then(partner.pose)
-            count += int(not self.near_points(child.pose.origin, place.origin))
-            if child.axis is not None and partner.axis is not None:
-                count += int(not self.near_axes(child.pose.axes @ child.axis, place.axes @ partner.axis))
+        moved = partner.whole.transform(*aligned)
+        count = int(not self.alike(link.whole, moved))
+        for child, child_partner in self._children.get(number, ()):
+            placement = aligned.then(child_partner.pose)
+            count += int(not self.near_points(child.pose.origin, placement.origin))
+            if child.axis is not None and child_partner.axis is not None:
+                count += int(not self.near_axes(child.pose.axes @ child.axis, placement.axes @ child_partner.axis))
         return count
 
 
@@ -152,10 +152,10 @@ def _matched(first: Sequence[MachineLink], second: Sequence[MachineLink]) -> dic
     for number, link in enumerate(first):
         if number in result:
             continue
-        for other, theirs in enumerate(second):
-            if other not in taken and link.bodies.keys() & theirs.bodies.keys():
-                result[number] = other
-                taken.add(other)
+        for candidate, theirs in enumerate(second):
+            if candidate not in taken and link.bodies.keys() & theirs.bodies.keys():
+                result[number] = candidate
+                taken.add(candidate)
                 break
     return dict(sorted(result.items()))
 
@@ -179,19 +179,19 @@ def differences(pairing: Pairing) -> list[Difference]:
         values = first.gravity, second.gravity
         listed.append(pairing.difference(("gravity", "gravity"), "gravity", *values, "m/s^2", key=""))
     for i, j in pairing.pairs:
-        one, other = first.links[i], second.links[j]
-        keys = f"joints.{one.joint}", f"joints.{other.joint}"
-        if not pairing.same_parents(one, other):
-            names = _name(first, one.parent), _name(second, other.parent)
+        link, partner = first.links[i], second.links[j]
+        keys = f"joints.{link.joint}", f"joints.{partner.joint}"
+        if not pairing.same_parents(link, partner):
+            names = _name(first, link.parent), _name(second, partner.parent)
             listed.append(pairing.difference(keys, "parent", *names))
             pairing.aligned[i] = AT_ORIGIN
             continue
-        if one.type != other.type:
-            listed.append(pairing.difference(keys, "type", one.type, other.type))
-        listed += _place_differences(pairing, i, one, other)
-        listed += _weighed(pairing, i, one, other)
-        if one.type == other.type:
-            for item in _of_joint(pairing, one, other):
+        if link.type != partner.type:
+            listed.append(pairing.difference(keys, "type", link.type, partner.type))
+        listed += _place_differences(pairing, i, link, partner)
+        listed += _weighed(pairing, i, link, partner)
+        if link.type == partner.type:
+            for item in _of_joint(pairing, link, partner):
                 (late if item.quantity.partition("[")[0] in _LATE else listed).append(item)
     listed += _loops(pairing)
     return listed + late
@@ -208,14 +208,16 @@ def of_solids(pairing: Pairing) -> list[Difference]:
             mass, moments = pairing.second.solids[name]
             mine = np.linalg.eigvalsh(body.inertia.about_center)
             whole = min(mine.min(), moments.min()) > 0.0
-            for quantity, one, other, unit in (
+            for quantity, ours, theirs, unit in (
                 ("mass", np.array([body.inertia.mass]), np.array([mass]), "kg"),
                 ("principal moments", mine, moments, "kg m^2"),
             ):
-                size = max(float(np.abs(one).max()), float(np.abs(other).max()))
-                if np.abs(one - other).max() <= pairing.tolerance * size or (quantity != "mass" and not whole):
+                size = max(float(np.abs(ours).max()), float(np.abs(theirs).max()))
+                if np.abs(ours - theirs).max() <= pairing.tolerance * size or (quantity != "mass" and not whole):
                     continue
-                first, second = (float(item[0]) if len(item) == 1 else tuple(map(float, item)) for item in (one, other))
+                first, second = (
+                    float(item[0]) if len(item) == 1 else tuple(map(float, item)) for item in (ours, theirs)
+                )
                 places = pairing.first.place(f"bodies.{name}"), ""
                 listed.append(Difference(f"bodies.{name}", quantity, first, second, unit, places))
     return listed
@@ -236,70 +238,70 @@ def _name(machine: Machine, number: int) -> str:
     return machine.links[number].body if number >= 0 else "base"
 
 
-def _place_differences(pairing: Pairing, number: int, one: MachineLink, other: MachineLink) -> Iterator[Difference]:
+def _place_differences(pairing: Pairing, number: int, link: MachineLink, partner: MachineLink) -> Iterator[Difference]:
     """Yield differences of the place and axes of a link's joint, and store in ``pairing.aligned`` the place of the
     second's frame in the first's: as posed, or equal frames if then fewer quantities differ."""
-    carrier = pairing.aligned[one.parent]
-    theirs = carrier.then(other.pose)
-    exact = one.pose.inverse().then(theirs)
-    keys = f"joints.{one.joint}", f"joints.{other.joint}"
+    carrier = pairing.aligned[link.parent]
+    theirs = carrier.then(partner.pose)
+    exact = link.pose.inverse().then(theirs)
+    keys = f"joints.{link.joint}", f"joints.{partner.joint}"
     if pairing.near(exact, AT_ORIGIN):
         pairing.aligned[number] = AT_ORIGIN
-        yield from _axes(pairing, one, other, AT_ORIGIN)
+        yield from _axes(pairing, link, partner, AT_ORIGIN)
         return
-    axis = one.pose.axes @ one.axis if one.axis is not None else None
-    apart = theirs.origin - one.pose.origin
-    if axis is not None and one.type in ("revolute", "cylindrical", "helical"):  # the same anywhere on the axis
-        apart = apart - axis * (axis @ apart)
-    moved = one.type not in ("free", "prismatic", "planar") and not pairing.near_points(apart, np.zeros(3))
-    tilted = axis is not None and other.axis is not None and _is_tilted(pairing, axis, theirs.axes @ other.axis)
-    written, posed = (pairing.misses(one, other, number, place) for place in (AT_ORIGIN, exact))
-    if one.type == "free":  # zero is anywhere
+    axis = link.pose.axes @ link.axis if link.axis is not None else None
+    offset = theirs.origin - link.pose.origin
+    if axis is not None and link.type in ("revolute", "cylindrical", "helical"):  # the same anywhere on the axis
+        offset = offset - axis * (axis @ offset)
+    moved = link.type not in ("free", "prismatic", "planar") and not pairing.near_points(offset, np.zeros(3))
+    tilted = axis is not None and partner.axis is not None and _is_tilted(pairing, axis, theirs.axes @ partner.axis)
+    written, posed = (pairing.misses(link, partner, number, placement) for placement in (AT_ORIGIN, exact))
+    if link.type == "free":  # zero is anywhere
         pairing.aligned[number] = AT_ORIGIN if written < posed else exact
         return
     if written < posed or (written == posed and (moved or tilted)):
         pairing.aligned[number] = AT_ORIGIN
         if not pairing.near_axes(exact.axes, np.eye(3)):
-            yield pairing.difference(keys, "orientation", one.pose.axes.ravel(), theirs.axes.ravel())
-        if not pairing.near_points(theirs.origin, one.pose.origin):
-            yield pairing.difference(keys, "position", one.pose.origin, theirs.origin, "m")
+            yield pairing.difference(keys, "orientation", link.pose.axes.ravel(), theirs.axes.ravel())
+        if not pairing.near_points(theirs.origin, link.pose.origin):
+            yield pairing.difference(keys, "position", link.pose.origin, theirs.origin, "m")
     else:
         pairing.aligned[number] = exact
         if moved:
-            yield pairing.difference(keys, "position", one.pose.origin, theirs.origin, "m")
-    yield from _axes(pairing, one, other, pairing.aligned[number])
+            yield pairing.difference(keys, "position", link.pose.origin, theirs.origin, "m")
+    yield from _axes(pairing, link, partner, pairing.aligned[number])
 
 
-def _is_tilted(pairing: Pairing, axis: Array, other: Array) -> bool:
+def _is_tilted(pairing: Pairing, axis: Array, second_axis: Array) -> bool:
     """Return whether two axes are along different lines."""
-    return not (pairing.near_axes(axis, other) or pairing.near_axes(-axis, other))
+    return not (pairing.near_axes(axis, second_axis) or pairing.near_axes(-axis, second_axis))
 
 
-def _axes(pairing: Pairing, one: MachineLink, other: MachineLink, aligned: Placement) -> Iterator[Difference]:
-    """Yield differences of the axes of two joints of one type. ``aligned`` is the frame of ``other`` in the frame of
-    ``one``, in which the axes are compared."""
+def _axes(pairing: Pairing, link: MachineLink, partner: MachineLink, aligned: Placement) -> Iterator[Difference]:
+    """Yield differences of the axes of two joints of one type. ``aligned`` is the frame of ``partner`` in the frame of
+    ``link``, in which the axes are compared."""
     for name in ("axis", "second_axis"):
-        mine, theirs = getattr(one, name), getattr(other, name)
-        if one.type != other.type or mine is None or theirs is None:
+        mine, theirs = getattr(link, name), getattr(partner, name)
+        if link.type != partner.type or mine is None or theirs is None:
             continue
         turned = aligned.axes @ theirs
         if not pairing.near_axes(mine, turned):
-            yield pairing.difference((f"joints.{one.joint}", f"joints.{other.joint}"), name, mine, turned)
+            yield pairing.difference((f"joints.{link.joint}", f"joints.{partner.joint}"), name, mine, turned)
 
 
-def _weighed(pairing: Pairing, number: int, one: MachineLink, other: MachineLink) -> Iterator[Difference]:
+def _weighed(pairing: Pairing, number: int, link: MachineLink, partner: MachineLink) -> Iterator[Difference]:
     """Yield differences of mass properties of a link: body by body if both machines have the same bodies with mass,
     else as a whole."""
     aligned = pairing.aligned[number]
-    carrying = {name for name, body in one.bodies.items() if _has_inertia(body.inertia)}
-    if carrying == {name for name, body in other.bodies.items() if _has_inertia(body.inertia)}:
-        for name in one.bodies:
+    carrying = {name for name, body in link.bodies.items() if _has_inertia(body.inertia)}
+    if carrying == {name for name, body in partner.bodies.items() if _has_inertia(body.inertia)}:
+        for name in link.bodies:
             if name in carrying:
-                yield from _of_body(pairing, name, one.bodies[name], other.bodies[name], aligned)
+                yield from _of_body(pairing, name, link.bodies[name], partner.bodies[name], aligned)
         return
-    names = tuple(next(iter(carrying & set(link.bodies)), link.body) for link in (one, other))
-    moved = other.whole.transform(*aligned)
-    yield from _of_inertia(pairing, (names[0], names[1]), one.whole, moved)
+    names = tuple(next(iter(carrying & set(side.bodies)), side.body) for side in (link, partner))
+    moved = partner.whole.transform(*aligned)
+    yield from _of_inertia(pairing, (names[0], names[1]), link.whole, moved)
 
 
 def _has_inertia(inertia: Inertia) -> bool:
@@ -307,49 +309,49 @@ def _has_inertia(inertia: Inertia) -> bool:
 
 
 def _of_body(
-    pairing: Pairing, name: str, one: MachineBody, other: MachineBody, aligned: Placement
+    pairing: Pairing, name: str, body: MachineBody, partner: MachineBody, aligned: Placement
 ) -> Iterator[Difference]:
     """Yield differences of a body on paired links: the place of its fixed joint if mass properties agree in the body's
     frame, else the mass properties."""
-    mine, theirs = one.in_link, other.in_link.transform(*aligned)
+    mine, theirs = body.in_link, partner.in_link.transform(*aligned)
     if pairing.alike(mine, theirs):
         return
-    place = aligned.then(other.place)
-    if one.joint and not pairing.near(one.place, place) and pairing.alike(one.inertia, other.inertia):
-        keys = f"joints.{one.joint}", f"joints.{other.joint or one.joint}"
-        if not pairing.near_axes(one.place.axes, place.axes):
-            yield pairing.difference(keys, "orientation", one.place.axes.ravel(), place.axes.ravel())
-        if not pairing.near_points(one.place.origin, place.origin):
-            yield pairing.difference(keys, "position", one.place.origin, place.origin, "m")
+    placement = aligned.then(partner.place)
+    if body.joint and not pairing.near(body.place, placement) and pairing.alike(body.inertia, partner.inertia):
+        keys = f"joints.{body.joint}", f"joints.{partner.joint or body.joint}"
+        if not pairing.near_axes(body.place.axes, placement.axes):
+            yield pairing.difference(keys, "orientation", body.place.axes.ravel(), placement.axes.ravel())
+        if not pairing.near_points(body.place.origin, placement.origin):
+            yield pairing.difference(keys, "position", body.place.origin, placement.origin, "m")
         return
-    back = one.place.inverse()
-    yield from _of_inertia(pairing, (name, name), one.inertia, theirs.transform(*back))
+    back = body.place.inverse()
+    yield from _of_inertia(pairing, (name, name), body.inertia, theirs.transform(*back))
 
 
-def _of_inertia(pairing: Pairing, names: tuple[str, str], one: Inertia, other: Inertia) -> Iterator[Difference]:
+def _of_inertia(pairing: Pairing, names: tuple[str, str], first: Inertia, second: Inertia) -> Iterator[Difference]:
     """Yield differences of mass, centre of mass and inertia, given in one frame; ``names`` are the body's in both
     machines."""
     keys = f"bodies.{names[0]}", f"bodies.{names[1]}"
-    if abs(one.mass - other.mass) > pairing.tolerance * max(one.mass, other.mass):
-        yield pairing.difference(keys, "mass", one.mass, other.mass, "kg")
-    if one.mass and other.mass and not pairing.near_points(one.center, other.center):
-        yield pairing.difference(keys, "center_of_mass", one.center, other.center, "m")
-    if not pairing.near_inertias(one, other):
-        values = np.array(entries_of(one.about_center)), np.array(entries_of(other.about_center))
+    if abs(first.mass - second.mass) > pairing.tolerance * max(first.mass, second.mass):
+        yield pairing.difference(keys, "mass", first.mass, second.mass, "kg")
+    if first.mass and second.mass and not pairing.near_points(first.center, second.center):
+        yield pairing.difference(keys, "center_of_mass", first.center, second.center, "m")
+    if not pairing.near_inertias(first, second):
+        values = np.array(entries_of(first.about_center)), np.array(entries_of(second.about_center))
         yield pairing.difference(keys, "inertia", *values, "kg m^2")
 
 
-def _of_joint(pairing: Pairing, one: MachineLink, other: MachineLink) -> Iterator[Difference]:
+def _of_joint(pairing: Pairing, link: MachineLink, partner: MachineLink) -> Iterator[Difference]:
     """Yield differences of the quantities of a joint that both readers know."""
-    for quantity in one.numbers:
-        if quantity not in other.numbers:
+    for quantity in link.numbers:
+        if quantity not in partner.numbers:
             continue
-        mine, theirs = one.numbers[quantity], other.numbers[quantity]
+        mine, theirs = link.numbers[quantity], partner.numbers[quantity]
         if equal(mine, theirs, pairing.tolerance):
             continue
         name = quantity.partition("[")[0]
-        keys = f"joints.{one.joint}", f"joints.{other.joint}"
-        units = tuple(JOINTS[one.type].coordinates.values()) if one.type in JOINTS else ()
+        keys = f"joints.{link.joint}", f"joints.{partner.joint}"
+        units = tuple(JOINTS[link.type].coordinates.values()) if link.type in JOINTS else ()
         index = int(quantity.partition("[")[2].rstrip("]") or 0)
         unit = _UNITS[name][units[index] == "m"] if name in _UNITS and index < len(units) else ""
         yield pairing.difference(keys, quantity, _shown(mine), _shown(theirs), unit, _KEYS.get(name, name))
@@ -376,10 +378,10 @@ def _loops(pairing: Pairing) -> Iterator[Difference]:
         return
     rest = {loop.name: loop for loop in pairing.second.loops}
     pairs = [(loop, rest.pop(loop.name, None)) for loop in pairing.first.loops]
-    for place, (loop, partner) in enumerate(pairs):
+    for index, (loop, partner) in enumerate(pairs):
         if partner is None:
-            same = [name for name, other in rest.items() if _joins(pairing, loop) == _ends(other)]
-            pairs[place] = (loop, rest.pop(same[0]) if same else None)
+            same = [name for name, candidate in rest.items() if _joins(pairing, loop) == _ends(candidate)]
+            pairs[index] = (loop, rest.pop(same[0]) if same else None)
     for loop, partner in pairs:
         element = f"constraints.{loop.name}"
         if partner is None:
@@ -411,19 +413,19 @@ def _loop(pairing: Pairing, loop: MachineLoop, partner: MachineLoop, keys: tuple
         expected = pairing.partner.get(loop.first[0], -1) if loop.first[0] >= 0 else -1
         if theirs[0][0] != expected and theirs[1][0] == expected:
             theirs.reverse()
-        for side, mine, other, uses in zip(
+        for side, mine, their_end, uses in zip(
             ("first", "second"), (loop.first, loop.second), theirs, loop.uses, strict=True
         ):
             number = pairing.partner.get(mine[0], -2) if mine[0] >= 0 else -1
-            if number != other[0]:
-                names = _name(pairing.first, mine[0]), _name(pairing.second, other[0])
+            if number != their_end[0]:
+                names = _name(pairing.first, mine[0]), _name(pairing.second, their_end[0])
                 yield pairing.difference(keys, f"{side} body", *names, key=side)
                 continue
-            place = pairing.aligned.get(mine[0], AT_ORIGIN).then(other[1])
-            if not pairing.near_points(mine[1].origin, place.origin):
-                yield pairing.difference(keys, f"{side} position", mine[1].origin, place.origin, "m", side)
-            if uses in ("z", "x and z") and not pairing.near_axes(mine[1].axes[:, 2], place.axes[:, 2]):
-                axes = mine[1].axes[:, 2], place.axes[:, 2]
+            placement = pairing.aligned.get(mine[0], AT_ORIGIN).then(their_end[1])
+            if not pairing.near_points(mine[1].origin, placement.origin):
+                yield pairing.difference(keys, f"{side} position", mine[1].origin, placement.origin, "m", side)
+            if uses in ("z", "x and z") and not pairing.near_axes(mine[1].axes[:, 2], placement.axes[:, 2]):
+                axes = mine[1].axes[:, 2], placement.axes[:, 2]
                 yield pairing.difference(keys, f"{side} axis", *axes, key=side)
         if loop.type == "fixed":
             mine_axes = loop.first[1].axes @ loop.second[1].axes.T

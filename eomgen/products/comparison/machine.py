@@ -38,9 +38,9 @@ class Placement(NamedTuple):
     axes: Array
     origin: Array
 
-    def then(self, other: Placement) -> Placement:
-        """Return the place of a frame that is at ``other`` in this frame."""
-        return Placement(self.axes @ other.axes, self.axes @ other.origin + self.origin)
+    def then(self, placement: Placement) -> Placement:
+        """Return the place of a frame that is at ``placement`` in this frame."""
+        return Placement(self.axes @ placement.axes, self.axes @ placement.origin + self.origin)
 
     def inverse(self) -> Placement:
         """Return the place of the second frame in the first."""
@@ -200,15 +200,15 @@ class Lumps:
 
     def fixed(self, body: str, parent: str, pose: Placement, joint: str = "") -> None:
         """Add a body that a joint, named ``joint``, fixes to the body ``parent`` at a pose in it."""
-        number, place = self.places[parent]
+        number, placement = self.places[parent]
         self._joints[body] = joint
-        self.places[body] = (number, place.then(pose))
+        self.places[body] = (number, placement.then(pose))
 
     def weigh(self, body: str, inertia: Inertia) -> None:
         """Add the mass properties of a body, in the frame of the body; bodies of the base are left out."""
-        number, place = self.places[body]
+        number, placement = self.places[body]
         if number >= 0:
-            self.bodies[number][body] = MachineBody(inertia, place, self._joints.get(body, ""))
+            self.bodies[number][body] = MachineBody(inertia, placement, self._joints.get(body, ""))
 
     def whole(self, number: int) -> Inertia:
         """Return the mass properties of a link."""
@@ -272,9 +272,9 @@ def of_scene(scene: Scene, system: System, file: str = "") -> Machine:
     for joint in scene.joints:
         pose = Placement(np.array(joint.orientation), values.vector(joint.position))
         if joint.kind.moves:
-            parent, place = lumps.places[joint.parent]
+            parent, placement = lumps.places[joint.parent]
             lumps.moved(joint.child)
-            carried.append((joint, parent, place.then(pose)))
+            carried.append((joint, parent, placement.then(pose)))
         else:
             lumps.fixed(joint.child, joint.parent, pose, joint.name)
     for body in scene.bodies:
@@ -316,11 +316,14 @@ def of_equations(name: str, system: System, links: Sequence[MachineLink], solids
     UsageError
         A coordinate without a counterpart.
     """
-    own = {factor.name for factor in system.factors}
+    coordinates = {factor.name for factor in system.factors}
     moving = [link for link in links if not link.held]
-    names = {link.joint: next((item for item in (link.joint, f"q_{link.joint}") if item in own), "") for link in moving}
-    if "" in names.values() or len(own) != len(names):
-        fault = f"the coordinates of {name} are {', '.join(sorted(own))} [E0566]"
+    names = {
+        link.joint: next((item for item in (link.joint, f"q_{link.joint}") if item in coordinates), "")
+        for link in moving
+    }
+    if "" in names.values() or len(coordinates) != len(names):
+        fault = f"the coordinates of {name} are {', '.join(sorted(coordinates))} [E0566]"
         hint = f"coordinates named as the joints: {', '.join(names)}"
         raise UsageError(Problem("coordinates", fault, hint))
     renamed = [replace(link, joint=names.get(link.joint, link.joint)) for link in links]
@@ -329,11 +332,11 @@ def of_equations(name: str, system: System, links: Sequence[MachineLink], solids
     def total(motion: MachineMotion) -> Forces:
         return evaluated(motion)._replace(bias=None, force=None)
 
-    known: dict[str, tuple[float, Array]] = {}
+    mass_properties: dict[str, tuple[float, Array]] = {}
     for solid in solids:
         mass, *entries = (evaluate(item, lambda symbol: 0.0) for item in (solid.mass, *solid.inertia))
-        known[solid.name] = mass, np.linalg.eigvalsh(tensor(entries)).astype(float)
-    return Machine(name, np.zeros(3), tuple(links), (), inputs, lambda _: "", total, None, solids=known)
+        mass_properties[solid.name] = mass, np.linalg.eigvalsh(tensor(entries)).astype(float)
+    return Machine(name, np.zeros(3), tuple(links), (), inputs, lambda _: "", total, None, solids=mass_properties)
 
 
 def _link(joint: Joint, parent: int, pose: Placement, lumps: Lumps, number: int, values: _Values) -> MachineLink:
@@ -391,8 +394,8 @@ def _loop(item: Any, lumps: Lumps, values: _Values) -> MachineLoop:
     """Return a constraint of a scene, with its frames on links and its quantities."""
     ends: list[tuple[int, Placement] | None] = [None, None]
     for side, frame in enumerate(item.frames):
-        number, place = lumps.places[frame.body]
-        ends[side] = number, place.then(Placement(np.array(frame.orientation), values.vector(frame.position)))
+        number, placement = lumps.places[frame.body]
+        ends[side] = number, placement.then(Placement(np.array(frame.orientation), values.vector(frame.position)))
     names = (
         "drive",
         "length",
@@ -490,8 +493,8 @@ class _Equations:
         for factor, q, v in zip(self._factors, motion.q, motion.v, strict=True):
             if factor is not None:
                 blocks["q"][:, factor.q], blocks["v"][:, factor.v] = q, v
-        for place, item in enumerate(system.inputs):
-            blocks["u"][:, place] = motion.inputs.get(item.name, 0.0)
+        for number, item in enumerate(system.inputs):
+            blocks["u"][:, number] = motion.inputs.get(item.name, 0.0)
         if "base" in self._evaluations:
             blocks["base"] = self._values("base", blocks)
         columns, size = self._columns, len(system.initial_v)

@@ -79,7 +79,7 @@ def read_mujoco(path: Path) -> Machine:
         turned = rotation_matrix(np.array(model.body_iquat[body]))
         about = turned @ np.diag(model.body_inertia[body]) @ turned.T
         lumps.weigh(names[body], Inertia(float(model.body_mass[body]), np.array(model.body_ipos[body]), about))
-    made = tuple(
+    machine_links = tuple(
         MachineLink(
             name,
             kind,
@@ -88,15 +88,15 @@ def read_mujoco(path: Path) -> Machine:
             pose,
             np.array(model.jnt_axis[joint]) if kind in ("revolute", "prismatic") else None,
             None,
-            lumps.bodies[place],
-            lumps.whole(place),
+            lumps.bodies[index],
+            lumps.whole(index),
             _mujoco_numbers(model, joint, kind),
         )
-        for place, (joint, name, kind, body, number, pose) in enumerate(links)
+        for index, (joint, name, kind, body, number, pose) in enumerate(links)
     )
     gravity = np.array(model.opt.gravity)
     evaluated = _MujocoEquations(mujoco, model, [joint for joint, *_ in links])
-    return Machine(f"{path.name} by MuJoCo", gravity, made, None, (), _no_loops(path.name), evaluated, None)
+    return Machine(f"{path.name} by MuJoCo", gravity, machine_links, None, (), _no_loops(path.name), evaluated, None)
 
 
 def _at_zero(model: Any, joint: int, kind: str, rest: Placement, anchor: Array) -> Placement:
@@ -138,15 +138,15 @@ class _MujocoEquations:
             start = 0
             for joint, every_q, every_v in zip(self.joints, motion.q, motion.v, strict=True):
                 q, v = every_q[state], every_v[state]
-                place, rate = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
+                q_start, rate = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
                 if len(v) == 6:
-                    data.qpos[place : place + 7] = [*q[4:], *q[:4]]
+                    data.qpos[q_start : q_start + 7] = [*q[4:], *q[:4]]
                     axes = rotation_matrix(q[:4])
                     transform[rate : rate + 3, start + 3 : start + 6] = axes
                     transform[rate + 3 : rate + 6, start : start + 3] = np.eye(3)
                     drift[rate : rate + 3] = axes @ np.cross(v[:3], v[3:])
                 else:
-                    data.qpos[place : place + len(q)] = q
+                    data.qpos[q_start : q_start + len(q)] = q
                     transform[rate : rate + len(v), start : start + len(v)] = np.eye(len(v))
                 start += len(v)
             data.qvel[:] = transform @ np.concatenate([v[state] for v in motion.v])

@@ -48,7 +48,7 @@ class Difference:
 
     def __str__(self) -> str:
         unit = f" {self.unit}" if self.unit else ""
-        where = " and ".join(place for place in self.places if place)
+        where = " and ".join(location for location in self.places if location)
         text = f"{self.element}: {self.quantity} is {self.texts[0]} and {self.texts[1]}{unit}"
         return f"{text}{f' ({where})' if where else ''}"
 

@@ -28,19 +28,19 @@ def motions(pairing: Pairing, count: int, random: np.random.Generator) -> tuple[
     q, v = [empty] * len(first.links), [empty] * len(first.links)
     their_q, their_v = [empty] * len(second.links), [empty] * len(second.links)
     for i, j in pairing.pairs:
-        one, other = first.links[i], second.links[j]
-        if one.held:
+        link, partner = first.links[i], second.links[j]
+        if link.held:
             continue
-        q[i], v[i] = _drawn(one, other, count, random)
+        q[i], v[i] = _drawn(link, partner, count, random)
         their_q[j], their_v[j] = _as_second(pairing, i, q[i], v[i])
     inputs = {name: random.normal(size=count) for name in first.inputs if name in second.inputs}
     return MachineMotion(q, v, inputs), MachineMotion(their_q, their_v, inputs)
 
 
-def _drawn(one: MachineLink, other: MachineLink, count: int, random: np.random.Generator) -> tuple[Array, Array]:
+def _drawn(link: MachineLink, partner: MachineLink, count: int, random: np.random.Generator) -> tuple[Array, Array]:
     """Return random coordinates (count, size) of a joint, within the limits of both descriptions, and random
     velocities."""
-    kind = JOINTS[one.type]
+    kind = JOINTS[link.type]
     v = random.normal(size=(count, kind.v_size))
     if kind.group == "SO3":
         return numeric.exp(SO3, random.normal(size=(count, 3))), v
@@ -50,8 +50,8 @@ def _drawn(one: MachineLink, other: MachineLink, count: int, random: np.random.G
     for index, unit in enumerate(kind.units):
         name = "" if kind.v_size == 1 else f"[{index}]"
         low, high = -_REACH[unit], _REACH[unit]
-        for link in (one, other):
-            lower, upper = link.numbers.get(f"lower{name}", -math.inf), link.numbers.get(f"upper{name}", math.inf)
+        for side in (link, partner):
+            lower, upper = side.numbers.get(f"lower{name}", -math.inf), side.numbers.get(f"upper{name}", math.inf)
             if isinstance(lower, float) and isinstance(upper, float) and max(low, lower) < min(high, upper):
                 low, high = max(low, lower), min(high, upper)
         ends.append((low, high))
@@ -63,21 +63,21 @@ def _as_second(pairing: Pairing, number: int, q: Array, v: Array) -> tuple[Array
     """Return coordinates q (n, size) and velocities v of a link of the first machine in the frames of the second, on
     which they depend for balls and free bodies. With X and X_p the second's frames of link and parent in the first's,
     and P the poses at zero, P q = X_p P' q' X^-1."""
-    one, other = pairing.first.links[number], pairing.second.links[pairing.partner[number]]
-    group = {"SO3": SO3, "SE3": SE3}.get(JOINTS[one.type].group)
+    link, partner = pairing.first.links[number], pairing.second.links[pairing.partner[number]]
+    group = {"SO3": SO3, "SE3": SE3}.get(JOINTS[link.type].group)
     if group is None:
         return q, v
-    zero = one.pose.inverse().then(pairing.aligned[one.parent]).then(other.pose)
-    own, of_zero = (_element(place, q.shape) for place in (pairing.aligned[number], zero))
-    moved = numeric.compose(group, numeric.compose(group, numeric.inverse(group, of_zero), q), own)
-    back = numeric.adjoint(group, numeric.inverse(group, own))
+    zero = link.pose.inverse().then(pairing.aligned[link.parent]).then(partner.pose)
+    of_link, of_zero = (_element(placement, q.shape) for placement in (pairing.aligned[number], zero))
+    moved = numeric.compose(group, numeric.compose(group, numeric.inverse(group, of_zero), q), of_link)
+    back = numeric.adjoint(group, numeric.inverse(group, of_link))
     return moved, np.einsum("nij,nj->ni", back, v)
 
 
-def _element(place: Placement, shape: tuple[int, ...]) -> Array:
+def _element(placement: Placement, shape: tuple[int, ...]) -> Array:
     """Return a place as elements of the group with these many numbers, (n, 4) or (n, 7)."""
-    quaternion = np.array(quaternion_of_matrix(place.axes.tolist()))
-    return np.broadcast_to(np.concatenate([quaternion, place.origin])[: shape[1]], shape)
+    quaternion = np.array(quaternion_of_matrix(placement.axes.tolist()))
+    return np.broadcast_to(np.concatenate([quaternion, placement.origin])[: shape[1]], shape)
 
 
 def errors_of(pairing: Pairing, first: Forces, second: Forces) -> tuple[dict[str, float], list[Difference]]:

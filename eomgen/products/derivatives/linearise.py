@@ -154,7 +154,7 @@ def sensitivities(
     chosen.check_span(run, changed=request.changed)
     state, _, _ = request.initial_state(run)
     start = _start(model, initial, run.parameters, state, parameter_names, at_rest=request.at_rest)
-    rows = [place for places in outputs.values() for place in places]
+    rows = [row for places in outputs.values() for row in places]
     stepper = Stepper(chosen.library, run.settings, run.parameters)
     linear = _linear_run(run, stepper, state, linear_step, start, directions, rows)
     check_crossings(linear, names)

@@ -43,7 +43,7 @@ def _unresolved_coordinate(run: FinishedRun) -> Iterator[Finding]:
     unresolved = unresolved_coordinates(run)
     if not unresolved:
         return
-    name, travel, error, unit = max(unresolved, key=lambda one: one.error / one.travel)
+    name, travel, error, unit = max(unresolved, key=lambda component: component.error / component.travel)
     more = f" (and {len(unresolved) - 1} more)" if len(unresolved) > 1 else ""
     size = f"its motion of {travel:.2g}{unit} has an estimated error of {error:.2g}{unit}"
     text = f"{name}{more} is not resolved: {size}"
@@ -69,10 +69,10 @@ def _hidden_components(run: FinishedRun, q: Array, z: Array) -> list[UnresolvedC
     q_travel, z_travel = (np.ptp(values, axis=0).tolist() for values in (q, z))
     errors, of_states = error.increment.tolist(), error.z.tolist()
     axes = [(factor.q_start, factor.v_start) for factor in model.factors if factor.group == "R"]
-    known = [(model.q_names[k], q_travel[k], errors[j], model.q_units[k], j) for k, j in axes]
-    known += zip(model.z_names, z_travel, of_states, model.z_units, range(-len(of_states), 0), strict=True)
+    rows = [(model.q_names[k], q_travel[k], errors[j], model.q_units[k], j) for k, j in axes]
+    rows += zip(model.z_names, z_travel, of_states, model.z_units, range(-len(of_states), 0), strict=True)
     large = [
-        one for one in known if one[2] > DOUBTFUL_ERROR * one[1] > 0.0 and (reported is None or one[0] != reported.name)
+        row for row in rows if row[2] > DOUBTFUL_ERROR * row[1] > 0.0 and (reported is None or row[0] != reported.name)
     ]
     if not large:
         return []
@@ -80,8 +80,8 @@ def _hidden_components(run: FinishedRun, q: Array, z: Array) -> list[UnresolvedC
     reach = np.concatenate([reach, np.abs(z).max(axis=0)])
     return [
         UnresolvedComponent(name, travel, by, "" if unit in ("", "1") else f" {unit}")
-        for name, travel, by, unit, place in large
-        if travel > part * reach[place]
+        for name, travel, by, unit, column in large
+        if travel > part * reach[column]
     ]
 
 
@@ -97,10 +97,10 @@ def _momentum_drift(run: FinishedRun) -> Iterator[Finding]:
 
 def _multiplier_rounding(run: FinishedRun) -> Iterator[Finding]:
     if (share := _rounding(run)) > ROUNDED:
-        other = "" if run.run.name == ROUNDING_LEAST else f"{ROUNDING_LEAST}, "
+        alternative = "" if run.run.name == ROUNDING_LEAST else f"{ROUNDING_LEAST}, "
         double = ", or double precision" if run.single else ""
         text = f"up to {100.0 * share:.2g} % of the multipliers is rounding, which grows as 1/step^2"
-        yield Finding(value=share, text=text, hint=f"{other}a step larger than {run.longest_part:.3g} s{double}")
+        yield Finding(value=share, text=text, hint=f"{alternative}a step larger than {run.longest_part:.3g} s{double}")
 
 
 def _rounding(run: FinishedRun) -> float:
@@ -167,10 +167,10 @@ def nearest_singular(model: CompiledModel, t: Array, q: Array, p: Array) -> Sing
 def way_through(method: Method, step: float) -> str:
     """Return the remedy for a run by a method that has passed near a singular position inaccurately: a step below
     ``step``, s, or another method."""
-    other = (
+    alternative = (
         "" if method.passes_singularities else ", or rk4_partitioned, which passes such positions along the velocity"
     )
-    return f"a step smaller than {step:.3g} s{other}"
+    return f"a step smaller than {step:.3g} s{alternative}"
 
 
 def passages(count: int) -> str:

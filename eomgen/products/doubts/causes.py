@@ -100,8 +100,8 @@ def _quantity_without_value(formula: EntryQuantity, value_of: Callable[[Symbol],
     numbers = [evaluate(part, value_of) for part in formula.arguments]
     value = evaluate(formula, value_of)
     if all(map(math.isfinite, numbers)) and not math.isfinite(value):
-        place = ", ".join(f"{name} = {number:.6g}" for name, number in zip(names, numbers, strict=False))
-        yield f"{formula.word.named(formula.item, formula.component)} is {value:g} at {place}"
+        argument_values = ", ".join(f"{name} = {number:.6g}" for name, number in zip(names, numbers, strict=False))
+        yield f"{formula.word.named(formula.item, formula.component)} is {value:g} at {argument_values}"
 
 
 def _without_value(formula: Formula, value_of: Callable[[Symbol], float]) -> Iterator[str]:
@@ -158,8 +158,8 @@ def _positions(
     result: dict[tuple[str, str, int], float] = {}
     for item in model.description.drawing.points:
         if item.name in named and item.body in model.bodies:
-            place = _numbers(values, item.position)
-            position = model.point(item.body, place, q, t=t, parameters=p).position
+            local_position = _numbers(values, item.position)
+            position = model.point(item.body, local_position, q, t=t, parameters=p).position
             result |= {("position", item.name, k): float(position[k]) for k in range(3)}
     return result
 
@@ -179,11 +179,11 @@ def _met_springs(model: CompiledModel, t: float, q: Array, p: Array, values: Sym
 
 def _place_of(model: CompiledModel, point: Point, t: float, q: Array, p: Array, values: SymbolValues) -> Array:
     """Return the world position of a point, (3,) m."""
-    place = np.array(_numbers(values, point.position))
+    local_position = np.array(_numbers(values, point.position))
     if point.body in model.bodies:
-        return model.point(point.body, place, q, t=t, parameters=p).position
+        return model.point(point.body, local_position, q, t=t, parameters=p).position
     pose = model.base(t, parameters=p)[:7] if point.body == BASE else STILL
-    return np.asarray(rotated(pose[:4], place) + pose[4:])
+    return np.asarray(rotated(pose[:4], local_position) + pose[4:])
 
 
 def _numbers(values: SymbolValues, formulas: Sequence[Formula]) -> list[float]:
@@ -194,17 +194,17 @@ def _left_by_contacts(model: CompiledModel, t: float, q: Array, p: Array, values
     """Return, in words, a curve of a surface that a contact leaves at its ends, with the constraint; empty without
     one."""
     for item in model.description.contacts:
-        used = [(one.curve, one.argument) for one in applications(item.height) if isinstance(one.curve, Curve)]
+        used = [(use.curve, use.argument) for use in applications(item.height) if isinstance(use.curve, Curve)]
         if not used or item.rider not in model.bodies:
             continue
         try:
             origin, center, (size,) = (_numbers(values, part) for part in (item.position, item.center, [item.size]))
-            place = model.point(item.rider, center, q, t=t, parameters=p).position
+            center_position = model.point(item.rider, center, q, t=t, parameters=p).position
             if item.body in (*model.bodies, BASE):
                 at_base = item.body == BASE
                 pose = model.base(t, parameters=p)[:7] if at_base else model.pose(item.body, q, t, parameters=p)
-                place = rotated(pose[:4] * [1.0, -1.0, -1.0, -1.0], place - pose[4:])
-            local = (place - np.array(origin)) @ np.array(item.axes)
+                center_position = rotated(pose[:4] * [1.0, -1.0, -1.0, -1.0], center_position - pose[4:])
+            local = (center_position - np.array(origin)) @ np.array(item.axes)
             for curve, argument in used:
                 arguments = [_numbers(_with_place(values, local + off), [argument])[0] for off in size * _AROUND]
                 if _outside(curve, arguments):
@@ -215,8 +215,8 @@ def _left_by_contacts(model: CompiledModel, t: float, q: Array, p: Array, values
     return ""
 
 
-def _with_place(values: SymbolValues, place: Array) -> SymbolValues:
-    return {**values, **{("local", "position", k): float(place[k]) for k in range(3)}}
+def _with_place(values: SymbolValues, position: Array) -> SymbolValues:
+    return {**values, **{("local", "position", k): float(position[k]) for k in range(3)}}
 
 
 def _outside(curve: Curve, arguments: Sequence[float]) -> bool:

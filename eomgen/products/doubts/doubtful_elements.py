@@ -83,16 +83,16 @@ def _sizes(document: SceneDocument, lengths: Mapping[str, float], values: Values
         entry, key = document.section("beams")[name], key_of("beams", name)
         tables = [(f"{key}.section", entry.section)]
         tables += [(f"{key}.parts[{number}].section", part.section) for number, part in enumerate(entry.parts)]
-        sizes = [size for place, section in tables if section is not None for size in _of(place, section, values)]
-        for place, size in sizes:
+        sizes = [size for path, section in tables if section is not None for size in _of(path, section, values)]
+        for path, size in sizes:
             if size >= length:
                 note = f"{size:.6g} m is more than the length of the beam, {length:.6g} m [W0107]"
-                yield f"{place}: {note}; {1e-3 * size:.6g} if it is in mm"
-        place, largest = max(sizes, key=lambda pair: pair[1], default=("", math.inf))
+                yield f"{path}: {note}; {1e-3 * size:.6g} if it is in mm"
+        path, largest = max(sizes, key=lambda pair: pair[1], default=("", math.inf))
         if 0.0 < largest < length / SLENDEREST:
             note = (
                 f"the beam is {length:.6g} m long, {length / largest:.3g} times as long as its sections are thick"
-                f" ({place} {largest:.3g} m) [W0106]"
+                f" ({path} {largest:.3g} m) [W0106]"
             )
             yield f"{key}: {note}; numbers without a unit are in m"
 
@@ -102,9 +102,9 @@ def _of(key: str, section: SectionEntry, values: Values) -> Iterator[tuple[str, 
     root of the area; a section without a positive size yields none."""
     there = values.at(0.5)
     fields = ("area",) if section.shape is None else SHAPES[section.shape].sizes
-    given = [(f"{key}.{field}", getattr(section, field)) for field in fields]
-    sizes = [(place, there.value(there.formula(place, one, PARAMETERS))) for place, one in given if one is not None]
-    sizes = [(place, math.sqrt(size) if section.shape is None else size) for place, size in sizes if size > 0.0]
+    pairs = [(f"{key}.{field}", getattr(section, field)) for field in fields]
+    sizes = [(path, there.value(there.formula(path, value, PARAMETERS))) for path, value in pairs if value is not None]
+    sizes = [(path, math.sqrt(size) if section.shape is None else size) for path, size in sizes if size > 0.0]
     if sizes:
         yield max(sizes, key=lambda pair: pair[1])
 
@@ -240,7 +240,7 @@ def tyres_in_the_road(
         if point is None or point.body not in places:
             continue
         turned, origin = places[point.body]
-        place = origin + turned @ np.array([values.value(part) for part in point.position])
+        center = origin + turned @ np.array([values.value(part) for part in point.position])
         if tyre.slip is not None and abs((turned @ np.array(tyre.slip.axis))[2]) > UPRIGHT:
             key = f"{key_of('tyres', tyre.name)}.slip.axis"
             notes.append(
@@ -248,9 +248,9 @@ def tyres_in_the_road(
                 " try: a level axis, as [0, 1, 0] of a wheel that rolls along x"
             )
 
-        def value_of(symbol: Symbol, place: Array = place) -> float:
+        def value_of(symbol: Symbol, center: Array = center) -> float:
             if symbol.kind == "position":
-                return float(place[symbol.index])
+                return float(center[symbol.index])
             return values.parameters[symbol.name] if symbol.kind == "parameter" else 0.0
 
         try:
@@ -258,7 +258,7 @@ def tyres_in_the_road(
         except (ArithmeticError, KeyError):
             continue
         radius, stiffness = values.value(tyre.radius), values.value(tyre.stiffness)
-        if note := tyre.drawn().deep(float(place[2]), radius, road, stiffness):
+        if note := tyre.drawn().deep(float(center[2]), radius, road, stiffness):
             notes.append(f"{key_of('tyres', tyre.name)}: {note} [W0110]")
     return notes
 

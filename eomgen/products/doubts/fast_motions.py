@@ -84,13 +84,13 @@ def unresolved_motion(finished: FinishedRun) -> str:
         return ""  # explicit methods do not damp the fast motions of a stable step: runs at other steps differ
     taken = statistics.get("own_steps") or statistics.get("expansions") or max(trajectory.steps, 1)
     step = (float(finished.states.t[-1]) - run.grid.start) / taken
-    for place in _places(finished):
+    for state in _places(finished):
         try:
-            result = _UnresolvedModes(run, place, step, finished.states.a).largest()
+            result = _UnresolvedModes(run, state, step, finished.states.a).largest()
         except (EomgenError, np.linalg.LinAlgError, ValueError):  # states at which the equations give no numbers
             continue
         if result is not None:
-            return _sentence(place.name, result, run, step)
+            return _sentence(state.name, result, run, step)
     return ""
 
 
@@ -142,25 +142,25 @@ class _UnresolvedModes:
 
     def largest(self) -> _Swing | None:
         """Return the mode with the largest oscillation; None if no oscillation is noticeable."""
-        place, result = self.place, []
+        state, result = self.place, []
         frequencies, forms, mass = self._fast_modes()
         energies = np.einsum("ni,ij,nj->n", self.accelerations, mass, self.accelerations)
         energies = np.nan_to_num(energies, nan=_LARGEST, posinf=_LARGEST)
         usual = float(np.quantile(np.sqrt(np.maximum(energies, 0.0)), _USUAL))
         for frequency, form in list(zip(frequencies, forms.T, strict=True)):
             span = _SPAN / frequency
-            later = 0.05 * span if place.jump else 0.0
+            later = 0.05 * span if state.jump else 0.0
             swing, size = self._swing(
-                (place.q, place.v, place.z, place.p), place.t + later, span, frequency, mass @ form, mass
+                (state.q, state.v, state.z, state.p), state.t + later, span, frequency, mass @ form, mass
             )
             size = max(size, usual)
             deflections = swing / frequency**2 * np.abs(form)
-            rounding = _ROUNDING * reach_of(self.run.model, place.q)
+            rounding = _ROUNDING * reach_of(self.run.model, state.q)
             if not (swing > NOTICED * size and np.any(deflections > rounding)):
                 continue
-            if place.before is not None:
-                earlier = place.t - 2.05 * span if place.jump else place.t
-                before, _ = self._swing(place.before, earlier, span, frequency, mass @ form, mass)
+            if state.before is not None:
+                earlier = state.t - 2.05 * span if state.jump else state.t
+                before, _ = self._swing(state.before, earlier, span, frequency, mass @ form, mass)
                 if not swing > EXCITED * before:
                     continue
             energy = form * (mass @ form)
@@ -215,11 +215,11 @@ class _UnresolvedModes:
             next_a, _ = self._accelerations((q, v + span * a, z, p), t + number * span)
             v, a = half + 0.5 * span * next_a, next_a
         seen.append(a)
-        along = [float(weights @ one) for one in seen]
+        along = [float(weights @ acceleration) for acceleration in seen]
         second = (along[0] - 2.0 * along[1] + along[2]) / (span * frequency) ** 2
         first = (along[2] - along[0]) / (2.0 * span * frequency)
         swing = math.hypot(first, second)
-        size = max(swing, *(math.sqrt(max(float(one @ mass @ one), 0.0)) for one in seen))
+        size = max(swing, *(math.sqrt(max(float(acceleration @ mass @ acceleration), 0.0)) for acceleration in seen))
         return swing, size
 
     def _accelerations(self, state: tuple[Array, Array, Array, Array], t: float) -> tuple[Array, Array]:
@@ -279,13 +279,13 @@ class _Law:
 def fast_laws(finished: FinishedRun) -> Iterator[Finding]:
     """Yield a finding on the input or force of time that varies most between the steps, if steps do not resolve one."""
     try:
-        known = [*_inputs(finished), *_forces(finished)]
+        time_laws = [*_inputs(finished), *_forces(finished)]
     except UsageError:  # a function of the caller that has no value between steps
         return
-    laws = [law for law in known if law.unseen]
+    laws = [law for law in time_laws if law.unseen]
     if not laws:
         return
-    law, step = max(laws, key=lambda one: one.off / one.range), finished.settings["step"]
+    law, step = max(laws, key=lambda candidate: candidate.off / candidate.range), finished.settings["step"]
     more = f" (and {len(laws) - 1} more)" if len(laws) > 1 else ""
     size = f"up to {law.off:.3g} {law.unit} off the line through them, and varies by {law.range:.3g} {law.unit} in all"
     text = f"{law.name}{more} varies faster than the steps resolve: between them it is {size}"

@@ -163,8 +163,8 @@ def _below_planes(facts: SceneFacts) -> Iterator[str]:
 
 def _base_with_gravity(facts: SceneFacts) -> Iterator[str]:
     """Yield a note if the base has the acceleration of gravity."""
-    given, gravity = (facts.data.get("base") or {}).get("acceleration"), facts.document.gravity
-    if given is None or tuple(given) != gravity or not any(gravity):
+    acceleration, gravity = (facts.data.get("base") or {}).get("acceleration"), facts.document.gravity
+    if acceleration is None or tuple(acceleration) != gravity or not any(gravity):
         return
     fault = "base.acceleration is the gravity of the scene: the base falls freely, and bodies in it have no weight"
     yield f"{fault}; try: no acceleration, if gravity alone is meant [W0114]"
@@ -215,12 +215,12 @@ def _base_out_of_scale(facts: SceneFacts) -> Iterator[str]:
     if base is None:
         return
     times = np.linspace(0.0, facts.document.simulation.duration or _WHILE, 8 * _TIMES)
-    for place, rotation in enumerate(base.rotations[len(base.added_by) :]):
+    for index, rotation in enumerate(base.rotations[len(base.added_by) :]):
         angle, _ = _to_and_fro(rotation.angle, times, facts)
         if angle > 2.0 * np.pi:
             fault = f"goes to and fro over {angle:.4g} rad, {angle / (2.0 * np.pi):.3g} turns"
             remedy = 'angles in formulas are radians; try: a parameter of "30 deg" as the amplitude'
-            yield f"base.rotation[{place}].angle {fault}: {remedy} [W0117]"
+            yield f"base.rotation[{index}].angle {fault}: {remedy} [W0117]"
     size = facts.once(scene_size)
     for axis, law in enumerate(base.position):
         travel, acceleration = _to_and_fro(law, times, facts)

@@ -92,16 +92,16 @@ def out_of_scale(
     size = _size(near, bodies, joints, elements)
     if not size > 0.0:
         return notes
-    apart = [length for length in near if length >= _SHORTEST]
-    if len(apart) >= _OF_A_BODY:
-        notes += _too_heavy(bodies, max(apart), values)
+    arm_lengths = [length for length in near if length >= _SHORTEST]
+    if len(arm_lengths) >= _OF_A_BODY:
+        notes += _too_heavy(bodies, max(arm_lengths), values)
     notes += _too_dense(bodies, joints, points, values, notes)
     lengths = [*_lengths(bodies, elements, shaped, values), *_lengths_of_shapes(shapes, values)]
     lengths += _lengths_of_constraints(constraints, bodies, values)
     lengths += [
-        (key_of("parameters", one.name), "the length", abs(one.value), "m") for one in parameters if one.unit == "m"
+        (key_of("parameters", item.name), "the length", abs(item.value), "m") for item in parameters if item.unit == "m"
     ]
-    return notes + _too_long(lengths, size, well_known=len(apart) >= _ARMS)
+    return notes + _too_long(lengths, size, well_known=len(arm_lengths) >= _ARMS)
 
 
 def size_of_scene(
@@ -430,10 +430,10 @@ def _against_numbers(data: Mapping[str, Any], values: Values) -> Iterator[tuple[
             continue
         for node in distinct_nodes(formula):
             if isinstance(node, Operation) and node.name in _OF_ONE_UNIT:
-                for symbol, other in itertools.permutations(node.arguments):
-                    if isinstance(symbol, Symbol) and isinstance(other, Number) and (units := units_of(symbol)):
+                for symbol, constant in itertools.permutations(node.arguments):
+                    if isinstance(symbol, Symbol) and isinstance(constant, Number) and (units := units_of(symbol)):
                         text = infix(symbol, {symbol: len(units)}.__getitem__)
-                        yield quantity.key, text, units[symbol.index], other.value
+                        yield quantity.key, text, units[symbol.index], constant.value
 
 
 MANY_SAMPLES = Limit(50.0, "1", "delay in samples, a whole number of seconds", "a choice")

@@ -67,13 +67,13 @@ def exchanged_times(grid: TimeGrid) -> list[str]:
     return [sentence + (exchanged if grid.step >= EXCHANGED * span else "")]
 
 
-def doubtful_call(model: CompiledModel, grid: TimeGrid, given: Collection[str], p: Array) -> list[str]:
+def doubtful_call(model: CompiledModel, grid: TimeGrid, caller_inputs: Collection[str], p: Array) -> list[str]:
     """Return one sentence for each doubt about a run: states sampled once, inputs that are 0 because neither scene nor
     run gives them, and improbable variables.
 
     Parameters
     ----------
-    given : names of the inputs that the caller gives
+    caller_inputs : names of the inputs that the caller gives
     p : (np,) parameters
     """
     description, notes = model.description, []
@@ -89,7 +89,7 @@ def doubtful_call(model: CompiledModel, grid: TimeGrid, given: Collection[str], 
         for name, period in periods.items()
         if 0.0 < longest < period
     ]
-    silent = [item.name for item in description.inputs if not item.given and item.name not in given]
+    silent = [item.name for item in description.inputs if not item.given and item.name not in caller_inputs]
     if silent:
         many = len(silent) > 1
         sentence = f"the inputs {listed(silent)} are 0" if many else f"the input {silent[0]} is 0"

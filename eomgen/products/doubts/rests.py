@@ -100,8 +100,8 @@ def _tyres(rest: Rest) -> list[str]:
         return []
     points = _positions(measures, poses)
     of_scene = dict(zip(model.inputs, model.input_values(measures.t, parameters=measures.p).tolist(), strict=True))
-    given: Mapping[str, Any] = u if isinstance(u, Mapping) else {}
-    inputs = of_scene | {name: float(np.asarray(value)) for name, value in given.items()}
+    input_values: Mapping[str, Any] = u if isinstance(u, Mapping) else {}
+    inputs = of_scene | {name: float(np.asarray(value)) for name, value in input_values.items()}
     inputs |= {} if u is None or isinstance(u, Mapping) else dict(zip(model.inputs, np.ravel(u).tolist(), strict=True))
     for tyre in tyres:
         center = points[tyre.center][1]

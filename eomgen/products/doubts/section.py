@@ -28,9 +28,9 @@ class _Doubts(Section):
     def read(self, reading: Reading) -> Mapping[str, Any]:
         table = reading.document.table(self.key)
         quiet: tuple[str, ...] = () if table is None else table.quiet
-        for place, name in enumerate(quiet):
+        for index, name in enumerate(quiet):
             if fault := fault_of_name(name):
-                reading.report.add(f"doubts.quiet[{place}]", *fault)
+                reading.report.add(f"doubts.quiet[{index}]", *fault)
         strict = table is not None and table.strict
         return {"settings": (quiet, strict) if quiet or strict else ()}
 

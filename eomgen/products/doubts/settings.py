@@ -42,13 +42,13 @@ def settings_of(parts: Mapping[str, Any], *, stored: bool) -> DoubtSettings:
     ----------
     parts : objects of products by section, of which ``doubts`` has the settings of the file
     """
-    own = DoubtSettings(*parts.get("doubts", ()))
-    problems = partial(_problems, 'doubts.quiet = ["{}"]' if own.strict else '--quiet "{}"')
-    return own if stored else _join(own, CALLED.get())._replace(problems=problems)
+    scene_settings = DoubtSettings(*parts.get("doubts", ()))
+    problems = partial(_problems, 'doubts.quiet = ["{}"]' if scene_settings.strict else '--quiet "{}"')
+    return scene_settings if stored else _join(scene_settings, CALLED.get())._replace(problems=problems)
 
 
-def _join(one: DoubtSettings, other: DoubtSettings) -> DoubtSettings:
-    return DoubtSettings(tuple(sorted({*one.quiet, *other.quiet})), one.strict or other.strict)
+def _join(first: DoubtSettings, second: DoubtSettings) -> DoubtSettings:
+    return DoubtSettings(tuple(sorted({*first.quiet, *second.quiet})), first.strict or second.strict)
 
 
 def _problems(silence: str, notes: Iterable[Message], report: Report | None = None) -> list[Problem]:

@@ -51,10 +51,10 @@ def deep_tyres(model: CompiledModel, t: float, q: Array, p: Array, signals: Inpu
     for wheel in drawing.wheels:
         point = points[wheel.center]
 
-        def value(formula: Formula, place: Array | None = None) -> float:
+        def value(formula: Formula, center: Array | None = None) -> float:
             def value_of(symbol: Symbol) -> float:
-                if symbol.kind == "position" and place is not None:
-                    return float(place[symbol.index])
+                if symbol.kind == "position" and center is not None:
+                    return float(center[symbol.index])
                 if symbol.kind == "time":
                     return t
                 return inputs[symbol.name] if symbol.kind == "input" else values[symbol.name]
@@ -64,8 +64,8 @@ def deep_tyres(model: CompiledModel, t: float, q: Array, p: Array, signals: Inpu
         try:
             offset = np.array([value(part) for part in point.position])
             pose = poses[point.body]
-            place = rotated(pose[:4], offset) + pose[4:]
-            note = wheel.deep(float(place[2]), value(wheel.radius), value(wheel.road, place), value(wheel.stiffness))
+            center = rotated(pose[:4], offset) + pose[4:]
+            note = wheel.deep(float(center[2]), value(wheel.radius), value(wheel.road, center), value(wheel.stiffness))
         except (ArithmeticError, KeyError):
             continue
         notes += [note] if note else []
@@ -143,8 +143,8 @@ def _lost_digits(run: FinishedRun) -> Iterator[Finding]:
     lost = relative_error(ratio, articulated=articulated)
     if lost > LOST:
         text = f"{digits_kept(lost)}: inertias differ by a factor of {ratio:.1g} with joints locked and free"
-        other = "the parameters of this run as defaults of the scene"
-        better = [other] if not articulated and model.parameters else ["links that differ less"]
+        remedy = "the parameters of this run as defaults of the scene"
+        better = [remedy] if not articulated and model.parameters else ["links that differ less"]
         if iterated:
             text = f"where forward dynamics gives them, at the start or at each recorded step, {text}"
         else:

@@ -32,13 +32,13 @@ def unseen_events(finished: FinishedRun) -> Finding | None:
         return None
     sampled, changes, counts = finished.once(SampledRun), finished.changes, finished.events.counts
     rows, events = sampled.rows, finished.stepper.layout["method"]["events"]["rows"]
-    known = [place for place, row in enumerate(events) if row["has_rate"]]
-    if not known or len(rows) < 2 or rows[0, 0] > finished.run.grid.start:
+    event_indices = [index for index, row in enumerate(events) if row["has_rate"]]
+    if not event_indices or len(rows) < 2 or rows[0, 0] > finished.run.grid.start:
         return None
-    signs = np.array([events[place]["sign"] for place in known])
-    seen = np.array([counts[events[place]["name"]] for place in known], dtype=float)
+    signs = np.array([events[index]["sign"] for index in event_indices])
+    seen = np.array([counts[events[index]["name"]] for index in event_indices], dtype=float)
     try:
-        recorded = _Roots(sampled.recorded_path, known, signs, changes)
+        recorded = _Roots(sampled.recorded_path, event_indices, signs, changes)
         if not np.any(recorded.count_missed(seen) > 0.0):
             return None
         taken = sampled.steps()
@@ -46,14 +46,14 @@ def unseen_events(finished: FinishedRun) -> Finding | None:
             return None
         roots = recorded
         if taken.rows is not rows:
-            roots = _Roots(sampled.path(taken), known, signs, changes, taken.breaks)
+            roots = _Roots(sampled.path(taken), event_indices, signs, changes, taken.breaks)
         missed = roots.count_missed(seen)
     except (EomgenError, np.linalg.LinAlgError):  # states at which the equations give no numbers
         return None
     worst = int(np.argmax(missed))
     if not missed[worst] > 0.0:
         return None
-    name, number = events[known[worst]]["name"], round(float(missed[worst]))
+    name, number = events[event_indices[worst]]["name"], round(float(missed[worst]))
     text = f"the event {name} comes {seen[worst]:.0f} times, and about {number} more lie in pairs within single steps"
     return Finding(text=f"{text}, which signs at their ends do not show", value=float(number))
 
@@ -128,8 +128,8 @@ class _Roots:
         touched = _TOUCHED * np.abs(np.nan_to_num(values)).max(axis=1, keepdims=True)
         result = np.zeros(len(self._known))
         for event in range(len(self._known)):
-            one = values[:, :, event]
-            signs = np.where(np.abs(one) > touched[:, :, event], np.sign(np.nan_to_num(one)), 0.0)
+            event_values = values[:, :, event]
+            signs = np.where(np.abs(event_values) > touched[:, :, event], np.sign(np.nan_to_num(event_values)), 0.0)
             # a zero value takes the sign before it
             last = np.maximum.accumulate(np.where(signs != 0.0, np.arange(len(grid)), 0), axis=1)
             signs = np.take_along_axis(signs, last, axis=1)

@@ -247,7 +247,7 @@ class _Examination:
         self._least: float = DEFECT
         self._known = [law for law in laws if path.knows(law)]
         self._opaque = len(self._known) < len(laws)
-        self._features = [one for law in self._known for one in features(law) if path.knows(one.argument)]
+        self._features = [feature for law in self._known for feature in features(law) if path.knows(feature.argument)]
         self._t = path.states.t
         self._ends = np.unique(np.concatenate([ends, _known_times(path, laws)]))
         near = 1e-9 * (self._t[-1] - self._t[0])
@@ -297,7 +297,10 @@ class _Examination:
     def _arguments(self) -> list[Array]:
         """Arguments of features, (steps, samples) each."""
         ends = self._path.at_rows
-        pairs = [[self._path.values(one.argument, there) for there in (self._samples, ends)] for one in self._features]
+        pairs = [
+            [self._path.values(feature.argument, there) for there in (self._samples, ends)]
+            for feature in self._features
+        ]
         return [self._with_ends(inside, at_ends, self._steps) for inside, at_ends in pairs]
 
     @cached_property
@@ -320,7 +323,7 @@ class _Examination:
         for feature, table in zip(self._features, self._arguments, strict=True):
             met = met | (np.ptp(feature.sides(table), axis=1) >= feature.least)
         looked = np.flatnonzero((bent > _BENT) | met)
-        return [int(place) for place in looked[np.lexsort((-bent[looked], ~met[looked]))]]
+        return [int(index) for index in looked[np.lexsort((-bent[looked], ~met[looked]))]]
 
     def finding(self) -> UnseenLaw | None:
         """Return an unresolved law, with the remedy; None if the steps resolve all laws."""
@@ -367,9 +370,9 @@ class _Examination:
         closer = np.ldexp(1.0 / len(grid), -np.arange(_HALVINGS))
         for feature, table in zip(self._features, arguments, strict=True):
             places, numbers = self._crossings(feature, table, grid, steps)
-            for place, number in zip(places, numbers, strict=True):
-                at = np.array([place])
-                result[number] += [at] if feature.curve else [at, place - closer, place + closer]
+            for crossing, number in zip(places, numbers, strict=True):
+                at = np.array([crossing])
+                result[number] += [at] if feature.curve else [at, crossing - closer, crossing + closer]
         return [_in_order(np.concatenate(parts)) for parts in result]
 
     def _inside(self, step: int) -> Array:
@@ -397,20 +400,20 @@ class _Examination:
         crossings = crossings[: _MET * len(steps)]
         if not crossings:
             return np.zeros(0), np.zeros(0, dtype=np.intp)
-        number, k = (np.array([one[place] for one in crossings], dtype=np.intp) for place in (0, 1))
-        level = np.array([one[2] for one in crossings])
+        number, k = (np.array([crossing[column] for crossing in crossings], dtype=np.intp) for column in (0, 1))
+        level = np.array([crossing[2] for crossing in crossings])
         first, last, low, high = grid[k], grid[k + 1], table[number, k], table[number, k + 1]
         begin, h = self._t[steps[number]], np.diff(self._t)[steps[number]]
-        place = first
+        fraction = first
         for _ in range(3):  # secants within the bracket
             with np.errstate(all="ignore"):
                 share = np.nan_to_num((level - low) / (high - low), nan=0.5)
-            place = first + np.clip(share, 0.0, 1.0) * (last - first)
-            value = self._path.values(feature.argument, self._path.at(begin + place * h, steps[number]))
+            fraction = first + np.clip(share, 0.0, 1.0) * (last - first)
+            value = self._path.values(feature.argument, self._path.at(begin + fraction * h, steps[number]))
             before = (value < level) == (low < level)
-            first, low = np.where(before, place, first), np.where(before, value, low)
-            last, high = np.where(before, last, place), np.where(before, high, value)
-        return place, number
+            first, low = np.where(before, fraction, first), np.where(before, value, low)
+            last, high = np.where(before, last, fraction), np.where(before, high, value)
+        return fraction, number
 
     # -- defects ---------------------------------------------------------------------------------------------------
 
@@ -421,9 +424,9 @@ class _Examination:
         meshes = self._meshes(steps, self._grid, [table[chosen] for table in self._arguments])
         nodes = self._nodes(steps, meshes)
         levels = self._levels(steps, nodes)
-        held = max(levels, key=lambda one: one.beyond / self._sizes[one.column], default=None)
-        if held is not None and held.beyond > DEFECT * self._sizes[held.column]:
-            return self._level_law(held, steps, meshes)
+        largest_level = max(levels, key=lambda level: level.beyond / self._sizes[level.column], default=None)
+        if largest_level is not None and largest_level.beyond > DEFECT * self._sizes[largest_level.column]:
+            return self._level_law(largest_level, steps, meshes)
         defects = self._defects(steps, meshes, nodes.rates)
         for column, chatters in self._chattering(steps, nodes):  # restoring forces
             defects.net[chatters, column] = defects.within[chatters, column] = 0.0
@@ -465,8 +468,8 @@ class _Examination:
             within.append(np.zeros(lacks.shape[1]) if self._split[step] else np.abs(lacks).max(axis=0))
             steepest = np.abs(np.diff(lacks, axis=0, prepend=0.0))
             scale = np.where(np.isfinite(self._sizes), self._sizes, steepest.max(axis=0))
-            place = np.argmax(np.divide(steepest, scale, out=np.zeros_like(steepest), where=scale > 0.0).max(axis=1))
-            when.append(self._t[step] + h[k] * mesh[place + 1])
+            interval = np.argmax(np.divide(steepest, scale, out=np.zeros_like(steepest), where=scale > 0.0).max(axis=1))
+            when.append(self._t[step] + h[k] * mesh[interval + 1])
             first = last
         return _Defects(steps, np.array(net), np.array(within), np.array(when))
 
@@ -486,14 +489,14 @@ class _Examination:
         values, inside = self._columns(self._path.at_rows), self._columns(nodes.blocks)
         levels: list[_HeldComponent] = []
         last = np.cumsum(nodes.counts)
-        for place, step in enumerate(steps.tolist()):
-            part = slice(last[place] - nodes.counts[place], last[place])
+        for index, step in enumerate(steps.tolist()):
+            part = slice(last[index] - nodes.counts[index], last[index])
             for column in columns:
                 low, high = values[step : step + 2, column]
                 way = np.sign(high - low)
                 there, rates = way * inside[part, column], way * nodes.rates[part, column]
                 back = np.flatnonzero((rates < 0.0) & (there > way * low) & (there < way * high))
-                if not len(back) or way * begins[place, column] <= 0.0:
+                if not len(back) or way * begins[index, column] <= 0.0:
                     continue
                 level = float(inside[part, column][back[0]])
                 beyond = self._beyond(step, column, float(low), level)
@@ -503,7 +506,7 @@ class _Examination:
                 duration = float(np.ptp(there[back]) / np.abs(rates[back]).max())
                 before = float(inside[part, column][back[0] - 1]) if back[0] else float(low)
                 jumps = abs(level - before) < _AT_ONCE * abs(float(high - low))
-                levels.append(_HeldComponent(place, column, level, time, beyond, duration, jumps))
+                levels.append(_HeldComponent(index, column, level, time, beyond, duration, jumps))
         return levels
 
     def _chattering(self, steps: NDArray[np.intp], nodes: _Nodes) -> Iterator[tuple[int, NDArray[np.bool_]]]:
@@ -527,7 +530,7 @@ class _Examination:
     @cached_property
     def _jumping(self) -> list[int]:
         """Columns of velocities and internal states of which a law with jumps or centres is a function."""
-        passed = {symbol for one in self._features for symbol in symbols(one.argument)}
+        passed = {symbol for feature in self._features for symbol in symbols(feature.argument)}
         places = {column for symbol in passed for column in _columns_of(self._path, symbol)}
         return sorted(column for column in places if not self._left_out[column])
 
@@ -563,8 +566,8 @@ class _Examination:
         ``value``, if one is given."""
         q, v, z = (part[rows].copy() for part in self._path.at_rows.states)
         if column >= 0:
-            part, place = (v, column) if column < self._model.nv else (z, column - self._model.nv)
-            part[:, place] = value
+            part, part_column = (v, column) if column < self._model.nv else (z, column - self._model.nv)
+            part[:, part_column] = value
         return np.nan_to_num(self._path.rates(self._path.at(self._t[rows], rows), (q, v, z)))
 
     @cached_property
@@ -651,8 +654,8 @@ class _Examination:
         fastest = np.array([fastest[units == unit].max() for unit in units])
         fastest = np.maximum(fastest, reach / float(np.ptp(self._t)))
         scales = reach, fastest, np.abs(states.z).max(axis=0, initial=0.0)
-        one, two, three = (np.where(scale > 0.0, scale, 1.0) for scale in scales)
-        return one, two, three
+        increment_scale, velocity_scale, state_scale = (np.where(scale > 0.0, scale, 1.0) for scale in scales)
+        return increment_scale, velocity_scale, state_scale
 
     def _shift(self, blocks: StepStates, part: int, shift: Array) -> tuple[Array, Array, Array]:
         """Return the states (q, v, z) of ``blocks`` with the part 0 (q), 1 (v) or 2 (z) shifted by ``shift`` (n,
@@ -671,7 +674,7 @@ class _Examination:
         parts, inside = self._shares(summed, after), self._shares(defects.within)
         within = float(inside.max()) / DEFECT_WITHIN > float(parts.max()) / self._least
         table = inside if within else parts
-        row, column = (int(place) for place in np.unravel_index(int(np.argmax(table)), table.shape))
+        row, column = (int(index) for index in np.unravel_index(int(np.argmax(table)), table.shape))
         lacking = float(np.abs((defects.within if within else summed)[row, column]))
         size = float(self._sizes[column] if within else after[row, column])
         motion = "its motion" if within or size == self._sizes[column] else "its velocity from there on"
@@ -727,8 +730,8 @@ class _Examination:
             laws.append((f"the formula {_shorten(infix(law))}", values, low + middles * (high - low)))
         if self._opaque or not laws:
             inside, at_ends = self._path.rates(blocks), self._path.rates(ends)[[step, step + 1]]
-            for column, one in enumerate((*self._model.v_names, *self._model.z_names)):
-                if one == name:
+            for column, component in enumerate((*self._model.v_names, *self._model.z_names)):
+                if component == name:
                     line = at_ends[0, column] + middles * (at_ends[1, column] - at_ends[0, column])
                     laws.append((f"the rate of {name}", inside[:, column], line))
         best = (0.0, f"the rate of {name}", h)
@@ -761,36 +764,36 @@ def rate_partials(path: StepPath, blocks: StepStates, moves: Sequence[tuple[_Sta
         pairs = ((path.rates(blocks, ahead) - path.rates(blocks, behind)) / width for ahead, behind, width in moves)
         return np.stack(list(pairs), axis=-1)
     q, v, z = blocks.states
-    given: dict[str, Any] = {"t": blocks.t, "u": blocks.u if model.nu else None, "parameters": blocks.p}
+    arguments: dict[str, Any] = {"t": blocks.t, "u": blocks.u if model.nu else None, "parameters": blocks.p}
     named = (
         (dict(zip("qvz", ahead, strict=True)), dict(zip("qvz", behind, strict=True)), width)
         for ahead, behind, width in moves
     )
     with np.errstate(all="ignore"):
-        result = model.evaluator.acceleration_partials(named, q=q, v=v, z=z, base=None, **given)
+        result = model.evaluator.acceleration_partials(named, q=q, v=v, z=z, base=None, **arguments)
         if not model.nz:
             return result
         inner = [
-            [model.internal_rates(q, v, z=z, **given) for q, v, z in (ahead, behind)] for ahead, behind, _ in moves
+            [model.internal_rates(q, v, z=z, **arguments) for q, v, z in (ahead, behind)] for ahead, behind, _ in moves
         ]
     widths = np.array([width for *_, width in moves])
-    return np.concatenate([result, np.stack([one - two for one, two in inner], axis=-1) / widths], axis=-2)
+    return np.concatenate([result, np.stack([after - before for after, before in inner], axis=-1) / widths], axis=-2)
 
 
-def _rows_within(sampled: SampledRun, taken: StepRows, place: int, spacing: float) -> StepRows | None:
-    """Return rows from the row ``place`` of an adaptive method to the next one; None if that part cannot be repeated.
+def _rows_within(sampled: SampledRun, taken: StepRows, row: int, spacing: float) -> StepRows | None:
+    """Return rows from the row ``row`` of an adaptive method to the next one; None if that part cannot be repeated.
 
     Parameters
     ----------
     spacing : s, between the rows; larger if there were too many rows
     """
-    if not 0 <= place < len(taken.rows) - 1 or place in taken.breaks or not spacing:
+    if not 0 <= row < len(taken.rows) - 1 or row in taken.breaks or not spacing:
         return None
-    run, ends, p = sampled.run, taken.rows[place : place + 2], taken.parameters
+    run, ends, p = sampled.run, taken.rows[row : row + 2], taken.parameters
     length = float(ends[1, 0] - ends[0, 0])
     parts = math.ceil(min(length / spacing, _MOST_ROWS))
     step = min(run.settings["step"], length)
-    span = Span(ends, p if p.ndim == 1 else p[place : place + 2], 1, max(1, round(length / run.settings["step"])))
+    span = Span(ends, p if p.ndim == 1 else p[row : row + 2], 1, max(1, round(length / run.settings["step"])))
     piece = comparison_run(run, sampled.finished.stepper.library, span, multiple=length / parts / step, every=1)
     if piece.interrupted or piece.stopped or len(piece.rows) < 2:
         return None
