@@ -42,22 +42,22 @@ class Listed:
     def labels(self) -> Mapping[str, str]:
         """Names of the numbers of an array by their names as scalars."""
         name = self.variable.name
-        return {item.name: f"{name}[{place}]" if self.size > 1 else name for place, item in enumerate(self.numbers)}
+        return {item.name: f"{name}[{index}]" if self.size > 1 else name for index, item in enumerate(self.numbers)}
 
 
 def listed(interface: Interface) -> tuple[Listed, ...]:
     """Return the variables of the model description in order: vectors as arrays by option, else scalars."""
     variables = interface.variables
     names = _names(variables) if interface.options.arrays else {}
-    result, place = list[Listed](), 0
-    while place < len(variables):
-        item = variables[place]
+    result, index = list[Listed](), 0
+    while index < len(variables):
+        item = variables[index]
         state = item.reference if item.derivative is None else item.derivative
         name, size = names.get(state, (item.name, 1))
         if size > 1 and item.derivative is not None:
             name = f"der({name})"
-        result.append(Listed(replace(item, name=name), variables[place : place + size]))
-        place += size
+        result.append(Listed(replace(item, name=name), variables[index : index + size]))
+        index += size
     return tuple(result)
 
 
@@ -78,10 +78,10 @@ def _united(reference: int, row: Sequence[Unknown], heads: Mapping[int, int]) ->
     for unknown in row:
         if unknown.dependencies is None:
             return Unknown(reference)
-        for known, kind in zip(unknown.dependencies, unknown.kinds, strict=True):
-            kinds.setdefault(heads[known], set()).add(kind)
+        for dependency, kind in zip(unknown.dependencies, unknown.kinds, strict=True):
+            kinds.setdefault(heads[dependency], set()).add(kind)
     every = tuple(sorted(kinds))
-    return Unknown(reference, every, tuple(min(kinds[one]) if len(kinds[one]) == 1 else "dependent" for one in every))
+    return Unknown(reference, every, tuple(min(kinds[key]) if len(kinds[key]) == 1 else "dependent" for key in every))
 
 
 def _names(variables: Sequence[Variable]) -> dict[int, tuple[str, int]]:

@@ -110,11 +110,11 @@ MACHINES: Mapping[str, TargetMachine] = {
 
 def machine_named(name: str, version: int) -> TargetMachine:
     """Return a machine. Raises UsageError with the known names."""
-    known = [machine.name for machine in MACHINES.values() if version == 3 or machine.folder]
-    if name not in known:
-        other = "; FMI 2.0 names x86 machines alone" if name in MACHINES else ""
-        fault = f"no machine is called {shown(name)}{other} [E0859]"
-        raise UsageError(Problem("machines", fault, f"one of {', '.join(known)}"))
+    names = [machine.name for machine in MACHINES.values() if version == 3 or machine.folder]
+    if name not in names:
+        remark = "; FMI 2.0 names x86 machines alone" if name in MACHINES else ""
+        fault = f"no machine is called {shown(name)}{remark} [E0859]"
+        raise UsageError(Problem("machines", fault, f"one of {', '.join(names)}"))
     return MACHINES[name]
 
 

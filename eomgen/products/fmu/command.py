@@ -89,7 +89,7 @@ _OPTIONS = (
 @json_option
 @debug_option
 def fmu(
-    scene: str, file: str | None, parameters: Sequence[str], initial: Sequence[str], as_json: bool, **given: Any
+    scene: str, file: str | None, parameters: Sequence[str], initial: Sequence[str], as_json: bool, **options: Any
 ) -> None:
     """Write the model of a SCENE for other simulation tools, as an FMU: sources, and this machine's library.
 
@@ -101,8 +101,8 @@ def fmu(
     from eomgen.pipeline import documents  # noqa: PLC0415  # imports SymPy
     from eomgen.products.fmu import export  # noqa: PLC0415
 
-    own = {name: given.pop(name) for name in _OPTIONS}
-    described = documents.load_scene(scene, **given)
+    export_options = {name: options.pop(name) for name in _OPTIONS}
+    described = documents.load_scene(scene, **options)
     values: Mapping[str, float | str] = assignments("--set", parameters)
     starts = assignments("--initial", initial)
     say_notes(described)
@@ -110,15 +110,15 @@ def fmu(
     values = in_units("--set", values, described.parameters)
     with building(described.name):
         start = starts_of(starts, described) or None
-        make = partial(export.fmu_files, described, parameters=values or None, initial=start, **own)
-        path, made = export.written(file, make)
+        make = partial(export.fmu_files, described, parameters=values or None, initial=start, **export_options)
+        path, files = export.written(file, make)
     if as_json:
-        print_json(_facts(path, made))
+        print_json(_facts(path, files))
     else:
         click.echo(str(path))
-    for doubt in made.interface.doubts:
+    for doubt in files.interface.doubts:
         say(f"of steps in co-simulation: {doubt}")
-    steps = stand_in(described, own["method"])
+    steps = stand_in(described, export_options["method"])
     say(f"{path.stat().st_size} bytes{steps}; documentation/index.html there says how to compile and use the sources")
 
 

@@ -55,10 +55,10 @@ def _unknowns(interface: Interface, items: Iterable[Variable]) -> list[Unknown]:
     places = {**interface.places, **{("z", item.index): item.reference for item in interface.of("sampled")}}
     result = []
     for item in items:
-        known = interface.dependencies.direct(item.kind, item.index)
-        if known is None:
+        dependencies = interface.dependencies.direct(item.kind, item.index)
+        if dependencies is None:
             result.append(Unknown(item.reference))
             continue
-        linear, others = ([places[place] for place in part if place in places] for part in known)
+        linear, others = ([places[key] for key in part if key in places] for part in dependencies)
         result.append(unknown_by(item.reference, linear, others))
     return result

@@ -85,8 +85,8 @@ def _of_inputs(program: Program, interface: Interface, firsts: Mapping[str, int]
     """Return the nonzeros of the derivatives of inputs by formula: ``own`` has (number, row, direction) of each. Inputs
     that importers set are left out; directions count from ``firsts`` of each argument."""
     rows, columns = (np.asarray(places).tolist() for places in unpacked_places(program.patterns[_OF_INPUTS]))
-    given = [item.index for item in interface.variables if item.kind == "input"]
+    importer_inputs = [item.index for item in interface.variables if item.kind == "input"]
     parameters = len(program.parameters)
     directions = [firsts["t"] if column == parameters else firsts["p"] + column for column in columns]
-    own = [(k, rows[k], directions[k]) for k in range(len(rows)) if rows[k] not in given]
-    return {"name": _OF_INPUTS, "count": len(rows), "own": own}
+    nonzeros = [(k, rows[k], directions[k]) for k in range(len(rows)) if rows[k] not in importer_inputs]
+    return {"name": _OF_INPUTS, "count": len(rows), "own": nonzeros}

@@ -294,8 +294,8 @@ def _checked(
     number = {"2": 2, "2.0": 2, "3": 3, "3.0": 3}.get(str(version))
     if number is None:
         raise UsageError(Problem("version", f"there is no version {shown(str(version))} of FMI here [E0866]", "2 or 3"))
-    given = types.split(",") if isinstance(types, str) else types
-    names = [str(name).strip().lower() for name in given if str(name).strip()]
+    requested_types = types.split(",") if isinstance(types, str) else types
+    names = [str(name).strip().lower() for name in requested_types if str(name).strip()]
     for name in names:
         if name not in TYPES:
             raise UsageError(Problem("types", f"there is no type {shown(name)} [E0867]", nearest(name, TYPES)))
@@ -418,5 +418,5 @@ def _reference(
     columns = {labels.get(name, name): column for name, column in columns.items()}
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
     doubts = tuple(map(str, run.model.alike() if run.model else ()))
-    place = "documentation" if interface.version == 2 else "extra/org.fmi-standard.fmi-ls-ref"
-    return {f"{place}/{interface.identifier}_reference.csv": csv_text([tuple(columns), *rows])}, doubts
+    folder = "documentation" if interface.version == 2 else "extra/org.fmi-standard.fmi-ls-ref"
+    return {f"{folder}/{interface.identifier}_reference.csv": csv_text([tuple(columns), *rows])}, doubts

@@ -225,18 +225,18 @@ class Interface:
 
     def _unknown(self, item: Variable, *, initial: bool = False) -> Unknown:
         constrained = bool(self.program.sizes["lam"])
-        known = None
+        dependencies = None
         if not (self.options.minimal or (initial and constrained)):
-            known = self.dependencies.of(item.kind, item.index)
-        if known is None:
+            dependencies = self.dependencies.of(item.kind, item.index)
+        if dependencies is None:
             return Unknown(item.reference)
         kinds, places = ["time", "input", "q", "v", "z"], self.places
         kinds += ["parameter", "sampled", "mode"] if initial or self.version == 3 else []
-        linear, others = known
+        linear, others = dependencies
         # sampled internal states are another kind
-        moved = (one if one[0] != "z" or one in places else ("sampled", one[1]) for one in others)
-        of_kinds = [places[one] for one in moved if one[0] in kinds and one in places]
-        return unknown_by(item.reference, [places[one] for one in linear if one in places], of_kinds)
+        moved = (key if key[0] != "z" or key in places else ("sampled", key[1]) for key in others)
+        of_kinds = [places[key] for key in moved if key[0] in kinds and key in places]
+        return unknown_by(item.reference, [places[key] for key in linear if key in places], of_kinds)
 
     # -- names ---------------------------------------------------------------------------------------------------------
 
@@ -310,9 +310,9 @@ class _Variables:
                 lower, upper = (_normal(end) for end in program.bounds.get(item.name, (None, None)))
                 self._quantity(item, "parameter", index, start=item.value, lower=lower, upper=upper)
         chosen = {item.name for item in described.inputs if not item.given} | set(options.inputs)
-        for index, given in enumerate(described.inputs):
-            if given.name in chosen:
-                self._quantity(given, "input", index, start=_start_of(given, described))
+        for index, signal in enumerate(described.inputs):
+            if signal.name in chosen:
+                self._quantity(signal, "input", index, start=_start_of(signal, described))
         self._states()
         self._derivatives()
         self._results(modes, chosen, options)
@@ -320,15 +320,15 @@ class _Variables:
     def _add(self, name: str, kind: str, index: int, *, unit: str = "", description: str = "", **more: Any) -> None:
         reference = len(self.variables)
         if name in self.names:
-            name = next(other for other in _alternatives(kind, name) if other not in self.names)
+            name = next(alternative for alternative in _alternatives(kind, name) if alternative not in self.names)
         self.names.add(name)
-        known = unit_of(unit)
-        if known is not None:
-            self.units.setdefault(known.name, known)
+        si_unit = unit_of(unit)
+        if si_unit is not None:
+            self.units.setdefault(si_unit.name, si_unit)
         elif unit not in ("", "1"):
             description = f"{description} ({unit})".strip()
         causality, variability, initial = _ATTRIBUTES.get(kind, _LOCAL)
-        more = {"initial": initial, "unit": "" if known is None else known.name, "description": description, **more}
+        more = {"initial": initial, "unit": "" if si_unit is None else si_unit.name, "description": description, **more}
         self.variables.append(Variable(name, reference, kind, index, causality, variability, **more))
 
     def _quantity(self, item: Quantity | Input, kind: str, index: int, **more: Any) -> None:
@@ -382,18 +382,18 @@ class _Variables:
 
     def _results(self, modes: Sequence[int], chosen: Collection[str], options: Options) -> None:
         """Add outputs, modes, inputs by formula, and event indicators."""
-        program, place = self.program, 0
+        program, offset = self.program, 0
         for item in program.outputs:
             for component in range(item.size):
                 name = item.name if item.size == 1 else f"{item.name}[{component}]"
-                self._add(name, "output", place, unit=item.unit, description=item.description)
-                place += 1
+                self._add(name, "output", offset, unit=item.unit, description=item.description)
+                offset += 1
         for index, parameter in enumerate(modes):
             item = program.parameters[parameter]
             self._quantity(item, "mode", index, start=item.value)
-        for index, given in enumerate(self.described.inputs):
-            if given.name not in chosen:
-                self._quantity(given, "formula", index)
+        for index, signal in enumerate(self.described.inputs):
+            if signal.name not in chosen:
+                self._quantity(signal, "formula", index)
         if options.version == 3 and "me" in options.types:
             for index, row in enumerate(event_rows(program)):
                 text = row["description"] or f"roots are the event {row['name']}"
@@ -431,7 +431,7 @@ def unknown_by(reference: int, linear: Collection[int], others: Collection[int])
     """Return an unknown by the value references of knowns with constant derivatives and of all further ones."""
     every = sorted({*linear, *others})
     constant = {*linear} - {*others}
-    return Unknown(reference, tuple(every), tuple("constant" if one in constant else "dependent" for one in every))
+    return Unknown(reference, tuple(every), tuple("constant" if key in constant else "dependent" for key in every))
 
 
 def _normal(end: float | None) -> float | None:
@@ -464,15 +464,15 @@ def _alternatives(kind: str, name: str) -> Iterator[str]:
         number += 1
 
 
-def _start_of(given: Input, described: Description) -> float:
+def _start_of(signal: Input, described: Description) -> float:
     """Return the value of an input at the start: of the formula at t = 0, or 0."""
-    result = sum(amplitude * math.cos(phase) for amplitude, _, phase in given.harmonics)
-    if given.formula is None:
+    result = sum(amplitude * math.cos(phase) for amplitude, _, phase in signal.harmonics)
+    if signal.formula is None:
         return result
     values = {("parameter", name, 0): value for name, value in described.values({}).items()}
     values["time", "", 0] = 0.0
     try:
-        result += evaluate(given.formula, lambda symbol: values[symbol.kind, symbol.name, symbol.index])
+        result += evaluate(signal.formula, lambda symbol: values[symbol.kind, symbol.name, symbol.index])
     except (ArithmeticError, KeyError, ValueError, EomgenError):
         return 0.0
     return result if math.isfinite(result) else 0.0

@@ -207,7 +207,7 @@ def _write_variables_3(interface: Interface, variables: ET.Element, structure: E
             ET.SubElement(variables, "Boolean", {**attributes, "start": "false"})
             continue
         if whole.size > 1 and item.start is not None:
-            attributes["start"] = " ".join(number(one.start or 0.0) for one in whole.numbers)
+            attributes["start"] = " ".join(number(scalar.start or 0.0) for scalar in whole.numbers)
         element = ET.SubElement(variables, "Float64", attributes)
         if whole.size > 1:
             ET.SubElement(element, "Dimension", start=str(whole.size))

@@ -99,15 +99,15 @@ def _check_return(law: FileLaw, functions: Sequence[tuple[str, OfPoint]], points
         finally:
             os.kill(os.getpid(), signal.SIGKILL)  # without the work of Python's end
     os.close(writer)
-    begun, held, more = 0, False, b"."
+    begun, hangs, more = 0, False, b"."
     try:
-        while more and not held:
-            held = not select.select([reader], [], [], _LONGEST)[0]
-            more = b"" if held else os.read(reader, 4096)
+        while more and not hangs:
+            hangs = not select.select([reader], [], [], _LONGEST)[0]
+            more = b"" if hangs else os.read(reader, 4096)
             begun += len(more)
     finally:
         os.close(reader)
-        if held or more:
+        if hangs or more:
             os.kill(child, signal.SIGKILL)
         _, status = os.waitpid(child, 0)
     if begun > len(calls):
@@ -116,11 +116,11 @@ def _check_return(law: FileLaw, functions: Sequence[tuple[str, OfPoint]], points
     code = os.waitstatus_to_exitcode(status)
     end = signal.Signals(-code).name if code < 0 else f"exit({code})"
     hint = (
-        "loops that end" if held else "results for all numbers: reads and writes within the arrays, no exit, no assert"
+        "loops that end" if hangs else "results for all numbers: reads and writes within the arrays, no exit, no assert"
     )
-    place = ", ".join(f"{label} = {x:.6g}" for label, x in zip([*law.inputs, *law.given], point, strict=True))
-    fault = f"{name} ends the process by {end} at {place} [E0878]"
-    raise _error(law, f"{name} does not return within {_LONGEST:g} s at {place} [E0877]" if held else fault, hint)
+    arguments = ", ".join(f"{label} = {x:.6g}" for label, x in zip([*law.inputs, *law.given], point, strict=True))
+    fault = f"{name} ends the process by {end} at {arguments} [E0878]"
+    raise _error(law, f"{name} does not return within {_LONGEST:g} s at {arguments} [E0877]" if hangs else fault, hint)
 
 
 def _check_memory(law: FileLaw, name: str, function: OfPoint, size: int, points: Array) -> None:
@@ -136,9 +136,9 @@ def _check_memory(law: FileLaw, name: str, function: OfPoint, size: int, points:
         if not np.all(np.isfinite(values)):
             continue
         for fill in (np.nan, 7.0):
-            given, beyond = law.functions.guarded(name == law.slopes, point, fill)
-            if not np.array_equal(given, values):
-                unset = [place for place in range(size) if not _same(given[place], values[place])]
+            guarded_values, beyond = law.functions.guarded(name == law.slopes, point, fill)
+            if not np.array_equal(guarded_values, values):
+                unset = [index for index in range(size) if not _same(guarded_values[index], values[index])]
                 read = f"{counted(n, 'argument')} and {counted(law.parameters, 'parameter')}"
                 fault = f"{name} reads beyond {read}, or leaves entry {unset[0]} of {size} unset [E0880]"
                 raise _error(law, fault, _order(law, name))
@@ -185,8 +185,8 @@ def _returned(law: FileLaw, value: OfPoint, point: Array) -> Array:
     thread.join(_LONGEST)
     if not ended:
         ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident or 0), ctypes.py_object(SystemExit))
-        place = ", ".join(f"{label} = {x:.6g}" for label, x in zip([*law.inputs, *law.given], point, strict=True))
-        fault = f"{law.code.labels[0]} does not return within {_LONGEST:g} s at {place} [E0877]"
+        arguments = ", ".join(f"{label} = {x:.6g}" for label, x in zip([*law.inputs, *law.given], point, strict=True))
+        fault = f"{law.code.labels[0]} does not return within {_LONGEST:g} s at {arguments} [E0877]"
         raise _error(law, fault, "loops that end")
     result, error = ended[0]
     if error is not None:
@@ -249,11 +249,11 @@ def _check_partials(law: FileLaw, value: OfPoint, slopes: OfPoint, points: Array
             raise _error(law, f"{partials}: {fault} [E0886]", hint)
 
 
-def _difference(value: OfPoint, point: Array, place: int, step: float) -> Array:
+def _difference(value: OfPoint, point: Array, index: int, step: float) -> Array:
     up, down = point.copy(), point.copy()
-    up[place] += step
-    down[place] -= step
-    return np.asarray((value(up) - value(down)) / (up[place] - down[place]))
+    up[index] += step
+    down[index] -= step
+    return np.asarray((value(up) - value(down)) / (up[index] - down[index]))
 
 
 def _error(law: FileLaw, fault: str, hint: str) -> ModelError:

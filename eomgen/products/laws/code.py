@@ -77,8 +77,8 @@ class CompiledLaw:
 
     def _called(self, of_slopes: bool, x: Array) -> Array:
         n, _, m = self._sizes
-        given, result = np.array(x, dtype=np.float64), np.zeros(m * n if of_slopes else m)  # a law may write to both
-        first = self._ffi.from_buffer("double[]", given) if len(given) else self._ffi.NULL
+        point, result = np.array(x, dtype=np.float64), np.zeros(m * n if of_slopes else m)  # a law may write to both
+        first = self._ffi.from_buffer("double[]", point) if len(point) else self._ffi.NULL
         function: Any = self._functions[of_slopes]
         function(first, first + n, self._ffi.from_buffer("double[]", result, True))
         return result
@@ -100,8 +100,8 @@ class CompiledLaw:
         arrays[-1][guard : guard + size] = fill
         places = ("the arguments", "the parameters", f"beyond {counted(size, 'entry', 'entries')}")
         written = (
-            place
-            for place, old, new in zip(places, before, arrays, strict=True)
+            region
+            for region, old, new in zip(places, before, arrays, strict=True)
             if not np.array_equal(old, new, equal_nan=True)
         )
         return values, next(written, "")
@@ -132,7 +132,7 @@ class CCode:
     def prototypes(self) -> tuple[str, ...]:
         """Declarations of the functions."""
         names = {self.function: "results", self.slopes: "partials"}
-        declared = [f"void {name}({arguments_of(self.real, given)});" for name, given in names.items() if name]
+        declared = [f"void {name}({arguments_of(self.real, output)});" for name, output in names.items() if name]
         return (*([_NUMBER_TYPE] if self.real == NUMBER else []), *declared)
 
     def compiled(self, sizes: tuple[int, int, int]) -> CompiledLaw:
@@ -171,7 +171,7 @@ class PythonCode:
     def prototypes(self) -> tuple[str, ...]:
         """Declarations of the C functions."""
         names = {self.function: "results", self.slopes: "partials"}
-        return tuple(f"void {name}({arguments_of('double', given)});" for name, given in names.items() if name)
+        return tuple(f"void {name}({arguments_of('double', output)});" for name, output in names.items() if name)
 
     def compiled(self, _: tuple[int, int, int]) -> PythonFunctions:
         """Return the functions for Python. Raises ModelError."""

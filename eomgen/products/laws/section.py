@@ -79,20 +79,20 @@ def _read(name: str, entry: LawEntry, reading: Reading) -> FileLaw | None:
             report.add(
                 f"{where}.parameters.{label}", f"{label} is an argument, too [E0890]", "another name for the parameter"
             )
-    known = [*entry.arguments, *parameters]
+    labels = [*entry.arguments, *parameters]
     for label in sizes:
-        if label not in known:
+        if label not in labels:
             fault = f"{shown(label)} is neither an argument nor a parameter of the law [E0891]"
-            report.add(f"{where}.scales", fault, f"one of {', '.join(known)}")
-    given = {
+            report.add(f"{where}.scales", fault, f"one of {', '.join(labels)}")
+    parameter_formulas = {
         label: reading.values.formula(f"{where}.parameters.{label}", value, PARAMETERS)
         for label, value in parameters.items()
     }
     code = _code(where, entry, reading)
     if code is None or len(report.noted) > before:
         return None
-    scales = tuple(float(sizes.get(label, 1.0)) for label in known)
-    return FileLaw(name, entry.arguments, entry.results, given, scales, code)
+    scales = tuple(float(sizes.get(label, 1.0)) for label in labels)
+    return FileLaw(name, entry.arguments, entry.results, parameter_formulas, scales, code)
 
 
 def _code(where: str, entry: LawEntry, reading: Reading) -> CCode | PythonCode | None:
@@ -178,9 +178,9 @@ def _twice(laws: Mapping[str, FileLaw]) -> Iterator[tuple[str, str, str]]:
     first: dict[str, FileLaw] = {}
     for law in laws.values():
         for function in filter(None, (law.function, law.slopes)):
-            other = first.setdefault(function, law)
-            if other.source.text != law.source.text:
-                fault = f"the law {other.name} has a function {function} in another file [E2227]"
+            earlier_law = first.setdefault(function, law)
+            if earlier_law.source.text != law.source.text:
+                fault = f"the law {earlier_law.name} has a function {function} in another file [E2227]"
                 yield f"{key_of('laws', law.name)}.function", fault, "another name for one of the functions in C"
 
 
@@ -221,7 +221,7 @@ LAWS = _Laws(
 )
 
 
-def _key_meant(name: str, keys: Collection[str], given: object) -> str:
+def _key_meant(name: str, keys: Collection[str], value: object) -> str:
     """Return the hint for a law in Python, the language of prototypes in other tools."""
     if name in ("module", "callable", "file") and {"source", "partials", "scales"} <= set(keys):
         return "source, a C file; python, a file in Python; or [definitions], if the law has a formula"

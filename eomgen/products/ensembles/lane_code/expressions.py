@@ -183,15 +183,15 @@ class LaneExpressions(ABC):
             case c_ast.ID():
                 return self._value_of_name(node)
             case c_ast.ArrayRef() | c_ast.StructRef():
-                place = self.place(node)
-                if place.lanes:
-                    kind = "real" if isinstance(place.type, Real) else "wholes"
-                    return TypedText(f"eg_gather_{kind}({self.mask()}, {place.text}, {place.lanes})", place.type)
+                target = self.place(node)
+                if target.lanes:
+                    kind = "real" if isinstance(target.type, Real) else "wholes"
+                    return TypedText(f"eg_gather_{kind}({self.mask()}, {target.text}, {target.lanes})", target.type)
                 if self._unasked and isinstance(node, c_ast.ArrayRef) and isinstance(node.name, c_ast.ID):
                     name = node.name.name
-                    if name in self._may_be_null and isinstance(place.type, Real):
-                        return TypedText(f"({name} != NULL ? {place.text} : EG_WIDE(0.0))", place.type)
-                return TypedText(place.text, place.type)
+                    if name in self._may_be_null and isinstance(target.type, Real):
+                        return TypedText(f"({name} != NULL ? {target.text} : EG_WIDE(0.0))", target.type)
+                return TypedText(target.text, target.type)
             case c_ast.UnaryOp():
                 return self._unary(node)
             case c_ast.BinaryOp():
@@ -229,14 +229,14 @@ class LaneExpressions(ABC):
                 )
             return TypedText(f"sizeof({self.place(node.expr).text})", UniformInteger())
         if node.op == "*":
-            place = self.place(node)
-            return TypedText(place.text, place.type)
+            target = self.place(node)
+            return TypedText(target.text, target.type)
         if node.op == "&":
-            place = self.place(node.expr)
-            if isinstance(place.type, UniformInteger) and isinstance(node.expr, c_ast.ID):
+            target = self.place(node.expr)
+            if isinstance(target.type, UniformInteger) and isinstance(node.expr, c_ast.ID):
                 self.vary(node.expr.name)
-                return TypedText(f"&{place.text}", Pointer(LaneIntegers()))
-            return TypedText(f"&{place.text}", Pointer(place.type))
+                return TypedText(f"&{target.text}", Pointer(LaneIntegers()))
+            return TypedText(f"&{target.text}", Pointer(target.type))
         if node.op in {"p++", "p--"}:
             self.behind.append(node)
             return self.value(node.expr)
@@ -403,11 +403,11 @@ class LaneExpressions(ABC):
             value = self.value(node.name)
             kind, region, text = element(value.type), None, f"{value.text}->{node.field.name}"
         else:
-            place = self.place(node.name)
-            kind, region, text = place.type, place.region, f"{place.text}.{node.field.name}"
-            if place.lanes and isinstance(kind, LaneStructure):
+            target = self.place(node.name)
+            kind, region, text = target.type, target.region, f"{target.text}.{node.field.name}"
+            if target.lanes and isinstance(kind, LaneStructure):
                 member = self.source.structures[kind.name][node.field.name]
-                return AssignmentTarget(text if isinstance(member, Array) else f"&{text}", member, None, place.lanes)
+                return AssignmentTarget(text if isinstance(member, Array) else f"&{text}", member, None, target.lanes)
         if not isinstance(kind, LaneStructure):
             raise no_lanes(f"a member of {kind}", node)
         return AssignmentTarget(text, self.source.structures[kind.name][node.field.name], region)
@@ -417,28 +417,28 @@ class LaneExpressions(ABC):
         Elements of tables that lanes share become a look-up in place of a target."""
         if isinstance(node.name, c_ast.UnaryOp | c_ast.BinaryOp):
             value = self.value(node.name)
-            place = AssignmentTarget(value.text, value.type, None)
+            target = AssignmentTarget(value.text, value.type, None)
         else:
-            place = self.place(node.name)
+            target = self.place(node.name)
         is_routine = isinstance(node.name, c_ast.ID) and self._is_own(node.name.name)
-        region = place.region if is_routine or isinstance(place.type, Array) else None
+        region = target.region if is_routine or isinstance(target.type, Array) else None
         index = self.value(node.subscript)
-        kind = element(place.type)
-        if place.lanes and isinstance(index.type, UniformInteger) and isinstance(kind, Real | LaneIntegers):
-            return AssignmentTarget(f"{place.text} + {index.text}", kind, None, place.lanes)
-        if isinstance(index.type, UniformInteger) and not place.lanes:
-            return AssignmentTarget(f"{place.text}[{index.text}]", kind, region)
-        if place.lanes or not isinstance(kind, Real | LaneIntegers | SharedNumber | UniformInteger | LaneStructure):
+        kind = element(target.type)
+        if target.lanes and isinstance(index.type, UniformInteger) and isinstance(kind, Real | LaneIntegers):
+            return AssignmentTarget(f"{target.text} + {index.text}", kind, None, target.lanes)
+        if isinstance(index.type, UniformInteger) and not target.lanes:
+            return AssignmentTarget(f"{target.text}[{index.text}]", kind, region)
+        if target.lanes or not isinstance(kind, Real | LaneIntegers | SharedNumber | UniformInteger | LaneStructure):
             raise no_lanes(f"an element of its own in each lane: {expression_text(node)}", node)
         lanes = self.to(index, LaneIntegers(), node)
         if isinstance(kind, LaneStructure):  # the distance of members is the number of vectors of the structure
-            apart = f"(int64_t)(sizeof({type_text(kind)}) / sizeof(eg_wide))"
-            return AssignmentTarget(f"{place.text}[0]", kind, None, f"({lanes} * {apart})")
+            stride = f"(int64_t)(sizeof({type_text(kind)}) / sizeof(eg_wide))"
+            return AssignmentTarget(f"{target.text}[0]", kind, None, f"({lanes} * {stride})")
         if isinstance(kind, SharedNumber | UniformInteger):
             looked = "table" if isinstance(kind, SharedNumber) else "counts"
-            text = f"eg_look_up_{looked}({self.mask()}, {place.text}, {lanes})"
+            text = f"eg_look_up_{looked}({self.mask()}, {target.text}, {lanes})"
             return AssignmentTarget(text, Real() if isinstance(kind, SharedNumber) else LaneIntegers(), None)
-        return AssignmentTarget(place.text, kind, region, lanes)
+        return AssignmentTarget(target.text, kind, region, lanes)
 
     # -- calls -------------------------------------------------------------------------------------------------------
 
@@ -483,24 +483,24 @@ class LaneExpressions(ABC):
     def _arithmetic(self, name: str, arguments: list[Any], node: Any) -> TypedText:
         """Return the call of an arithmetic function `name` of C for lanes. Results through pointers are written for
         active lanes only."""
-        texts, made, behind = [], [], []
+        texts, declarations, behind = [], [], []
         for item in arguments:
             value = self.value(item)
             if isinstance(value.type, Pointer):
-                place = self.place(item.expr) if isinstance(item, c_ast.UnaryOp) else None
-                if place is not None and place.region is self.region:
+                target = self.place(item.expr) if isinstance(item, c_ast.UnaryOp) else None
+                if target is not None and target.region is self.region:
                     texts.append(value.text)
                     continue
                 there = self.fresh("there")  # memory in which other lanes have numbers
-                made.append(f"real {there};")
+                declarations.append(f"real {there};")
                 behind.append(f"*({value.text}) = eg_pick({self.mask()}, {there}, *({value.text}));")
                 texts.append(f"&{there}")
             else:
                 texts.append(self.to(value, Real(), node))
         called = f"{name}({', '.join(texts)})"
-        if not made:
+        if not declarations:
             return TypedText(called, Real())
-        return TypedText(f"({{ {' '.join(made)} {called}; {' '.join(behind)} }})", NoValue())
+        return TypedText(f"({{ {' '.join(declarations)} {called}; {' '.join(behind)} }})", NoValue())
 
     def _memory(self, name: str, arguments: list[Any], node: Any) -> TypedText:
         """Return the C text for memset, memcpy, memmove or memcmp, in which only active lanes are written."""
@@ -646,14 +646,14 @@ def _has_calls(node: Any) -> bool:
     """Return whether an expression calls any function but arithmetic ones of a number."""
 
     class Calls(c_ast.NodeVisitor):  # type: ignore[misc]
-        other = False
+        has_routine_call = False
 
         def visit_FuncCall(self, call: Any) -> None:
             name = call.name.name if isinstance(call.name, c_ast.ID) else ""
             if name != "K" and not name.startswith("EG_") and name not in _OF_A_NUMBER:
-                self.other = True
+                self.has_routine_call = True
             self.generic_visit(call)
 
     calls = Calls()
     calls.visit(node)
-    return calls.other
+    return calls.has_routine_call

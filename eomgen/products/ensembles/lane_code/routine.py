@@ -256,30 +256,30 @@ class RoutineText(LaneExpressions):
         """Write the assignment of a value to a target for active lanes. A whole number that becomes different between
         lanes, and pointer targets, are noted on the routine. Raises UntranslatableConstruct for pointers set in some
         lanes only."""
-        place = self.place(target)
-        if isinstance(place.type, Pointer):
+        destination = self.place(target)
+        if isinstance(destination.type, Pointer):
             if isinstance(target, c_ast.ID):
                 self.routine.outside.add(target.name)
                 if not value.null:
                     self.routine.given.add(target.name)
-            if not self._within_loops_of(place.region):
+            if not self._within_loops_of(destination.region):
                 raise no_lanes(f"the pointer {expression_text(target)}, set where lanes part company", node)
             value = value.as_pointer() if isinstance(value.type, Array) else value
-            if isinstance(value.type, Pointer) and value.type != place.type and not value.null:
+            if isinstance(value.type, Pointer) and value.type != destination.type and not value.null:
                 self.routine.elements[target.name] = value.type.to
-            self._line(f"{place.text} = {value.text};")
+            self._line(f"{destination.text} = {value.text};")
             return
-        if isinstance(place.type, UniformInteger):
+        if isinstance(destination.type, UniformInteger):
             name = target.name
             if name in self.routine.counters and isinstance(value.type, UniformInteger):
-                self._line(f"{place.text} = {value.text};")
+                self._line(f"{destination.text} = {value.text};")
                 return
-            if not isinstance(value.type, UniformInteger) or self.region is not place.region:
+            if not isinstance(value.type, UniformInteger) or self.region is not destination.region:
                 self.vary(name)
                 return
-            self._line(f"{place.text} = {value.text};")
+            self._line(f"{destination.text} = {value.text};")
             return
-        self._line(self.store(place, value, node) + ";")
+        self._line(self.store(destination, value, node) + ";")
 
     def _within_loops_of(self, region: Region | None) -> bool:
         """Return whether only bodies of loops lie between the present region and an outer one, so that the remaining
@@ -289,23 +289,23 @@ class RoutineText(LaneExpressions):
             here = here.outer
         return here is region
 
-    def store(self, place: AssignmentTarget, value: Any, node: Any) -> str:
+    def store(self, target: AssignmentTarget, value: Any, node: Any) -> str:
         """Return the C text that stores a value at a target for the active lanes: scattered, direct, merged or picked
         by mask."""
-        text = self.to(value, place.type, node)
-        is_here = place.region is self.region
+        text = self.to(value, target.type, node)
+        is_here = target.region is self.region
         if not is_here and self.region is self.top:
             self.stores += 1
             is_here = self._whole
-        if place.lanes:
-            kind = "real" if isinstance(place.type, Real) else "wholes"
-            return f"eg_scatter_{kind}({self.mask()}, {place.text}, {place.lanes}, {text})"
+        if target.lanes:
+            kind = "real" if isinstance(target.type, Real) else "wholes"
+            return f"eg_scatter_{kind}({self.mask()}, {target.text}, {target.lanes}, {text})"
         if is_here:
-            return f"{place.text} = {text}"
-        if isinstance(place.type, LaneStructure):
-            copied = f"{type_text(place.type)} eg_given = {text}"
-            return f"{{ {copied}; eg_merge({self.mask()}, &{place.text}, &eg_given, sizeof eg_given); }}"
-        return f"{place.text} = {pick(self.mask(), text, place.text, place.type)}"
+            return f"{target.text} = {text}"
+        if isinstance(target.type, LaneStructure):
+            copied = f"{type_text(target.type)} eg_given = {text}"
+            return f"{{ {copied}; eg_merge({self.mask()}, &{target.text}, &eg_given, sizeof eg_given); }}"
+        return f"{target.text} = {pick(self.mask(), text, target.text, target.type)}"
 
     def _return(self, node: Any) -> None:
         """Write a return statement. Within a masked block, active lanes keep the result and are removed from all masks

@@ -382,9 +382,9 @@ class Sampler:
             raise UsageError(Problem("Sampler.draw: field", fault, ", ".join(names) or "fields of the posterior"))
         name = field or names[0]
         operator: LinearOperator = posterior.operators[name]
-        for place in range(record.size):
+        for sample in range(record.size):
             for chain in self.chains:
-                if record.counts[chain.number] > place:
+                if record.counts[chain.number] > sample:
                     continue
                 outcome = self._trajectory(chain, stop)
                 if outcome is None:
@@ -577,7 +577,7 @@ class Sampler:
         try:
             spectra, potential, steps = (arrays[name] for name in ("spectra", "potential", "steps"))
             seed, frequency, counts = (metadata[name] for name in ("seed", "frequency", "trajectories"))
-            warm_ups, known = metadata["warm_up"], metadata["slopes"]
+            warm_ups, has_slope = metadata["warm_up"], metadata["slopes"]
         except KeyError as error:
             fault = f"this is not a file of chains: {error.args[0]} is missing [E0832]"
             raise FileError(Problem(where, fault, "a file of Sampler.save")) from None
@@ -588,9 +588,9 @@ class Sampler:
             hint = f"{len(self.chains)} chains of the seed {self.seed} with spectra of {half}"
             raise UsageError(Problem(where, fault, hint))
         self.frequency = float(frequency)
-        for place, chain in enumerate(self.chains):
-            chain.spectrum = np.ascontiguousarray(spectra[place]).view(complex)
-            chain.potential, chain.step = float(potential[place]), float(steps[place])
-            chain.trajectories = int(counts[place])
-            chain.warmed, chain.halvings, chain.tried = warm_ups[place]
-            chain.known, chain.slope = bool(known[place]), None
+        for number, chain in enumerate(self.chains):
+            chain.spectrum = np.ascontiguousarray(spectra[number]).view(complex)
+            chain.potential, chain.step = float(potential[number]), float(steps[number])
+            chain.trajectories = int(counts[number])
+            chain.warmed, chain.halvings, chain.tried = warm_ups[number]
+            chain.known, chain.slope = bool(has_slope[number]), None
