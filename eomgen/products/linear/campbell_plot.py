@@ -194,8 +194,8 @@ class _Box(NamedTuple):
     half_height: float
 
     def meets(self, other: _Box) -> bool:
-        apart = abs(self.x - other.x) >= self.half_width + other.half_width
-        return not apart and abs(self.y - other.y) < self.half_height + other.half_height
+        clear_in_x = abs(self.x - other.x) >= self.half_width + other.half_width
+        return not clear_in_x and abs(self.y - other.y) < self.half_height + other.half_height
 
 
 class _Drawing:

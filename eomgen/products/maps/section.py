@@ -98,9 +98,9 @@ class _Grid:
         for axis, nodes in (("x", x), ("y", y)):
             sample = np.zeros(len(nodes))  # any values: the nodes are judged here
             if wrong := fault(nodes, sample, self.entry.interpolation, self.entry.outside):
-                place, text, _ = wrong
+                index, text, _ = wrong
                 text, hint = (
-                    f"node {place + 1} of {axis}: {text} [E0916]",
+                    f"node {index + 1} of {axis}: {text} [E0916]",
                     f"increasing nodes of {axis}, values in the same order",
                 )
                 if len(nodes) < 2:
@@ -157,10 +157,10 @@ class _Grid:
             text = f"{counted(len(rows), 'list')} of values for {counted(len(x), 'node')} of x [E0921]"
             self.report.add(f"{self.key}.values", text, "one list for each node of x")
             return None
-        for place, row in enumerate(rows):
+        for index, row in enumerate(rows):
             if len(row) != len(y):
                 text = f"{counted(len(row), 'value')} for {counted(len(y), 'node')} of y [E0922]"
-                self.report.add(f"{self.key}.values[{place}]", text, "one value for each node of y")
+                self.report.add(f"{self.key}.values[{index}]", text, "one value for each node of y")
                 return None
         return self._in_si(self.key, (x, y, np.array(rows)))
 
@@ -170,11 +170,11 @@ class _Grid:
         """Return a grid (x, y, values) in SI; None for a unit with a fault, which is reported below ``key``. Columns
         without a unit, if others have one, are noted, unless their ``titles`` have units."""
         before = len(self.report.noted)
-        given = [name for name in _NAMES if getattr(self.units, f"{name}_unit").strip()]
+        names_with_unit = [name for name in _NAMES if getattr(self.units, f"{name}_unit").strip()]
         for name, title in zip(_NAMES, titles, strict=True):
             labelled = name == "value" and self.entry.unit.strip()
-            if given and name not in given and not labelled and not unit_of_title(title):
-                self.values.note([f"{key}.{name}: {without_unit(name, given)}"])
+            if names_with_unit and name not in names_with_unit and not labelled and not unit_of_title(title):
+                self.values.note([f"{key}.{name}: {without_unit(name, names_with_unit)}"])
         factors = [unit_factor(f"{key}.{name}", getattr(self.units, name), self.report) for name in _UNITS]
         if len(self.report.noted) > before:
             return None
@@ -185,10 +185,10 @@ class _Grid:
         """Return x (n,), y (m,) and values (n, m) from a CSV or NetCDF file; None for a fault, which is reported. Lists
         or their units in addition to the table are a fault. Numbers are converted to SI by ``x_unit``, ``y_unit`` and
         ``value_unit`` of the table; a unit in a title or an attribute converts no numbers, and is noted if not SI."""
-        given = [name for name in ("x", "y", "values") if getattr(self.entry, name) is not None]
-        if given:
+        names = [name for name in ("x", "y", "values") if getattr(self.entry, name) is not None]
+        if names:
             self.report.add(
-                f"{self.key}.table", f"table and {listed(given)} are both given [E0923]", "either the table or lists"
+                f"{self.key}.table", f"table and {listed(names)} are both given [E0923]", "either the table or lists"
             )
             return None
         for name in _UNITS:
@@ -203,8 +203,8 @@ class _Grid:
         try:
             grid, titles = _netcdf(path, columns) if path.suffix == ".nc" else self._csv(path, table, columns)
         except TableError as error:
-            place = f"{error.problem.where} ({self.key}.table)"
-            self.report.add_problem(f"{self.key}.table", replace(error.problem, where=place))
+            location = f"{error.problem.where} ({self.key}.table)"
+            self.report.add_problem(f"{self.key}.table", replace(error.problem, where=location))
             return None
         for name, title in zip(_NAMES, titles, strict=True):
             unit = "" if getattr(table, f"{name}_unit").strip() else unit_of_title(title)

@@ -71,18 +71,18 @@ class MapSurface:
             (
                 (
                     Curve(
-                        f"map.{self.name} along {axes[0]}, line {place}", along, line, self.interpolation, self.outside
+                        f"map.{self.name} along {axes[0]}, line {index}", along, line, self.interpolation, self.outside
                     ),
                     of_lines,
                 ),
                 (
                     Curve(
-                        f"map.{self.name} along {axes[1]}, line {place}", across, unit, self.interpolation, self.outside
+                        f"map.{self.name} along {axes[1]}, line {index}", across, unit, self.interpolation, self.outside
                     ),
                     1 - of_lines,
                 ),
             )
-            for place, (line, unit) in enumerate(zip(lines, units, strict=True), 1)
+            for index, (line, unit) in enumerate(zip(lines, units, strict=True), 1)
         )
 
     @cached_property
@@ -91,27 +91,27 @@ class MapSurface:
         each."""
         return tuple(
             Curve(
-                f"map.{self.name} along {axis} at {other} = {across[place]:.6g}",
+                f"map.{self.name} along {axis} at {second_axis} = {across[index]:.6g}",
                 along,
-                values[place],
+                values[index],
                 self.interpolation,
                 self.outside,
             )
-            for axis, other, along, across, values in (
+            for axis, second_axis, along, across, values in (
                 ("x", "y", self.x, self.y, self.z.T),
                 ("y", "x", self.y, self.x, self.z),
             )
-            for place in range(0, len(across), 1 + len(across) // _PROFILES)
+            for index in range(0, len(across), 1 + len(across) // _PROFILES)
         )
 
     def curves(self, arguments: tuple[Formula, ...]) -> tuple[Application, ...]:
         """Return the splines of ``terms``, each applied to its argument, x or y."""
-        return tuple(Application(curve, arguments[place]) for pair in self.terms for curve, place in pair)
+        return tuple(Application(curve, arguments[index]) for pair in self.terms for curve, index in pair)
 
     def value(self, word: str, component: int, x: ArrayLike, y: ArrayLike) -> Array:
         """Return the values at x and y, of the broadcast shape of x and y."""
-        given = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
-        products = (line(given[first]) * weight(given[second]) for (line, first), (weight, second) in self.terms)
+        xy = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+        products = (line(xy[first]) * weight(xy[second]) for (line, first), (weight, second) in self.terms)
         return np.asarray(sum(products))
 
 

@@ -104,8 +104,8 @@ def _stored_runs(path: Path) -> list[Path]:
         return [path]
     if not path.is_dir():
         return []
-    own = path / "solution.npz"
-    files = [own] if own.is_file() else sorted(path.glob("*/solution.npz"))
+    run_file = path / "solution.npz"
+    files = [run_file] if run_file.is_file() else sorted(path.glob("*/solution.npz"))
     if not files:
         fault = "the folder holds no solution.npz, nor do folders in this folder [E0958]"
         raise UsageError(Problem(str(path), fault, f"eomgen simulate SCENE --out {path}"))

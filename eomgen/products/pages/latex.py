@@ -166,9 +166,9 @@ def equations(system: System, described: Description, *, width: int = 96) -> Sym
     moved = {symbol for symbol in system.tape.depends_on(refs) if symbol.block == "base"}
     laws = [ref for block in system.functions["base"].outputs for ref in block.refs] if moved else []
     places = sorted(symbol.index for symbol in moved)
-    refs += [laws[place] for place in places]
-    given = block_to_sympy(system.tape, refs, (len(refs),), names=names)
-    intermediates, column = given if isinstance(given, tuple) else ([], given)
+    refs += [laws[index] for index in places]
+    expressions = block_to_sympy(system.tape, refs, (len(refs),), names=names)
+    intermediates, column = expressions if isinstance(expressions, tuple) else ([], expressions)
     shared, entries = _named_entries(intermediates, column, width)
     terms, first = {}, 0
     for name, block in blocks.items():
@@ -176,9 +176,9 @@ def equations(system: System, described: Description, *, width: int = 96) -> Sym
         terms[name] = sympy.Matrix(rows, columns, entries[first : first + rows * columns])
         first += rows * columns
     used = {symbol.name for value in (*entries, *(value for _, value in shared)) for symbol in value.free_symbols}
-    used |= {names[InputSymbol("base", place)] for place in places}
+    used |= {names[InputSymbol("base", index)] for index in places}
     base = zip(
-        (sympy.Symbol(names[InputSymbol("base", place)], real=True) for place in places), entries[first:], strict=True
+        (sympy.Symbol(names[InputSymbol("base", index)], real=True) for index in places), entries[first:], strict=True
     )
     return SymbolicTerms(tuple(shared), terms, tuple(base), _definitions(system, described, names, used))
 
@@ -255,7 +255,7 @@ def _length(expression: sympy.Expr) -> int:
 
 def _names(system: System) -> dict[InputSymbol, str]:
     """Return the names of symbols in the scene and in the fields of the base."""
-    return system.symbol_names | {InputSymbol("base", place): name for place, name in enumerate(_BASE)}
+    return system.symbol_names | {InputSymbol("base", index): name for index, name in enumerate(_BASE)}
 
 
 def _definitions(
@@ -280,10 +280,10 @@ def _definitions(
     for factor in system.factors:
         owner = joints.get(factor.name, factor.name)
         of_q, of_v = _meanings(factor.group, factor.q_size, factor.v_size)
-        for index, place in enumerate(range(factor.q_start, factor.q_start + factor.q_size)):
-            coordinates.append(DefinedSymbol(name_of("q", place), f"{of_q[index]}, {owner}", q_units[place]))
-        for index, place in enumerate(range(factor.v_start, factor.v_start + factor.v_size)):
-            velocities.append(DefinedSymbol(name_of("v", place), f"{of_v[index]}, {owner}", v_units[place]))
+        for index, component in enumerate(range(factor.q_start, factor.q_start + factor.q_size)):
+            coordinates.append(DefinedSymbol(name_of("q", component), f"{of_q[index]}, {owner}", q_units[component]))
+        for index, component in enumerate(range(factor.v_start, factor.v_start + factor.v_size)):
+            velocities.append(DefinedSymbol(name_of("v", component), f"{of_v[index]}, {owner}", v_units[component]))
     tables = {
         "Coordinates": coordinates,
         "Velocities": velocities,

@@ -243,16 +243,16 @@ def _plots(model: CompiledModel, solution: Solution, blocks: Sequence[str]) -> l
     """Return the plots of a page as JSON types: outputs by unit, ``_CURVES`` in each, and energies. ``blocks`` are the
     names of the blocks that the module fills."""
     plots: list[dict[str, Any]] = []
-    place = 0
+    offset = 0
     by_unit: dict[str, list[dict[str, Any]]] = {}
     for item in model.library.layout["outputs"] if "outputs_y" in blocks else ():
         name, size, unit = item["name"], int(item["size"]), item["unit"]
         for k in range(size):
             label = name if size == 1 else f"{name} {'xyz'[k] if size == 3 else k}"
             by_unit.setdefault("" if unit == "1" else unit, []).append(
-                {"name": label, "block": "outputs_y", "place": [place + k]}
+                {"name": label, "block": "outputs_y", "place": [offset + k]}
             )
-        place += size
+        offset += size
     for unit, curves in by_unit.items():
         for first in range(0, len(curves), _CURVES):
             part = curves[first : first + _CURVES]

@@ -101,14 +101,14 @@ def report(
     'four_bar_report.html'
     """
     target = check_name(Path(path))
-    given: list[Solution] = []
+    results: list[Solution] = []
     if solutions is None:
-        given.append(simulate(model))
+        results.append(simulate(model))
     elif isinstance(solutions, Sequence):
-        given += solutions
+        results += solutions
     else:
-        given.append(solutions)
-    runs = [ReportedRun(_name(number, len(given)), solution) for number, solution in enumerate(given, 1)]
+        results.append(solutions)
+    runs = [ReportedRun(_name(number, len(results)), solution) for number, solution in enumerate(results, 1)]
     write_text(target, report_page(runs, model, checks=checks))
     return target
 
@@ -340,14 +340,14 @@ def _plots(run: ReportedRun, charts: _Charts, *, single: bool) -> str:
 def _comparison(runs: Sequence[ReportedRun], charts: _Charts) -> str:
     """Return the HTML section with settings that differ, differences and charts of common columns."""
     settings = [_settings(run.solution) for run in runs]
-    names = list(dict.fromkeys(name for one in settings for name in one))
+    names = list(dict.fromkeys(name for by_name in settings for name in by_name))
     differing = [
-        (name, *(one.get(name, "") for one in settings))
+        (name, *(by_name.get(name, "") for by_name in settings))
         for name in names
-        if len({one.get(name, "") for one in settings}) > 1
+        if len({by_name.get(name, "") for by_name in settings}) > 1
     ]
     columns = [_columns_of(run.solution) for run in runs]
-    shared = [name for name in columns[0] if all(name in one for one in columns)]
+    shared = [name for name in columns[0] if all(name in by_name for by_name in columns)]
     first = runs[0].solution
     outputs = [name for name in shared if _kind(name, first) in ("outputs", "energy")] or shared
     canvases = [
@@ -355,7 +355,7 @@ def _comparison(runs: Sequence[ReportedRun], charts: _Charts) -> str:
             name,
             "" if columns[0][name][1] == "1" else columns[0][name][1],
             "t, s",
-            [(run.name, run.solution.t, one[name][0]) for run, one in zip(runs, columns, strict=True)],
+            [(run.name, run.solution.t, by_name[name][0]) for run, by_name in zip(runs, columns, strict=True)],
         )
         for name in outputs[:_CHARTS]
     ]
@@ -377,8 +377,8 @@ def _differences(runs: Sequence[ReportedRun], columns: Sequence[Columns], shared
     rows = []
     for name in shared:
         row: list[object] = [name, columns[0][name][1]]
-        for run, other in zip(runs[1:], columns[1:], strict=True):
-            row += _difference(runs[0].solution.t, columns[0][name][0], run.solution.t, other[name][0])
+        for run, run_columns in zip(runs[1:], columns[1:], strict=True):
+            row += _difference(runs[0].solution.t, columns[0][name][0], run.solution.t, run_columns[name][0])
         rows.append(row)
     return _table(headings, rows)
 
@@ -394,13 +394,13 @@ def _settings(solution: Solution) -> dict[str, str]:
     return result | {"end, s": f"{solution.t[-1]:.9g}", "profile": str(data.get("profile", ""))}
 
 
-def _difference(t: Array, values: Array, other_t: Array, other: Array) -> tuple[str, str, str]:
+def _difference(t: Array, values: Array, other_t: Array, other_values: Array) -> tuple[str, str, str]:
     """Return as texts the largest difference of two runs over common times, the time, and the last difference."""
     last = min(t[-1], other_t[-1])
     rows = np.flatnonzero((t <= last) & (t >= max(t[0], other_t[0])))
     if not len(rows):
         return "no common time", "", ""
-    gap = np.interp(t[rows], other_t, other) - values[rows]
+    gap = np.interp(t[rows], other_t, other_values) - values[rows]
     worst = int(np.argmax(np.abs(gap)))
     return f"{abs(gap[worst]):.3g}", f"{t[rows[worst]]:.6g}", f"{gap[-1]:.3g}"
 

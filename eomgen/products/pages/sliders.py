@@ -156,8 +156,8 @@ def _starts(model: CompiledModel, solution: Solution, extent: float) -> Iterator
             reach = sizes.get(of_place, 1.0)
             low, high = _limits(model, model.q_names[factor.q_start + k], value, reach) if plain else (-reach, reach)
             if high > low:
-                place = factor.q_start + k if plain else None
-                yield {**_slider("position", index, shown, of_place, "", value, low, high), "place": place}
+                q_index = factor.q_start + k if plain else None
+                yield {**_slider("position", index, shown, of_place, "", value, low, high), "place": q_index}
             most = max(sizes.get(unit, 1.0), 2.0 * abs(v))
             speed = shown.replace(" turned ", " turning ").replace(" moved ", " moving ")
             velocities.append(_slider("velocity", index, speed, unit, "", v, -_round(most), _round(most)))

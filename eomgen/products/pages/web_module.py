@@ -81,11 +81,11 @@ def web_module(library: Library, *, left_to_stepper: bool) -> WebModule:
         digest.update(f"\0{name}\0{text}".encode())
     cache, key = Cache(), digest.hexdigest()
 
-    def fill(place: Path) -> None:
+    def fill(folder: Path) -> None:
         for name, text in texts.items():
-            (place / name).write_text(text, encoding="utf-8")
+            (folder / name).write_text(text, encoding="utf-8")
         sources = [name for name in sorted(texts) if name.endswith(".c")]
-        run_compiler([*compiler.command, *flags, *sources, "-o", _MODULE], place / _MODULE)
+        run_compiler([*compiler.command, *flags, *sources, "-o", _MODULE], folder / _MODULE)
 
     with cache.claim(key):
         entry = cache.get(key) or cache.put(key, fill)

@@ -291,11 +291,11 @@ class _Carriers:
     def shape(self, shape: Mapping[str, Any], numbers: Mapping[str, int]) -> dict[str, Any]:
         """Return the data of a shape with its carrier, on a beam the nearest frame, and the number of its body;
         vertices are moved into the carrier's frame. ``numbers`` are of bodies by name."""
-        place = self.place(shape["body"], shape["origin"])
-        offset = np.array(place["position"]) - np.array(shape["origin"])
+        anchor = self.place(shape["body"], shape["origin"])
+        offset = np.array(anchor["position"]) - np.array(shape["origin"])
         vertices = (np.array(shape["vertices"]) + offset).tolist() if offset.any() else shape["vertices"]
         owner = numbers.get(self.beam_of.get(shape["body"], shape["body"]), -1)
-        return {**shape, "carrier": place["carrier"], "body": owner, "vertices": vertices}
+        return {**shape, "carrier": anchor["carrier"], "body": owner, "vertices": vertices}
 
     def exact_beam(self, first: Mapping[str, Any], beam: Mapping[str, Any]) -> dict[str, Any]:
         """Return the data of a geometrically exact beam: carriers along its axis, its outline, and the number of frames

@@ -60,14 +60,14 @@ def _stored(path: str) -> Solution:
     from eomgen.results.solution import Solution  # noqa: PLC0415
 
     context = click.get_current_context()
-    given = [
+    option_names = [
         option.opts[0]
         for option in context.command.params
         if option.name not in ("scene", "path")
         and context.get_parameter_source(option.name or "") is not click.core.ParameterSource.DEFAULT
     ]
-    if given:
-        fault = f"{', '.join(given)} would change a run, and this one is stored [E0149]"
+    if option_names:
+        fault = f"{', '.join(option_names)} would change a run, and this one is stored [E0149]"
         raise UsageError(Problem(path, fault, "the scene in place of its solution, or no such option"))
     return Solution.load(path)
 
@@ -97,7 +97,7 @@ class RestPicture(RestPart):
             raise UsageError(Problem(f"--plot {figure}", fault, "--plot rest.png"))
         self.files = [] if figure is None else [Path(figure)]
 
-    def draw(self, model: Model, result: Equilibrium, given: Mapping[str, Any]) -> None:
+    def draw(self, model: Model, result: Equilibrium, arguments: Mapping[str, Any]) -> None:
         """Draw the shape at rest over the initial one, with supports and forces that are numbers, into the file of
         ``--plot``; none without the option."""
         if not self.files:
@@ -106,11 +106,11 @@ class RestPicture(RestPart):
         from eomgen.scene.forces.forces import Force  # noqa: PLC0415
 
         forces = [item for item in getattr(model.scene, "elements", ()) if isinstance(item, Force)]
-        p = model.parameter_array(given["parameters"])
+        p = model.parameter_array(arguments["parameters"])
         loads = arrows([item for item in forces if item.axes == "world"], model, p)
-        draw_rest(model, result.q, result.t, p, self.files[0], initial=given["initial"], loads=loads)
+        draw_rest(model, result.q, result.t, p, self.files[0], initial=arguments["initial"], loads=loads)
 
-    def data(self, model: Model, result: Equilibrium, given: Mapping[str, Any]) -> dict[str, Any]:
+    def data(self, model: Model, result: Equilibrium, arguments: Mapping[str, Any]) -> dict[str, Any]:
         """Return displacements and section loads of exact beams at rest under the key ``beams``; an empty mapping there
         for a model without such beams."""
         if not model.description.exact_beams:
@@ -119,10 +119,10 @@ class RestPicture(RestPart):
 
         from eomgen.products.pictures.section_loads import beams_at_rest  # noqa: PLC0415
 
-        p = model.parameter_array(given["parameters"])
+        p = model.parameter_array(arguments["parameters"])
         still = {"a": np.zeros(model.nv), "z": result.z, "multipliers": result.multipliers, "parameters": p}
-        loads = model.section_loads(result.q, result.v, result.t, given["u"], **still)
-        return {"beams": beams_at_rest(model, given["initial"], result.q, result.t, p, loads)}
+        loads = model.section_loads(result.q, result.v, result.t, arguments["u"], **still)
+        return {"beams": beams_at_rest(model, arguments["initial"], result.q, result.t, p, loads)}
 
     def show(self, data: Mapping[str, Any]) -> None:
         """Print displacements and section loads of beams."""

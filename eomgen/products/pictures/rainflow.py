@@ -257,8 +257,8 @@ class Rainflow:
         return drawn
 
 
-def _check_positive(**given: float) -> None:
-    for name, value in given.items():
+def _check_positive(**values: float) -> None:
+    for name, value in values.items():
         if not (isinstance(value, int | float) and 0.0 < value < math.inf):
             raise UsageError(Problem(name, f"{shown(value)} is not a positive number [E1279]", f"{name}=5"))
 

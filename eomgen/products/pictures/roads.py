@@ -81,10 +81,10 @@ def surfaces_of(drawing: Drawing, poses: Mapping[str, Array], values: Mapping[st
         numbers = _Numbers(values, dict)
         origin, axes = numbers.vector(surface.position), np.array(surface.axes)
         pose = poses[surface.rider]
-        place = rotated(pose[:, :4], numbers.vector(surface.center)) + pose[:, 4:]
+        centers = rotated(pose[:, :4], numbers.vector(surface.center)) + pose[:, 4:]
         if (carrier := poses.get(surface.body)) is not None:
-            place = rotated(carrier[:, :4] * [1.0, -1.0, -1.0, -1.0], place - carrier[:, 4:])
-        path = (place - origin) @ axes
+            centers = rotated(carrier[:, :4] * [1.0, -1.0, -1.0, -1.0], centers - carrier[:, 4:])
+        path = (centers - origin) @ axes
         beyond = _BEYOND_PATH * numbers.of(surface.size)
         low, high = path[:, :2].min(axis=0) - beyond, path[:, :2].max(axis=0) + beyond
         cell = float(np.max(high - low)) / _CELLS
@@ -119,7 +119,7 @@ def surfaces_of(drawing: Drawing, poses: Mapping[str, Array], values: Mapping[st
 def heights_of(road: Mapping[str, Any]) -> list[float]:
     """Return all heights of a road, m."""
     if "places" in road:
-        return [place[2] for place in road["places"]]
+        return [point[2] for point in road["places"]]
     return [height for row in road["heights"] for height in row]
 
 

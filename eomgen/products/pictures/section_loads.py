@@ -117,13 +117,16 @@ def plot_sections(
 def drawn_loads(solution: LoadedSolution) -> Mapping[str, SectionLoads]:
     """Return by beam the loads that ``draw_sections`` draws: at some rows, without strains."""
     loads = _by_beam(solution, _thinned(solution.t, _ROWS))
-    return {beam: replace(one, strain=one.strain[:, :0], curvature=one.curvature[:, :0]) for beam, one in loads.items()}
+    return {
+        beam: replace(section, strain=section.strain[:, :0], curvature=section.curvature[:, :0])
+        for beam, section in loads.items()
+    }
 
 
 def store_drawn_loads(solution: LoadedSolution, path: Path) -> None:
     """Write ``drawn_loads`` to a file, for a process that has no model. Raises FileError."""
     loads = drawn_loads(solution)
-    arrays = {f"{beam}.{field}": array for beam, one in loads.items() for field, array in one.named().items()}
+    arrays = {f"{beam}.{field}": array for beam, section in loads.items() for field, array in section.named().items()}
     write_arrays(path, arrays, {"beams": list(loads)})
 
 

@@ -55,13 +55,13 @@ def arrows(loads: Sequence[Force], model: CompiledModel, p: Array) -> list[Arrow
     result = []
     for load in loads:
         try:
-            place, force = (
+            point, force = (
                 [evaluate(entry, lambda symbol: values[symbol.name]) for entry in vector]
                 for vector in (load.point, load.force)
             )
         except (ArithmeticError, KeyError):
             continue
-        result.append(Arrow(load.body, place, force))
+        result.append(Arrow(load.body, point, force))
     return result
 
 

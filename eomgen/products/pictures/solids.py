@@ -57,7 +57,7 @@ def parts_of(kind: str, sizes: Sequence[float]) -> list[SolidPart]:
         return [SolidPart(*_revolved([(-length / 2, 0.0), *walls, (length / 2, 0.0)]))]
     angles = np.linspace(0.0, 0.5 * np.pi, _ALONG + 1)
     half = [(length / 2 + radius * np.sin(angle), radius * np.cos(angle)) for angle in angles]
-    whole = [(-place, across) for place, across in reversed(half)] + half[0 if length else 1 :]
+    whole = [(-along, across) for along, across in reversed(half)] + half[0 if length else 1 :]
     return [SolidPart(*_revolved(whole))]
 
 
