@@ -60,19 +60,19 @@ class LoadPaths(RestPart):
         self.along = None if along is None else _range(along)
         self.buckling = None if buckling is None else _preload(buckling)
 
-    def answer(self, model: Model, given: Mapping[str, Any], as_json: bool) -> int:
+    def answer(self, model: Model, arguments: Mapping[str, Any], as_json: bool) -> int:
         """Print and write the requested path or buckling loads of a model, and return the exit code; 0 if neither is
-        requested. ``given`` are the arguments of the model's methods. Raises NumericalError if a path does not arrive,
-        after it is written."""
-        given = {**given, "initial": given["initial"] or None}
+        requested. ``arguments`` are those of the model's methods. Raises NumericalError if a path does not arrive, after it
+        is written."""
+        arguments = {**arguments, "initial": arguments["initial"] or None}
         if self.buckling is not None:
             with waiting(f"{model.name}: buckling loads"):
-                result = model.buckling_loads(*self.buckling, **given)
+                result = model.buckling_loads(*self.buckling, **arguments)
             return self._buckling(result, model, as_json)
         if self.along is None:
             return 0
         name, start, to = self.along
-        path = model.equilibrium_path(name, to, start, progress=True, **given)
+        path = model.equilibrium_path(name, to, start, progress=True, **arguments)
         for column in self.over:
             path.column(column)
         files = [] if self.out is None else [path.save(self.out)]

@@ -200,9 +200,9 @@ def _eigenvalue(number: int, count: int, neutral: int) -> Callable[[ExaminedPoin
         values = values[neutral:]
         sign = -1.0 if number < negative else 1.0
         alike = np.sort(np.abs(values[sign * values > 0.0]))
-        place = negative - number - 1 if number < negative else number - negative
+        index = negative - number - 1 if number < negative else number - negative
         far = float(np.max(np.abs(values[np.isfinite(values)]), initial=1.0))
-        return sign * (float(alike[place]) if place < len(alike) else far)
+        return sign * (float(alike[index]) if index < len(alike) else far)
 
     return value
 

@@ -123,8 +123,8 @@ def equilibrium_path(
     if number_of("max_step", max_step, "number") <= 0.0 or max_points < 2:
         fault = "max_step is positive and max_points at least 2 [E0078]"
         raise UsageError(Problem("equilibrium_path", fault, "the defaults"))
-    given = (model, "equilibrium_path", parameter, first, number_of("to - start", last - first, kind))
-    varied, statics, onto = start_of_path(*given, initial, parameters, t, u)
+    request = (model, "equilibrium_path", parameter, first, number_of("to - start", last - first, kind))
+    varied, statics, onto = start_of_path(*request, initial, parameters, t, u)
     limits = StepLimits(max_step, _PART * abs(last - first))
     with show_progress(progress, f"{model.name}: {parameter}") as report, one_thread_of_algebra(model.nv):
         return _follow_path(model, varied, statics, onto, last, limits, max_points, stability=stability, report=report)
@@ -317,11 +317,11 @@ def _columns(
     if not rests:
         return columns, units, ()
     p, t, u = varied.at_each(np.array([rest.s for rest in rests]))
-    given: dict[str, Any] = {"t": t, "parameters": p, "base": held_base(model, p, t)}
+    arguments: dict[str, Any] = {"t": t, "parameters": p, "base": held_base(model, p, t)}
     q, z, multipliers = (np.array([getattr(rest, name) for rest in rests]) for name in _STATES[1:])
     if "outputs" in model.functions:
         still = np.zeros(model.nv)
-        values = model.outputs(q, still, still, u=u, z=z, multipliers=multipliers, **given)
+        values = model.outputs(q, still, still, u=u, z=z, multipliers=multipliers, **arguments)
         for item in model.library.layout["outputs"]:
             name, unit, size = str(item["name"]), str(item["unit"]), int(item["size"])
             column = np.broadcast_to(np.reshape(values[name], (-1, size)), (len(rests), size))
@@ -330,7 +330,7 @@ def _columns(
                 columns[label], units[label] = column[:, k].copy(), unit
     outputs = tuple(columns)
     if "poses" in model.functions:
-        poses = model.evaluate("poses", q, **given)["pose"]
+        poses = model.evaluate("poses", q, **arguments)["pose"]
         places = np.broadcast_to(poses, (len(rests), *poses.shape[-2:]))[..., 4:]
         for number, body in enumerate(model.bodies):
             for axis, letter in enumerate("xyz"):
@@ -447,15 +447,15 @@ def buckling_loads(
     if count < 1:
         raise UsageError(Problem("buckling_loads", f"{count} loads are asked for [E0081]", "count=4"))
     value = number_of("at", at)
-    given = model, "buckling_loads", parameter, value
+    request = model, "buckling_loads", parameter, value
     reach = abs(value) or 1.0
-    varied, statics, start = start_of_path(*given, reach, initial, parameters, t, u)
+    varied, statics, start = start_of_path(*request, reach, initial, parameters, t, u)
     for _ in range(4):  # forces by load are differences over a part of the scale
         scale = load_scale(statics, start.rest)
         if not scale > 0.0 or 0.1 * reach <= scale <= 10.0 * reach:
             break
         reach = scale
-        varied, statics, start = start_of_path(*given, reach, initial, parameters, t, u)
+        varied, statics, start = start_of_path(*request, reach, initial, parameters, t, u)
     try:
         factors, modes = linear_buckling(statics, start.rest, count)
     except ArithmeticError as error:

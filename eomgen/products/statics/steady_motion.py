@@ -75,9 +75,9 @@ def named_values(
     q, v = q.copy(), np.zeros(model.nv)
     held_q, held_v = np.zeros(model.nv, dtype=bool), np.zeros(model.nv, dtype=bool)
     names = [name.removeprefix("v.") for name in model.v_names]
-    for quantity, given in (("velocities", velocities), ("coordinates", coordinates)):
-        if given is not None and not isinstance(given, Mapping):
-            fault = f"a mapping is needed, not {type(given).__name__} [E0090]"
+    for quantity, values_by_name in (("velocities", velocities), ("coordinates", coordinates)):
+        if values_by_name is not None and not isinstance(values_by_name, Mapping):
+            fault = f"a mapping is needed, not {type(values_by_name).__name__} [E0090]"
             raise UsageError(Problem(quantity, fault, f'{quantity}={{"{names[0]}": 2.0}}'))
     for name, value in (velocities or {}).items():
         if str(name).startswith("q."):
@@ -112,8 +112,8 @@ def check_drives(model: CompiledModel, driven: Mapping[str, float], v: Array) ->
     for name, value, unit in zip(model.v_names, v.tolist(), model.v_units, strict=True):
         rate = driven.get(name.removeprefix("v."), value)
         if abs(rate - value) > _SAME * max(abs(rate), abs(value)):
-            law_rate, given = distinct(rate, value)
-            fault = f"it is driven at {law_rate} {unit}, and {given} {unit} is given [E0092]"
+            law_rate, given_rate = distinct(rate, value)
+            fault = f"it is driven at {law_rate} {unit}, and {given_rate} {unit} is given [E0092]"
             hint = 'a tunable parameter in the law, drive = "w*t", and the value as that parameter\'s; or no drive'
             raise UsageError(Problem(f"velocity {name.removeprefix('v.')}", fault, hint))
 
@@ -239,7 +239,7 @@ def steady_motion(
 
 def motion_along(
     model: CompiledModel,
-    known: KnownSymmetries,
+    known_symmetries: KnownSymmetries,
     velocities: Mapping[str, float] | None,
     coordinates: Mapping[str, ArrayLike] | None,
     initial: Mapping[str, Any] | None,
@@ -252,7 +252,7 @@ def motion_along(
 
     Parameters
     ----------
-    model, known : CompiledModel, KnownSymmetries
+    model, known_symmetries : CompiledModel, KnownSymmetries
         The model, and the memory of symmetries.
     velocities, coordinates : mapping or None
         Prescribed values by name, SI units.
@@ -276,17 +276,17 @@ def motion_along(
     conditions = _conditions(able, p, time, u, q, np.where(held_v, v, start.v))
     try:
         q = conditions.followed(q)
-        given = PrescribedComponents(held_q, held_v, v, conditions.ignorable(q, start.z))
-        names = [able.v_names[k] for k in np.flatnonzero(given.alone)]
-        result = search(conditions, known.near(conditions, q, start.z), given, q, start.v, start.z)
+        targets = PrescribedComponents(held_q, held_v, v, conditions.ignorable(q, start.z))
+        names = [able.v_names[k] for k in np.flatnonzero(targets.alone)]
+        result = search(conditions, known_symmetries.near(conditions, q, start.z), targets, q, start.v, start.z)
         if not result.balanced:
-            raise _failure(able, conditions, result, given, _hint(names, result.fields))
+            raise _failure(able, conditions, result, targets, _hint(names, result.fields))
         _check_lasting(able, conditions, result, measures, names)
     except np.linalg.LinAlgError:
         raise _not_positive_definite(able, q, p) from None
     state = result.state
     able.check_left_out(state.q, state.v, conditions.t, p)
-    undetermined = _undetermined(conditions, result, given)
+    undetermined = _undetermined(conditions, result, targets)
     acceleration = float(np.max(np.abs(conditions.accelerations(*state.motion)), initial=0.0))
     message = f"steady after {result.steps} steps, unbalanced acceleration {acceleration:.3g}"
     if undetermined:
@@ -308,11 +308,11 @@ def _conditions(model: CompiledModel, p: Array, t: float, u: Inputs, q: Array, v
     return Conditions(model, p, t, u, extents, pace)
 
 
-def _undetermined(conditions: Conditions, search: SteadySearch, given: PrescribedComponents) -> list[str]:
+def _undetermined(conditions: Conditions, search: SteadySearch, targets: PrescribedComponents) -> list[str]:
     """Return the names of coordinates and velocities along which all conditions stay satisfied, so that one more could
     be given; empty for an isolated motion."""
     model = conditions.model
-    linear = linear_conditions(conditions, search.fields, given, search.state)
+    linear = linear_conditions(conditions, search.fields, targets, search.state)
     moving, coordinates = linear.across.shape[1] + len(search.fields), linear.across.shape[1]
     J, rest = linear.J[:, :moving], linear.J[:, moving:]
     if rest.shape[1]:  # multipliers follow, and internal states too
@@ -364,7 +364,7 @@ def _check_lasting(
 
 
 def _failure(
-    model: CompiledModel, conditions: Conditions, search: SteadySearch, given: PrescribedComponents, hint: str
+    model: CompiledModel, conditions: Conditions, search: SteadySearch, targets: PrescribedComponents, hint: str
 ) -> NumericalError:
     """Return the error of a search that failed: accelerating components, constraint equations and given velocities that
     are not met, with the hint."""
@@ -373,16 +373,16 @@ def _failure(
     if not np.all(np.isfinite(unbalanced)):
         fault = "forces are not finite numbers at the start of the search [E0096]"
         return NumericalError(Problem("steady motion", fault, "another initial state"))
-    linear = linear_conditions(conditions, search.fields, given, state)
+    linear = linear_conditions(conditions, search.fields, targets, state)
     parts = []
     k = int(np.argmax(np.abs(unbalanced) / conditions.extents))
     if abs(linear.values[k]) > _STEADY or not len(linear.at.velocity):
         parts.append(f"{model.v_names[k]} still accelerates with {-unbalanced[k]:.4g} {_per_second(model, k)}")
     parts += _rows_not_met(model, linear)
-    missed = given.held_v & (np.abs(state.v - given.v) > _STEADY * conditions.pace * conditions.extents)
+    missed = targets.held_v & (np.abs(state.v - targets.v) > _STEADY * conditions.pace * conditions.extents)
     for component in np.flatnonzero(missed):
         unit = model.v_units[component]
-        found_v, given_v = distinct(state.v[component], given.v[component])
+        found_v, given_v = distinct(state.v[component], targets.v[component])
         parts.append(f"{model.v_names[component]} is {found_v} {unit} and not {given_v} {unit} as given")
     fault = f"no steady motion was found in {search.steps} steps: {', '.join(parts)} [E0095]"
     return NumericalError(Problem("steady motion", fault, f"other values, an initial state nearer to it, or {hint}"))

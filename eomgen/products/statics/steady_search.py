@@ -64,7 +64,7 @@ class SteadySearch(NamedTuple):
 
 
 def search(
-    conditions: Conditions, fields: Fields, given: PrescribedComponents, q: Array, v: Array, z: Array
+    conditions: Conditions, fields: Fields, targets: PrescribedComponents, q: Array, v: Array, z: Array
 ) -> SteadySearch:
     """Return the end of a search for a steady motion along symmetries, or, if that fails, with constant velocities; of
     two failures the first.
@@ -73,18 +73,18 @@ def search(
     ----------
     conditions, fields : Conditions, Fields
         Conditions of a steady motion, and symmetries of the model.
-    given : PrescribedComponents
+    targets : PrescribedComponents
         Held coordinates and prescribed velocities.
     q, v, z : (nq,), (nv,) and (nz,) ndarray
         State from which the search begins.
     """
-    along = _search_around(conditions, fields, given, q, v, z) if len(fields) else None
+    along = _search_around(conditions, fields, targets, q, v, z) if len(fields) else None
     if along is not None and along.balanced:
         return along
-    moving = given.alone | given.held_v
+    moving = targets.alone | targets.held_v
     components = np.flatnonzero(moving | _forced(conditions, moving, q))
     single = constant(conditions.model, components.tolist(), conditions.extents)
-    result = _search_around(conditions, single, given, q, np.where(given.alone, v, 0.0), z)
+    result = _search_around(conditions, single, targets, q, np.where(targets.alone, v, 0.0), z)
     return result if result.balanced or along is None else along
 
 
@@ -104,33 +104,33 @@ def _forced(conditions: Conditions, moving: Mask, q: Array) -> Mask:
 
 
 def _search_around(
-    conditions: Conditions, fields: Fields, given: PrescribedComponents, q: Array, v: Array, z: Array
+    conditions: Conditions, fields: Fields, targets: PrescribedComponents, q: Array, v: Array, z: Array
 ) -> SteadySearch:
     """Return the end of a search from the state q, v, z, or, as long as it fails, from up to 6 random states near it;
     the first failure if all fail."""
     rng = np.random.default_rng(2)
-    first = result = _search(conditions, fields, given, _start(conditions, fields, given, q, v, z))
+    first = result = _search(conditions, fields, targets, _start(conditions, fields, targets, q, v, z))
     for _ in range(_RETRIES):
         if result.balanced:
             return result
-        eta = np.where(given.held_q, 0.0, conditions.around(rng.normal(0.0, 0.3, conditions.model.nv)))
+        eta = np.where(targets.held_q, 0.0, conditions.around(rng.normal(0.0, 0.3, conditions.model.nv)))
         try:
-            moved = _start(conditions, fields, given, update(conditions.model.factors, q, eta), v, z)
-            result = _search(conditions, fields, given, moved)
+            moved = _start(conditions, fields, targets, update(conditions.model.factors, q, eta), v, z)
+            result = _search(conditions, fields, targets, moved)
         except np.linalg.LinAlgError:
             continue
     return result if result.balanced else first
 
 
 def _start(
-    conditions: Conditions, fields: Fields, given: PrescribedComponents, q: Array, v: Array, z: Array
+    conditions: Conditions, fields: Fields, targets: PrescribedComponents, q: Array, v: Array, z: Array
 ) -> MovingState:
     """Return the motion along the fields at q whose velocities are nearest to v; given velocities have precedence."""
     X = fields.directions(q) / conditions.extents[:, np.newaxis]
-    wanted, held = np.where(given.held_v, given.v, v) / conditions.extents, given.held_v
-    g = np.linalg.lstsq(X[held], wanted[held], rcond=_SAME)[0]
-    left = _null_space(X[held])
-    g = g + left @ np.linalg.lstsq(X[~held] @ left, (wanted - X @ g)[~held], rcond=_SAME)[0]
+    scaled_v, mask = np.where(targets.held_v, targets.v, v) / conditions.extents, targets.held_v
+    g = np.linalg.lstsq(X[mask], scaled_v[mask], rcond=_SAME)[0]
+    left = _null_space(X[mask])
+    g = g + left @ np.linalg.lstsq(X[~mask] @ left, (scaled_v - X @ g)[~mask], rcond=_SAME)[0]
     return motion_at(conditions, fields, q, np.asarray(g), z)
 
 
@@ -177,7 +177,7 @@ class Linear(NamedTuple):
 
 
 def linear_conditions(
-    conditions: Conditions, fields: Fields, given: PrescribedComponents, state: MovingState
+    conditions: Conditions, fields: Fields, targets: PrescribedComponents, state: MovingState
 ) -> Linear:
     """Return the conditions of a steady motion made linear about a state. Raises numpy.linalg.LinAlgError if M is not
     positive definite.
@@ -186,7 +186,7 @@ def linear_conditions(
     ----------
     conditions, fields : Conditions, Fields
         Conditions of a steady motion, and the fields of the motion.
-    given : PrescribedComponents
+    targets : PrescribedComponents
         Held coordinates and prescribed velocities.
     state : MovingState
         The state.
@@ -197,7 +197,7 @@ def linear_conditions(
     D = fields.slope(state.q, state.g)
     turns = (fields.stacked.W @ state.v).T
     M = regular_inertia(at.M, at.B, conditions.extents)
-    across = _across(M, X if fields.symmetric else np.eye(len(X))[:, given.alone], given.held_q)
+    across = _across(M, X if fields.symmetric else np.eye(len(X))[:, targets.alone], targets.held_q)
     dv = np.hstack([D @ across, X])
     da = np.hstack([W @ D @ across, W @ X + turns])
     dq = np.hstack([across, np.zeros_like(X)])
@@ -215,9 +215,9 @@ def linear_conditions(
     raw = np.hstack([np.concatenate(moved), np.concatenate(by_z), np.concatenate(by_lam)])
     values, rounding = conditions.measured(at, at.values)
     J, _ = conditions.measured(at, raw)
-    of_given = np.flatnonzero(given.held_v)
+    of_given = np.flatnonzero(targets.held_v)
     speed = conditions.pace * conditions.extents[of_given]
-    short = (state.v - given.v)[of_given] / speed
+    short = (state.v - targets.v)[of_given] / speed
     by_given = np.hstack([dv[of_given] / speed[:, np.newaxis], np.zeros((len(of_given), nz + rows))])
     values, rounding = np.concatenate([values, short]), np.concatenate([rounding, 0.0 * short])
     return Linear(values, rounding, np.concatenate([J, by_given]), across, D, X, at)
@@ -233,12 +233,12 @@ def _across(M: Array, X: Array, held: Mask) -> Array:
     return np.asarray(free @ _null_space((free.T @ M @ along).T))
 
 
-def _search(conditions: Conditions, fields: Fields, given: PrescribedComponents, state: MovingState) -> SteadySearch:
+def _search(conditions: Conditions, fields: Fields, targets: PrescribedComponents, state: MovingState) -> SteadySearch:
     """Return the end of a damped Gauss-Newton iteration from a state, with steps of least size, halved until the
     residual falls."""
     steps, balanced = 0, False
     for steps in range(_MAX_STEPS + 1):
-        linear = linear_conditions(conditions, fields, given, state)
+        linear = linear_conditions(conditions, fields, targets, state)
         value, J = linear.values, linear.J
         balanced = bool(np.all(np.abs(value) <= _BALANCED + linear.rounding))
         if not (np.all(np.isfinite(J)) and np.all(np.isfinite(value))) or steps == _MAX_STEPS:
@@ -251,7 +251,7 @@ def _search(conditions: Conditions, fields: Fields, given: PrescribedComponents,
         share = min(1.0, _LARGEST_TURN / turn) if turn > 0.0 else 1.0
         for _ in range(1 if balanced else 30):
             moved = _moved(conditions, fields, linear, state, share * change)
-            next_value = _values(conditions, given, linear.at, moved)
+            next_value = _values(conditions, targets, linear.at, moved)
             enough = 0.5 if balanced else 1.0 - 0.1 * share
             if np.all(np.isfinite(next_value)) and np.linalg.norm(next_value) < enough * np.linalg.norm(value):
                 break
@@ -262,11 +262,11 @@ def _search(conditions: Conditions, fields: Fields, given: PrescribedComponents,
     return SteadySearch(fields, state, steps, balanced)
 
 
-def _values(conditions: Conditions, given: PrescribedComponents, at: ConditionValues, state: MovingState) -> Array:
+def _values(conditions: Conditions, targets: PrescribedComponents, at: ConditionValues, state: MovingState) -> Array:
     """Return the conditions at a state, with the given velocities, divided by the scales at another state, ``at``."""
     values, _ = conditions.measured(at, conditions.values(*state.motion))
-    of_given = np.flatnonzero(given.held_v)
-    return np.concatenate([values, (state.v - given.v)[of_given] / (conditions.pace * conditions.extents[of_given])])
+    of_given = np.flatnonzero(targets.held_v)
+    return np.concatenate([values, (state.v - targets.v)[of_given] / (conditions.pace * conditions.extents[of_given])])
 
 
 def _weights(linear: Linear) -> Array:

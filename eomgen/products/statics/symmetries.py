@@ -144,7 +144,7 @@ def symmetries(conditions: Conditions, q: Array, z: Array) -> Fields:
     null_space = Vt[int(np.sum(singular > _NOTHING * np.max(singular, initial=1e-300))) :]
     # a candidate that is in all symmetries only by rounding has a velocity of exactly zero
     null_space = np.where(np.linalg.norm(null_space, axis=0) > _NOTHING, null_space, 0.0)
-    fields = (Fields(model, basis).along(one) for one in null_space)
+    fields = (Fields(model, basis).along(coefficients) for coefficients in null_space)
     return Fields(model, [_scaled(model, field, q, conditions.extents) for field in fields])
 
 
@@ -218,21 +218,21 @@ def _equations(
     at = conditions.at(q, v, a, z, lam)
     holonomic = len(at.position)
     model = conditions.model
-    one, speed = conditions.extents, np.abs(v)
+    extents, speed = conditions.extents, np.abs(v)
     free = np.eye(len(v))
     if len(at.B) and np.all(np.isfinite(at.B)):
-        _, singular, Vt = np.linalg.svd(at.B * one)
-        free = one[:, np.newaxis] * Vt[int(np.sum(singular > _FREE * np.max(singular, initial=0.0))) :].T
+        _, singular, Vt = np.linalg.svd(at.B * extents)
+        free = extents[:, np.newaxis] * Vt[int(np.sum(singular > _FREE * np.max(singular, initial=0.0))) :].T
     fields = Fields(model, basis)
     W = fields.stacked.W
     eta, by_v, by_a = fields.directions(q), (W @ v).T, (W @ a).T
     forces = at.K @ eta + at.C @ by_v + at.M @ by_a + (at.residual @ W).T
-    terms = np.abs(at.K) @ one + np.abs(at.C) @ speed + np.abs(at.M) @ np.abs(a)
+    terms = np.abs(at.K) @ extents + np.abs(at.C) @ speed + np.abs(at.M) @ np.abs(a)
     rows = (
         (free.T @ forces, np.abs(free.T) @ terms),
-        (at.B[:holonomic] @ eta, np.abs(at.B[:holonomic]) @ one),
-        (at.Z @ eta + at.B @ by_v, np.abs(at.Z) @ one + np.abs(at.B) @ speed),
-        (at.Fq @ eta + at.Fv @ by_v, np.abs(at.Fq) @ one + np.abs(at.Fv) @ speed),
+        (at.B[:holonomic] @ eta, np.abs(at.B[:holonomic]) @ extents),
+        (at.Z @ eta + at.B @ by_v, np.abs(at.Z) @ extents + np.abs(at.B) @ speed),
+        (at.Fq @ eta + at.Fv @ by_v, np.abs(at.Fq) @ extents + np.abs(at.Fv) @ speed),
     )
     columns, size = (np.concatenate(parts) for parts in zip(*rows, strict=True))
     return np.asarray(columns / np.where(size > 0.0, size, 1.0)[:, np.newaxis])

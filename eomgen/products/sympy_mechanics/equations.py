@@ -165,7 +165,7 @@ def derive(document: SymbolicEquations, terms: Sequence[str] | None) -> System:
     recorder = _TermRecorder(document)
     blocks = {name: tuple(_TERMS[name](recorder)) for name in _wanted(document, recorder, terms)}
     tape = recorder.tape
-    read = tape.blocks_read({name: [ref for block in made for ref in block.refs] for name, made in blocks.items()})
+    read = tape.blocks_read({name: [ref for block in parts for ref in block.refs] for name, parts in blocks.items()})
     absent = {
         "base",
         *(() if document.states.names else ("z",)),
@@ -174,15 +174,15 @@ def derive(document: SymbolicEquations, terms: Sequence[str] | None) -> System:
         *(() if any("t" in used for used in read.values()) else ("t",)),
         *(() if document.rows.names else ("lam",)),
     }
-    made: dict[str, Function] = {}
+    functions: dict[str, Function] = {}
     for name, outputs in blocks.items():
         term = TERMS[name]
         unread = {block for block in ("a", "lam") if term.of_motion and block not in read[name]}
         # if time moves places, terms take time that take none of scenes
-        given = ({*term.inputs} | read[name]) - absent - unread
-        inputs = tuple(block for block in INPUT_BLOCKS if block in given)
-        made[name] = Function(name, term.description, inputs, outputs)
-    return _system(document, recorder, made)
+        argument_blocks = ({*term.inputs} | read[name]) - absent - unread
+        inputs = tuple(block for block in INPUT_BLOCKS if block in argument_blocks)
+        functions[name] = Function(name, term.description, inputs, outputs)
+    return _system(document, recorder, functions)
 
 
 def _wanted(document: SymbolicEquations, recorder: _TermRecorder, terms: Sequence[str] | None) -> list[str]:
@@ -315,8 +315,8 @@ class _TermRecorder:
         """Return values + B^T lam."""
         result = list(values)
         for multiplier, tangent in zip(self.lam, self.slopes, strict=True):
-            for place, ref in tangent.items():
-                result[place] = result[place] + Scalar(self.tape, ref) * multiplier
+            for column, ref in tangent.items():
+                result[column] = result[column] + Scalar(self.tape, ref) * multiplier
         return result
 
     @cached_property
@@ -325,13 +325,13 @@ class _TermRecorder:
         rows = self.document.rows
         result: list[dict[int, Ref]] = []
         for refs, block in ((rows.positions, self.q), (rows.velocities, self.v)):
-            seeds: Seeds = {item.ref: {place: ONE} for place, item in enumerate(block)}
+            seeds: Seeds = {item.ref: {column: ONE} for column, item in enumerate(block)}
             result += [dict(row) for row in forward_partials(self.tape, refs, seeds)]
         return result
 
     @property
     def _along(self) -> dict[Ref | InputSymbol, Ref]:
-        along: dict[Ref | InputSymbol, Ref] = {one.ref: rate.ref for one, rate in zip(self.q, self.v, strict=True)}
+        along: dict[Ref | InputSymbol, Ref] = {entry.ref: rate.ref for entry, rate in zip(self.q, self.v, strict=True)}
         along[InputSymbol("t", 0)] = ONE
         return along
 
@@ -351,8 +351,8 @@ class _TermRecorder:
         result = []
         for tangent, bias in zip(self.slopes, self.row_biases, strict=True):
             total = Scalar(self.tape, bias)
-            for place, ref in tangent.items():
-                total = total + Scalar(self.tape, ref) * self.a[place]
+            for column, ref in tangent.items():
+                total = total + Scalar(self.tape, ref) * self.a[column]
             result.append(total.ref)
         return result
 
@@ -365,8 +365,8 @@ class _TermRecorder:
     def forward_dynamics(self) -> list[Block]:
         """Return the block of accelerations, M^-1 (Q - h). Raises ModelError for a coordinate with a zero row of M."""
         balance = [force - bias for force, bias in zip(self.force, self.coupling, strict=True)]
-        for place, name in enumerate(self.document.coordinates):
-            row = self.mass[place * self.count : (place + 1) * self.count]
+        for index, name in enumerate(self.document.coordinates):
+            row = self.mass[index * self.count : (index + 1) * self.count]
             if all(item.is_zero for item in row):
                 fault = f"no mass moves with the coordinate {name}, so the mass matrix has no inverse [E2175]"
                 hint = 'a mass, or terms without accelerations, as eomgen.derive(document, ["mass", "force"])'
@@ -376,8 +376,8 @@ class _TermRecorder:
 
     def in_block(self, name: str, values: Sequence[Ref], block: Sequence[Scalar], text: str) -> Block:
         """Return the block ``name`` of partials of values in the numbers of ``block``, (values, numbers) row by row."""
-        rows = forward_partials(self.tape, values, {item.ref: {place: ONE} for place, item in enumerate(block)})
-        refs = tuple(row.get(place, ZERO) for row in rows for place in range(len(block)))
+        rows = forward_partials(self.tape, values, {item.ref: {index: ONE} for index, item in enumerate(block)})
+        refs = tuple(row.get(index, ZERO) for row in rows for index in range(len(block)))
         return Block(name, (len(values), len(block)), refs, text)
 
     @cached_property
@@ -437,7 +437,7 @@ class _TermRecorder:
     @cached_property
     def jacobian(self) -> Block:
         """B."""
-        refs = tuple(row.get(place, ZERO) for row in self.slopes for place in range(self.count))
+        refs = tuple(row.get(column, ZERO) for row in self.slopes for column in range(self.count))
         return Block("B", (len(self.slopes), self.count), refs, "constraint Jacobian")
 
     @cached_property

@@ -159,8 +159,8 @@ class Expressions:
     def _operands(self, node: Any) -> Sequence[Any]:
         if isinstance(node, CharacteristicCurveFunction):
             return [node.doit(deep=False)]
-        if (other := _REWRITTEN.get(type(node))) is not None:
-            return [node.rewrite(other)]
+        if (substitute := _REWRITTEN.get(type(node))) is not None:
+            return [node.rewrite(substitute)]
         if isinstance(node, sympy.Pow) and isinstance(node.exp, sympy.Rational) and abs(node.exp.p) < 1000:
             return [node.base]
         if isinstance(node, sympy.Piecewise):

@@ -47,8 +47,8 @@ class KaneKinematics:
         self.expressions, self.inertial = expressions, inertial
         self.algebra, self.tape = expressions.algebra, expressions.algebra.tape
         self.count = len(v)
-        self._seeds: dict[Ref | InputSymbol, dict[int, Ref]] = {item.ref: {place: ONE} for place, item in enumerate(v)}
-        self._along: dict[Ref | InputSymbol, Ref] = {one.ref: rate.ref for one, rate in zip(q, v, strict=True)}
+        self._seeds: dict[Ref | InputSymbol, dict[int, Ref]] = {item.ref: {index: ONE} for index, item in enumerate(v)}
+        self._along: dict[Ref | InputSymbol, Ref] = {entry.ref: rate.ref for entry, rate in zip(q, v, strict=True)}
         self._along[self.expressions.known[expressions.time].ref] = ONE
         self._axes: dict[Any, Matrix] = {inertial: self.algebra.identity}
 
@@ -75,8 +75,8 @@ class KaneKinematics:
             path: Sequence[Any] = frame._dict_list(self.inertial, kind)
         except ValueError:
             word = "orientation" if kind == 0 else "angular velocity"
-            other = ", another frame of this name" if str(frame.name) == str(self.inertial.name) else ""
-            fault = f"the frame {frame.name} has no {word} in {self.inertial.name}{other} [E1148]"
+            remark = ", another frame of this name" if str(frame.name) == str(self.inertial.name) else ""
+            fault = f"the frame {frame.name} has no {word} in {self.inertial.name}{remark} [E1148]"
             raise DescriptionError(Problem(self.expressions.name, fault, f"{frame.name}.orient_axis")) from None
         return path
 
@@ -84,16 +84,16 @@ class KaneKinematics:
         """Return a vector of SymPy in inertial axes."""
         result = self.algebra.zero_vector
         for components, frame in getattr(vector, "args", ()):
-            own = self.algebra.vector([self.expressions(item) for item in components])
-            result = plus(result, apply(self.axes(frame), own))
+            local_vector = self.algebra.vector([self.expressions(item) for item in components])
+            result = plus(result, apply(self.axes(frame), local_vector))
         return result
 
     def angular_velocity(self, frame: Any) -> Vector:
         """Return the angular velocity of a frame in inertial axes."""
         path = self._path(frame, 1)
         result = self.algebra.zero_vector
-        for one, other in pairwise(path):
-            result = plus(result, self.vector(one._ang_vel_dict[other]))
+        for moving_frame, reference_frame in pairwise(path):
+            result = plus(result, self.vector(moving_frame._ang_vel_dict[reference_frame]))
         return result
 
     def velocity(self, point: Any) -> Vector:
@@ -107,10 +107,10 @@ class KaneKinematics:
             if self.inertial in here._vel_dict:
                 way = ways[here]
                 return plus(self.vector(here._vel_dict[self.inertial]), self.rate(way))
-            for other in here._pos_dict:
-                if other not in ways:
-                    ways[other] = plus(ways[here], self.vector(here.pos_from(other)))
-                    waiting.append(other)
+            for neighbour in here._pos_dict:
+                if neighbour not in ways:
+                    ways[neighbour] = plus(ways[here], self.vector(here.pos_from(neighbour)))
+                    waiting.append(neighbour)
         fault = f"the velocity of the point {point.name} in {self.inertial.name} is not known [E1149]"
         raise DescriptionError(
             Problem(
@@ -133,15 +133,15 @@ class KaneKinematics:
     def rows_of(self, values: Sequence[Scalar]) -> list[list[Scalar]]:
         """Return the partials of values in v, a row for each value."""
         rows = forward_partials(self.tape, [item.ref for item in values], self._seeds)
-        return [[Scalar(self.tape, row.get(place, ZERO)) for place in range(self.count)] for row in rows]
+        return [[Scalar(self.tape, row.get(column, ZERO)) for column in range(self.count)] for row in rows]
 
     def partials(self, vector: Vector) -> list[Vector]:
         """Return the partial velocities: the derivative of a velocity (3,) in each component of v, n vectors."""
         rows = forward_partials(self.tape, [item.ref for item in vector], self._seeds)
         zero = self.algebra.zero
         return [
-            self.algebra.vector([Scalar(self.tape, row[place]) if place in row else zero for row in rows])
-            for place in range(self.count)
+            self.algebra.vector([Scalar(self.tape, row[column]) if column in row else zero for row in rows])
+            for column in range(self.count)
         ]
 
 
@@ -177,8 +177,8 @@ def kane(kinematics: KaneKinematics, bodies: Sequence[Any], loads: Sequence[tupl
     terms = KaneTerms([algebra.zero] * count**2, [algebra.zero] * count, [algebra.zero] * count)
     for body in bodies:
         _add_body(kinematics, body, terms)
-    for place, load in loads:
-        velocity = (kinematics.angular_velocity if isinstance(place, ReferenceFrame) else kinematics.velocity)(place)
+    for target, load in loads:
+        velocity = (kinematics.angular_velocity if isinstance(target, ReferenceFrame) else kinematics.velocity)(target)
         value = kinematics.vector(load)
         for number, partial in enumerate(kinematics.partials(velocity)):
             terms.force[number] = terms.force[number] + dot(partial, value)

@@ -116,10 +116,10 @@ class Observed:
                 return ways[here]
             if moved is None and self.kinematics.inertial in here._vel_dict and here is not point:
                 moved = here
-            for other in here._pos_dict:
-                if other not in ways:
-                    ways[other] = plus(ways[here], self.kinematics.vector(here.pos_from(other)))
-                    waiting.append(other)
+            for neighbour in here._pos_dict:
+                if neighbour not in ways:
+                    ways[neighbour] = plus(ways[here], self.kinematics.vector(here.pos_from(neighbour)))
+                    waiting.append(neighbour)
         return ways[point if moved is None else moved]
 
     def twisted(self) -> list[str]:
@@ -133,7 +133,7 @@ class Observed:
             sums = []
             for column in transpose(self.kinematics.axes(frame)):
                 turned = cross(omega, column)
-                sums += [[one, -other] for one, other in zip(self.kinematics.rates(column), turned, strict=True)]
+                sums += [[rate, -target] for rate, target in zip(self.kinematics.rates(column), turned, strict=True)]
             if not self._cancels(sums, 1.0):
                 faults.append(str(frame.name))
         return faults
@@ -143,30 +143,30 @@ class Observed:
         notes = []
         for body, name in zip(self.bodies, self.names, strict=True):
             center = center_of(body)
-            given = center._acc_dict.get(self.kinematics.inertial)
-            if given is not None and not self._is_acceleration(given, self.kinematics.velocity(center)):
+            acceleration = center._acc_dict.get(self.kinematics.inertial)
+            if acceleration is not None and not self._is_acceleration(acceleration, self.kinematics.velocity(center)):
                 notes.append(
                     f"the acceleration given for {name} is not the rate of the velocity, and has no effect [W0260]"
                 )
         return notes
 
-    def _is_acceleration(self, given: Any, velocity: Sequence[Scalar]) -> bool:
+    def _is_acceleration(self, vector: Any, velocity: Sequence[Scalar]) -> bool:
         """Return whether a vector of SymPy is the rate of a velocity, while the rates of coordinates are constant."""
-        known, time = self.record.known, self.record.time
-        for derivative in set().union(*(item.atoms(sympy.Derivative) for part, _ in given.args for item in part)):
+        scalars, time = self.record.known, self.record.time
+        for derivative in set().union(*(item.atoms(sympy.Derivative) for part, _ in vector.args for item in part)):
             function, order = derivative.args[0], derivative.derivative_count
-            if derivative in known:
+            if derivative in scalars:
                 continue
-            if function not in known or order > 2 or function.diff(time) in known:
-                known[derivative] = self.algebra.zero  # of q twice, or of an input
+            if function not in scalars or order > 2 or function.diff(time) in scalars:
+                scalars[derivative] = self.algebra.zero  # of q twice, or of an input
             else:
-                (known[derivative],) = self.kinematics.rates([known[function]])
-        pairs = zip(self.kinematics.vector(given), self.kinematics.rates(list(velocity)), strict=True)
-        return self._cancels([[one, -other] for one, other in pairs])
+                (scalars[derivative],) = self.kinematics.rates([scalars[function]])
+        pairs = zip(self.kinematics.vector(vector), self.kinematics.rates(list(velocity)), strict=True)
+        return self._cancels([[component, -rate] for component, rate in pairs])
 
-    def _is_rate_of(self, place: Sequence[Scalar], velocity: Sequence[Scalar]) -> bool:
+    def _is_rate_of(self, position: Sequence[Scalar], velocity: Sequence[Scalar]) -> bool:
         """Return whether the rate of a position, (3,), equals a velocity, (3,), at all samples."""
-        return self._cancels([[one, -other] for one, other in zip(self.kinematics.rates(place), velocity, strict=True)])
+        return self._cancels([[rate, -v] for rate, v in zip(self.kinematics.rates(position), velocity, strict=True)])
 
     def _cancels(self, sums: Sequence[Sequence[Scalar]], size: float = 0.0) -> bool:
         """Return whether the summands of each sum add up to rounding at all samples, relative to the largest summand or
@@ -216,8 +216,8 @@ class Observed:
             return [self.algebra.one, *self.algebra.zero_vector]
         if frame not in self._quaternions:
             above = frame._dict_list(self.kinematics.inertial, 0)[1]
-            own = self._turn(above.dcm(frame))
-            product = quaternion_product(self._quaternion(above), own)
+            local_quaternion = self._turn(above.dcm(frame))
+            product = quaternion_product(self._quaternion(above), local_quaternion)
             self._quaternions[frame] = [self.algebra.scalar(item) for item in product]
         return self._quaternions[frame]
 
@@ -255,23 +255,23 @@ class Observed:
                 omega = apply(axes, self.kinematics.angular_velocity(body.frame))
                 kinetic = kinetic + 0.5 * dot(omega, apply(inertia_of(body, self.kinematics), omega))
         groups: list[tuple[list[Any], Scalar | None]] = []
-        for place, load in loads:
+        for location, load in loads:
             value = self.kinematics.vector(load)
             constant = {symbol.block for symbol in self.tape.depends_on([item.ref for item in value])} <= {"p"}
-            held = constant and isinstance(place, mechanics.Point)
-            groups.append(([(place, load)], -dot(value, self.place(place)) if held else None))
+            has_potential = constant and isinstance(location, mechanics.Point)
+            groups.append(([(location, load)], -dot(value, self.place(location)) if has_potential else None))
         for actuator in actuators:
             pairs = [(item[0], item[1]) for item in actuator.to_loads()]
             stored = stored_energy(actuator)
             groups.append((pairs, None if stored is None else self.record(stored)))
         for pairs, stored_there in groups:
-            own = self.algebra.zero
-            for place, load in pairs:
-                own = own + dot(self.kinematics.vector(load), moved(self.kinematics, place))
-            if stored_there is not None and self._cancels([[*self.kinematics.rates([stored_there]), own]]):
+            load_power = self.algebra.zero
+            for location, load in pairs:
+                load_power = load_power + dot(self.kinematics.vector(load), moved(self.kinematics, location))
+            if stored_there is not None and self._cancels([[*self.kinematics.rates([stored_there]), load_power]]):
                 potential = potential + stored_there
             else:
-                power = power + own
+                power = power + load_power
         return Energies(kinetic, potential, power)
 
     # -- drawing ------------------------------------------------------------------------------------------------------
@@ -306,9 +306,9 @@ class Observed:
 
     def _hinge(self, joint: Any) -> Iterator[Hinge]:
         kind, turns, slides = _HINGES.get(type(joint), ("", False, False))
-        place = self._point(joint.parent_point, joint.parent)
+        anchor = self._point(joint.parent_point, joint.parent)
         child = self._owner(joint.child)
-        if not kind or place is None or child == BASE:
+        if not kind or anchor is None or child == BASE:
             return
         axis = getattr(joint, "joint_axis", None)
         direction = (0.0, 0.0, 1.0)
@@ -318,7 +318,7 @@ class Observed:
             x, y, z = self._numbers(local)
             direction = (x, y, z)
         name = name_of(sympy.Symbol(str(joint.name)))
-        yield Hinge(name, kind, place.body, child, place.position, direction, turns, slides)
+        yield Hinge(name, kind, anchor.body, child, anchor.position, direction, turns, slides)
 
     def _owner(self, body: Any) -> str:
         return BASE if body in self.resting or body not in self.bodies else self.names[self.bodies.index(body)]
@@ -340,11 +340,11 @@ class Observed:
         return None
 
 
-def moved(kinematics: KaneKinematics, place: Any) -> Vector:
+def moved(kinematics: KaneKinematics, location: Any) -> Vector:
     """Return the velocity of a point, or the angular velocity of a frame."""
-    if isinstance(place, mechanics.ReferenceFrame):
-        return kinematics.angular_velocity(place)
-    return kinematics.velocity(place)
+    if isinstance(location, mechanics.ReferenceFrame):
+        return kinematics.angular_velocity(location)
+    return kinematics.velocity(location)
 
 
 def stored_energy(actuator: Any) -> Any:
@@ -369,7 +369,7 @@ def power_of_drivers(
     algebra: Algebra, energies: Energies, q: Sequence[Scalar], v: Sequence[Scalar], a: Sequence[Scalar]
 ) -> Scalar:
     """Return the rate of kinetic and potential energy along accelerations a, less non-conservative power, W."""
-    along: dict[Ref | InputSymbol, Ref] = {one.ref: rate.ref for one, rate in zip((*q, *v), (*v, *a), strict=True)}
+    along: dict[Ref | InputSymbol, Ref] = {entry.ref: rate.ref for entry, rate in zip((*q, *v), (*v, *a), strict=True)}
     along[InputSymbol("t", 0)] = ONE
     (rate,) = jacobian_vector(algebra.tape, [(energies.kinetic + energies.potential).ref], along)
     return Scalar(algebra.tape, rate) - energies.power
@@ -377,20 +377,20 @@ def power_of_drivers(
 
 def quaternion_of(algebra: Algebra, matrix: Matrix) -> list[Scalar]:
     """Return the quaternion (w, x, y, z), w not negative, of a rotation matrix: of the largest of four rows."""
-    one, m = algebra.one, matrix
+    unity, m = algebra.one, matrix
     x, y, z = m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]
     xy, xz, yz = m[0][1] + m[1][0], m[0][2] + m[2][0], m[1][2] + m[2][1]
     rows = [
-        [one + m[0][0] + m[1][1] + m[2][2], x, y, z],
-        [x, one + m[0][0] - m[1][1] - m[2][2], xy, xz],
-        [y, xy, one - m[0][0] + m[1][1] - m[2][2], yz],
-        [z, xz, yz, one - m[0][0] - m[1][1] + m[2][2]],
+        [unity + m[0][0] + m[1][1] + m[2][2], x, y, z],
+        [x, unity + m[0][0] - m[1][1] - m[2][2], xy, xz],
+        [y, xy, unity - m[0][0] + m[1][1] - m[2][2], yz],
+        [z, xz, yz, unity - m[0][0] - m[1][1] + m[2][2]],
     ]
     chosen, size = rows[0], rows[0][0]
-    for place in (1, 2, 3):
-        larger = algebra.call(Op.LT, size, rows[place][place])
-        chosen = [algebra.select(larger, new, old) for new, old in zip(rows[place], chosen, strict=True)]
-        size = algebra.select(larger, rows[place][place], size)
+    for index in (1, 2, 3):
+        larger = algebra.call(Op.LT, size, rows[index][index])
+        chosen = [algebra.select(larger, new, old) for new, old in zip(rows[index], chosen, strict=True)]
+        size = algebra.select(larger, rows[index][index], size)
     turned = algebra.call(Op.LT, chosen[0], algebra.zero)
     scale = algebra.scalar(0.5) / algebra.call(Op.SQRT, size)
     scale = algebra.select(turned, -scale, scale)
@@ -402,10 +402,10 @@ def _joined(point: Any) -> list[Any]:
     seen = {point: None}
     waiting = deque([point])
     while waiting:
-        for other in waiting.popleft()._pos_dict:
-            if other not in seen:
-                seen[other] = None
-                waiting.append(other)
+        for neighbour in waiting.popleft()._pos_dict:
+            if neighbour not in seen:
+                seen[neighbour] = None
+                waiting.append(neighbour)
     return list(seen)
 
 
@@ -417,12 +417,12 @@ def _fixed_way(point: Any, center: Any, frame: Any) -> list[Any] | None:
         here = waiting.popleft()
         if here is center:
             return ways[here]
-        for other, vector in here._pos_dict.items():
+        for neighbour, vector in here._pos_dict.items():
             parts = getattr(vector, "args", ())
             fixed = all(axes is frame and not components.atoms(AppliedUndef) for components, axes in parts)
-            if other not in ways and fixed:
-                ways[other] = [*ways[here], other]
-                waiting.append(other)
+            if neighbour not in ways and fixed:
+                ways[neighbour] = [*ways[here], neighbour]
+                waiting.append(neighbour)
     return None
 
 
@@ -430,7 +430,7 @@ def _distinct(names: Sequence[str]) -> list[str]:
     """Return names with numbers in place of repetitions."""
     result: list[str] = []
     for name in names:
-        number = 1 + sum(one == name or one.startswith(f"{name}_") for one in result)
+        number = 1 + sum(earlier_name == name or earlier_name.startswith(f"{name}_") for earlier_name in result)
         result.append(name if name not in result else f"{name}_{number}")
     return result
 

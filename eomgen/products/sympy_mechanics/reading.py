@@ -122,9 +122,9 @@ def from_sympy(
         raise UsageError(
             Problem("name", f"{shown(name)} is not a name [E0888]", 'letters, digits and underscores, "bicycle"')
         )
-    for key, given in (("parameters", parameters), ("initial", initial), ("states", states)):
-        if not isinstance(given, Mapping | None):
-            fault = f"values by symbol are needed, not a {type(given).__name__} [E2176]"
+    for key, values in (("parameters", parameters), ("initial", initial), ("states", states)):
+        if not isinstance(values, Mapping | None):
+            fault = f"values by symbol are needed, not a {type(values).__name__} [E2176]"
             raise UsageError(Problem(key, fault, f"{key}={{m: 1.0}}"))
     reading = _Reading(name, system, q, states or {})
     terms = reading.terms()
@@ -257,9 +257,9 @@ class _Reading:
             for item in self.bodies
             if not isinstance(item, RigidBody | Particle)
         ]
-        for place, load in self.loads:
-            if not isinstance(place, Point | ReferenceFrame) or not isinstance(load, Vector):
-                faults.append((place, "load", "a Point and a Vector, or a ReferenceFrame and a Vector"))
+        for location, load in self.loads:
+            if not isinstance(location, Point | ReferenceFrame) or not isinstance(load, Vector):
+                faults.append((location, "load", "a Point and a Vector, or a ReferenceFrame and a Vector"))
         names = [name_of(item) if isinstance(item, AppliedUndef) else "" for item in self.q]
         time = dynamicsymbols._t
         faults += [(item, "coordinate", "dynamicsymbols") for item in self.q if getattr(item, "args", ()) != (time,)]
@@ -279,7 +279,7 @@ class _Reading:
         free = [item for item in self.u if not any(equation.has(item) for equation in self.kdes)]
         if self.kdes and len(self.q) == len(self.kdes) == len(self.u) - len(free):
             integrals = [dynamicsymbols(f"{name_of(item)}_integral") for item in free]
-            self.kdes += [one.diff(dynamicsymbols._t) - speed for one, speed in zip(integrals, free, strict=True)]
+            self.kdes += [symbol.diff(dynamicsymbols._t) - speed for symbol, speed in zip(integrals, free, strict=True)]
             self.q += integrals
 
     def terms(self) -> KaneTerms:
@@ -363,7 +363,7 @@ class _Reading:
         along[self.expressions.known[self.time].ref] = ONE
         moved = jacobian_vector(tape, momenta, along)
         slopes = gradient(tape, lagrangian, q)
-        coupling = [Scalar(tape, one) - Scalar(tape, other) for one, other in zip(moved, slopes, strict=True)]
+        coupling = [Scalar(tape, rate) - Scalar(tape, slope) for rate, slope in zip(moved, slopes, strict=True)]
         terms = KaneTerms(mass, coupling, [self.algebra.zero] * len(q))
         if self.loads:
             kinematics = KaneKinematics(self.expressions, self.inertial, self.q_scalars, self.v_scalars)
@@ -392,8 +392,8 @@ class _Reading:
         return frozenset(
             name
             for block, names in (("p", self.expressions.parameters), ("u", self.expressions.inputs))
-            for place, name in enumerate(names)
-            if (block, place) not in used
+            for index, name in enumerate(names)
+            if (block, index) not in used
         )
 
     def document(
@@ -404,10 +404,10 @@ class _Reading:
         record = self.expressions
         names = [name_of(item) for item in self.q]
         of_states = [name_of(item) for item in self.states]
-        given, start = self._values(parameters), self._start([*names, *of_states], initial)
+        values, start = self._values(parameters), self._start([*names, *of_states], initial)
         z = np.array([start.get(item, 0.0) for item in of_states])
         speeds = [item for item in self.speeds if name_of(item) not in names]
-        p, inputs = np.array([given[item] for item in record.parameters]), len(record.inputs)
+        p, inputs = np.array([values[item] for item in record.parameters]), len(record.inputs)
         asked = KaneState(*(np.array([start.get(f"{key}{item}", 0.0) for item in names]) for key in ("", "v.")))
         begun = self.rows.met(asked, p, inputs)
         states = self.rows.near(begun, p, inputs)
@@ -422,7 +422,7 @@ class _Reading:
             tuple(record.parameters),
             tuple(record.inputs),
             tuple(name_of(item) for item in speeds),
-            tuple(given[item] for item in record.parameters),
+            tuple(values[item] for item in record.parameters),
             tuple(begun.q.tolist()),
             tuple(begun.v.tolist()),
             self.algebra.tape,
@@ -549,21 +549,21 @@ class _Reading:
             result += self.kinematics.velocity(center_of(body))
             if is_rigid(body):
                 result += self.kinematics.angular_velocity(body.frame)
-        for place, _ in self.every_load:
-            result += moved(self.kinematics, place)
+        for location, _ in self.every_load:
+            result += moved(self.kinematics, location)
         return result
 
     def _values(self, parameters: Mapping[Any, float]) -> dict[str, float]:
         """Return values of all parameters by name. Raises UsageError for missing values and unknown symbols."""
         names = self.expressions.parameters
-        given = {_key(key): _number("parameters", key, value) for key, value in parameters.items()}
-        if missing := [item for item in names if item not in given]:
+        values = {_key(key): _number("parameters", key, value) for key, value in parameters.items()}
+        if missing := [item for item in names if item not in values]:
             hint = f"parameters={{{', '.join(f'{item}: 1.0' for item in missing[:_LISTED])}}}"
             raise UsageError(Problem("parameters", f"no values for {', '.join(missing)} [E1157]", hint))
-        if unknown := sorted(given.keys() - names.keys() - self.expressions.absent):
+        if unknown := sorted(values.keys() - names.keys() - self.expressions.absent):
             hint = f"one of {', '.join(names)}" if names else "no parameters"
             raise UsageError(Problem("parameters", f"the system has no free symbol {unknown[0]} [E1158]", hint))
-        return given
+        return values
 
     def _start(self, names: Sequence[str], initial: Mapping[Any, float]) -> dict[str, float]:
         """Return initial values by the names of coordinates and states, ``v.NAME`` of rates. Raises UsageError."""
@@ -608,25 +608,25 @@ def _reached(bodies: Sequence[Any], loads: Sequence[tuple[Any, Any]], inertial: 
         points.add(center_of(body))
         if is_rigid(body):
             frames |= {body.frame, *(vector.args[0][1] for _, vector, _ in body.central_inertia.args)}
-    for place, _ in loads:
-        (points if hasattr(place, "_pos_dict") else frames).add(place)
+    for location, _ in loads:
+        (points if hasattr(location, "_pos_dict") else frames).add(location)
     waiting = list(points)
     while waiting:
         point = waiting.pop()
-        for other in point._pos_dict:
-            if other not in points:
-                points.add(other)
-                waiting.append(other)
+        for neighbour in point._pos_dict:
+            if neighbour not in points:
+                points.add(neighbour)
+                waiting.append(neighbour)
         for vector in (*point._pos_dict.values(), *point._vel_dict.values()):
             frames |= {frame for _, frame in getattr(vector, "args", ())}
     frames |= {frame for _, vector in loads for _, frame in getattr(vector, "args", ())}
     pending = list(frames)
     while pending:
         frame = pending.pop()
-        for other in (*frame._dcm_dict, *frame._ang_vel_dict):
-            if other not in frames:
-                frames.add(other)
-                pending.append(other)
+        for neighbour in (*frame._dcm_dict, *frame._ang_vel_dict):
+            if neighbour not in frames:
+                frames.add(neighbour)
+                pending.append(neighbour)
     return frames, points
 
 

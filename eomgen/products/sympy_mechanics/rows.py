@@ -96,10 +96,10 @@ class Constraints:
         self.q = q
         self.positions = [expressions(item).ref for item in positions]
         self.velocities = [*(expressions(item).ref for item in velocities), *relations]
-        along: dict[Ref | InputSymbol, Ref] = {one.ref: rate.ref for one, rate in zip(q, v, strict=True)}
+        along: dict[Ref | InputSymbol, Ref] = {entry.ref: rate.ref for entry, rate in zip(q, v, strict=True)}
         along[InputSymbol("t", 0)] = ONE
         self.rates = jacobian_vector(self.tape, self.positions, along)
-        seeds: list[Seeds] = [{item.ref: {place: ONE} for place, item in enumerate(block)} for block in (q, v)]
+        seeds: list[Seeds] = [{item.ref: {index: ONE} for index, item in enumerate(block)} for block in (q, v)]
         self.slopes = forward_partials(self.tape, self.positions, seeds[0])
         self.slopes += forward_partials(self.tape, self.velocities, seeds[1])
         for number, row in enumerate(self.slopes[len(self.positions) :], 1):
@@ -129,7 +129,7 @@ class Constraints:
             (self.positions, self.slopes[:count], q),
             ([*self.rates, *self.velocities], self.slopes, v),
         ):
-            refs = [*values, *(row.get(place, ZERO) for row in slopes for place in range(self.count))]
+            refs = [*values, *(row.get(column, ZERO) for row in slopes for column in range(self.count))]
             size = np.inf if values else 0.0
             for _ in range(_CORRECTIONS):
                 if not values or size < _MET:
@@ -162,35 +162,35 @@ class Constraints:
     def rows(self, states: Sequence[KaneState], p: Array, inputs: int) -> KaneRows:
         """Return the independent rows, positions first, by gradients at several states; names of dropped positions,
         too."""
-        refs = [row.get(place, ZERO) for row in self.slopes for place in range(self.count)]
+        refs = [row.get(column, ZERO) for row in self.slopes for column in range(self.count)]
         gradients = []
         for state in states:
             values = values_at(self.tape, refs, blocks_at(state, p, inputs))
             if np.all(np.isfinite(values)):  # elsewhere an angle may be singular
                 gradients.append(values.reshape(len(self.slopes), self.count))
-        kept = _independent(np.array(gradients))
+        row_numbers = _independent(np.array(gradients))
         count = len(self.positions)
         names = [f"holonomic {k + 1}: formula" for k in range(count)]
         names += [f"velocity {k + 1}: formula" for k in range(len(self.velocities))]
-        scales = [self._scales(row) for row in kept]
+        scales = [self._scales(row) for row in row_numbers]
         return KaneRows(
-            tuple(names[row] for row in kept),
-            tuple(self.positions[row] for row in kept if row < count),
-            tuple(self.velocities[row - count] for row in kept if row >= count),
+            tuple(names[row] for row in row_numbers),
+            tuple(self.positions[row] for row in row_numbers if row < count),
+            tuple(self.velocities[row - count] for row in row_numbers if row >= count),
             tuple(size.ref for size, _ in scales),
             tuple(extent.ref for _, extent in scales),
-            tuple(names[row] for row in range(count) if row not in kept),
+            tuple(names[row] for row in range(count) if row not in row_numbers),
         )
 
     def _scales(self, row: int) -> tuple[Scalar, Scalar]:
         """Return for a row the sum of the magnitudes of the summands, and the change per radian, as Scalars."""
         algebra, of_velocity = self.algebra, row >= len(self.positions)
         turned = moved = algebra.zero
-        for place, ref in self.slopes[row].items():
+        for column, ref in self.slopes[row].items():
             slope = algebra.call(Op.ABS, Scalar(self.tape, ref))
-            if self.angular[place]:
+            if self.angular[column]:
                 turned = turned + slope
-            moved = moved + slope * algebra.call(Op.ABS, self.q[place])
+            moved = moved + slope * algebra.call(Op.ABS, self.q[column])
         extent = algebra.one if turned.is_zero else turned
         if of_velocity:
             return extent, extent

@@ -93,8 +93,8 @@ def check_law_of_element(element: ForceElement) -> None:
         raise ContractError(f"{kind.section}: there is no such section of force elements")
     law = law_of(kind)
     demand(law.model is kind, kind.section, f"the law is of {law.model.__name__}, not of {kind.__name__}")
-    given, offered = sorted(law.offers), sorted(row.offers)
-    demand(given == offered, kind.section, f"the law offers {given}, and the section {offered}")
+    law_offers, offered = sorted(law.offers), sorted(row.offers)
+    demand(law_offers == offered, kind.section, f"the law offers {law_offers}, and the section {offered}")
     method = row.method_name
     demand(callable(getattr(SceneBuilder("one"), method, None)), kind.section, f"builders have no method {method}")
 
@@ -129,14 +129,14 @@ def check_law(
         Naming the scene, the demand, and the error.
     """
     terms = ["residual", "partials"]
-    system, other = derive(scene, terms), derive(by_formulas, terms)
-    evaluate, formulas = tape_evaluator(system), tape_evaluator(other)
+    system, formula_system = derive(scene, terms), derive(by_formulas, terms)
+    evaluate, formulas = tape_evaluator(system), tape_evaluator(formula_system)
     state = {**random_states(system, 4, np.random.default_rng(0)), **(states or {})}
     error = relative_error(evaluate("residual", state)["r"], formulas("residual", state)["r"])
     demand(error <= values, scene.name, f"residuals differ from the scene with formulas by {error:.2g}, relative")
     exact = evaluate("partials", state)
     for name, block in (("K", "q"), ("C", "v")):
-        steps = jacobian(formulas, other.factors, "residual", "r", state, block)
+        steps = jacobian(formulas, formula_system.factors, "residual", "r", state, block)
         error = relative_error(exact[name], steps, 2)
         fault = f"partials {name} differ from complex steps through the formulas by {error:.2g}, relative"
         demand(error <= partials, scene.name, fault)

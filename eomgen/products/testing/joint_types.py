@@ -85,8 +85,8 @@ def check_needed(row: Connection, key: str) -> None:
     try:
         load_toml(text(row.name, without=key))
     except DescriptionError as error:
-        told = any(one.code in ("E1652", "E1418") and key in str(one) for one in error.problems)
-        demand(told, row.name, f"a joint without {key} is refused without the name of the key: {error}")
+        names_key = any(problem.code in ("E1652", "E1418") and key in str(problem) for problem in error.problems)
+        demand(names_key, row.name, f"a joint without {key} is refused without the name of the key: {error}")
     else:
         demand(False, row.name, f"a joint without {key} is taken")
 

@@ -149,8 +149,8 @@ class Runner:
         tunable = [item.name for item in described.parameters if item.tunable]
         signals, fixed = [item.name for item in described.inputs], tuple(described.fixed)
         kinds = (("parameter", parameters, tunable, fixed), ("input", inputs, signals, ()))
-        for kind, given, names, constants in kinds:
-            for name, value in (given or {}).items():
+        for kind, values, names, constants in kinds:
+            for name, value in (values or {}).items():
                 check_name(kind, name, names, constants)
                 if isinstance(value, float):
                     number_of(f"{kind} {name}", value, "number")
