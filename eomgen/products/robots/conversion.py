@@ -197,13 +197,13 @@ class Conversion:
         """Return the edge of a new fixed joint between the world and the link that carries the frame ``written``.
         Raises OptionError for a name that is the world or that the file lacks."""
         path = (self.only,) if self.only else ()
-        place = ElementPlace(self.file, 1)
-        if not self.frames.check_frame(path, written, place, "") or written == WORLD_FRAME:
+        location = ElementPlace(self.file, 1)
+        if not self.frames.check_frame(path, written, location, "") or written == WORLD_FRAME:
             every = [self.name_of((path, name)) for path, model in self.world.every() for name in model.names]
             fault = f"{self.file} has no link or frame {shown(written)} [E1940]"
             raise OptionError("weld", fault, nearest(written, every))
         link = self.frames.link(path, written)
-        joint = DraftJoint(f"{written}_weld", place, WrittenPose(place), "fixed", "fixed", WORLD_FRAME, link[1])
+        joint = DraftJoint(f"{written}_weld", location, WrittenPose(location), "fixed", "fixed", WORLD_FRAME, link[1])
         return Edge((path, joint.name), joint, WORLD_NODE, link, None)
 
     def convert(self, *, actuated: bool, actuators: Actuation = NO_ACTUATION) -> None:
@@ -246,8 +246,8 @@ class Conversion:
         draft, scene = self.draft, self.scene
         omissions = [*warnings, *scene.all_warnings(), *draft.leftovers.warnings()]
         if strict:
-            for place, note in omissions:
-                scene.refuse(place, "", note, "no --strict (strict=False), to go on without")
+            for location, note in omissions:
+                scene.refuse(location, "", note, "no --strict (strict=False), to go on without")
         scene.report.raise_problems()
         undrawn = [
             f"visuals that pictures leave out ({len(names)}: {listed(list(dict.fromkeys(names)))}): {reason} [W0175]"
@@ -321,17 +321,17 @@ class Conversion:
     def add_part(self, node: Node) -> None:
         """Record the mass properties of a placed link for the body; add a force against gravity for a link that gravity
         does not pull. An impossible inertia is noted. Raises OptionError for a tunable link on the base."""
-        link, place = self.links[node], self.places[node]
-        self.parts.setdefault(place.body, {})[node] = link.inertia.transform(place.orientation, place.position)
-        if place.body == BASE and node[1] in self.draft.tunable:
+        link, pose = self.links[node], self.places[node]
+        self.parts.setdefault(pose.body, {})[node] = link.inertia.transform(pose.orientation, pose.position)
+        if pose.body == BASE and node[1] in self.draft.tunable:
             fault = f"the link {link.name} is fixed to the base, so its mass and inertia have no effect [E1975]"
             raise OptionError("tunable", fault, "a link that a joint moves")
         fault = impossible(float(link.inertia.mass), link.inertia.about_center)
         if fault:
             self.scene.leave_out(link.place, f"link {self.name_of(node)}: {fault}")
         gravity = np.array(self.scene.data.get("gravity", (0.0, 0.0, -9.81)))
-        if not link.pulled and link.inertia.mass and gravity.any() and place.body != BASE:
-            at = place.of(np.array(link.inertia.center))
+        if not link.pulled and link.inertia.mass and gravity.any() and pose.body != BASE:
+            at = pose.of(np.array(link.inertia.center))
             force = {"body": at.body, "point": at.position.tolist(), "force": (-link.inertia.mass * gravity).tolist()}
             self.scene.add("forces", "force", f"no_gravity_{self.legal(node)}", force)
 
@@ -362,10 +362,10 @@ class Conversion:
         self.scene.put("bodies", name, {"mass": 0.0}, link.place)
         return name
 
-    def frame(self, node: Node, place: LinkPlace, line: ElementPlace) -> None:
+    def frame(self, node: Node, placement: LinkPlace, line: ElementPlace) -> None:
         """Add a frame to the scene, named by a link or frame `node` of the file, at a place in a body; `line` is its
         place in the file."""
-        self.scene.put("frames", self.new_name("body", node), {"body": place.body, **place.pose}, line)
+        self.scene.put("frames", self.new_name("body", node), {"body": placement.body, **placement.pose}, line)
 
     def rest(self, link: Node) -> None:
         """Place a link of a static model on the base, as a frame of the scene without a body or mass."""
@@ -511,8 +511,8 @@ class Conversion:
             for name, frame in model.frames.items():
                 carrier = self.frames.link(path, name)
                 within = self.frames.pose((path, name)).seen_from(self.frames.pose(carrier))
-                place = self.places[carrier]
-                self.frame((path, name), _of(place, within), frame.place)
+                placement = self.places[carrier]
+                self.frame((path, name), _of(placement, within), frame.place)
 
     def close(self, edge: Edge) -> None:
         """Make a constraint, with the forces of the joint, of a joint that closes a loop. A joint within one body is
@@ -532,9 +532,9 @@ class Conversion:
             return
         turned = loop_frame(kind, axes)
         ends = []
-        for link, place in zip((edge.parent, edge.child), sides, strict=True):
+        for link, placement in zip((edge.parent, edge.child), sides, strict=True):
             within = Pose(turned, self.frames.pose(key).position).seen_from(self.frames.pose(link))
-            ends.append(_of(place, Pose(within.orientation, self.frames.between(link, key).position)))
+            ends.append(_of(placement, Pose(within.orientation, self.frames.between(link, key).position)))
         entry = self.scene.constrain(name, kind, ends)
         if kind == "helical":
             entry["pitch"] = joint.pitch
@@ -605,12 +605,12 @@ class Conversion:
         without visuals."""
         shapes: dict[str, dict[str, Any]] = {}
         for node, link in self.links.items():
-            place = self.places[node]
+            placement = self.places[node]
             for visual in link.visuals:
                 inner = self.visual_pose(node, visual.pose)
                 if inner is None:
                     continue
-                at = _of(place, inner)
+                at = _of(placement, inner)
                 placed = {"body": at.body, "position": at.position.tolist(), "rotation": turns_of(at.orientation)}
                 shapes[legal_name(self.legal(node), shapes)] = {**visual.entry, **placed}
         if shapes:
@@ -629,8 +629,8 @@ class Conversion:
         return self.frames.between(node, (path, written.relative_to)) @ pose_of(written)
 
 
-def _of(place: LinkPlace, inner: Pose) -> LinkPlace:
-    """Return the place of a frame with pose ``inner`` in the frame at ``place``; rotations near right angles become
+def _of(placement: LinkPlace, inner: Pose) -> LinkPlace:
+    """Return the place of a frame with pose ``inner`` in the frame at ``placement``; rotations near right angles become
     exact."""
-    at = place.of(inner.position)
-    return LinkPlace(at.body, snapped_rotation(place.orientation @ inner.orientation), at.position)
+    at = placement.of(inner.position)
+    return LinkPlace(at.body, snapped_rotation(placement.orientation @ inner.orientation), at.position)

@@ -76,21 +76,21 @@ class Followers:
         model = self.frames.models.get((*path, *outer))
         merged = model.merged.get(last, "") if model is not None else ""
         key = ((*path, *outer, *((merged,) if merged else ())), last)
-        place = f"joints.{self.names[step.edge.key]}"
-        known = model is not None and self.frames.check_frame(path, mimic.joint, mimic.place, "")
-        if not known or last not in self.frames.models[key[0]].joints:
+        joint_key = f"joints.{self.names[step.edge.key]}"
+        frame_exists = model is not None and self.frames.check_frame(path, mimic.joint, mimic.place, "")
+        if not frame_exists or last not in self.frames.models[key[0]].joints:
             fault = f"there is no joint {shown(mimic.joint)} to mimic [E1688]"
-            self.draft.refuse(mimic.place, place, fault, nearest(mimic.joint, self.frames.models[path].joints))
+            self.draft.refuse(mimic.place, joint_key, fault, nearest(mimic.joint, self.frames.models[path].joints))
             return
         place_of_axis = {"axis": 0, "axis2": 1}.get(mimic.axis, -1)
         leader = self.moving.get(key)
         if leader is None:
             fault = f"the joint {shown(mimic.joint)}, which {shown(joint)} mimics, has no coordinate of its own [E1944]"
-            self.draft.refuse(mimic.place, place, fault, "a joint that moves and closes no loop")
+            self.draft.refuse(mimic.place, joint_key, fault, "a joint that moves and closes no loop")
             return
         if not 0 <= place_of_axis < len(leader.edge.joint.axes):
             fault = f"the joint {shown(mimic.joint)} has no {shown(mimic.axis)} to mimic [E1945]"
-            self.draft.refuse(mimic.place, place, fault, "axis, or axis2 of a joint with two")
+            self.draft.refuse(mimic.place, joint_key, fault, "axis, or axis2 of a joint with two")
             return
         offset = mimic.offset - mimic.multiplier * mimic.reference
         follower, leading = self.coordinate(step, index), self.coordinate(leader, place_of_axis)
@@ -103,11 +103,11 @@ class Followers:
         equation = f"{follower} - ({number(mimic.multiplier)} * {leading} + {number(offset)})"
         self.constrain(f"{self.names[step.edge.key]}_mimic", equation, mimic.place)
 
-    def constrain(self, wanted: str, equation: str, place: ElementPlace) -> None:
-        """Add a constraint ``equation = 0`` between angles, with a name like ``wanted``; ``place`` is the line in the
+    def constrain(self, name: str, equation: str, location: ElementPlace) -> None:
+        """Add a constraint ``equation = 0`` between angles, with a name like ``name``; ``location`` is the line in the
         file."""
         entry = {"type": "formula", "equation": equation, "unit": "rad"}
-        self.draft.put("constraints", self.draft.name("constraint", "", wanted), entry, place)
+        self.draft.put("constraints", self.draft.name("constraint", "", name), entry, location)
 
     def gear(self, edge: Edge) -> None:
         """Add the constraint of a gearbox: theta_2 = - ratio theta_1, of revolute joints along the axes between parent

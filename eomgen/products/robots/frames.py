@@ -164,9 +164,9 @@ class Frames:
             poses.append((node, pose))
         return self._along(poses)
 
-    def check_frame(self, path: tuple[str, ...], name: str, place: ElementPlace, attribute: str) -> bool:
+    def check_frame(self, path: tuple[str, ...], name: str, location: ElementPlace, attribute: str) -> bool:
         """Return whether a name means a frame, seen from the model at ``path``; report a missing one. `attribute` is
-        the attribute with the name, for the message; without one no fault is reported. `place` is the place in the
+        the attribute with the name, for the message; without one no fault is reported. `location` is the place in the
         file. The world counts outside of models, and as ``parent`` of a joint."""
         *outer, last = name.split("::")
         here = (*path, *outer)
@@ -174,13 +174,13 @@ class Frames:
         world_here = last == WORLD_FRAME and not outer and (not path or attribute == "parent")
         if model is not None and (model.has(last) or (last == MODEL_FRAME and here) or world_here):
             return True
-        if attribute and (place, name) not in self._refused:
+        if attribute and (location, name) not in self._refused:
             fault = f"{attribute}: there is no frame {shown(name)} in {self._label(path)} [E1721]"
             hint = nearest(name, self.models[path].names)
             if last == WORLD_FRAME and not outer:
                 fault = f"{attribute}: a model cannot name the frame 'world', which is the world's [E1722]"
                 hint = "a frame of the model, or a fixed joint with the parent world"
-            self._refuse(place, name, fault, hint)
+            self._refuse(location, name, fault, hint)
         return False
 
     def _label(self, path: Sequence[str]) -> str:
@@ -254,18 +254,18 @@ class Frames:
         circle = [frame for _, frame in self._waiting[self._waiting.index(step) :]]
         path, first = node
         owner = self.models[path]
-        place = next(
+        location = next(
             part[first].place for part in (owner.frames, owner.joints, owner.links, owner.models) if first in part
         )
         names = listed([name for _, name in [*circle, node]])
         fault = f"{attribute}: the frames name one another in a circle: {names} [E1724]"
-        self._refuse(place, attribute, fault, "another one")
+        self._refuse(location, attribute, fault, "another one")
         return False
 
-    def _refuse(self, place: ElementPlace, about: str, fault: str, hint: str) -> None:
-        if (place, about) not in self._refused:
-            self._refused.add((place, about))
-            self.report.add_place(place.file, place.line, "", fault, hint)
+    def _refuse(self, location: ElementPlace, about: str, fault: str, hint: str) -> None:
+        if (location, about) not in self._refused:
+            self._refused.add((location, about))
+            self.report.add_place(location.file, location.line, "", fault, hint)
 
 
 def pose_of(written: WrittenPose) -> Pose:

@@ -56,7 +56,7 @@ _ENTRIES = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2)
 
 def body_entry(inertia: Inertia) -> dict[str, Any]:
     """Return the entry of a body with the given mass properties."""
-    tensor = [float(inertia.about_center[place]) for place in _ENTRIES.values()]
+    tensor = [float(inertia.about_center[index]) for index in _ENTRIES.values()]
     return {"mass": inertia.mass, "center_of_mass": np.asarray(inertia.center).tolist(), "inertia": tensor}
 
 
@@ -187,10 +187,10 @@ class SceneDraft:
         self.section(section)[name] = entry
         return name
 
-    def put(self, section: str, name: str, entry: dict[str, Any], place: ElementPlace) -> None:
+    def put(self, section: str, name: str, entry: dict[str, Any], location: ElementPlace) -> None:
         """Add an entry with the place in the file to a section."""
         self.section(section)[name] = entry
-        self.lines[f"{section}.{name}"] = str(place)
+        self.lines[f"{section}.{name}"] = str(location)
 
     def carry_mass(self, entry: dict[str, Any]) -> None:
         """Add a body ``base_links``, fixed to the base, with the mass properties of the links on the base. Only in an
@@ -206,13 +206,13 @@ class SceneDraft:
         entry = self.section("constraints")[name] = {"type": kind, "first": first, "second": second}
         return entry
 
-    def refuse(self, place: ElementPlace, key: str, fault: str, hint: str) -> None:
+    def refuse(self, location: ElementPlace, key: str, fault: str, hint: str) -> None:
         """Report an element that would change the motion and cannot be converted."""
-        self.report.add_place(place.file, place.line, key, fault, hint)
+        self.report.add_place(location.file, location.line, key, fault, hint)
 
-    def leave_out(self, place: ElementPlace, note: str) -> None:
+    def leave_out(self, location: ElementPlace, note: str) -> None:
         """Note an element that has no part in the scene."""
-        self.warnings.append((place, note))
+        self.warnings.append((location, note))
 
     def left_out(self, feature: str, name: str) -> None:
         """Note a property of an element that has no part in the scene; one note lists all elements."""

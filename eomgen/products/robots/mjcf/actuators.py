@@ -26,17 +26,17 @@ def convert_actuators(draft: MjcfDraft) -> None:
     off = int(model.opt.disableactuator)
     count = len(model.actuator_trntype)
     for index in range(count):
-        place = draft.place("actuator", index, count)
+        location = draft.place("actuator", index, count)
         name = draft.name("signal", draft.element_name("actuator", index), f"actuator_{index + 1}")
         group = int(model.actuator_group[index])
-        actuator = _Actuator(draft, name, index, place, efforts)
+        actuator = _Actuator(draft, name, index, location, efforts)
         if draft.is_disabled("ACTUATION") or (0 <= group <= 30 and off & (1 << group)):
-            draft.leave_out(place, f"not modelled: the actuator {name}, which the file switches off [W0148]")
+            draft.leave_out(location, f"not modelled: the actuator {name}, which the file switches off [W0148]")
             actuator.add_inertia_and_damping()  # an actuator without force has these in MuJoCo
             continue
         actuator.convert()
         for joint in list(efforts)[len(first) :]:  # joints that no actuator before drives
-            first[joint] = place
+            first[joint] = location
     driven = count > 0 and not draft.is_disabled("ACTUATION")
     for joint in range(model.njnt):
         effort = _effort_on(draft, joint, efforts.get(joint, []), driven=driven)

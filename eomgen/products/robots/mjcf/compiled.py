@@ -126,13 +126,13 @@ def _walk(result: MjcfElements, element: Element, path: str, file: str, folder: 
             continue
         inner = f"{path}/{child.tag}" if path else child.tag
         result.every.append((inner, child, file))
-        kind, place = _kind(path, child.tag), ElementPlace(file, child.line)
+        kind, location = _kind(path, child.tag), ElementPlace(file, child.line)
         if inner == "worldbody":
-            result.ordered.setdefault("body", [place])  # the body 0, of all such sections together
+            result.ordered.setdefault("body", [location])  # the body 0, of all such sections together
         elif kind:
-            result.ordered.setdefault(kind, []).append(place)
+            result.ordered.setdefault(kind, []).append(location)
             if child.get("name"):
-                result.named.setdefault((kind, child.get("name")), place)
+                result.named.setdefault((kind, child.get("name")), location)
         _walk(result, child, inner, file, folder)
 
 
@@ -216,13 +216,13 @@ def _check_assets(spec: Any, path: Path | None) -> None:
 
 def out_of_range(file: str, elements: MjcfElements) -> DescriptionError:
     """Return the error for a file whose numbers cannot be multiplied or divided."""
-    place, word = elements.extreme() or (ElementPlace(file, 1), "")
+    location, word = elements.extreme() or (ElementPlace(file, 1), "")
     fault = (
         f"the number {shown(word)} is too large or too small to calculate with [E2166]"
         if word
         else "a number is too large [E2167]"
     )
-    return DescriptionError(Problem(str(place), fault, "masses, inertias and lengths between 1e-100 and 1e100"))
+    return DescriptionError(Problem(str(location), fault, "masses, inertias and lengths between 1e-100 and 1e100"))
 
 
 def _problem(message: str, file: str, elements: MjcfElements) -> Problem:
@@ -236,10 +236,10 @@ def _problem(message: str, file: str, elements: MjcfElements) -> Problem:
         words += f" <{tag[1][:64]}>"
     if element and element[1] and f"'{element[1]}'" not in words:
         words += f" ({shown(element[1])})"
-    place = _place_of(message, file, elements)
-    if not place and _LINE.search(message):
+    location = _place_of(message, file, elements)
+    if not location and _LINE.search(message):
         words += " (in an included file)"
-    return Problem(place or file, f"MuJoCo refuses the file: {words} [E1924]", _remedy(words, elements))
+    return Problem(location or file, f"MuJoCo refuses the file: {words} [E1924]", _remedy(words, elements))
 
 
 def _place_of(message: str, file: str, elements: MjcfElements) -> str:
@@ -249,8 +249,8 @@ def _place_of(message: str, file: str, elements: MjcfElements) -> str:
     if line and int(line[1]):
         return f"{file}:{line[1]}"
     for word in re.findall(r"'([^']+)'", message):
-        if place := elements.mentioning(word):
-            return str(place)
+        if location := elements.mentioning(word):
+            return str(location)
     counted = re.search(r"\b(actuator|equality|key|sensor|tendon) (\d+)", message)
     ordered = elements.ordered.get(counted[1], []) if counted else []
     return str(ordered[int(counted[2])]) if counted and int(counted[2]) < len(ordered) else ""

@@ -140,8 +140,8 @@ def _refuse_other_physics(draft: MjcfDraft) -> None:
     model, elements = draft.model, draft.elements
     for count, tag, name in ((model.nflex, "flex", "flex (a soft body)"), (model.nplugin, "plugin", "plugin")):
         if count:
-            place = elements.first(tag, draft.report.file)
-            draft.refuse(place, "", f"a {name} is not supported [E1926]", "the file without it")
+            location = elements.first(tag, draft.report.file)
+            draft.refuse(location, "", f"a {name} is not supported [E1926]", "the file without it")
 
 
 def _add_lines(draft: MjcfDraft) -> None:
@@ -188,7 +188,7 @@ def _note_the_rest(draft: MjcfDraft) -> None:
     model, file = draft.model, draft.report.file
     touching = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0))
     if len(touching) > 1 and not draft.is_disabled("CONTACT"):
-        place = draft.place("geom", int(touching[0]), model.ngeom)
-        draft.leave_out(place, f"not modelled: contact ({len(touching)} geoms) [W0151]")
+        location = draft.place("geom", int(touching[0]), model.ngeom)
+        draft.leave_out(location, f"not modelled: contact ({len(touching)} geoms) [W0151]")
     if model.npair and not draft.is_disabled("CONTACT"):
         draft.leave_out(ElementPlace(file, 1), f"not modelled: contact of {model.npair} pairs [W0152]")

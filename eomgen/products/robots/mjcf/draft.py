@@ -116,24 +116,24 @@ class MjcfDraft(SceneDraft):
         """Return the names of the components of a vector or a quaternion, which are added as definitions."""
         return [self.define(f"{wanted}_{x}", formula) for x, formula in zip(letters, formulas, strict=True)]
 
-    def point(self, wanted: str, place: LinkPlace) -> str:
+    def point(self, name: str, placement: LinkPlace) -> str:
         """Return the name of a point at the origin of a frame, which is added once for each wanted name."""
-        if wanted not in self.frame_origins:
-            self.frame_origins[wanted] = self.add_point(wanted, place)
-        return self.frame_origins[wanted]
+        if name not in self.frame_origins:
+            self.frame_origins[name] = self.add_point(name, placement)
+        return self.frame_origins[name]
 
-    def add_point(self, wanted: str, place: LinkPlace) -> str:
+    def add_point(self, name: str, placement: LinkPlace) -> str:
         """Return the name of a point at the origin of a frame, which is added."""
-        return self.add("points", "point", wanted, {"body": place.body, "position": place.position.tolist()})
+        return self.add("points", "point", name, {"body": placement.body, "position": placement.position.tolist()})
 
-    def frame_points(self, wanted: str, place: LinkPlace) -> tuple[str, list[str]]:
-        """Return the name of a point at the origin of the frame at ``place``, and the names of three points 1 m along
-        the axes; all are added to the scene, under names that begin with ``wanted``."""
+    def frame_points(self, name: str, placement: LinkPlace) -> tuple[str, list[str]]:
+        """Return the name of a point at the origin of the frame at ``placement``, and the names of three points 1 m along
+        the axes; all are added to the scene, under names that begin with ``name``."""
         ends = [
-            self.point(f"{wanted}_{axis}", LinkPlace(place.body, place.orientation, place.position + column))
-            for axis, column in zip("xyz", place.orientation.T, strict=True)
+            self.point(f"{name}_{axis}", LinkPlace(placement.body, placement.orientation, placement.position + column))
+            for axis, column in zip("xyz", placement.orientation.T, strict=True)
         ]
-        return self.point(wanted, place), ends
+        return self.point(name, placement), ends
 
     def along(self, start: str, end: str) -> list[str]:
         """Return the components of the vector from a point to another, in world axes."""

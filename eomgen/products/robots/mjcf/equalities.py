@@ -16,14 +16,14 @@ def convert_equalities(draft: MjcfDraft) -> None:
     if draft.is_disabled("EQUALITY"):
         return
     for index in range(model.neq):
-        place = draft.place("equality", index, model.neq)
+        location = draft.place("equality", index, model.neq)
         written = draft.element_name("equality", index)
         kind = int(model.eq_type[index])
         word = kinds(kind).name.removeprefix("mjEQ_").lower()
         name = draft.name("constraint", written, f"{word}_{index + 1}")
-        draft.lines[f"constraints.{name}"] = str(place)
+        draft.lines[f"constraints.{name}"] = str(location)
         if not model.eq_active0[index]:
-            draft.leave_out(place, f"not modelled: the equality {name}, which the file makes inactive [W0154]")
+            draft.leave_out(location, f"not modelled: the equality {name}, which the file makes inactive [W0154]")
         elif kind in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD):
             _join(draft, index, name, welded=kind == kinds.mjEQ_WELD)
         elif kind == kinds.mjEQ_JOINT:
@@ -40,7 +40,7 @@ def convert_equalities(draft: MjcfDraft) -> None:
         else:
             kind_of = "a spatial tendon" if word == "tendon" else f"type {word}"
             fault = f"an equality of {kind_of} is not supported [E1927]"
-            draft.refuse(place, f"constraints.{name}", fault, 'connect, weld or joint; or active="false"')
+            draft.refuse(location, f"constraints.{name}", fault, 'connect, weld or joint; or active="false"')
 
 
 def _objects(draft: MjcfDraft, index: int) -> list[int]:

@@ -38,21 +38,21 @@ def convert_fluid(draft: MjcfDraft) -> None:
             _add_ellipsoid(draft, body, geom)
 
 
-def _motion(draft: MjcfDraft, written: str, place: LinkPlace) -> tuple[list[str], list[str]]:
+def _motion(draft: MjcfDraft, written: str, placement: LinkPlace) -> tuple[list[str], list[str]]:
     """Return names of the components (3 each) of velocity against the medium and angular velocity, in the axes of the
-    frame at ``place``. Both are added as definitions, with names that begin with ``written``."""
-    center, ends = draft.frame_points(f"{written}_center", place)
+    frame at ``placement``. Both are added as definitions, with names that begin with ``written``."""
+    center, ends = draft.frame_points(f"{written}_center", placement)
     wind = [float(value) for value in draft.model.opt.wind]
     flow = [f"(velocity.{center}[{i}] - {number(wind[i])})" if wind[i] else f"velocity.{center}[{i}]" for i in range(3)]
-    spin = [f"angular_velocity.{place.body}[{i}]" for i in range(3)]
+    spin = [f"angular_velocity.{placement.body}[{i}]" for i in range(3)]
     axes = [draft.along(center, end) for end in ends]
     speeds = draft.define_each(f"{written}_speed", [dot(axis, flow) for axis in axes])
     return speeds, draft.define_each(f"{written}_spin", [dot(axis, spin) for axis in axes])
 
 
-def _add(draft: MjcfDraft, written: str, place: LinkPlace, forces: list[str], torques: list[str]) -> None:
-    load = {"force": _rotate(place.orientation, forces), "torque": _rotate(place.orientation, torques)}
-    at = {"body": place.body, "point": place.position.tolist(), "axes": "body"}
+def _add(draft: MjcfDraft, written: str, placement: LinkPlace, forces: list[str], torques: list[str]) -> None:
+    load = {"force": _rotate(placement.orientation, forces), "torque": _rotate(placement.orientation, torques)}
+    at = {"body": placement.body, "point": placement.position.tolist(), "axes": "body"}
     draft.add("forces", "force", f"{written}_drag", at | load)
 
 
@@ -61,12 +61,12 @@ def _add_drag(draft: MjcfDraft, body: int) -> None:
     of mass."""
     model = draft.model
     density, viscosity = float(model.opt.density), float(model.opt.viscosity)
-    place = draft.places[body].of(np.array(model.body_ipos[body]), model.body_iquat[body])
+    placement = draft.places[body].of(np.array(model.body_ipos[body]), model.body_iquat[body])
     inertia, mass = np.array(model.body_inertia[body]), float(model.body_mass[body])
     # the edges of the homogeneous box with this inertia; of a plate the thickness is of MuJoCo's smallest moment
     box = np.sqrt(6.0 * np.maximum(draft.mujoco.mjMINVAL, float(np.sum(inertia)) - 2.0 * inertia) / mass)
     written = draft.element_name("body", body) or f"body_{body}"
-    linear, angular = _motion(draft, written, place)
+    linear, angular = _motion(draft, written, placement)
     mean = float(np.mean(box))
     forces: list[str] = []
     torques: list[str] = []
@@ -82,7 +82,7 @@ def _add_drag(draft: MjcfDraft, body: int) -> None:
         ]
         for parts, all_parts in ((push, forces), (turn, torques)):
             all_parts.append(total([f"{number(-factor)} * {term}" for factor, term in parts if factor]))
-    _add(draft, written, place, forces, torques)
+    _add(draft, written, placement, forces, torques)
 
 
 def _add_ellipsoid(draft: MjcfDraft, body: int, geom: int) -> None:
@@ -90,12 +90,12 @@ def _add_ellipsoid(draft: MjcfDraft, body: int, geom: int) -> None:
     the inertia of the medium."""
     model = draft.model
     density, viscosity = float(model.opt.density), float(model.opt.viscosity)
-    place = draft.places[body].of(np.array(model.geom_pos[geom]), model.geom_quat[geom])
+    placement = draft.places[body].of(np.array(model.geom_pos[geom]), model.geom_quat[geom])
     axes = _semi_axes(draft, geom)
     blunt, slender, turning, kutta, magnus = (float(value) for value in model.geom_fluid[geom][1:6])
     mass, inertia = (density * np.array(model.geom_fluid[geom][k : k + 3]) for k in (6, 9))
     written = draft.element_name("geom", geom) or f"geom_{geom}"
-    v, w = _motion(draft, written, place)
+    v, w = _motion(draft, written, placement)
 
     def add(word: str, formula: str) -> str:
         return draft.define(f"{written}_{word}", formula)
@@ -132,7 +132,7 @@ def _add_ellipsoid(draft: MjcfDraft, body: int, geom: int) -> None:
         for pushed, turned, x in zip(cross(momentum, v), cross(spin, w), w, strict=True)
     ]
     forces, torques = draft.define_each(f"{written}_force", forces), draft.define_each(f"{written}_torque", torques)
-    _add(draft, written, place, forces, torques)
+    _add(draft, written, placement, forces, torques)
 
 
 def _semi_axes(draft: MjcfDraft, geom: int) -> Array:

@@ -25,8 +25,8 @@ def convert_sensors(draft: MjcfDraft) -> None:
     or that the file switches off, in a note."""
     model = draft.model
     if model.nsensor and draft.is_disabled("SENSOR"):
-        place = draft.place("sensor", 0, model.nsensor)
-        draft.leave_out(place, f"not modelled: sensors ({model.nsensor}), which the file switches off [W0252]")
+        location = draft.place("sensor", 0, model.nsensor)
+        draft.leave_out(location, f"not modelled: sensors ({model.nsensor}), which the file switches off [W0252]")
         return
     absent = []
     for index in range(model.nsensor):
@@ -43,8 +43,8 @@ def convert_sensors(draft: MjcfDraft) -> None:
         formula = components if len(components) > 1 else components[0]
         draft.put("outputs", name, {"formula": formula}, draft.place("sensor", index, model.nsensor))
     if absent:
-        place = draft.place("sensor", 0, model.nsensor)
-        draft.leave_out(place, f"not modelled: sensors ({len(absent)}: {listed(absent)}) [W0155]")
+        location = draft.place("sensor", 0, model.nsensor)
+        draft.leave_out(location, f"not modelled: sensors ({len(absent)}: {listed(absent)}) [W0155]")
 
 
 def _is_plain(draft: MjcfDraft, index: int) -> bool:
@@ -95,17 +95,17 @@ def _frame(draft: MjcfDraft, index: int) -> _Frame | None:
     model, kinds, target = draft.model, draft.mujoco.mjtObj, _object(draft, index)
     kind = int(model.sensor_objtype[index])
     if kind == kinds.mjOBJ_SITE:
-        name, place = f"site_{draft.element_name('site', target) or target}", site_place(draft, target)
+        name, placement = f"site_{draft.element_name('site', target) or target}", site_place(draft, target)
     elif kind == kinds.mjOBJ_XBODY:
-        name, place = f"body_{target}", draft.places[target].of(np.zeros(3))
+        name, placement = f"body_{target}", draft.places[target].of(np.zeros(3))
     elif kind == kinds.mjOBJ_BODY:
-        name, place = f"inertial_{target}", _inertial_place(draft, target)
+        name, placement = f"inertial_{target}", _inertial_place(draft, target)
     elif kind == kinds.mjOBJ_GEOM:
         carrier = draft.places[int(model.geom_bodyid[target])]
-        name, place = f"geom_{target}", carrier.of(np.array(model.geom_pos[target]), model.geom_quat[target])
+        name, placement = f"geom_{target}", carrier.of(np.array(model.geom_pos[target]), model.geom_quat[target])
     else:
         return None
-    return _Frame(*draft.frame_points(name, place), place)
+    return _Frame(*draft.frame_points(name, placement), placement)
 
 
 def _inertial_place(draft: MjcfDraft, body: int) -> LinkPlace:

@@ -36,17 +36,17 @@ def convert_geoms(draft: MjcfDraft) -> None:
         written = draft.element_name("geom", geom)
         carrier = draft.places[int(model.geom_bodyid[geom])]
         name = written or draft.element_name("body", int(model.geom_bodyid[geom])) or "world"
-        place = carrier.of(np.array(model.geom_pos[geom]), model.geom_quat[geom])
-        solid = _solid(draft, geom, place)
+        placement = carrier.of(np.array(model.geom_pos[geom]), model.geom_quat[geom])
+        solid = _solid(draft, geom, placement)
         if isinstance(solid, str):
             left_out.setdefault(solid, []).append(name)
             continue
-        place, entry = solid
+        placement, entry = solid
         draft.section("shapes")[draft.name("shape", "", name)] = {
             **entry,
-            "body": place.body,
-            "position": place.position.tolist(),
-            "rotation": turns_of(snapped_rotation(place.orientation)),
+            "body": placement.body,
+            "position": placement.position.tolist(),
+            "rotation": turns_of(snapped_rotation(placement.orientation)),
             **color_of(color),
         }
     for reason, names in left_out.items():
@@ -62,18 +62,18 @@ def _color(draft: MjcfDraft, geom: int) -> tuple[float, ...]:
     return tuple(round(min(max(part, 0.0), 1.0), 4) for part in color)
 
 
-def _solid(draft: MjcfDraft, geom: int, place: LinkPlace) -> tuple[LinkPlace, dict[str, Any]] | str:
-    """Return place and entry (type and sizes) of the solid of a geom at ``place``, or the reason why there is none, as
-    a text. A plane is a thin box below the surface."""
+def _solid(draft: MjcfDraft, geom: int, placement: LinkPlace) -> tuple[LinkPlace, dict[str, Any]] | str:
+    """Return placement and entry (type and sizes) of the solid of a geom at ``placement``, or the reason why there is
+    none, as a text. A plane is a thin box below the surface."""
     model, kinds, kind = draft.model, draft.mujoco.mjtGeom, int(draft.model.geom_type[geom])
     x, y, z = (float(part) for part in model.geom_size[geom])
     if kind == kinds.mjGEOM_MESH:
-        return _mesh(draft, int(model.geom_dataid[geom]), place)
+        return _mesh(draft, int(model.geom_dataid[geom]), placement)
     if kind == kinds.mjGEOM_PLANE:
         # a size of 0 is a plane without end; a large one would make the machine small in the picture
         widest = float(model.stat.extent)
         sides = [2.0 * (min(half, widest) or widest) for half in (x, y)]
-        under = place.of(np.array([0.0, 0.0, -0.5 * _THICKNESS]))
+        under = placement.of(np.array([0.0, 0.0, -0.5 * _THICKNESS]))
         return under, {"type": "box", "size": [*sides, _THICKNESS]}
     entries: dict[int, dict[str, Any]] = {
         int(kinds.mjGEOM_SPHERE): {"type": "sphere", "radius": x},
@@ -83,12 +83,12 @@ def _solid(draft: MjcfDraft, geom: int, place: LinkPlace) -> tuple[LinkPlace, di
         int(kinds.mjGEOM_ELLIPSOID): {"type": "ellipsoid", "semi_axes": [x, y, z]},
     }
     word = kinds(kind).name.removeprefix("mjGEOM_").lower()
-    return (place, entries[kind]) if kind in entries else f"no shape of pictures is of the type {word}"
+    return (placement, entries[kind]) if kind in entries else f"no shape of pictures is of the type {word}"
 
 
-def _mesh(draft: MjcfDraft, mesh: int, place: LinkPlace) -> tuple[LinkPlace, dict[str, Any]] | str:
+def _mesh(draft: MjcfDraft, mesh: int, placement: LinkPlace) -> tuple[LinkPlace, dict[str, Any]] | str:
     """Return place and entry of a mesh's file, or the reason for its absence: MuJoCo moves the frame of a mesh to the
-    principal axes of inertia, and this is undone. ``place`` is the place of the geom."""
+    principal axes of inertia, and this is undone. ``placement`` is the place of the geom."""
     model = draft.model
     file = _file_of_mesh(draft, mesh)
     if file is None:
@@ -96,11 +96,11 @@ def _mesh(draft: MjcfDraft, mesh: int, place: LinkPlace) -> tuple[LinkPlace, dic
     if file.suffix.lower() not in ENDINGS:
         return f"meshes of the kind {file.suffix} are not read"
     turned: Array = rotation_matrix(np.array(model.mesh_quat[mesh])).T
-    back = LinkPlace(place.body, place.orientation @ turned, np.zeros(3))
-    position = place.position - back.orientation @ np.array(model.mesh_pos[mesh])
+    back = LinkPlace(placement.body, placement.orientation @ turned, np.zeros(3))
+    position = placement.position - back.orientation @ np.array(model.mesh_pos[mesh])
     scale = [float(part) for part in model.mesh_scale[mesh]]
     entry = {"type": "mesh", "file": file.as_posix(), "scale": scale, "required": False}
-    return LinkPlace(place.body, back.orientation, position), entry
+    return LinkPlace(placement.body, back.orientation, position), entry
 
 
 def _file_of_mesh(draft: MjcfDraft, mesh: int) -> Path | None:

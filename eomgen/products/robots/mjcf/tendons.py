@@ -32,7 +32,7 @@ def convert_tendons(draft: MjcfDraft) -> None:
     }
     wrap_joint = int(draft.mujoco.mjtWrap.mjWRAP_JOINT)
     for index in range(model.ntendon):
-        place = draft.place("tendon", index, model.ntendon)
+        location = draft.place("tendon", index, model.ntendon)
         written = draft.element_name("tendon", index)
         first, count = int(model.tendon_adr[index]), int(model.tendon_num[index])
         wraps = range(first, first + count)
@@ -41,7 +41,7 @@ def convert_tendons(draft: MjcfDraft) -> None:
                 _spatial(draft, index, written)
             else:
                 note = f"not modelled: the spatial tendon {written or index + 1}, which has no force [W0156]"
-                draft.leave_out(place, note)
+                draft.leave_out(location, note)
             continue
         draft.tendons[index] = _name(draft, index, written)
         draft.tendon_joints[index] = [(int(model.wrap_objid[k]), float(model.wrap_prm[k])) for k in wraps]
@@ -60,17 +60,17 @@ def _add_measures(draft: MjcfDraft, index: int, words: tuple[str, str], parts: S
     """Add length and rate of a tendon as definitions, and spring and damper; report or note properties that no scene
     has. ``words`` are the quantities whose sums are length and rate, as ("q", "v"); ``parts`` are names with
     factors."""
-    model, place = draft.model, draft.place("tendon", index, draft.model.ntendon)
+    model, location = draft.model, draft.place("tendon", index, draft.model.ntendon)
     name = draft.tendons[index]
     for measure, word in zip((name, f"{name}_rate"), words, strict=True):
         terms = [times(factor, f"{word}.{part}") for part, factor in parts]
-        draft.put("definitions", measure, {"formula": total(terms)}, place)
+        draft.put("definitions", measure, {"formula": total(terms)}, location)
     if not add_armature(draft, index, float(model.tendon_armature[index])):
         fault = "armature of a tendon along several joints is not supported [E1928]"
-        draft.refuse(place, f"tendon {name}", fault, "armature of its joints")
+        draft.refuse(location, f"tendon {name}", fault, "armature of its joints")
     if model.tendon_springyield[index]:
         fault = "springyield makes the spring plastic, and no scene has such springs [E1929]"
-        draft.refuse(place, f"tendon {name}", fault, "springyield 0")
+        draft.refuse(location, f"tendon {name}", fault, "springyield 0")
     if model.tendon_frictionloss[index] and not draft.is_disabled("FRICTIONLOSS"):
         draft.left_out("dry friction of tendons (frictionloss)", name)
     if model.tendon_limited[index] and not draft.is_disabled("LIMIT"):
@@ -123,7 +123,7 @@ def _spatial(draft: MjcfDraft, index: int, written: str) -> None:
     """Add the branches of a spatial tendon (paths between pulleys) as tendons of the scene, and definitions of length
     and rate. ``written`` is the name in the file."""
     model, kinds = draft.model, draft.mujoco.mjtWrap
-    place = draft.place("tendon", index, model.ntendon)
+    location = draft.place("tendon", index, model.ntendon)
     first, count = int(model.tendon_adr[index]), int(model.tendon_num[index])
     title = written or f"tendon_{index + 1}"
     name = _name(draft, index, written)
@@ -146,7 +146,7 @@ def _spatial(draft: MjcfDraft, index: int, written: str) -> None:
     draft.branches[index] = []
     for number_of_branch, (entry, divisor) in enumerate(kept, 1):
         added = draft.add("tendons", "tendon", title if len(kept) == 1 else f"{title}_branch_{number_of_branch}", entry)
-        draft.lines[f"tendons.{added}"] = str(place)
+        draft.lines[f"tendons.{added}"] = str(location)
         draft.branches[index].append((added, divisor))
     draft.tendons[index] = name
     parts = [(branch, 1.0 / divisor) for branch, divisor in draft.branches[index]]
@@ -178,8 +178,8 @@ def _obstacle(draft: MjcfDraft, index: int, title: str, k: int) -> dict[str, Any
         away = site_place(draft, side)
         if away.body != at.body:
             fault = f"the sidesite {draft.element_name('site', side)} is not on the body of its geom [E1930]"
-            place = draft.place("tendon", index, model.ntendon)
-            draft.refuse(place, f"tendon {title}", fault, "a site on the body of the geom")
+            location = draft.place("tendon", index, model.ntendon)
+            draft.refuse(location, f"tendon {title}", fault, "a site on the body of the geom")
             return None
         if float(np.linalg.norm(away.position - at.position)) < radius:
             entry["inside"] = True

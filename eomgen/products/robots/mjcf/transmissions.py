@@ -58,10 +58,10 @@ class ActuatorParts:
     """
 
     def __init__(
-        self, draft: MjcfDraft, name: str, index: int, place: ElementPlace, efforts: dict[int, list[str]]
+        self, draft: MjcfDraft, name: str, index: int, location: ElementPlace, efforts: dict[int, list[str]]
     ) -> None:
         self.draft, self.model, self.efforts = draft, draft.model, efforts
-        self.name, self.index, self.place = name, index, place
+        self.name, self.index, self.place = name, index, location
         # before 4.0 every actuator has one output
         self.output = int(self.model.actuator_outadr[index]) if hasattr(self.model, "actuator_outadr") else index
         self.gear = [float(value) for value in self.model.actuator_gear[self.output]]
@@ -98,9 +98,9 @@ class ActuatorParts:
         """Add a force at the first of two places, and the reaction at the second, perhaps with a torque. ``axis`` has
         formulas of the direction in world axes, ``pull`` the formula of the force, ``reaction`` further keys of the
         reaction."""
-        for place, word, sign, more in zip(places, ("push", "reaction"), ("", "-"), ({}, reaction), strict=True):
+        for placement, word, sign, more in zip(places, ("push", "reaction"), ("", "-"), ({}, reaction), strict=True):
             force = [f"{sign}{part} * {pull}" for part in axis]
-            self.add_load(place.body, word, point=place.position.tolist(), force=force, **more)
+            self.add_load(placement.body, word, point=placement.position.tolist(), force=force, **more)
 
     def targets(self) -> list[int]:
         return [int(number_of_target) for number_of_target in self.model.actuator_trnid[self.index]]
@@ -212,24 +212,24 @@ def _on_free(drive: ActuatorParts, joint: int, in_parent: bool) -> MjcfTransmiss
 
 def _on_site(drive: ActuatorParts, site: int) -> MjcfTransmission:
     """Return a transmission on a site, with the gear's force and torque in axes of the site. The length is 0."""
-    draft, place = drive.draft, site_place(drive.draft, site)
-    center, ends = draft.frame_points(f"site_{draft.element_name('site', site) or site}", place)
+    draft, placement = drive.draft, site_place(drive.draft, site)
+    center, ends = draft.frame_points(f"site_{draft.element_name('site', site) or site}", placement)
     rates = []
     for k, end in enumerate(ends):
         for factor, word in (
             (drive.gear[k], f"velocity.{center}"),
-            (drive.gear[k + 3], f"angular_velocity.{place.body}"),
+            (drive.gear[k + 3], f"angular_velocity.{placement.body}"),
         ):
-            if factor and place.body != BASE:
+            if factor and placement.body != BASE:
                 rates.append(times(factor, dot(draft.along(center, end), [f"{word}[{i}]" for i in range(3)])))
 
     def load(force: str) -> None:
-        pushes, turns = (place.orientation @ np.array(part) for part in (drive.gear[:3], drive.gear[3:]))
-        entry: dict[str, Any] = {"point": place.position.tolist(), "axes": "body"}
+        pushes, turns = (placement.orientation @ np.array(part) for part in (drive.gear[:3], drive.gear[3:]))
+        entry: dict[str, Any] = {"point": placement.position.tolist(), "axes": "body"}
         for key, vector in (("force", pushes), ("torque", turns)):
             if vector.any():
                 entry[key] = [times(float(part), f"({force})") if part else 0.0 for part in vector]
-        drive.add_load(place.body, "wrench", **entry)
+        drive.add_load(placement.body, "wrench", **entry)
 
     return MjcfTransmission("0.0", total(rates), load)
 
@@ -274,8 +274,8 @@ def _between_sites(drive: ActuatorParts, site: int, reference: int) -> MjcfTrans
         if axis:
             drive.add_pair(places, axis, f"({force})")
             drive.add_load(common, "balance", torque=[f"{part} * ({force})" for part in cross(axis, offset)])
-        for place, word, sign in zip(places, ("torque", "counter_torque"), ("", "-"), strict=True) if turn else ():
-            drive.add_load(place.body, word, torque=[f"{sign}{a} * ({force})" for a in turn])
+        for placement, word, sign in zip(places, ("torque", "counter_torque"), ("", "-"), strict=True) if turn else ():
+            drive.add_load(placement.body, word, torque=[f"{sign}{a} * ({force})" for a in turn])
 
     period = 0.0 if any(drive.gear[:3]) else 2.0 * pi * float(np.linalg.norm(drive.gear[3:]))
     return MjcfTransmission(drive.define("length", total(lengths)), total(rates), load, period)

@@ -33,8 +33,8 @@ class BodyReader:
 
     def __init__(self, scene: MjcfDraft) -> None:
         self.scene, self.model = scene, scene.model
-        place = ElementPlace(scene.report.file, 1)
-        self.world = DraftModel("", place, WrittenPose(place))
+        location = ElementPlace(scene.report.file, 1)
+        self.world = DraftModel("", location, WrittenPose(location))
         self.keys = {0: WORLD_FRAME}
 
     def draft(self, name: str, notes: list[str]) -> Bodies:
@@ -52,10 +52,10 @@ class BodyReader:
         gravity = [0.0] * 3 if scene.is_disabled("GRAVITY") else model.opt.gravity.tolist()
         return Bodies(name, self.world, Leftovers({}), gravity, notes=notes, legal=True)
 
-    def pose(self, place: ElementPlace, position: Array, quaternion: Array, body: int) -> WrittenPose:
+    def pose(self, location: ElementPlace, position: Array, quaternion: Array, body: int) -> WrittenPose:
         """Return the pose in the link of a body, by position (3,), m, and quaternion (4,), w first; ``body`` is the
         number."""
-        return WrittenPose(place, rotation_matrix(np.array(quaternion)), np.array(position), self.keys[body])
+        return WrittenPose(location, rotation_matrix(np.array(quaternion)), np.array(position), self.keys[body])
 
     def attach(
         self,
@@ -69,11 +69,11 @@ class BodyReader:
     ) -> str:
         """Add a link at a pose in the link that the pose names, on a fixed joint if no other joint is given; return the
         key. ``pulled`` is whether gravity acts; a ``kept`` link is a body of its own even on a fixed joint."""
-        key, place = f"body {name}", pose.place  # keys differ from names of sites
-        self.world.links[key] = DraftLink(name, place, inertia, pose, pulled, kept=kept)
+        key, location = f"body {name}", pose.place  # keys differ from names of sites
+        self.world.links[key] = DraftLink(name, location, inertia, pose, pulled, kept=kept)
         if joint is None:
             joint_name = self.scene.name("joint", "", f"{name}_fixed") if kept else name
-            joint = DraftJoint(joint_name, place, WrittenPose(place), "fixed", "fixed", "", "")
+            joint = DraftJoint(joint_name, location, WrittenPose(location), "fixed", "fixed", "", "")
         self.world.joints[f"joint of {name}"] = replace(joint, parent=pose.relative_to, child=key)
         return key
 
@@ -83,28 +83,28 @@ class BodyReader:
         without mass, to which the body is fixed. A mocap body moves by motions from outside, or rests, with a note."""
         scene, model = self.scene, self.model
         name = scene.name("body", scene.element_name("body", body), f"body_{body}")
-        place = scene.place("body", body, model.nbody)
+        location = scene.place("body", body, model.nbody)
         turned = rotation_matrix(np.array(model.body_iquat[body]))
         about = turned @ np.diag(model.body_inertia[body]) @ turned.T
         inertia = Inertia(float(model.body_mass[body]), np.array(model.body_ipos[body]), 0.5 * (about + about.T))
-        pose = self.pose(place, model.body_pos[body], model.body_quat[body], int(model.body_parentid[body]))
+        pose = self.pose(location, model.body_pos[body], model.body_quat[body], int(model.body_parentid[body]))
         target = model.body_mocapid[body] >= 0
         first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
         joints = [self.joint(joint, name) for joint in range(first, first + count)]
         if target and scene.moving_targets:
-            joints = self.drives(body, name, place)
+            joints = self.drives(body, name, location)
         elif target:
             note = f"the mocap body {name}, which rests at its place; mocap=True moves it [W0157]"
-            scene.leave_out(place, f"not modelled: the motion of {note}")
+            scene.leave_out(location, f"not modelled: the motion of {note}")
         if joints and (target or joints[0][0].type == "free"):
-            pose = WrittenPose(place, relative_to=pose.relative_to)
+            pose = WrittenPose(location, relative_to=pose.relative_to)
         before = np.zeros(3)
         for index, (joint, anchor) in enumerate(joints, 1):
             carries = index == len(joints) and not anchor.any()
             link = name if carries else scene.name("body", "", joint.name if target else f"{name}_{joint.name}")
             at = replace(pose, position=pose.position + pose.orientation @ (anchor - before))
             pose = WrittenPose(
-                place, relative_to=self.attach(link, at, inertia if carries else combine_inertias(()), joint)
+                location, relative_to=self.attach(link, at, inertia if carries else combine_inertias(()), joint)
             )
             before = anchor
         key = f"body {name}"
@@ -120,18 +120,18 @@ class BodyReader:
         scene, model, kind = self.scene, self.model, int(self.model.jnt_type[joint])
         name = scene.joints[joint] = scene.name("joint", scene.element_name("joint", joint), f"{body}_{_WORDS[kind]}")
         start, rate = int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
-        place = scene.place("joint", joint, model.njnt)
+        location = scene.place("joint", joint, model.njnt)
         q, v = scene.qpos[start:], scene.qvel[rate:]
         stiffness, damping = coefficients(scene, joint)
         limited = bool(model.jnt_limited[joint]) and not scene.is_disabled("LIMIT") and kind != FREE
         axis = Axis(
-            place,
+            location,
             tuple(model.jnt_axis[joint].tolist()),
             damping=damping[0],
             friction=0.0 if scene.is_disabled("FRICTIONLOSS") else float(model.dof_frictionloss[rate]),
             limited=("position",) if limited else (),
         )
-        result = DraftJoint(name, place, WrittenPose(place), _TYPES[kind], _WORDS[kind], "", "")
+        result = DraftJoint(name, location, WrittenPose(location), _TYPES[kind], _WORDS[kind], "", "")
         if kind in (FREE, BALL):
             of_turn = q[3:7] if kind == FREE else q[:4]
             quaternion = of_turn / np.linalg.norm(of_turn)
@@ -150,7 +150,7 @@ class BodyReader:
             axis = replace(axis, lower=low, upper=high, stop=_stop(model, joint))
         return replace(result, axes=(axis,), entry=entry, reference=float(model.qpos0[start])), _anchor(model, joint)
 
-    def drives(self, body: int, name: str, place: ElementPlace) -> list[tuple[DraftJoint, Array]]:
+    def drives(self, body: int, name: str, location: ElementPlace) -> list[tuple[DraftJoint, Array]]:
         """Return six joints, each with the anchor 0, of a mocap body whose motion is an input: three travels in the
         axes of the world, then turns about z, y and x. The inputs, named ``NAME_x`` to ``NAME_roll``, are added with
         their start."""
@@ -165,11 +165,11 @@ class BodyReader:
         for word, letter, value in zip(words, "xyzzyx", [*position[:3], *angles], strict=True):
             motion = scene.name("signal", "", f"{name}_{word}")
             scene.section("inputs")[motion] = {"motion": True, "initial": float(value)}
-            axis = Axis(place, tuple(float(letter == direction) for direction in "xyz"))
+            axis = Axis(location, tuple(float(letter == direction) for direction in "xyz"))
             kind = "prismatic" if len(result) < 3 else "revolute"
             joint_name = scene.name("joint", "", f"{name}_{word}")
             joint = DraftJoint(
-                joint_name, place, WrittenPose(place), kind, kind, "", "", (axis,), entry={"drive": motion}
+                joint_name, location, WrittenPose(location), kind, kind, "", "", (axis,), entry={"drive": motion}
             )
             result.append((joint, np.zeros(3)))
         return result
@@ -281,10 +281,10 @@ def _gravity_compensation(draft: MjcfDraft) -> dict[int, tuple[LinkPlace, Array]
         return {}
     result = {}
     for body in range(1, model.nbody):
-        part, place = float(model.body_gravcomp[body]), draft.places[body]
-        if part and place.body != BASE:
+        part, placement = float(model.body_gravcomp[body]), draft.places[body]
+        if part and placement.body != BASE:
             force = -part * float(model.body_mass[body]) * gravity
-            result[body] = place.of(np.array(model.body_ipos[body])), force
+            result[body] = placement.of(np.array(model.body_ipos[body])), force
     return result
 
 

@@ -151,8 +151,8 @@ class _FileReader:
                 if self.values.minor < _SINCE_WORLD_GRAVITY:
                     result = self.values.vector(settings, "gravity", WORLD_GRAVITY)
                 else:
-                    place = (self.place(settings), "")
-                    self.reader.leftovers.unread.setdefault("elements <gravity> of <physics>", []).append(place)
+                    location = (self.place(settings), "")
+                    self.reader.leftovers.unread.setdefault("elements <gravity> of <physics>", []).append(location)
             settings.read_whole()
             self.reader.leftovers.count("physics")
         return result
@@ -375,9 +375,9 @@ class _FileReader:
         if (limit := element.first("limit")) is not None:
             result = self.limits(limit, result, joint)
         if (mimic := element.first("mimic")) is not None:
-            place, leader, of_axis = self.place(mimic), mimic.get("joint"), mimic.get("axis", "axis")
+            location, leader, of_axis = self.place(mimic), mimic.get("joint"), mimic.get("axis", "axis")
             multiplier, offset, reference = values.row(element, "mimic", name, _MIMIC)
-            result = replace(result, mimic=DraftMimic(place, leader, multiplier, offset, of_axis, reference))
+            result = replace(result, mimic=DraftMimic(location, leader, multiplier, offset, of_axis, reference))
         self.reader.leftovers.keep(element, "axis", self.file, name)
         return result
 

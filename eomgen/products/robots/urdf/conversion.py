@@ -167,19 +167,19 @@ def _joint_key(name: str) -> str:
     return f"joint {name}"
 
 
-def _draft_of(robot: Robot, held: Collection[str], leaders: Mapping[str, str], file: str) -> Draft:
+def _draft_of(robot: Robot, held_joints: Collection[str], leaders: Mapping[str, str], file: str) -> Draft:
     """Return the draft of a robot, with each link at the carrying joint, and with leaders of mimics by their keys.
-    Damping of joints of several coordinates is removed, and the joints are added to ``robot.left_out``. ``held`` are
-    joints that do not move, ``leaders`` the leader by follower, ``file`` the name in messages."""
-    place = ElementPlace(file, 1)
-    world = DraftModel("", place, WrittenPose(place))
+    Damping of joints of several coordinates is removed, and the joints are added to ``robot.left_out``. ``held_joints``
+    do not move, ``leaders`` has the leader by follower, ``file`` the name in messages."""
+    location = ElementPlace(file, 1)
+    world = DraftModel("", location, WrittenPose(location))
     carrier = {joint.child: _joint_key(joint.name) for joint in robot.joints.values()}
     for key, link in robot.links.items():
         pose = WrittenPose(link.place, relative_to=carrier.get(key, ""))
         world.links[key] = replace(link, pose=pose, body=_body_of(link, robot))
     for name, joint in robot.joints.items():
         axes, around = joint.axes, joint.around
-        if joint.components != 1 and name not in held:
+        if joint.components != 1 and name not in held_joints:
             if any(axis.damping for axis in (*axes, around) if axis is not None):
                 robot.left_out.setdefault(f"damping of a {joint.written} joint", []).append(name)
             axes = tuple(replace(axis, damping=0.0) for axis in axes)

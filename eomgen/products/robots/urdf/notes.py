@@ -46,7 +46,7 @@ def notes_of_what_has_no_effect(robot: Robot, still: Collection[str]) -> list[st
         places = robot.leftovers.noted.pop(tag, [])
         if names := [name for _, name in places if name in still]:
             idle[tag] = names
-        if moving := [(place, name) for place, name in places if name not in still]:
+        if moving := [(location, name) for location, name in places if name not in still]:
             robot.leftovers.noted[tag] = moving
     if idle:
         named = [f"<{tag}> ({len(names)}: {listed(names)})" for tag, names in idle.items()]

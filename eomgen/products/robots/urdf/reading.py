@@ -273,8 +273,8 @@ class _UrdfReader:
         return rotation_matrix(np.array([w, x, y, z]) / length)
 
     def bare_link(self, name: str, line: int, inertia: Inertia = NOTHING) -> DraftLink:
-        place = ElementPlace(self.report.file, line)
-        return DraftLink(name, place, inertia, WrittenPose(place))
+        location = ElementPlace(self.report.file, line)
+        return DraftLink(name, location, inertia, WrittenPose(location))
 
     def link(self, name: str, element: Element) -> DraftLink:
         key = f"links.{name}"
@@ -328,11 +328,11 @@ class _UrdfReader:
             axes, around = [], axis if kind.moves else None
         elif kind and kind.name == "universal":
             axes, around = [Axis(axis.place, vector) for vector in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))], axis
-        place = ElementPlace(self.report.file, element.line)
+        location = ElementPlace(self.report.file, element.line)
         return DraftJoint(
             name=name,
-            place=place,
-            pose=WrittenPose(place, orientation, position, link_key(parent)),
+            place=location,
+            pose=WrittenPose(location, orientation, position, link_key(parent)),
             type=kind.name if kind else "",
             written=written,
             parent=link_key(parent),
@@ -351,8 +351,8 @@ class _UrdfReader:
         if mimic is not None:
             (multiplier,) = self.numbers(mimic, "multiplier", key, (1.0,))
             (offset,) = self.numbers(mimic, "offset", key, (0.0,))
-            place = ElementPlace(self.report.file, mimic.line)
-            result = replace(result, mimic=DraftMimic(place, mimic.get("joint"), multiplier, offset))
+            location = ElementPlace(self.report.file, mimic.line)
+            result = replace(result, mimic=DraftMimic(location, mimic.get("joint"), multiplier, offset))
         if limit is None:
             return result
         for tag in _OTHER_LIMITS:
@@ -375,7 +375,7 @@ class _UrdfReader:
         """Return the loop of a ``<loop_joint>`` or a ``<constraint>``, with a frame in each of two links: z along the
         axis, of a universal constraint x along the parent's and y along the child's axis. A <loop_joint> has the same
         axis in both frames. Unknown types and axes without direction are reported."""
-        written, place = element.get("type"), ElementPlace(self.report.file, element.line)
+        written, location = element.get("type"), ElementPlace(self.report.file, element.line)
         if element.tag == "loop_joint":
             key, title, types, ends = f"loop_joints.{name}", "loop joint", LOOP_TYPES, ("link1", "link2")
             origins, axes = ends, ("axis", "axis")
@@ -400,8 +400,8 @@ class _UrdfReader:
             along = unit_axis(vectors[axis])
             of_axis = np.array(frame_about(np.array([0.0, 0.0, 1.0]) if along is None else along))
             of_axis = of_axis[:, columns] if kind == "universal" else of_axis
-            poses.append(WrittenPose(place, snapped_rotation(orientation) @ of_axis, position))
-        return DraftLoop(name, place, kind, links, tuple(poses))
+            poses.append(WrittenPose(location, snapped_rotation(orientation) @ of_axis, position))
+        return DraftLoop(name, location, kind, links, tuple(poses))
 
     def end(self, element: Element, tag: str, key: str, title: str = "joint") -> str:
         """Return the legal name of the link that the child ``tag`` of a joint or loop names; empty for a missing link,
