@@ -124,31 +124,31 @@ class WaveField:
         t, and then the values of ``extra_arguments``."""
         numbers = [np.asarray(argument, dtype=float) for argument in arguments]
         count = len(WORDS[name].arguments)
-        place, t, given = numbers[:count], numbers[count], numbers[count + 1 :]
+        position, t, extra_values = numbers[:count], numbers[count], numbers[count + 1 :]
         grown, growing = self._growth(t)
-        rest: NDArray[np.float64] = grown * self._full(name, component, place, t, given)
+        rest: NDArray[np.float64] = grown * self._full(name, component, position, t, extra_values)
         if name != "water_acceleration" or self.ramp == 0.0:
             return rest
-        return rest + growing * self._full("water_velocity", component, place, t, given)
+        return rest + growing * self._full("water_velocity", component, position, t, extra_values)
 
-    def _sizes(self, given: list[NDArray[np.float64]]) -> NDArray[np.complex128]:
+    def _sizes(self, extra_values: list[NDArray[np.float64]]) -> NDArray[np.complex128]:
         """Return the complex factor, without unit, of the amplitude and phase of each wave component, (..., n).
 
-        ``given`` are the values (...) of ``extra_arguments``: the tunable factor of all amplitudes, then z1 and z2 of
+        ``extra_values`` are the values (...) of ``extra_arguments``: the tunable factor of all amplitudes, then z1 and z2 of
         each free wave; without any the factor is 1. A free wave has factor times z1 + i z2, a bound wave the square of
         the factor times the product of both free waves (one conjugated for a difference). Amplitude and decay with
         depth are not in it.
         """
         sizes = np.ones(len(self.components), dtype=complex)
         if self.factor is not None:
-            factor = given[0][..., None]
+            factor = extra_values[0][..., None]
             sizes = sizes * np.where(self.bound, factor**2, factor)
         if self.variables:
-            drawn = np.stack(np.broadcast_arrays(*given[-len(self.variables) :]), axis=-1)
+            drawn = np.stack(np.broadcast_arrays(*extra_values[-len(self.variables) :]), axis=-1)
             z = drawn[..., ::2] + 1j * drawn[..., 1::2]
             first, second, sign = np.array(self.drawn).T
-            other = np.where(sign > 0, z[..., second], np.conj(z[..., second]))
-            sizes = sizes * z[..., first] * np.where(second < 0, 1.0, other)
+            partner = np.where(sign > 0, z[..., second], np.conj(z[..., second]))
+            sizes = sizes * z[..., first] * np.where(second < 0, 1.0, partner)
         return sizes
 
     def _growth(self, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -163,29 +163,29 @@ class WaveField:
         self,
         name: str,
         component: int,
-        place: list[NDArray[np.float64]],
+        position: list[NDArray[np.float64]],
         t: NDArray[np.float64],
-        given: list[NDArray[np.float64]],
+        extra_values: list[NDArray[np.float64]],
     ) -> NDArray[np.float64]:
         """Return a quantity of waves without the ramp, at the height of motion by stretching. Arguments are as for
-        ``value``: ``place`` has x, y and perhaps z, ``given`` the values of ``extra_arguments``."""
+        ``value``: ``position`` has x, y and perhaps z, ``extra_values`` the values of ``extra_arguments``."""
         column = {name: np.array(values) for name, values in self.columns.items()}
-        x, y, time = (np.asarray(item)[..., None] for item in (place[0], place[1], t))
+        x, y, time = (np.asarray(item)[..., None] for item in (position[0], position[1], t))
         angle = column["kx"] * x + column["ky"] * y - column["w"] * time + column["phase"]
-        crest = self._sizes(given) * np.exp(1j * angle)
+        crest = self._sizes(extra_values) * np.exp(1j * angle)
         wave = crest.imag if in_quadrature(name, component) else crest.real
         terms = np.array(self.factors(name, component)) * wave
-        if len(place) > 2:
-            e = np.exp(np.maximum(column["k"] * self._motion_height(place, t, given)[..., None], -LEAST))
+        if len(position) > 2:
+            e = np.exp(np.maximum(column["k"] * self._motion_height(position, t, extra_values)[..., None], -LEAST))
             terms = terms * (e + column["bottom"] / e if component < 2 else e - column["bottom"] / e)
         return np.asarray(terms.sum(axis=-1))
 
     def _motion_height(
-        self, place: list[NDArray[np.float64]], t: NDArray[np.float64], given: list[NDArray[np.float64]]
+        self, position: list[NDArray[np.float64]], t: NDArray[np.float64], extra_values: list[NDArray[np.float64]]
     ) -> NDArray[np.float64]:
-        eta = self.value("elevation", 0, place[0], place[1], t, *given)
+        eta = self.value("elevation", 0, position[0], position[1], t, *extra_values)
         highest = np.maximum(eta, 0.0) if self.stretching == "none" else eta
-        z = np.maximum(np.minimum(place[2] - self.level, highest), -self.depth)
+        z = np.maximum(np.minimum(position[2] - self.level, highest), -self.depth)
         return z if self.stretching == "none" else np.asarray((z - eta) / (1.0 + eta / self.depth))
 
 

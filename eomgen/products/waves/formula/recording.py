@@ -19,12 +19,12 @@ def wave_quantity(algebra: Algebra, waves: WaveField, name: str, component: int,
     ``WaveField.value``. ``arguments`` are x, y, z (if the quantity depends on z), t, and the values of
     ``waves.extra_arguments``."""
     count = len(WORDS[name].arguments)
-    place, t, given = arguments[:count], arguments[count], arguments[count + 1 :]
+    position, t, extra_values = arguments[:count], arguments[count], arguments[count + 1 :]
     grown, growing = _growth(algebra, waves, t)
-    result = grown * _full(algebra, waves, name, component, place, t, given)
+    result = grown * _full(algebra, waves, name, component, position, t, extra_values)
     if name != "water_acceleration" or waves.ramp == 0.0:
         return result
-    return result + growing * _full(algebra, waves, "water_velocity", component, place, t, given)
+    return result + growing * _full(algebra, waves, "water_velocity", component, position, t, extra_values)
 
 
 def _growth(algebra: Algebra, waves: WaveField, t: Scalar) -> tuple[Scalar, Scalar]:
@@ -42,35 +42,35 @@ def _full(
     waves: WaveField,
     name: str,
     component: int,
-    place: Sequence[Scalar],
+    position: Sequence[Scalar],
     t: Scalar,
-    given: Sequence[Scalar],
+    extra_values: Sequence[Scalar],
 ) -> Scalar:
-    """Return a quantity of waves without the ramp, as a loop over the waves; ``place`` has x, y and perhaps z,
-    ``given`` the values of ``extra_arguments``. At a constant place the result is a sum of harmonics of time."""
+    """Return a quantity of waves without the ramp, as a loop over the waves; ``position`` has x, y and perhaps z,
+    ``extra_values`` the values of ``extra_arguments``. At a constant place the result is a sum of harmonics of time."""
     column, factors = waves.columns, waves.factors(name, component)
     quadrature = in_quadrature(name, component)
     if not any(factors):
         return algebra.zero
     label = f"{name.replace('_', ' ')} of {waves.name}, wave by wave"
-    x, y = (item.constant for item in place[:2])
+    x, y = (item.constant for item in position[:2])
     plain = not waves.variables and (waves.factor is None or not np.any(waves.bound))
-    if len(place) == 2 and x is not None and y is not None and plain:
+    if len(position) == 2 and x is not None and y is not None and plain:
         # at a place that rests: harmonics of time alone
         angle = np.array(column["kx"]) * x + np.array(column["ky"]) * y + np.array(column["phase"])
         if quadrature:
             angle = angle - 0.5 * np.pi
         columns = (np.array(factors) * np.cos(angle), np.array(column["w"]), np.array(factors) * np.sin(angle))
         loop = harmonic_sum([tuple(item.tolist()) for item in columns], t.ref, label)
-        return _times(waves, given, Scalar(algebra.tape, add_map(algebra.tape, loop).sums[0]))
+        return _times(waves, extra_values, Scalar(algebra.tape, add_map(algebra.tape, loop).sums[0]))
     kernel = _WaveKernel()
     angle_now = kernel.column(column["phase"]) - kernel.column(column["w"]) * kernel.share(t)
-    for letter, item in zip(("kx", "ky"), place[:2], strict=True):
+    for letter, item in zip(("kx", "ky"), position[:2], strict=True):
         if any(column[letter]):
             angle_now = angle_now + kernel.column(column[letter]) * kernel.share(item)
-    term = kernel.column(factors) * _wave(algebra, kernel, waves, angle_now, given, quadrature=quadrature)
-    if len(place) > 2:
-        z = kernel.share(_motion_height(algebra, waves, place, t, given))
+    term = kernel.column(factors) * _wave(algebra, kernel, waves, angle_now, extra_values, quadrature=quadrature)
+    if len(position) > 2:
+        z = kernel.share(_motion_height(algebra, waves, position, t, extra_values))
         depth = kernel.column(column["k"]) * z
         if any(column["bottom"]):
             depth = kernel.algebra.call(Op.MAX, depth, kernel.algebra.scalar(-LEAST))
@@ -81,33 +81,39 @@ def _full(
         term = term * e
     if not plain and waves.factor is not None and np.any(waves.bound):
         # once for a free wave, twice for a bound one
-        factor = kernel.share(given[0])
+        factor = kernel.share(extra_values[0])
         bound = kernel.column(tuple(waves.bound.astype(float).tolist()))
         term = term * factor * (bound * (factor - 1.0) + 1.0)
         return Scalar(algebra.tape, add_map(algebra.tape, kernel.loop(term, len(factors), label)).sums[0])
     result = Scalar(algebra.tape, add_map(algebra.tape, kernel.loop(term, len(factors), label)).sums[0])
-    return _times(waves, given, result)
+    return _times(waves, extra_values, result)
 
 
-def _times(waves: WaveField, given: Sequence[Scalar], wave_sum: Scalar) -> Scalar:
+def _times(waves: WaveField, extra_values: Sequence[Scalar], wave_sum: Scalar) -> Scalar:
     """Return a sum over free waves, times the factor of amplitudes."""
-    return wave_sum if waves.factor is None else given[0] * wave_sum
+    return wave_sum if waves.factor is None else extra_values[0] * wave_sum
 
 
 def _wave(
-    algebra: Algebra, kernel: _WaveKernel, waves: WaveField, angle: Scalar, given: Sequence[Scalar], *, quadrature: bool
+    algebra: Algebra,
+    kernel: _WaveKernel,
+    waves: WaveField,
+    angle: Scalar,
+    extra_values: Sequence[Scalar],
+    *,
+    quadrature: bool,
 ) -> Scalar:
     """Return the real part of a wave in the kernel, or the imaginary one for ``quadrature``: cos or sin of the angle,
     and with variables times the complex factors that they make."""
     call = kernel.algebra.call
     if not waves.variables:
         return call(Op.SIN if quadrature else Op.COS, angle)
-    z = given[-len(waves.variables) :]
+    z = extra_values[-len(waves.variables) :]
     first, second, signs = zip(*waves.drawn, strict=True)
     re, im = (kernel.gather([z[2 * i + part] for i in first]) for part in (0, 1))
     if max(second) >= 0:
-        one = [algebra.one, algebra.zero]
-        x, y = (kernel.gather([one[part] if j < 0 else z[2 * j + part] for j in second]) for part in (0, 1))
+        unity = [algebra.one, algebra.zero]
+        x, y = (kernel.gather([unity[part] if j < 0 else z[2 * j + part] for j in second]) for part in (0, 1))
         y = y * kernel.column(tuple(float(sign) for sign in signs))
         re, im = re * x - im * y, re * y + im * x
     cosine, sine = call(Op.COS, angle), call(Op.SIN, angle)
@@ -115,13 +121,13 @@ def _wave(
 
 
 def _motion_height(
-    algebra: Algebra, waves: WaveField, place: Sequence[Scalar], t: Scalar, given: Sequence[Scalar]
+    algebra: Algebra, waves: WaveField, position: Sequence[Scalar], t: Scalar, extra_values: Sequence[Scalar]
 ) -> Scalar:
     """Return the height above the water at rest, m, at which motion at a place is taken, between bottom and surface and
     changed by stretching."""
-    eta = wave_quantity(algebra, waves, "elevation", 0, [*place[:2], t, *given])
+    eta = wave_quantity(algebra, waves, "elevation", 0, [*position[:2], t, *extra_values])
     highest = algebra.call(Op.MAX, eta, algebra.zero) if waves.stretching == "none" else eta
-    z = algebra.call(Op.MIN, place[2] - waves.level, highest)
+    z = algebra.call(Op.MIN, position[2] - waves.level, highest)
     if not np.isinf(waves.depth):
         z = algebra.call(Op.MAX, z, algebra.scalar(-waves.depth))
     if waves.stretching == "none":

@@ -48,7 +48,7 @@ def _doubts(hull: Hull, places: Mapping[str, tuple[Array, Array]], values: Value
     if area > 0.0 and diameter > 0.0 and not 1.0 / UNLIKE <= area / round_ <= UNLIKE:
         note = f"its area, of buoyancy, is {area:.6g} m^2, and a circle of its diameter, which drag goes by, has"
         yield f"{note} {round_:.6g} m^2"
-    start, end = (np.array([values.value(part) for part in place]) for place in (hull.start, hull.end))
+    start, end = (np.array([values.value(part) for part in point]) for point in (hull.start, hull.end))
     counted = [name for name in ("wet", "axial_added_mass", "axial_drag") if getattr(hull, name) not in _NONE]
     if counted and start[2] > end[2]:
         note = f"start is above end in the axes of {hull.body}, and {counted[0]} is of the lower part of a column"

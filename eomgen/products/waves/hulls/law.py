@@ -103,7 +103,7 @@ def member_of(algebra: Algebra, hull: Hull, number: Callable[[Formula], Scalar])
     A missing area is the area of the circle, a missing wet length the whole length. The added mass across the axis is a
     mass in kg. Axial drag, level and waves of the hull are not evaluated.
     """
-    start, end = (algebra.vector([number(part) for part in place]) for place in (hull.start, hull.end))
+    start, end = (algebra.vector([number(part) for part in point]) for point in (hull.start, hull.end))
     span = minus(end, start)
     length = algebra.length(span)
     diameter, density, added = number(hull.diameter), number(hull.density), number(hull.added_mass)
@@ -135,8 +135,8 @@ def added_masses(algebra: Algebra, hull: Hull, number: Callable[[Formula], Scala
         half = 0.5 * member.across
         matrix = tuple(scaled(half, row) for row in across)
         result += [
-            AddedMass(plus(member.start, scaled(place, member.axis)), (matrix[0], matrix[1], matrix[2]))
-            for place in member.places
+            AddedMass(plus(member.start, scaled(distance, member.axis)), (matrix[0], matrix[1], matrix[2]))
+            for distance in member.places
         ]
     if not member.along.is_zero:
         rows = tuple(scaled(member.along, row) for row in along)
@@ -181,8 +181,8 @@ def _add_group(loads: Loads, hulls: Sequence[Hull], quantities: Quantities) -> N
         moment = plus(moment, cross(axle.arm(algebra.zero), plus(on_end, along)))
         moment = plus(moment, cross(axle.arm(middle), across))
         loads.power = loads.power - dot(across, axle.velocity(middle)) - dot(along, axle.velocity(algebra.zero))
-        for place in member.places:
-            loads.power = loads.power + 0.5 * member.across * axle.energy_gap(place)
+        for distance in member.places:
+            loads.power = loads.power + 0.5 * member.across * axle.energy_gap(distance)
         loads.power = loads.power - member.along * axle.energy_gap(algebra.zero)
     add_load(loads, quantities, body, quantities.vector(ZERO_VECTOR), force, moment, own_axes=False)
 
@@ -210,18 +210,18 @@ class _Axle:
         self._velocity = kinematics.velocity(item.body, self.member.start)
         self._turning = cross(self.omega, self.axis)
 
-    def arm(self, place: Scalar) -> Vector:
+    def arm(self, distance: Scalar) -> Vector:
         """Return a place on the axis, given the distance from the start, from the origin of the body."""
-        return plus(self._start, scaled(place, self.axis))
+        return plus(self._start, scaled(distance, self.axis))
 
-    def velocity(self, place: Scalar) -> Vector:
-        return plus(self._velocity, scaled(place, self._turning))
+    def velocity(self, distance: Scalar) -> Vector:
+        return plus(self._velocity, scaled(distance, self._turning))
 
-    def energy_gap(self, place: Scalar) -> Scalar:
+    def energy_gap(self, distance: Scalar) -> Scalar:
         """Return (v . d)(d . omega x v) of a point of the axis at a distance from the start, as power per added mass:
         kinetic energy changes by more than the work, because water that moves along the axis d does not turn with the
         axis."""
-        v = self.velocity(place)
+        v = self.velocity(distance)
         return dot(v, self.axis) * dot(self.axis, cross(self.omega, v))
 
 
@@ -261,11 +261,11 @@ def _slices(axles: Sequence[_Axle], quantities: Quantities) -> tuple[Vector, Vec
         for change in _changes(algebra, accelerations):
             columns.add("change", change)
     inputs = LoopInputs(inner, [])
-    given = {name: [inputs.number(column) for column in result] for name, result in columns.columns.items()}
+    arguments = {name: [inputs.number(column) for column in result] for name, result in columns.columns.items()}
     names = ("axis", "velocity", "water", "acceleration", "gravity", "arm", "change")
-    d, velocity, water, acceleration, gravity, arm, change = (inner.vector(given[name]) for name in names)
-    (z,), (surface,), (drag,) = given["z"], given["surface"], given["drag"]
-    size, width, volume, carried = given["size"]
+    d, velocity, water, acceleration, gravity, arm, change = (inner.vector(arguments[name]) for name in names)
+    (z,), (surface,), (drag,) = arguments["z"], arguments["surface"], arguments["drag"]
+    size, width, volume, carried = arguments["size"]
     steep = minus(acceleration, gravity)
     up = (steep[0], steep[1], steep[2] + _SLIGHT)
     leaning = dot(d, up)
@@ -316,8 +316,8 @@ def _wet_share(
     partly = 0.5 * (high - low)
     share = 0.25 * partly * (2.0 + first + last) + 0.5 * (1.0 - high)
 
-    def growth(one: Scalar, other: Scalar) -> Scalar:
-        return 0.25 * partly / a * (1.0 - (one * one + one * other + other * other) * (1.0 / 3.0))
+    def growth(lower: Scalar, upper: Scalar) -> Scalar:
+        return 0.25 * partly / a * (1.0 - (lower * lower + lower * upper + upper * upper) * (1.0 / 3.0))
 
     return share, growth(first, last), growth(low, high)
 

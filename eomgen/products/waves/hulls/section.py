@@ -94,7 +94,7 @@ class Hull(ForceElement):
 
     def attached(self, at: Attach) -> Self:
         (body, start), (_, end) = (
-            at((word,), self.body, place) for word, place in (("start", self.start), ("end", self.end))
+            at((word,), self.body, point) for word, point in (("start", self.start), ("end", self.end))
         )
         return replace(self, body=body, start=start, end=end)
 

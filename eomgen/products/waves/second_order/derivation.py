@@ -119,9 +119,9 @@ def _first_order() -> list[Expr]:
 def _at_sum_and_difference(expression: Expr, *, odd: bool) -> tuple[Expr, Expr]:
     """Return coefficients at the sum and at the difference of both phases, from the products of both components in an
     expression. They belong to sines if the expression is ``odd`` in the phases, else to cosines."""
-    one, other = ((_SI, _CJ), (_CI, _SJ)) if odd else ((_CI, _CJ), (_SI, _SJ))
+    first_pair, second_pair = ((_SI, _CJ), (_CI, _SJ)) if odd else ((_CI, _CJ), (_SI, _SJ))
     expression = sympy.expand(expression)
-    x, y = (expression.coeff(u, 1).coeff(v, 1) for u, v in (one, other))
+    x, y = (expression.coeff(u, 1).coeff(v, 1) for u, v in (first_pair, second_pair))
     plus, minus = ((x + y) / 2, (x - y) / 2) if odd else ((x - y) / 2, (x + y) / 2)
     plus, minus = (sympy.expand(value).subs(SIN**2, 1 - COS**2) for value in (plus, minus))
     return plus, minus

@@ -93,7 +93,7 @@ def _check_second_order(amplitude: Array, k: Array, depth: float) -> None:
     ----------
     amplitude, k : (n,) in m, (n,) wave numbers in rad/m
     """
-    highest = np.array([0.5 * breaking_height(float(one), depth) for one in k])
+    highest = np.array([0.5 * breaking_height(float(wave_number), depth) for wave_number in k])
     if np.any(amplitude > highest):
         number = int(np.argmax(amplitude / highest))
         fault = (

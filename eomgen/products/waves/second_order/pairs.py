@@ -166,7 +166,7 @@ class PairTape:
     def _component(self, dispersion: Dispersion) -> tuple[Ref, ...]:
         """Record a component's wave number, frequency and depth functions, and return the references of ``COLUMNS``."""
         call, case = self._algebra.call, self.case
-        one, zero = self._algebra.one, self._algebra.zero
+        unity, zero = self._algebra.one, self._algebra.zero
         kx, ky = self._algebra.block("k", 2)
         self.tape.blocks.append((len(self.tape.op), "a component: length and direction of the wave vector"))
         k = call(Op.SQRT, kx * kx + ky * ky)
@@ -179,17 +179,17 @@ class PairTape:
         if case.finite:
             self.tape.blocks.append((len(self.tape.op), "hyperbolic functions of depth, which do not overflow"))
             small = call(Op.EXP, k * self._h * -2.0)
-            N = one / (one + small)
-            C = one / call(Op.TANH, k * self._h)
+            N = unity / (unity + small)
+            C = unity / call(Op.TANH, k * self._h)
             s = small * 4.0 * (C * N) * (C * N)
             if case.surface:
-                Ch, Sh = C, one
+                Ch, Sh = C, unity
             else:
                 Ch = C * self._cosh_ratio(k, N)
                 Sh = Ch * call(Op.TANH, k * (self._c + self._h))
         else:
-            C, s, N = one, zero, one
-            Ch = Sh = one if case.surface else call(Op.EXP, k * self._c)
+            C, s, N = unity, zero, unity
+            Ch = Sh = unity if case.surface else call(Op.EXP, k * self._c)
         return tuple(x.ref for x in (kx, ky, k, kx / k, ky / k, w, doppler, C, s, N, Ch, Sh))
 
     def _cosh_ratio(self, k: Scalar, N: Scalar) -> Scalar:
@@ -218,7 +218,7 @@ class PairTape:
         """Return, by symbol, the arguments of the kernels of sum and difference for the components in the blocks
         ``names``, with differences of nearly equal numbers in exact form."""
         (i, j), call = self._rows(names), self._algebra.call
-        one, zero = self._algebra.one, self._algebra.zero
+        unity, zero = self._algebra.one, self._algebra.zero
         case, values = self.case, {"g": self._g}
         for row, name in ((i, "i"), (j, "j")):
             values |= {f"{key}_{name}": row[key] for key in ("kx", "ky", "k", "w", "C", "s", "Ch", "Sh")}
@@ -233,7 +233,7 @@ class PairTape:
             values["delta"] = values["dx"]
         delta, both = values["delta"], i["C"] * j["C"]
         if case.finite:
-            values["q"] = (i["s"] + j["s"] + i["s"] * j["s"]) / (both + one)
+            values["q"] = (i["s"] + j["s"] + i["s"] * j["s"]) / (both + unity)
             values["dt"] = call(Op.TANH, delta * self._h) * values["q"] / both
             steep = delta / i["C"] + j["k"] * values["dt"]
         else:

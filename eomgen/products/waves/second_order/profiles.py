@@ -101,14 +101,14 @@ def harmonics(
     number: NDArray[np.int64],
     columns: Array,
     crest: Complex,
-    own: Array,
+    self_table: Array,
     table: Mapping[str, Array] | None,
     level: Array,
 ) -> tuple[dict[str, Complex], Array]:
     """Return the complex amplitudes of x, z, u and w by name, indexed by multiple, and the constant parts of u and z
     (2,).
 
-    ``number`` (n,) has the multiples of the components' wave numbers, ``columns`` and ``own`` are their tables, with
+    ``number`` (n,) has the multiples of the components' wave numbers, ``columns`` and ``self_table`` are their tables, with
     rows as in ``COLUMNS`` and ``OWN``; ``crest`` (n,) is A exp(i theta) at the label 0, ``table`` has the columns of
     pairs by name (None: first order), ``level`` lift, rise of the pressure, and drift along and across.
     """
@@ -129,7 +129,7 @@ def harmonics(
     pairs = [(number[i] - number[j], crest[i] * np.conj(crest[j]), table["w"], table["Xm"], table["Zm"])]
     if "Xp" in table:
         pairs.append((number[i] + number[j], crest[i] * crest[j], w[i] + w[j], table["Xp"], table["Zp"]))
-        pairs.append((2 * number, crest * crest, 2.0 * w, own[OWN.index("Xp")], own[OWN.index("Zp")]))
+        pairs.append((2 * number, crest * crest, 2.0 * w, self_table[OWN.index("Xp")], self_table[OWN.index("Zp")]))
     for at, product, rate, X, Z in pairs:
         horizontal, upwards = -1j * X * product, Z * product
         add(at, {"x": horizontal, "z": upwards, "u": -1j * rate * horizontal, "w": -1j * rate * upwards})

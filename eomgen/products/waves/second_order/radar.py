@@ -89,8 +89,8 @@ class Radar:
         step = 2.0 * math.pi / np.hypot(*sea.vectors.T).max() / 80.0
         change = np.zeros((len(labels), 2))
         for axis, move in enumerate(step * np.eye(2)):
-            for place, weight in ((-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0)):
-                seen = sea.motion(labels + place * move, time).velocity @ self.sight
+            for offset, weight in ((-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0)):
+                seen = sea.motion(labels + offset * move, time).velocity @ self.sight
                 change[:, axis] += weight * seen / (12.0 * step)
         moved = first[:, :2].copy()
         moved[:, 0] += self.range_to_velocity * change
@@ -122,27 +122,27 @@ class Radar:
         x, y = _edges("columns", columns), _edges("rows", rows)
         check_number("Radar.image: time", time, "s")
         check_whole("Radar.image: labels_per_cell", labels_per_cell, 1, 1000, "3")
-        apart = np.array([x[1] - x[0], y[1] - y[0]]) / labels_per_cell
+        spacing = np.array([x[1] - x[0], y[1] - y[0]]) / labels_per_cell
         w, k = sea.frequency, np.hypot(*sea.vectors.T)
         moved = np.sqrt(0.5 * np.sum(sea.amplitude**2 / np.tanh(np.minimum(k * sea.depth, 700.0)) ** 2))
         seen = np.sqrt(0.5 * np.sum((sea.amplitude * w) ** 2 / np.tanh(np.minimum(k * sea.depth, 700.0)) ** 2))
         reach = 4.0 * np.array([moved + self.range_to_velocity * seen, moved])
-        count = np.prod((np.array([np.ptp(x), np.ptp(y)]) + 2.0 * reach) / apart)
+        count = np.prod((np.array([np.ptp(x), np.ptp(y)]) + 2.0 * reach) / spacing)
         if count > _MOST_LABELS:
             fault = f"{count:.3g} labels are needed, more than {_MOST_LABELS:.0e}"
             fault = f"{fault}: facets move by up to {reach[0]:.4g} m [E1209]"
             raise UsageError(Problem("Radar.image", fault, "larger cells, fewer labels_per_cell, or a smaller R/V"))
         a, b = (
             np.arange(edges[0] - far + 0.5 * step, edges[-1] + far, step)
-            for edges, far, step in zip((x, y), reach, apart, strict=True)
+            for edges, far, step in zip((x, y), reach, spacing, strict=True)
         )
         total = np.zeros((len(y) - 1, len(x) - 1))
         for row in np.array_split(b, max(1, len(a) * len(b) // _AT_ONCE)):
             labels = np.stack(np.meshgrid(a, row), axis=-1).reshape(-1, 2) - sea.current * time
             motion, first = sea.motion(labels, time), sea.derivatives(labels, time)[0]
-            area = np.abs(np.linalg.det(first[:, :2])) * apart[0] * apart[1]
-            place = motion.position[:, 0] + self.range_to_velocity * (motion.velocity @ self.sight)
-            total += np.histogram2d(motion.position[:, 1], place, (y, x), weights=area)[0]
+            area = np.abs(np.linalg.det(first[:, :2])) * spacing[0] * spacing[1]
+            azimuth = motion.position[:, 0] + self.range_to_velocity * (motion.velocity @ self.sight)
+            total += np.histogram2d(motion.position[:, 1], azimuth, (y, x), weights=area)[0]
         return np.asarray(total / np.outer(np.diff(y), np.diff(x)))
 
     def line(self, profile: Profile, length: float, cells: int, direction: Literal[1, -1] = 1) -> Array:

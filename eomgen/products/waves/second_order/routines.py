@@ -66,16 +66,18 @@ def statements(
 
 def sources(case: Case, dispersion: Dispersion = gravity_waves) -> tuple[str, str]:
     """Return two texts of C for a case: the tables of components and pairs, and the sums over these."""
-    made = PairTape(case, dispersion)
+    pair_tape = PairTape(case, dispersion)
     planes = [f"columns[{number} * n + {{}}]" for number in range(len(COLUMNS))]
 
     inputs = {"k": "k[{}]", "p": "p[{}]", **{x: [plane.format(x) for plane in planes] for x in "ij"}}
 
     def body(refs: Sequence[Ref], targets: Sequence[str], depth: int) -> str:
-        return statements(made.tape, refs, inputs, targets, depth)
+        return statements(pair_tape.tape, refs, inputs, targets, depth)
 
     targets = [f"table[{number} * pairs + at]" for number in range(len(case.entries))]
-    col, own, entries = ({name: number for number, name in enumerate(names)} for names in (COLUMNS, OWN, case.entries))
+    col, self_rows, entries = (
+        {name: number for number, name in enumerate(names)} for names in (COLUMNS, OWN, case.entries)
+    )
     words = [
         "a bottom" if case.finite else "no bottom",
         "several directions" if case.spread else "one direction",
@@ -90,11 +92,11 @@ def sources(case: Case, dispersion: Dispersion = gravity_waves) -> tuple[str, st
             columns=COLUMNS,
             w=COLUMNS.index("w"),
             same=SAME_FREQUENCY,
-            component=body(made.component, [plane.format("m") for plane in planes], 2),
-            own=body(made.own, [f"own[{number} * n + i]" for number in range(len(OWN))], 2),
+            component=body(pair_tape.component, [plane.format("m") for plane in planes], 2),
+            own=body(pair_tape.own, [f"own[{number} * n + i]" for number in range(len(OWN))], 2),
             of_own=OWN,
-            pair=body(made.pair, targets, 4),
-            degenerate=body(made.degenerate, targets, 4) if case.spread else "",
+            pair=body(pair_tape.pair, targets, 4),
+            degenerate=body(pair_tape.degenerate, targets, 4) if case.spread else "",
         )
     )
     sums = (
@@ -104,7 +106,7 @@ def sources(case: Case, dispersion: Dispersion = gravity_waves) -> tuple[str, st
             **shared,
             col=col,
             ent=entries,
-            own=own,
+            own=self_rows,
             has_sums="Xp" in entries,
             kinematics=kinematics_of(case.spread),
             geometry=geometry_of(case.spread),
@@ -152,13 +154,13 @@ class Routines:
         name: Literal["kinematics", "geometry"],
         columns: Array,
         waves: LabelledWaves,
-        own: Array,
+        self_table: Array,
         table: Array | None,
         labels: Array,
         *more: Array,
     ) -> dict[str, Array]:
         """Return sums over components at labels (2, points), by name, (points,) each; without a table of first order.
-        ``columns`` and ``own`` are tables of components, ``table`` of pairs. ``kinematics`` takes the level and (g, h,
+        ``columns`` and ``self_table`` are tables of components, ``table`` of pairs. ``kinematics`` takes the level and (g, h,
         c) as ``more``."""
         names = kinematics_of(self.case.spread) if name == "kinematics" else geometry_of(self.case.spread)
         ffi, lib = self._sums
@@ -166,7 +168,7 @@ class Routines:
         filled = -(-count // lanes) * lanes
         padded = np.zeros((2, filled))
         padded[:, :count] = labels
-        given = np.empty((len(names), filled))
+        outputs = np.empty((len(names), filled))
         room = np.empty(2 * n * lanes + _ALIGNED)  # lanes are read and written at multiples of a register's length
         start = -room.ctypes.data // 8 % _ALIGNED
 
@@ -175,10 +177,10 @@ class Routines:
 
         function = getattr(lib, f"eomgen_wave_{name}")
         function(
-            n, of(columns), of(waves.amplitude), of(waves.phase), of(own), ffi.NULL if table is None else of(table),
-            *map(of, more), waves.time, filled, of(padded), of(given), of(room[start:]),
+            n, of(columns), of(waves.amplitude), of(waves.phase), of(self_table), ffi.NULL if table is None else of(table),
+            *map(of, more), waves.time, filled, of(padded), of(outputs), of(room[start:]),
         )  # fmt: skip
-        return dict(zip(names, given[:, :count], strict=True))
+        return dict(zip(names, outputs[:, :count], strict=True))
 
 
 @dataclass(frozen=True)

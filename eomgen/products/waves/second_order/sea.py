@@ -189,22 +189,22 @@ class Sea:
         if not -self.depth <= c <= HIGHEST / float(np.hypot(*self.vectors.T).max()):
             fault = f"labels at c = {c:.6g} m are outside of the water, which is from {-self.depth:.6g} m to 0 [E1218]"
             raise UsageError(Problem("Sea: c", fault, "0 for the surface, negative below"))
-        made, p = self._of(surface=c == 0.0), self._numbers(c)
-        given = np.array([self.gravity, p[1], p[2]])
-        columns = made.components(self.vectors, given)
-        own = made.own(columns, p)
-        table = made.pairs(columns, p) if self.order == 2 else None
+        routines, p = self._of(surface=c == 0.0), self._numbers(c)
+        constants = np.array([self.gravity, p[1], p[2]])
+        columns = routines.components(self.vectors, constants)
+        self_table = routines.own(columns, p)
+        table = routines.pairs(columns, p) if self.order == 2 else None
         if self.vorticity == "gerstner":
             # a steady shear flow against the drift: free of divergence, without effect on second order
-            for names, rows in ((OWN, own), (self._entries, table)):
+            for names, rows in ((OWN, self_table), (self._entries, table)):
                 if rows is not None:
                     rows[[number for number, name in enumerate(names) if name in ("Dx", "Dy")]] = 0.0
-        return columns, own, table, self._level(columns, own)
+        return columns, self_table, table, self._level(columns, self_table)
 
-    def _level(self, columns: Array, own: Array) -> Array:
+    def _level(self, columns: Array, self_table: Array) -> Array:
         """Return (4,): the lift, m, the rise of the pressure, m^2/s^2, and the drift along and across, m/s, summed over
         components."""
-        row, square = dict(zip(OWN, own, strict=True)), self.amplitude**2
+        row, square = dict(zip(OWN, self_table, strict=True)), self.amplitude**2
         raised = 0.25 * np.sum(square * columns[COLUMNS.index("w")] ** 2 * columns[COLUMNS.index("s")])
         return np.array([row["lift"] @ square, raised, row["Dx"] @ square, row["Dy"] @ square])
 
@@ -231,10 +231,10 @@ class Sea:
         Motion
             Of these particles.
         """
-        own = self._own_labels(labels)
+        local_labels = self._own_labels(labels)
         columns, twice, table, level = self._surface_tables if c == 0.0 else self._tables(c)
         sums = self._of(surface=c == 0.0).sums
-        row = sums("kinematics", columns, self._waves(time), twice, table, own, level, self._numbers(c))
+        row = sums("kinematics", columns, self._waves(time), twice, table, local_labels, level, self._numbers(c))
         moved, velocity, acceleration = (self._vectors(row, kind) for kind in "dva")
         moved[:, :2] += np.asarray(labels, dtype=float) + self.current * time
         moved[:, 2] += c
@@ -277,7 +277,7 @@ class Sea:
             fault = "the waves have several directions [E1219]"
             raise UsageError(Problem("Sea.profile", fault, "surface(labels, time), or waves of one direction"))
         check_number("Sea: time", time, "s")
-        columns, own, table, level = self._surface_tables
+        columns, self_table, table, level = self._surface_tables
         unit, number = multiples(np.hypot(*self.vectors.T))
         least = 2 * int(number.max()) * (self.order if table is not None and "Xp" in self._entries else 1)
         if count <= least:
@@ -285,14 +285,14 @@ class Sea:
             raise UsageError(Problem("Sea.profile: count", fault, f"{least + 1} or more"))
         crest = self.amplitude * np.exp(1j * (self.phase - self.frequency * time))
         named = None if table is None else dict(zip(self._entries, table, strict=True))
-        by_name, (drift, lift) = harmonics(number, columns, crest, own, named, level)
+        by_name, (drift, lift) = harmonics(number, columns, crest, self_table, named, level)
         k = unit * np.arange(len(by_name["x"]))
         labels = 2.0 * math.pi / unit * np.arange(count) / count
 
         def over_labels(amplitudes: NDArray[np.complex128]) -> Array:
             spectrum = np.zeros(count // 2 + 1, dtype=complex)
-            kept = min(len(spectrum), len(amplitudes))
-            spectrum[:kept] = 0.5 * count * amplitudes[:kept]
+            length = min(len(spectrum), len(amplitudes))
+            spectrum[:length] = 0.5 * count * amplitudes[:length]
             spectrum[0] = count * amplitudes[0].real
             return np.fft.irfft(spectrum, count)
 
@@ -341,11 +341,11 @@ class Sea:
         UsageError
             A sea of first order.
         """
-        columns, own, table, level = self._surface_tables
+        columns, self_table, table, level = self._surface_tables
         if table is None:
             raise UsageError(Problem("Sea.bound_waves", "a sea of order 1 has no pairs [E1221]", "order = 2"))
         crest = self.amplitude * np.exp(1j * (self.phase - self.frequency * time))
-        named, alone = dict(zip(self._entries, table, strict=True)), dict(zip(OWN, own, strict=True))
+        named, alone = dict(zip(self._entries, table, strict=True)), dict(zip(OWN, self_table, strict=True))
         w, all_of = columns[COLUMNS.index("w")], np.arange(len(crest))
         i, j = np.tril_indices(len(crest), -1)
         zero = np.zeros(len(i))
@@ -392,11 +392,11 @@ class Sea:
         vectors = np.asarray(components.vectors, dtype=float)
         if vectors.shape != self.vectors.shape or np.any(vectors[self._order] != self.vectors):
             raise UsageError(Problem("Sea.with_waves", "the wave vectors are others [E1222]", "a Sea of its own"))
-        other = copy.copy(self)
-        other.amplitude, other.phase = self._in_order(components)
-        columns, own, table, _ = self._surface_tables
-        other._surface_tables = columns, own, table, other._level(columns, own)
-        return other
+        sea = copy.copy(self)
+        sea.amplitude, sea.phase = self._in_order(components)
+        columns, self_table, table, _ = self._surface_tables
+        sea._surface_tables = columns, self_table, table, sea._level(columns, self_table)
+        return sea
 
     def derivatives(self, labels: ArrayLike, time: float, c: float = 0.0) -> tuple[Array, Array]:
         """Return derivatives of positions by labels a and b.
@@ -417,10 +417,10 @@ class Sea:
         second : (points, 3, 3) array, 1/m
             Of x, y, z by aa, ab, bb.
         """
-        own = self._own_labels(labels)
+        local_labels = self._own_labels(labels)
         columns, twice, table, _ = self._surface_tables if c == 0.0 else self._tables(c)
-        row = self._of(surface=c == 0.0).sums("geometry", columns, self._waves(time), twice, table, own)
-        zero, points = np.zeros(own.shape[1]), own.shape[1]
+        row = self._of(surface=c == 0.0).sums("geometry", columns, self._waves(time), twice, table, local_labels)
+        zero, points = np.zeros(local_labels.shape[1]), local_labels.shape[1]
         cells = [[row.get(f"x{axis}{by}", zero) for by in ("a", "b", "aa", "ab", "bb")] for axis in "xyz"]
         all_of = np.moveaxis(np.array(cells), 2, 0)
         first, second = all_of[:, :, :2].copy(), np.empty((points, 3, 2, 2))
@@ -486,12 +486,12 @@ class Sea:
         NumericalError
             The surface is folded there, or the search finds no particle.
         """
-        wanted = np.asarray(points, dtype=float)
-        check_points("Sea: points", wanted)
+        targets = np.asarray(points, dtype=float)
+        check_points("Sea: points", targets)
         check_number("Sea: time", time, "s")
-        labels = wanted - (self.current + self._drift) * time
+        labels = targets - (self.current + self._drift) * time
         scale = 2.0 * math.pi / np.hypot(*self.vectors.T).max()
-        off = self.motion(labels, time).position[:, :2] - wanted
+        off = self.motion(labels, time).position[:, :2] - targets
         for _ in range(_ROUNDS):
             distance = np.hypot(*off.T)
             open_ = distance > CLOSE * scale
@@ -505,15 +505,15 @@ class Sea:
             at, best = labels[open_], distance[open_]
             for _ in range(8):
                 tried = at - factor[:, None] * step
-                distance = self.motion(tried, time).position[:, :2] - wanted[open_]
+                distance = self.motion(tried, time).position[:, :2] - targets[open_]
                 worse = np.hypot(*distance.T) > best
                 if not np.any(worse):
                     break
                 factor[worse] *= 0.5
             labels[open_], off[open_] = tried, distance
-        bad = wanted[np.argmax(np.hypot(*off.T))]
-        place = f"x = {bad[0]:.6g} m, y = {bad[1]:.6g} m at t = {time:.6g} s"
-        fault = f"no single particle of the surface is above {place} [E1223]"
+        bad = targets[np.argmax(np.hypot(*off.T))]
+        location = f"x = {bad[0]:.6g} m, y = {bad[1]:.6g} m at t = {time:.6g} s"
+        fault = f"no single particle of the surface is above {location} [E1223]"
         hint = "waves that are less steep: water folds over with a negative Jacobian of surface(labels, t)"
         raise NumericalError(Problem("Sea.labels_at", fault, hint))
 

@@ -203,8 +203,8 @@ class SteppedSea:
         (counts, 3) ndarray
             In m.
         """
-        given = self._products()
-        up = (given[-1] - self._labels(self._rate) + self._sea.raised) / self._sea.restoring
+        products = self._products()
+        up = (products[-1] - self._labels(self._rate) + self._sea.raised) / self._sea.restoring
         return np.stack((self._labels(self._x), self._labels(self._y), up), axis=-1)
 
     # -- parts of a step --------------------------------------------------------------------------------------------
@@ -226,9 +226,9 @@ class SteppedSea:
         self.time += size
 
     def _kick(self, size: float) -> None:
-        given = self._products()
+        products = self._products()
         weight = size if self._ramp is None else size * self._ramp(self.time - self._start)
-        moved = np.fft.rfft2(given[:-1])
+        moved = np.fft.rfft2(products[:-1])
         self._rate += weight * moved[0]
         self._x += weight * moved[1]
         if self._plane:
@@ -244,10 +244,10 @@ class SteppedSea:
             whole[:, self._place(sign * self._index)] += 0.5 * nx * ny * values
         fields = np.ascontiguousarray(np.fft.irfft2(whole.reshape(-1, nx, ny)[:, :, : ny // 2 + 1], s=self._counts))
         ffi, lib = _routine(self._plane)
-        given = np.empty((len(given_of(self._plane)), nx, ny))
-        arrays = (ffi.from_buffer("double[]", array) for array in (fields, given))
+        products = np.empty((len(given_of(self._plane)), nx, ny))
+        arrays = (ffi.from_buffer("double[]", array) for array in (fields, products))
         lib.eomgen_wave_forcing(nx * ny, sea.restoring, *arrays)
-        return given
+        return products
 
     def _factors_of_fields(self) -> Complex:
         """Return the factors of A exp(i theta) of each component in the fields of first order, (fields, n)."""

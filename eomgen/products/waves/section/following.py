@@ -44,8 +44,8 @@ def _afloat(waves: WaveField, position: Vector) -> tuple[Vector, tuple[Rotation,
     return (x, y, z + waves.level + quantity_of(ELEVATION, waves, (x, y))), tilt
 
 
-def _example(given: object) -> str:
-    name = shown(given)[1:-1] if isinstance(given, str) else "NAME"
+def _example(value: object) -> str:
+    name = shown(value)[1:-1] if isinstance(value, str) else "NAME"
     return f'follow = {{ waves = "{name}" }}'
 
 

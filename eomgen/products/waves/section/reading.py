@@ -129,7 +129,7 @@ def read_waves(name: str, entry: written.SeaWaves, gravity: float, values: Value
     )
     if not entry.variables:
         return whole
-    drawn = [(place, -1, 1) for place in range(free)] + (members_of_bound_waves(free) if entry.order == 2 else [])
+    drawn = [(number, -1, 1) for number in range(free)] + (members_of_bound_waves(free) if entry.order == 2 else [])
     return replace(whole, variables=variables_of(name, 2 * free), drawn=tuple(drawn))
 
 
@@ -189,13 +189,13 @@ def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, va
     if not entry.regular:
         report.add(f"{key}.regular", "there are no waves [E1237]", "regular = [{ amplitude = 1, period = 8 }]")
     for number, wave in enumerate(entry.regular or ()):
-        place = f"{key}.regular[{number}]"
-        amplitude, period, heading, phase = values.keys(place, wave, "amplitude", "period", "heading", "phase").values()
+        path = f"{key}.regular[{number}]"
+        amplitude, period, heading, phase = values.keys(path, wave, "amplitude", "period", "heading", "phase").values()
         if amplitude < 0.0:
-            report.add(f"{place}.amplitude", f"the amplitude {amplitude:.6g} m is negative [E1191]", "the phase + pi")
+            report.add(f"{path}.amplitude", f"the amplitude {amplitude:.6g} m is negative [E1191]", "the phase + pi")
         if period <= 0.0:
-            report.add(f"{place}.period", f"the period {period:.6g} s is not positive [E1238]", "period = 8")
-        elif not _check_period(f"{place}.period", period, report):
+            report.add(f"{path}.period", f"the period {period:.6g} s is not positive [E1238]", "period = 8")
+        elif not _check_period(f"{path}.period", period, report):
             continue
         if not amplitude >= 0.0 or not period > 0.0 or math.isnan(heading + phase):
             continue
@@ -205,7 +205,7 @@ def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, va
         if amplitude > most:
             fault = f"a wave of {2.0 * math.pi / k:.4g} m breaks from an amplitude of {most:.4g} m on, and this one has"
             hint = "a smaller amplitude, or a longer period"
-            report.add(f"{place}.amplitude", f"{fault} {amplitude:.4g} m [E1239]", hint)
+            report.add(f"{path}.amplitude", f"{fault} {amplitude:.4g} m [E1239]", hint)
         vector = k * math.cos(heading), k * math.sin(heading)
         result.append(WaveComponent(*vector, w, amplitude, phase, amplitude * gravity / w))
     return result
@@ -326,7 +326,7 @@ def _spectrum(
         return Jonswap(number["height"], number["period"], number.get("peakedness", 3.3)), height
     if entry.type == "pierson_moskowitz":
         return PiersonMoskowitz(number["wind"], gravity), height
-    points = [values.constants(f"{key}.points[{place}]", pair) for place, pair in enumerate(entry.points or ())]
+    points = [values.constants(f"{key}.points[{index}]", pair) for index, pair in enumerate(entry.points or ())]
     if len(points) < 2:
         fault = f"a spectrum needs two points or more, not {len(points)} [E1257]"
         report.add(f"{key}.points", fault, _EXAMPLES["points"])

@@ -109,11 +109,11 @@ _KEYS: Mapping[str, str] = {
 }
 
 
-def _key_meant(name: str, keys: Collection[str], given: object) -> str:
-    """Return the key of waves or hulls for a name from another tool, with the value of an amplitude if ``given`` is a
+def _key_meant(name: str, keys: Collection[str], value: object) -> str:
+    """Return the key of waves or hulls for a name from another tool, with the value of an amplitude if ``value`` is a
     height; empty without one."""
-    if name == "height" and "amplitude" in keys and isinstance(given, int | float):
-        return f"amplitude = {0.5 * given:.6g}, half of the height"
+    if name == "height" and "amplitude" in keys and isinstance(value, int | float):
+        return f"amplitude = {0.5 * value:.6g}, half of the height"
     if name.lower() in ("cm", "c_m") and "added_mass" in keys:
         return "added_mass, which is c_m - 1"
     meant = _KEYS.get(name, _KEYS.get(name.lower(), ""))
