@@ -83,23 +83,16 @@ def compare(
     count_of("states", states)
     count_of("seed", seed, 0)
     if not tolerance > 0.0:
-        raise UsageError(
-            Problem("tolerance", f"{tolerance} would call rounding a difference [E0561]", "tolerance=1e-9")
-        )
+        fault = f"{tolerance} would call rounding a difference [E0561]"
+        raise UsageError(Problem("tolerance", fault, "tolerance=1e-9"))
     if second is None and reader is None:
-        raise UsageError(
-            Problem(
-                "second",
-                "one description has no second one to be compared with [E0562]",
-                'a second one, or reader="mujoco" (--with mujoco)',
-            )
-        )
+        fault = "one description has no second one to be compared with [E0562]"
+        raise UsageError(Problem("second", fault, 'a second one, or reader="mujoco" (--with mujoco)'))
     second_description = first if second is None else second
     _check_options([first, second_description], options)
     if _equations_alone(first):
-        raise UsageError(
-            Problem("first", "equations alone have no bodies [E0563]", "the description with bodies as the first")
-        )
+        fault = "equations alone have no bodies [E0563]"
+        raise UsageError(Problem("first", fault, "the description with bodies as the first"))
     reading_options = {"strict": strict, **options}
     first_machine = _read(first, reading_options, alone=reader is None)
     if reader is not None:
@@ -122,9 +115,8 @@ def compare(
     if pairing.comparable:
         mine, theirs = motions(pairing, states, np.random.default_rng(seed))
         errors, worst = errors_of(pairing, first_machine.forces(mine), second_machine.forces(theirs))
-        parts, more = _parts(
-            pairing, forces_equal=all(errors[name] <= tolerance for name in errors if name != "mass matrix")
-        )
+        forces_equal = all(errors[name] <= tolerance for name in errors if name != "mass matrix")
+        parts, more = _parts(pairing, forces_equal=forces_equal)
         listed, notes = listed + parts, notes + more
         if errors.get("mass matrix", 0.0) > tolerance:
             listed += of_solids(pairing)
@@ -136,15 +128,8 @@ def compare(
     only = sorted(set(first_machine.inputs) ^ set(second_machine.inputs))
     if only and reader is None:
         notes.append(f"inputs of one description alone are zero: {', '.join(only)} [W0049]")
-    return Comparison(
-        (first_machine.name, second_machine.name),
-        tuple(listed),
-        errors,
-        states,
-        len(pairing.pairs),
-        tolerance,
-        tuple(map(Message, notes)),
-    )
+    names = first_machine.name, second_machine.name
+    return Comparison(names, tuple(listed), errors, states, len(pairing.pairs), tolerance, tuple(map(Message, notes)))
 
 
 def _equations_alone(described: object) -> bool:
@@ -182,9 +167,8 @@ def _second_reader(described: Described, reader: str) -> Machine:
     """Return the machine of a file as MuJoCo or Pinocchio reads it. Raises UsageError for an object that is not a path,
     or an unknown reader."""
     if not isinstance(described, str | Path):
-        raise UsageError(
-            Problem("second", f"{reader} reads files, not {type(described).__name__} objects [E0564]", "a path")
-        )
+        fault = f"{reader} reads files, not {type(described).__name__} objects [E0564]"
+        raise UsageError(Problem("second", fault, "a path"))
     from eomgen.products.comparison.other_readers import READERS  # noqa: PLC0415  # optional packages
 
     if reader not in READERS:

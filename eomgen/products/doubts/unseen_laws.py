@@ -296,11 +296,8 @@ class _Examination:
     @cached_property
     def _arguments(self) -> list[Array]:
         """Arguments of features, (steps, samples) each."""
-        ends = self._path.at_rows
-        pairs = [
-            [self._path.values(feature.argument, there) for there in (self._samples, ends)]
-            for feature in self._features
-        ]
+        blocks = self._samples, self._path.at_rows
+        pairs = [[self._path.values(feature.argument, there) for there in blocks] for feature in self._features]
         return [self._with_ends(inside, at_ends, self._steps) for inside, at_ends in pairs]
 
     @cached_property

@@ -99,20 +99,19 @@ def surfaces_of(drawing: Drawing, poses: Mapping[str, Array], values: Mapping[st
         quads = np.stack([corners[:-1, :-1], corners[1:, :-1], corners[1:, 1:], corners[:-1, 1:]], axis=-1)
         faces = [face for face in quads.reshape(-1, 4).tolist() if np.all(np.isfinite(z.flat[face]))]
         local = np.column_stack([grid[0].flat, grid[1].flat, np.where(np.isfinite(z), z, 0.0).flat])
-        result.append(
-            {
-                "name": surface.name,
-                "body": surface.body,
-                "origin": origin.tolist(),
-                "color": _GROUND,
-                "own": False,
-                "opacity": 1.0,
-                "vertices": np.round(origin + local @ axes.T, _DIGITS).tolist(),
-                "faces": faces,
-                "closed": False,
-                "whole": False,
-            }
-        )
+        shape = {
+            "name": surface.name,
+            "body": surface.body,
+            "origin": origin.tolist(),
+            "color": _GROUND,
+            "own": False,
+            "opacity": 1.0,
+            "vertices": np.round(origin + local @ axes.T, _DIGITS).tolist(),
+            "faces": faces,
+            "closed": False,
+            "whole": False,
+        }
+        result.append(shape)
     return result
 
 

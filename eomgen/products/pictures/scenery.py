@@ -135,18 +135,17 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
     joints = []
     for hinge in drawing.hinges:
         position = vector(f"joints.{hinge.name}.position", hinge.position)
-        joints.append(
-            {
-                "name": hinge.name,
-                "type": hinge.type,
-                "parent": hinge.parent,
-                "child": hinge.child,
-                "position": position,
-                "axis": list(hinge.axis),
-                "turns": hinge.turns,
-                "slides": hinge.slides,
-            }
-        )
+        entry = {
+            "name": hinge.name,
+            "type": hinge.type,
+            "parent": hinge.parent,
+            "child": hinge.child,
+            "position": position,
+            "axis": list(hinge.axis),
+            "turns": hinge.turns,
+            "slides": hinge.slides,
+        }
+        joints.append(entry)
         if hinge.tied:
             links[hinge.parent].append(position)
     rods = []

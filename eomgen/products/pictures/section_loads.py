@@ -118,15 +118,14 @@ def drawn_loads(solution: LoadedSolution) -> Mapping[str, SectionLoads]:
     """Return by beam the loads that ``draw_sections`` draws: at some rows, without strains."""
     loads = _by_beam(solution, _thinned(solution.t, _ROWS))
     return {
-        beam: replace(section, strain=section.strain[:, :0], curvature=section.curvature[:, :0])
-        for beam, section in loads.items()
+        beam: replace(load, strain=load.strain[:, :0], curvature=load.curvature[:, :0]) for beam, load in loads.items()
     }
 
 
 def store_drawn_loads(solution: LoadedSolution, path: Path) -> None:
     """Write ``drawn_loads`` to a file, for a process that has no model. Raises FileError."""
     loads = drawn_loads(solution)
-    arrays = {f"{beam}.{field}": array for beam, section in loads.items() for field, array in section.named().items()}
+    arrays = {f"{beam}.{field}": array for beam, load in loads.items() for field, array in load.named().items()}
     write_arrays(path, arrays, {"beams": list(loads)})
 
 

@@ -62,7 +62,7 @@ class LoadPaths(RestPart):
 
     def answer(self, model: Model, arguments: Mapping[str, Any], as_json: bool) -> int:
         """Print and write the requested path or buckling loads of a model, and return the exit code; 0 if neither is
-        requested. ``arguments`` are those of the model's methods. Raises NumericalError if a path does not arrive, after it
+        requested. ``arguments`` are for the model's methods. Raises NumericalError if a path does not arrive, after it
         is written."""
         arguments = {**arguments, "initial": arguments["initial"] or None}
         if self.buckling is not None:

@@ -23,20 +23,19 @@ def described_waves(scene: Scene) -> list[dict[str, Any]]:
         share = 1.0 if sea.variables else 0.5
         periods = [2.0 * math.pi / wave.frequency for wave in free]
         lengths = [2.0 * math.pi / math.hypot(wave.kx, wave.ky) for wave in free]
-        result.append(
-            {
-                "name": sea.name,
-                "waves": len(free),
-                "bound_waves": len(sea.components) - len(free),
-                "height": 4.0 * math.sqrt(share * sum(wave.amplitude**2 for wave in free)),
-                "periods": [min(periods), max(periods)],
-                "lengths": [min(lengths), max(lengths)],
-                "depth": sea.depth if math.isfinite(sea.depth) else None,
-                "level": sea.level,
-                "ramp": sea.ramp,
-                "variables": list(sea.variables),
-            }
-        )
+        row = {
+            "name": sea.name,
+            "waves": len(free),
+            "bound_waves": len(sea.components) - len(free),
+            "height": 4.0 * math.sqrt(share * sum(wave.amplitude**2 for wave in free)),
+            "periods": [min(periods), max(periods)],
+            "lengths": [min(lengths), max(lengths)],
+            "depth": sea.depth if math.isfinite(sea.depth) else None,
+            "level": sea.level,
+            "ramp": sea.ramp,
+            "variables": list(sea.variables),
+        }
+        result.append(row)
     return result
 
 

@@ -127,8 +127,8 @@ class MjcfDraft(SceneDraft):
         return self.add("points", "point", name, {"body": placement.body, "position": placement.position.tolist()})
 
     def frame_points(self, name: str, placement: LinkPlace) -> tuple[str, list[str]]:
-        """Return the name of a point at the origin of the frame at ``placement``, and the names of three points 1 m along
-        the axes; all are added to the scene, under names that begin with ``name``."""
+        """Return the name of a point at the origin of the frame at ``placement``, and the names of three points 1 m
+        along the axes; all are added to the scene, under names that begin with ``name``."""
         ends = [
             self.point(f"{name}_{axis}", LinkPlace(placement.body, placement.orientation, placement.position + column))
             for axis, column in zip("xyz", placement.orientation.T, strict=True)

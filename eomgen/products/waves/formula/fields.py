@@ -134,10 +134,10 @@ class WaveField:
     def _sizes(self, extra_values: list[NDArray[np.float64]]) -> NDArray[np.complex128]:
         """Return the complex factor, without unit, of the amplitude and phase of each wave component, (..., n).
 
-        ``extra_values`` are the values (...) of ``extra_arguments``: the tunable factor of all amplitudes, then z1 and z2 of
-        each free wave; without any the factor is 1. A free wave has factor times z1 + i z2, a bound wave the square of
-        the factor times the product of both free waves (one conjugated for a difference). Amplitude and decay with
-        depth are not in it.
+        ``extra_values`` are the values (...) of ``extra_arguments``: the tunable factor of all amplitudes, then z1 and
+        z2 of each free wave; without any the factor is 1. A free wave has factor times z1 + i z2, a bound wave the
+        square of the factor times the product of both free waves (one conjugated for a difference). Amplitude and
+        decay with depth are not in it.
         """
         sizes = np.ones(len(self.components), dtype=complex)
         if self.factor is not None:

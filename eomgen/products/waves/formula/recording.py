@@ -68,7 +68,8 @@ def _full(
     for letter, item in zip(("kx", "ky"), position[:2], strict=True):
         if any(column[letter]):
             angle_now = angle_now + kernel.column(column[letter]) * kernel.share(item)
-    term = kernel.column(factors) * _wave(algebra, kernel, waves, angle_now, extra_values, quadrature=quadrature)
+    variables = extra_values[-len(waves.variables) :]
+    term = kernel.column(factors) * _wave(algebra, kernel, waves, angle_now, variables, quadrature=quadrature)
     if len(position) > 2:
         z = kernel.share(_motion_height(algebra, waves, position, t, extra_values))
         depth = kernel.column(column["k"]) * z
@@ -95,20 +96,13 @@ def _times(waves: WaveField, extra_values: Sequence[Scalar], wave_sum: Scalar) -
 
 
 def _wave(
-    algebra: Algebra,
-    kernel: _WaveKernel,
-    waves: WaveField,
-    angle: Scalar,
-    extra_values: Sequence[Scalar],
-    *,
-    quadrature: bool,
+    algebra: Algebra, kernel: _WaveKernel, waves: WaveField, angle: Scalar, z: Sequence[Scalar], *, quadrature: bool
 ) -> Scalar:
     """Return the real part of a wave in the kernel, or the imaginary one for ``quadrature``: cos or sin of the angle,
-    and with variables times the complex factors that they make."""
+    and with variables ``z`` times the complex factors that they make."""
     call = kernel.algebra.call
     if not waves.variables:
         return call(Op.SIN if quadrature else Op.COS, angle)
-    z = extra_values[-len(waves.variables) :]
     first, second, signs = zip(*waves.drawn, strict=True)
     re, im = (kernel.gather([z[2 * i + part] for i in first]) for part in (0, 1))
     if max(second) >= 0:

@@ -108,9 +108,9 @@ def harmonics(
     """Return the complex amplitudes of x, z, u and w by name, indexed by multiple, and the constant parts of u and z
     (2,).
 
-    ``number`` (n,) has the multiples of the components' wave numbers, ``columns`` and ``self_table`` are their tables, with
-    rows as in ``COLUMNS`` and ``OWN``; ``crest`` (n,) is A exp(i theta) at the label 0, ``table`` has the columns of
-    pairs by name (None: first order), ``level`` lift, rise of the pressure, and drift along and across.
+    ``number`` (n,) has the multiples of the components' wave numbers, ``columns`` and ``self_table`` are their tables,
+    with rows as in ``COLUMNS`` and ``OWN``; ``crest`` (n,) is A exp(i theta) at the label 0, ``table`` has the columns
+    of pairs by name (None: first order), ``level`` lift, rise of the pressure, and drift along and across.
     """
     row = dict(zip(COLUMNS, columns, strict=True))
     w, Ch, Sh = row["w"], row["Ch"], row["Sh"]

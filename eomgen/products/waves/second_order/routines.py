@@ -75,9 +75,7 @@ def sources(case: Case, dispersion: Dispersion = gravity_waves) -> tuple[str, st
         return statements(pair_tape.tape, refs, inputs, targets, depth)
 
     targets = [f"table[{number} * pairs + at]" for number in range(len(case.entries))]
-    col, self_rows, entries = (
-        {name: number for number, name in enumerate(names)} for names in (COLUMNS, OWN, case.entries)
-    )
+    col, self_rows, entries = ({name: row for row, name in enumerate(names)} for names in (COLUMNS, OWN, case.entries))
     words = [
         "a bottom" if case.finite else "no bottom",
         "several directions" if case.spread else "one direction",
@@ -160,8 +158,8 @@ class Routines:
         *more: Array,
     ) -> dict[str, Array]:
         """Return sums over components at labels (2, points), by name, (points,) each; without a table of first order.
-        ``columns`` and ``self_table`` are tables of components, ``table`` of pairs. ``kinematics`` takes the level and (g, h,
-        c) as ``more``."""
+        ``columns`` and ``self_table`` are tables of components, ``table`` of pairs. ``kinematics`` takes the level and
+        (g, h, c) as ``more``."""
         names = kinematics_of(self.case.spread) if name == "kinematics" else geometry_of(self.case.spread)
         ffi, lib = self._sums
         lanes, count, n = self.lanes, labels.shape[1], columns.shape[1]
@@ -175,9 +173,9 @@ class Routines:
         def of(array: Array) -> Any:
             return ffi.from_buffer("double[]", array)
 
-        function = getattr(lib, f"eomgen_wave_{name}")
+        function, pairs = getattr(lib, f"eomgen_wave_{name}"), ffi.NULL if table is None else of(table)
         function(
-            n, of(columns), of(waves.amplitude), of(waves.phase), of(self_table), ffi.NULL if table is None else of(table),
+            n, of(columns), of(waves.amplitude), of(waves.phase), of(self_table), pairs,
             *map(of, more), waves.time, filled, of(padded), of(outputs), of(room[start:]),
         )  # fmt: skip
         return dict(zip(names, outputs[:, :count], strict=True))
