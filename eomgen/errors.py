@@ -190,7 +190,7 @@ class EomgenError(Exception):
             number += 1
             lines.append(f"  {number}. {line(problem)}")
             if len(alike) > _ALIKE:
-                places = ", ".join(other.where for other in alike[1:_ALIKE])
+                places = ", ".join(similar_problem.where for similar_problem in alike[1:_ALIKE])
                 lines.append(f"     and {len(alike) - 1} more like it: {places}, ...")
         return "\n".join(lines)
 

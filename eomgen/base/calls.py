@@ -278,7 +278,7 @@ def checked_call(
     return decorate
 
 
-def names_of(argument: str, kind: str, given: object, example: str) -> tuple[str, ...]:
+def names_of(argument: str, kind: str, value: object, example: str) -> tuple[str, ...]:
     """Return the names that a caller gives as a list, as a tuple. Raises UsageError for a single text, and for objects
     that are not texts.
 
@@ -288,15 +288,15 @@ def names_of(argument: str, kind: str, given: object, example: str) -> tuple[str
     kind : of the names, plural
     example : a name
     """
-    place = "" if argument == kind else argument
-    if isinstance(given, str):
-        quoted = ", ".join(f'"{name.strip()}"' for name in given[:64].split(","))
-        fault = f"{kind} are a list of names, not the text {shown(given)} [E2191]"
-        raise UsageError(Problem(place, fault, f"{argument}=[{quoted}]"))
-    names: tuple[Any, ...] = tuple(given) if isinstance(given, Iterable) else (given,)
+    location = "" if argument == kind else argument
+    if isinstance(value, str):
+        quoted = ", ".join(f'"{name.strip()}"' for name in value[:64].split(","))
+        fault = f"{kind} are a list of names, not the text {shown(value)} [E2191]"
+        raise UsageError(Problem(location, fault, f"{argument}=[{quoted}]"))
+    names: tuple[Any, ...] = tuple(value) if isinstance(value, Iterable) else (value,)
     if not all(isinstance(name, str) for name in names):
-        fault = f"{kind} are a list of names, not {shown(given)} [E2192]"
-        raise UsageError(Problem(place, fault, f'{argument}=["{example}"]'))
+        fault = f"{kind} are a list of names, not {shown(value)} [E2192]"
+        raise UsageError(Problem(location, fault, f'{argument}=["{example}"]'))
     return names
 
 
@@ -311,32 +311,32 @@ def with_options_of(source: Callable[..., Any], names: Iterable[str]) -> Callabl
     names : iterable of str
         Options that are handed on.
     """
-    given = inspect.signature(source).parameters
+    source_parameters = inspect.signature(source).parameters
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
         signature = inspect.signature(function)
-        own = [item for item in signature.parameters.values() if item.kind is not inspect.Parameter.VAR_KEYWORD]
-        others = [given[name] for name in names if name not in signature.parameters]
-        function.__signature__ = signature.replace(parameters=[*own, *others])  # type: ignore[attr-defined]
+        arguments = [item for item in signature.parameters.values() if item.kind is not inspect.Parameter.VAR_KEYWORD]
+        others = [source_parameters[name] for name in names if name not in signature.parameters]
+        function.__signature__ = signature.replace(parameters=[*arguments, *others])  # type: ignore[attr-defined]
         return function
 
     return decorate
 
 
 def check_options(
-    where: str, given: Iterable[str], known: Iterable[str], meant: Mapping[str, str], own: Iterable[str] = ()
+    where: str, options: Iterable[str], known: Iterable[str], meant: Mapping[str, str], arguments: Iterable[str] = ()
 ) -> None:
     """Raise UsageError for options that the called function does not have.
 
     Parameters
     ----------
     where : name of the function that a caller has called
-    given : names of the caller's options
-    known, own : options that are handed on, and the function's own arguments
+    options : names of the caller's options
+    known, arguments : options that are handed on, and the function's own arguments
     meant : as of ``checked_call``; or a remedy in place of an option
     """
-    named = [*own, *known]
-    unknown = [name for name in given if name not in named]
+    named = [*arguments, *known]
+    unknown = [name for name in options if name not in named]
     if unknown:
         hints = [meant.get(name) or nearest(name, named) for name in unknown[:3]]
         names = ", ".join(shown(name) for name in unknown)
@@ -443,11 +443,11 @@ def attributes_elsewhere() -> Mapping[str, Mapping[str, str]]:
     return result
 
 
-def attribute_hint(name: str, known: Iterable[str], kind: str = "") -> str:
-    """Return the remedy for an attribute that does not exist; ``known`` are the attributes of the object, ``kind`` is
-    the name of the class, empty for the package."""
-    if other := attributes_elsewhere().get(kind, {}).get(name):
-        return other
+def attribute_hint(name: str, attributes: Iterable[str], kind: str = "") -> str:
+    """Return the remedy for an attribute that does not exist; ``attributes`` are the object's, ``kind`` is the
+    name of the class, empty for the package."""
+    if hint := attributes_elsewhere().get(kind, {}).get(name):
+        return hint
     if kind == "Model" and name in public_names():
         return f"eomgen.{name}(scene, ...)"
     if name in methods_of_models() and kind != "Model":
@@ -457,7 +457,7 @@ def attribute_hint(name: str, known: Iterable[str], kind: str = "") -> str:
         return f"initial_{meant} or {meant}_names; {_MEANING[meant]} are called {meant}" if kind == "Model" else meant
     if kind == "Model" and len(name) > 1 and (term := meant_term(name)):
         return term
-    return nearest(name, (item for item in known if not item.startswith("_")))
+    return nearest(name, (item for item in attributes if not item.startswith("_")))
 
 
 def methods_of_models() -> frozenset[str]:
@@ -467,14 +467,14 @@ def methods_of_models() -> frozenset[str]:
 
 def _present_name(name: str, meant: Mapping[str, str], named: Sequence[str]) -> str:
     """Return the name here of an argument of another tool, or a call in place of the argument."""
-    other = meant.get(name, "")
-    return other if other in named or "(" in other else nearest(name, named)
+    present_name = meant.get(name, "")
+    return present_name if present_name in named or "(" in present_name else nearest(name, named)
 
 
-def _removed_argument(function: Callable[..., Any], given: Iterable[str]) -> Problem | None:
+def _removed_argument(function: Callable[..., Any], arguments: Iterable[str]) -> Problem | None:
     """Return the fault of an argument of earlier versions, which a function with open arguments hands on."""
     where = function.__name__
-    gone = (fault_of_removed("argument", f"{where}({name})") for name in given)
+    gone = (fault_of_removed("argument", f"{where}({name})") for name in arguments)
     return next((Problem(where, *fault) for fault in gone if fault), None)
 
 

@@ -59,10 +59,10 @@ class _DeferredAttribute:
     __slots__ = ("filled", "given", "kind", "module", "name", "options", "wrap")
 
     def __init__(
-        self, kind: type, name: str, options: dict[str, Any], given: Mapping[str, dataclasses.Field[Any]]
+        self, kind: type, name: str, options: dict[str, Any], declared_fields: Mapping[str, dataclasses.Field[Any]]
     ) -> None:
         self.kind, self.name, self.options, self.module = kind, name, options, kind.__module__
-        self.given = given
+        self.given = declared_fields
         self.filled = 0
         self.wrap: Callable[[Any], Any] = _as_compiled
 
@@ -116,20 +116,20 @@ class _DeferredAttribute:
     def _compile_fields(self) -> None:
         """Compile a copy of the class and move its attributes: other threads never see the class without methods."""
         kind = self.kind
-        own = {name: value for name, value in vars(kind).items() if not isinstance(value, _DeferredAttribute)}
-        namespace = {name: value for name, value in own.items() if name not in ("__dict__", "__weakref__")}
+        attributes = {name: value for name, value in vars(kind).items() if not isinstance(value, _DeferredAttribute)}
+        namespace = {name: value for name, value in attributes.items() if name not in ("__dict__", "__weakref__")}
         namespace |= {"__module__": self.module, "__qualname__": kind.__qualname__, **self.given}
         compiled: Any = type(kind)(kind.__name__, kind.__bases__, namespace)
         options = {**self.options, "repr": False, "eq": self.options.get("order", False)}
         dataclasses.dataclass(**options)(compiled)  # types of fields are looked up in the module
         for name in ("repr", "eq"):
             setattr(compiled.__dataclass_params__, name, self.options.get(name, True))
-        made = {name: value for name, value in vars(compiled).items() if own.get(name, self) is not value}
-        for value in made.values():  # methods of frozen classes know their class
+        additions = {name: value for name, value in vars(compiled).items() if attributes.get(name, self) is not value}
+        for value in additions.values():  # methods of frozen classes know their class
             for cell in getattr(value, "__closure__", None) or ():
                 if cell.cell_contents is compiled:
                     cell.cell_contents = kind
-        for name, value in made.items():
+        for name, value in additions.items():
             if name not in _OF_EVERY_CLASS and (name, value) != ("__hash__", None):  # Python's, with an own __eq__
                 setattr(kind, name, getattr(vars(kind).get(name), "wrap", _as_compiled)(value))
         for name in [name for name in vars(kind) if name not in vars(compiled)]:
@@ -150,16 +150,16 @@ def _arguments(kind: Any) -> _Arguments:
     if not kind.__dictoffset__:
         return {}
     for base in reversed(kind.__mro__):
-        own = _own_fields(base)
-        if own is None:
+        own_fields = _own_fields(base)
+        if own_fields is None:
             return {}
-        for name, (annotation, given) in own.items():
+        for name, (annotation, value) in own_fields.items():
             if annotation.startswith("ClassVar"):
                 continue
-            if _is_special(annotation, given) or hasattr(getattr(kind, name, None), "__set__"):
+            if _is_special(annotation, value) or hasattr(getattr(kind, name, None), "__set__"):
                 return {}
-            is_field = isinstance(given, dataclasses.Field)
-            arguments[name] = (given.default, given.default_factory) if is_field else (given, MISSING)
+            is_field = isinstance(value, dataclasses.Field)
+            arguments[name] = (value.default, value.default_factory) if is_field else (value, MISSING)
     needed = [default is MISSING and factory is MISSING for default, factory in arguments.values()]
     return arguments if needed == sorted(needed, reverse=True) else {}
 
@@ -178,26 +178,26 @@ def _own_fields(base: type) -> dict[str, tuple[str, Any]] | None:
     }
 
 
-def _is_special(annotation: str, given: object) -> bool:
+def _is_special(annotation: str, value: object) -> bool:
     """Return whether only a compiled constructor treats a field as dataclasses do."""
-    if any(word in annotation for word in _SPECIAL) or isinstance(given, list | dict | set):
+    if any(word in annotation for word in _SPECIAL) or isinstance(value, list | dict | set):
         return True
-    return isinstance(given, dataclasses.Field) and not (given.init and given.kw_only is not True)
+    return isinstance(value, dataclasses.Field) and not (value.init and value.kw_only is not True)
 
 
 def _defer(kind: type, options: dict[str, Any]) -> type:
     asked = {"": True, "repr": True, "eq": True, "frozen": False, **options}
-    given = {name: value for name, value in vars(kind).items() if isinstance(value, dataclasses.Field)}
-    for name, value in given.items():  # a compiled class has defaults alone
+    declared_fields = {name: value for name, value in vars(kind).items() if isinstance(value, dataclasses.Field)}
+    for name, value in declared_fields.items():  # a compiled class has defaults alone
         if value.default is MISSING:
             delattr(kind, name)
         else:
             setattr(kind, name, value.default)
     for name in ("__signature__", *(name for option, names in _MADE.items() if asked[option] for name in names)):
-        own = vars(kind).get(name)
-        if own is None:  # a class with an own __eq__ has None as its __hash__
+        attribute = vars(kind).get(name)
+        if attribute is None:  # a class with an own __eq__ has None as its __hash__
             unhashable = name == "__hash__" and not (asked["frozen"] or asked.get("unsafe_hash"))
-            setattr(kind, name, None if unhashable else _DeferredAttribute(kind, name, options, given))
+            setattr(kind, name, None if unhashable else _DeferredAttribute(kind, name, options, declared_fields))
     return kind
 
 
@@ -207,10 +207,10 @@ def field_names(kind: Any) -> tuple[str, ...]:
     class."""
     names: dict[str, None] = {}
     for base in reversed(kind.__mro__):
-        own = _own_fields(base)
-        if own is None or any(word in annotation for annotation, _ in own.values() for word in _SPECIAL[1:]):
+        own_fields = _own_fields(base)
+        if own_fields is None or any(word in hint for hint, _ in own_fields.values() for word in _SPECIAL[1:]):
             return tuple([item.name for item in fields(kind)])
-        names |= dict.fromkeys(name for name, (annotation, _) in own.items() if not annotation.startswith("ClassVar"))
+        names |= dict.fromkeys(name for name, (hint, _) in own_fields.items() if not hint.startswith("ClassVar"))
     if not is_dataclass(kind):
         raise TypeError(f"{kind.__qualname__} is not a dataclass")
     return tuple(names)
@@ -219,11 +219,11 @@ def field_names(kind: Any) -> tuple[str, ...]:
 def wrap_method(kind: type, name: str, wrap: Callable[[Any], Any]) -> None:
     """Replace a method of a class, in place, by ``wrap`` of the method. A constructor of a dataclass that is not
     compiled yet is wrapped when compiled, so only for calls that it refuses."""
-    own = vars(kind).get(name)
-    if isinstance(own, _DeferredAttribute):
-        own.wrap = wrap
-    elif isinstance(given := getattr(kind, name), FunctionType):
-        setattr(kind, name, wrap(given))
+    attribute = vars(kind).get(name)
+    if isinstance(attribute, _DeferredAttribute):
+        attribute.wrap = wrap
+    elif isinstance(method := getattr(kind, name), FunctionType):
+        setattr(kind, name, wrap(method))
 
 
 if TYPE_CHECKING:

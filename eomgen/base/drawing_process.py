@@ -90,15 +90,15 @@ def drawing_process(prepared: Callable[[], Drawings]) -> Iterator[DrawingProcess
     if not _can_copy():
         yield None
         return
-    taken, orders = os.pipe()
-    answers, given = os.pipe()
+    order_reader, orders = os.pipe()
+    answers, answer_writer = os.pipe()
     number = fork()
     if not number:
         os.close(orders)
         os.close(answers)
-        _serve(prepared, taken, given)
-    os.close(taken)
-    os.close(given)
+        _serve(prepared, order_reader, answer_writer)
+    os.close(order_reader)
+    os.close(answer_writer)
     process = DrawingProcess(number, orders, answers)
     try:
         yield process
@@ -161,9 +161,9 @@ def from_copy(compute: Callable[[], _T]) -> Iterator[Callable[[], _T | None]]:
         return
     from multiprocessing import Pipe  # noqa: PLC0415  # for long derivations only
 
-    answer, given = Pipe(duplex=False)
-    with answer, in_copy(lambda: given.send(compute())) as done:
-        given.close()
+    answer, sender = Pipe(duplex=False)
+    with answer, in_copy(lambda: sender.send(compute())) as done:
+        sender.close()
 
         def value() -> _T | None:
             with contextlib.suppress(EOFError):  # without a copy, or of one that has failed
@@ -183,28 +183,28 @@ def _can_copy() -> bool:
     return threading.active_count() - spinners == 1
 
 
-def _serve(prepared: Callable[[], Drawings], taken: int, given: int) -> NoReturn:
+def _serve(prepared: Callable[[], Drawings], order_reader: int, answer_writer: int) -> NoReturn:
     """Draw in the copy of the process, which ends here, without flushing or closing the parent's files. ``prepared`` as
-    of ``drawing_process``; ``taken`` and ``given`` are the descriptors from which the order is read, and to which names
-    of drawn files are written."""
+    of ``drawing_process``; the order is read from the descriptor ``order_reader``, and names of drawn files are written
+    to ``answer_writer``."""
     status = 1
     try:
         signal.signal(signal.SIGINT, signal.SIG_DFL)  # the parent draws if the copy is interrupted
         drawings = prepared()
         _leave_out_documentation()
         new_figure((1.0, 1.0))
-        order = _whole(taken)
+        order = _whole(order_reader)
         tasks = drawings(json.loads(order)) if order else ()
         turns, numbers = os.pipe()
         os.write(numbers, bytes(reversed(range(len(tasks)))))
         os.close(numbers)
-        other = fork() if tasks else 0
+        child = fork() if tasks else 0
         while turn := os.read(turns, 1):
             names = [path.name for path in tasks[turn[0]]()]
-            os.write(given, ("\t".join([f"{turn[0]}", *names]) + "\n").encode())
-        os.write(given, _DONE)
-        if other:
-            os.waitpid(other, 0)
+            os.write(answer_writer, ("\t".join([f"{turn[0]}", *names]) + "\n").encode())
+        os.write(answer_writer, _DONE)
+        if child:
+            os.waitpid(child, 0)
         status = 0
     finally:
         os._exit(status)

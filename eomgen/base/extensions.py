@@ -126,5 +126,5 @@ def _sources(module: str, file: Path) -> list[Path]:
         found.add(path := left.pop())
         names = re.findall(rb"^\s*(?:from|import)\s+(\w+)", path.read_bytes(), re.MULTILINE)
         neighbours = {path.with_name(f"{name.decode()}.py") for name in names}
-        left += sorted(one for one in neighbours - found if one.is_file())
+        left += sorted(neighbour for neighbour in neighbours - found if neighbour.is_file())
     return sorted(found)

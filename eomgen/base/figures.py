@@ -137,16 +137,16 @@ def axes_of_caller(call: str, axes: object, panels: Sequence[str], size: Size | 
     from matplotlib.axes import Axes  # noqa: PLC0415  # slow to import, and only drawing needs it
 
     flat = getattr(axes, "flat", axes)
-    given = [axes] if isinstance(axes, Axes) else list(flat) if hasattr(flat, "__iter__") else [axes]
-    wrong = next((item for item in given if not isinstance(item, Axes)), None)
+    axes_list = [axes] if isinstance(axes, Axes) else list(flat) if hasattr(flat, "__iter__") else [axes]
+    wrong = next((item for item in axes_list if not isinstance(item, Axes)), None)
     if wrong is not None:
         fault = f"axes of matplotlib are needed, not {type(wrong).__name__} [E0125]"
         raise UsageError(Problem(f"{call}: axes", fault, "figure, axes = matplotlib.pyplot.subplots()"))
-    if len(given) != len(panels):
-        fault = f"{len(given)} axes are given for {len(panels)} panels: {', '.join(panels)} [E0126]"
+    if len(axes_list) != len(panels):
+        fault = f"{len(axes_list)} axes are given for {len(panels)} panels: {', '.join(panels)} [E0126]"
         hint = f"axes for {len(panels)} panels, fewer names, or no axes: then a figure is made"
         raise UsageError(Problem(f"{call}: axes", fault, hint))
-    return given
+    return axes_list
 
 
 def save_figure(figure: Any, path: Path, hint: str = "another folder") -> Path:

@@ -186,8 +186,8 @@ def temporary_file(path: Path) -> IO[bytes]:
         The file cannot be made.
     """
     flags = os.O_CREAT | os.O_EXCL | os.O_WRONLY | getattr(os, "O_BINARY", 0)
-    place = path.parent / f".{path.name}.{os.urandom(8).hex()}"
-    return open(place, "wb", opener=lambda name, _: os.open(name, flags, 0o666))  # Path takes none
+    temporary_path = path.parent / f".{path.name}.{os.urandom(8).hex()}"
+    return open(temporary_path, "wb", opener=lambda name, _: os.open(name, flags, 0o666))  # Path takes none
 
 
 #: Kinds of files whose reading may never end, by format of the mode.

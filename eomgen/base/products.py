@@ -112,7 +112,7 @@ def insert(
     result, waiting = list(rows), list(added)
     while waiting:
         names = [name(row) for row in result]
-        row = waiting.pop(next((place for place, row in enumerate(waiting) if behind(row) in names), 0))
+        row = waiting.pop(next((index for index, row in enumerate(waiting) if behind(row) in names), 0))
         result.insert(names.index(behind(row)) + 1 if behind(row) in names else len(result), row)
     return tuple(result)
 
@@ -215,9 +215,9 @@ class _SubmoduleFinder:
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        for prefix, other in self.prefixes.items():
+        for prefix, replacement in self.prefixes.items():
             if fullname.startswith(prefix):
-                name = other + fullname.removeprefix(prefix)
+                name = replacement + fullname.removeprefix(prefix)
                 return _specification(fullname, name) if find_spec(name) is not None else None
         return None
 

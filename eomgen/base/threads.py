@@ -64,11 +64,11 @@ def share(call: Callable[[int, int], None], pieces: Iterable[tuple[int, int]], t
                 waiting.clear()
 
     others = [threading.Thread(target=work, name=f"eomgen-batch_{number}") for number in range(1, threads)]
-    for other in others:
-        other.start()
+    for thread in others:
+        thread.start()
     work()
-    for other in others:
-        other.join()
+    for thread in others:
+        thread.join()
     if failures:
         raise failures[0]
 

@@ -188,7 +188,7 @@ def _show_error(error: EomgenError, words: Sequence[str]) -> None:
     if "--json" in words:
         from eomgen.cli.printing import print_json  # noqa: PLC0415
 
-        problems = [{"code": error.code_of(one), **dataclasses.asdict(one)} for one in error.problems]
+        problems = [{"code": error.code_of(problem), **dataclasses.asdict(problem)} for problem in error.problems]
         data = {"error": {"code": error.code, "kind": error.title, "exit_code": error.exit_code, "problems": problems}}
         with contextlib.suppress(OSError):  # the disk may be full, and stderr has the message
             print_json(data)

@@ -76,14 +76,14 @@ def equilibrium(
     files = [*([] if path is None else [path]), *(f"{file}" for part in parts for file in part.files)]
     for file in files:
         make_folder(Path(file).parent)
-    given = {"initial": options["initial"], "parameters": options["parameters"], "t": time, "u": options["inputs"]}
+    arguments = {"initial": options["initial"], "parameters": options["parameters"], "t": time, "u": options["inputs"]}
     if asked is not None:
-        return asked.answer(model, given, as_json)
+        return asked.answer(model, arguments, as_json)
     with waiting(f"{model.name}: equilibrium"):
-        result = model.equilibrium(**given, any_kind=any_kind)
-    data = _describe(model, result, given, parts)
+        result = model.equilibrium(**arguments, any_kind=any_kind)
+    data = _describe(model, result, arguments, parts)
     for part in parts:
-        part.draw(model, result, given)
+        part.draw(model, result, arguments)
     if path is not None:
         write_text(Path(path), json_text(data) + "\n")
     if as_json:
@@ -137,30 +137,30 @@ def _print_coordinates(model: Model, result: Equilibrium, *, whole: bool) -> int
     return kept.count(False)
 
 
-def _describe(model: Model, result: Equilibrium, given: Mapping[str, Any], parts: Sequence[RestPart]) -> dict[str, Any]:
+def _describe(model: Model, rest: Equilibrium, options: Mapping[str, Any], parts: Sequence[RestPart]) -> dict[str, Any]:
     """Return an equilibrium as JSON types: state, outputs, stability and notes, with the entries that ``parts`` add."""
     import numpy as np  # noqa: PLC0415
 
-    p = model.parameter_array(given["parameters"])
-    still = {"a": np.zeros(model.nv), "z": result.z, "multipliers": result.multipliers, "parameters": p}
-    outputs = model.outputs(result.q, result.v, t=result.t, u=given["u"], **still)
-    added = [entry for part in parts for entry in part.data(model, result, given).items()]
+    p = model.parameter_array(options["parameters"])
+    still = {"a": np.zeros(model.nv), "z": rest.z, "multipliers": rest.multipliers, "parameters": p}
+    outputs = model.outputs(rest.q, rest.v, t=rest.t, u=options["u"], **still)
+    added = [entry for part in parts for entry in part.data(model, rest, options).items()]
     return {
         "scene": model.name,
-        "t": result.t,
-        "q": dict(zip(model.q_names, result.q.tolist(), strict=True)),
-        "v": dict(zip(model.v_names, result.v.tolist(), strict=True)),
-        "z": dict(zip(model.z_names, result.z.tolist(), strict=True)),
-        "multipliers": dict(zip(model.multipliers, result.multipliers.tolist(), strict=True)),
+        "t": rest.t,
+        "q": dict(zip(model.q_names, rest.q.tolist(), strict=True)),
+        "v": dict(zip(model.v_names, rest.v.tolist(), strict=True)),
+        "z": dict(zip(model.z_names, rest.z.tolist(), strict=True)),
+        "multipliers": dict(zip(model.multipliers, rest.multipliers.tolist(), strict=True)),
         "outputs": {name: values.tolist() for name, values in outputs.items()},
         "units": {item.name: item.unit for item in model.description.outputs},
         **dict(added),
-        "residual": result.residual,
-        "acceleration": result.acceleration,
-        "iterations": result.iterations,
-        "frequencies": result.frequencies.tolist(),
-        "stable": result.stable,
-        "undetermined": list(result.undetermined),
-        "notes": list(result.notes),
-        "message": result.message,
+        "residual": rest.residual,
+        "acceleration": rest.acceleration,
+        "iterations": rest.iterations,
+        "frequencies": rest.frequencies.tolist(),
+        "stable": rest.stable,
+        "undetermined": list(rest.undetermined),
+        "notes": list(rest.notes),
+        "message": rest.message,
     }

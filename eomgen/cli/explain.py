@@ -82,7 +82,7 @@ def _page_of_example(code: str) -> str:
     """Return the page of the section in which the example of a code is; empty without one."""
     _, example = examples().get(code, ("", ""))
     places = (_PLACE.search(line) for line in example.splitlines() if line.endswith(f"[{code}]"))
-    for section, *keys in (place[1].split(".") for place in places if place):
+    for section, *keys in (match[1].split(".") for match in places if match):
         names = (*(f"{section}.{key}" for key in keys), section)
         return next((pages_of_sections()[name] for name in names if name in pages_of_sections()), "")
     return ""
@@ -109,18 +109,18 @@ def explanation(row: MessageRow) -> dict[str, str]:
         ``title`` of the example; a message may have no cause or remedy that holds for all its cases, no limits and no
         example, and then these are empty.
     """
-    own = own_causes().get(row.code, {"cause": "", "page": page_of(row)})
+    entry = own_causes().get(row.code, {"cause": "", "page": page_of(row)})
     title, example = examples().get(row.code, ("", ""))
-    exits = [f"exit code {place}" for place, letter in enumerate("iudmtnf", 1) if letter in row.kinds]
+    exits = [f"exit code {exit_code}" for exit_code, letter in enumerate("iudmtnf", 1) if letter in row.kinds]
     kinds = [KINDS[letter] for letter in row.kinds]
     return {
         "code": row.code,
         "kind": ", ".join([*kinds, *exits]) or "error",
         "message": shown_pattern(row.pattern),
-        "cause": own["cause"],
+        "cause": entry["cause"],
         "remedy": shown_pattern(row.remedy),
         "limits": _limits(row),
-        "page": f"docs/{own['page']}",
+        "page": f"docs/{entry['page']}",
         "title": title,
         "example": example,
     }
@@ -146,7 +146,7 @@ def _format(parts: Mapping[str, str]) -> str:
 
 def _alike(words: Set[str]) -> list[MessageRow]:
     """Return in a list the longest message whose fixed words all occur in ``words``; empty if none fits."""
-    within = [(len(own), row) for row in rows() if (own := set(row.pattern.split()) - {"{}"}) and own <= words]
+    within = [(len(phrase), row) for row in rows() if (phrase := set(row.pattern.split()) - {"{}"}) and phrase <= words]
     return [max(within, key=itemgetter(0))[1]] if within else []
 
 

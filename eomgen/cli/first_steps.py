@@ -94,9 +94,9 @@ def copy_example(name: str, target: Path) -> list[str]:
     if name not in example_names():
         raise UsageError(Problem("", f"there is no example {shown(name)} [E0160]", nearest(name, example_names())))
     _check_empty(target)
-    for place, file in files_of(example_folder() / name):
-        make_folder((target / place).parent)
-        write_bytes(target / place, file.read_bytes())
+    for relative_path, file in files_of(example_folder() / name):
+        make_folder((target / relative_path).parent)
+        write_bytes(target / relative_path, file.read_bytes())
     return scenes_of(target)
 
 

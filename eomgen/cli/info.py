@@ -89,7 +89,7 @@ def info(
         {"name": item.name, "formula": item.text, "unit": item.unit, "description": item.description}
         for item in described_scene.parts.get("definitions", ())
     ]
-    data["places"] = [place._asdict() for place in described_scene.design_places()]
+    data["places"] = [design_place._asdict() for design_place in described_scene.design_places()]
     base = described_scene.base
     data["base_moves"] = base is not None
     data["integrals"] = [] if base is None else list(base.integrals.values())
@@ -366,8 +366,8 @@ def _print_places(places: Sequence[Mapping[str, Any]], fixed: str) -> None:
     fixed : name of the frame that carries the tree, ``base`` or ``world``
     """
     lines = [
-        (place["name"], place["body"], *(_lengths(place[key]) for key in ("position", "world")))
-        for place in places[:_PLACES]
+        (entry["name"], entry["body"], *(_lengths(entry[key]) for key in ("position", "world")))
+        for entry in places[:_PLACES]
     ]
     title = "Places at the design position, every joint at zero"
     print_table(title, ("place", "body", "in the body, m", f"in the {fixed}, m"), lines)

@@ -118,9 +118,9 @@ def usage_remedy(error: click.UsageError, path: str, words: Sequence[str]) -> st
     if isinstance(error, click.NoSuchOption):
         if absent := _absent(error):
             return absent[1]
-        close = close_names(error.option_name[2:], [one[2:] for one in error.possibilities or ()], 1)
-        other = _OPTIONS.get(error.option_name, "") or "".join(f"--{one}" for one in close)
-        return f"{other}; {listing} lists all" if other else listing
+        close = close_names(error.option_name[2:], [option[2:] for option in error.possibilities or ()], 1)
+        suggestion = _OPTIONS.get(error.option_name, "") or "".join(f"--{option}" for option in close)
+        return f"{suggestion}; {listing} lists all" if suggestion else listing
     if isinstance(error, click.MissingParameter) and error.param is not None:
         name = error.param.name or ""
         example = f"the path of {one_of_each()}" if name == "scene" else _EXAMPLES.get(name, "")
@@ -136,21 +136,21 @@ def usage_remedy(error: click.UsageError, path: str, words: Sequence[str]) -> st
 def _value_example(param: click.Parameter, message: str) -> str:
     """Return a possible value of an option in place of an impossible value; empty if there is no example."""
     option = param.opts[0]
-    given = (_GIVEN.search(message) or ("", ""))[1]
+    value = (_GIVEN.search(message) or ("", ""))[1]
     if isinstance(param.type, click.Choice):
         choices = [str(choice) for choice in param.type.choices]
-        meant = _CHOICES.get(given.lower(), "")
-        close = [meant] if meant in choices else close_names(given.lower(), choices, 1)
+        meant = _CHOICES.get(value.lower(), "")
+        close = [meant] if meant in choices else close_names(value.lower(), choices, 1)
         return f"{option} {close[0]}" if close else ""
     if param.type is click.INT:
         counted = " in steps, not in s" if param.name == "record_every" else ""
         return f"a whole number{counted}, {option} 10"
     if param.type is click.FLOAT:
         try:
-            share = float(given.removesuffix("%").replace(",", "."))
+            share = float(value.removesuffix("%").replace(",", "."))
         except ValueError:
             return ""
-        return f"{option} {share / 100.0 if given.endswith('%') else share:g}"
+        return f"{option} {share / 100.0 if value.endswith('%') else share:g}"
     return ""
 
 
@@ -159,13 +159,13 @@ def _extra_remedy(word: str, error: click.UsageError, path: str, words: Sequence
     taken = [param for param in error.ctx.command.params if isinstance(param, click.Argument)] if error.ctx else []
     if not taken:
         return f"{path} alone: it takes no scene"
-    place = words.index(word) if word in words else 0
-    before = next((k for k in range(place - 1, -1, -1) if words[k].startswith("--")), None)
+    position = words.index(word) if word in words else 0
+    before = next((k for k in range(position - 1, -1, -1) if words[k].startswith("--")), None)
     option = "" if before is None else words[before]
     if option == "--terms":
-        names = [name for item in words[before or 0 :][1 : place - (before or 0) + 1] for name in item.split(",")]
+        names = [name for item in words[before or 0 :][1 : position - (before or 0) + 1] for name in item.split(",")]
         return f"--terms {','.join(names)}, with commas"
-    if option == "--json" and place == (before or 0) + 1:
+    if option == "--json" and position == (before or 0) + 1:
         return f"--json > {word}"
     if word.endswith(own_endings()):
         return "one scene, and a command for each other one"

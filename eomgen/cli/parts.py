@@ -50,20 +50,20 @@ class RestPart:
     def __init__(self, options: Mapping[str, Any]) -> None:
         pass
 
-    def answer(self, model: Model, given: Mapping[str, Any], as_json: bool) -> int:
+    def answer(self, model: Model, arguments: Mapping[str, Any], as_json: bool) -> int:
         """Print and write the requested result, and return the exit code.
 
         Parameters
         ----------
-        given : arguments of ``Model.equilibrium`` by name
+        arguments : arguments of ``Model.equilibrium`` by name
         """
         raise NotImplementedError
 
-    def draw(self, model: Model, result: Equilibrium, given: Mapping[str, Any]) -> None:
-        """Draw the files of the part; ``given`` as of ``answer``."""
+    def draw(self, model: Model, result: Equilibrium, arguments: Mapping[str, Any]) -> None:
+        """Draw the files of the part; ``arguments`` as of ``answer``."""
 
-    def data(self, model: Model, result: Equilibrium, given: Mapping[str, Any]) -> dict[str, Any]:
-        """Return further entries of the result, as JSON types; ``given`` as of ``answer``."""
+    def data(self, model: Model, result: Equilibrium, arguments: Mapping[str, Any]) -> dict[str, Any]:
+        """Return further entries of the result, as JSON types; ``arguments`` as of ``answer``."""
         return {}
 
     def show(self, data: Mapping[str, Any]) -> None:
@@ -111,6 +111,6 @@ def parts_of(verb: str) -> tuple[Any, ...]:
 def with_parts(command: click.Command) -> click.Command:
     """Return the command with the options of its parts."""
     added = [option for part in parts_of(str(command.name)) for option in part.OPTIONS]
-    kept = [option for option in command.params if option.name not in {other.name for other in added}]
-    command.params = [*insert(kept, added, lambda param: param.opts[0], lambda param: getattr(param, "behind", ""))]
+    params = [option for option in command.params if option.name not in {addition.name for addition in added}]
+    command.params = [*insert(params, added, lambda param: param.opts[0], lambda param: getattr(param, "behind", ""))]
     return command

@@ -91,16 +91,16 @@ def run(scene: Scene, options: dict[str, Any], *, once: bool = False) -> tuple[M
 
     resumed, t_end = options.get("resume"), options["t_end"]
     shared = {name: options[name] for name in _OPEN if name in options}
-    own = {name: value for name, value in options.items() if name not in (*_OPEN, "resume", "t_end", "profile")}
-    method = own["method"] if resumed is None else _method_of(resumed, own)
+    run_options = {name: value for name, value in options.items() if name not in (*_OPEN, "resume", "t_end", "profile")}
+    method = run_options["method"] if resumed is None else _method_of(resumed, run_options)
     with building(scene.name), own_process():
         steps = _steps(scene, options) if once and resumed is None else None
-        model = pipeline.build_for_run(scene, method, own.get("start"), options["profile"], steps=steps)
+        model = pipeline.build_for_run(scene, method, run_options.get("start"), options["profile"], steps=steps)
     if model.nv >= _LONG:
         gc.collect()
     with terminal_bar(scene.name) as progress:
         if resumed is None:
-            return model, model.simulate(t_end, **own, **shared, progress=progress)
+            return model, model.simulate(t_end, **run_options, **shared, progress=progress)
         return model, model.resume(resumed, t_end, **shared, progress=progress)
 
 
@@ -116,14 +116,14 @@ def _steps(scene: Scene, options: dict[str, Any]) -> float | None:
     return abs(duration) / step if step else None  # a step of 0 is refused by the run
 
 
-def _method_of(file: str, given: dict[str, Any]) -> str:
-    """Return the method of a checkpoint's run. Raises UsageError if an option in `given` is not None: the run has
+def _method_of(file: str, options: dict[str, Any]) -> str:
+    """Return the method of a checkpoint's run. Raises UsageError if an option in `options` is not None: the run has
     settled all of these, and the caller leaves out options that stay open."""
     from eomgen.simulation.checkpoint import Checkpoint  # noqa: PLC0415
 
     fixed = [
         f"--{'largest-step' if name == 'settings' else name.replace('_', '-')}"
-        for name, value in given.items()
+        for name, value in options.items()
         if value is not None
     ]
     if fixed:

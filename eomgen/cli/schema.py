@@ -81,12 +81,12 @@ def _renew(path: Path) -> tuple[str, dict[str, Any]]:
         )
     text, file = read_text(path), shown_file(path)
     data, lines = toml_data(text, file)
-    given = data.get("format")
-    if given != 1 or isinstance(given, bool):
+    file_format = data.get("format")
+    if file_format != 1 or isinstance(file_format, bool):
         fault = (
             "the key format is missing [E1596]"
-            if given is None
-            else f"this eomgen reads format 1, not {shown(given)} [E1479]"
+            if file_format is None
+            else f"this eomgen reads format 1, not {shown(file_format)} [E1479]"
         )
         raise DescriptionError(Problem(f"{file}:{lines.get('format', 1)}", fault, "format = 1"))
     text, changes = renamed_text(text, file)

@@ -231,8 +231,8 @@ def _rows_of_run(solution: Solution) -> list[tuple[str, str]]:
 
     settings = solution.metadata["settings"]
     method = f"{solution.metadata['method']}, step {settings['step']:.6g} s"
-    own = [key for key in ("rho_inf", "alpha_m", "alpha_f", "beta", "gamma", "tolerance", "order") if key in settings]
-    method += "".join(f", {key} {settings[key]:.4g}" for key in own)
+    keys = [key for key in ("rho_inf", "alpha_m", "alpha_f", "beta", "gamma", "tolerance", "order") if key in settings]
+    method += "".join(f", {key} {settings[key]:.4g}" for key in keys)
     rows: list[tuple[str, str]] = [("method", method), ("start", solution.metadata["start"])]
     rows += [("", sentence) for sentence in solution.metadata["corrections"] if sentence.code in (CORRECTED, LOST)]
     rows.append(("end", f"t = {solution.t[-1]:.9g} s, {counted(len(solution.t), 'row')}"))
