@@ -310,10 +310,10 @@ def _shape(value: Any, numbers: list[int]) -> Hashable:
         return int
     if kind is str:
         parts = _NUMBER.split(value)
-        for place in range(1, len(parts), 2):
-            if _is_count(parts[place]):
-                numbers.append(int(parts[place]))
-                parts[place] = ""
+        for index in range(1, len(parts), 2):
+            if _is_count(parts[index]):
+                numbers.append(int(parts[index]))
+                parts[index] = ""
         return (str, *parts)
     if isinstance(value, list | tuple):
         return (kind, *[_shape(item, numbers) for item in value])

@@ -151,7 +151,7 @@ def knots_along_a_beam(formulas: Iterable[Formula], value_of: ValueOf) -> tuple[
             count = math.floor((1.0 - at.time) / at.period) + 1 if at.period else 1
             first = math.ceil(-at.time / at.period) if at.period else 0
             places.update(at.time + number * at.period for number in range(first, max(count, first)))
-    return tuple(sorted(place for place in places if 0.0 < place < 1.0))
+    return tuple(sorted(position for position in places if 0.0 < position < 1.0))
 
 
 #: Functions that are not smooth at an argument of 0, or at two equal arguments, and the order of the jump.
@@ -190,7 +190,7 @@ def _transitions(
     name: str, x: Array, y: Array, interpolation: Interpolation, outside: Outside, polynomials: Array
 ) -> Pieces:
     """Return a curve by polynomials whose third derivative jumps at the breaks."""
-    corners = tuple((float(place), 3) for place in (x[:-1] if outside == "periodic" else x))
+    corners = tuple((float(knot), 3) for knot in (x[:-1] if outside == "periodic" else x))
     return Pieces(name, x, y, interpolation, outside, polynomials=polynomials, corners=corners)
 
 
@@ -270,7 +270,7 @@ def _curve(used: Application, duration: float, value_of: ValueOf) -> Formula:
     """Return a curve at an argument, with transitions of ``duration``, s, in place of jumps and kinks of the curve.
     Raises SmoothingError for a rough curve whose argument is not linear in time, and for derivatives of such curves."""
     curve = used.curve
-    rough = [place for place, order in curve.kinks() if order - used.derivative < 2]
+    rough = [position for position, order in curve.kinks() if order - used.derivative < 2]
     if not rough or not isinstance(curve, Curve) or isinstance(curve, Pieces):
         return Application(curve, smooth_law(used.argument, duration, value_of), used.derivative)
     line = affine(used.argument, value_of)

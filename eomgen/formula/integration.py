@@ -180,8 +180,8 @@ class Integration:
         sine = function.name == "sin"
         at_start = self._fold(Operation(function.name, (phase,)))
         oscillation = product(self._fold(Number(1.0) / (rate * rate)), at_start - function)
-        other = Operation("cos" if sine else "sin", (phase,))
-        drift = self._fold(other / (rate if sine else -rate))  # the velocity of the oscillation at t = 0, reversed
+        cofunction = Operation("cos" if sine else "sin", (phase,))
+        drift = self._fold(cofunction / (rate if sine else -rate))  # the velocity of the oscillation at t = 0, reversed
         if self.corrected or (isinstance(drift, Number) and drift.value == 0.0):
             return SecondIntegral(oscillation, end=self.duration)
         value, end = self._value(drift), self.duration
@@ -289,8 +289,8 @@ def _terms(formula: Formula) -> Iterator[tuple[Formula, Formula]]:
 
 
 def _times(factor: Formula, formula: Formula) -> Iterator[tuple[Formula, Formula]]:
-    for other, function in _terms(formula):
-        yield product(factor, other), function
+    for term, function in _terms(formula):
+        yield product(factor, term), function
 
 
 @dataclass(frozen=True)
@@ -330,14 +330,14 @@ def _second_integral(curve: Curve, start: float, name: str, *, corrected: bool) 
     velocity, displacement = _from(rates, start)
     if corrected:
         velocity[-1] = displacement[-1] = 0.0
-    corners = [(place, order + 2) for place, order in curve.kinks()]
+    corners = [(position, order + 2) for position, order in curve.kinks()]
     if corrected:
         corners += [(float(curve.end), 2)]
     polynomials = rates.displacement(velocity, displacement)
-    made = Pieces(
+    integral = Pieces(
         name, rates.breaks, displacement, "quintic", curve.outside, polynomials=polynomials, corners=tuple(corners)
     )
-    return made, largest
+    return integral, largest
 
 
 def _extend_curve(curve: Curve, start: float, *, corrected: bool) -> _RateCurve:
@@ -401,7 +401,7 @@ def _periodic_integral(curve: Curve, name: str) -> tuple[Curve, float]:
     velocity, displacement = rates.integrals
     speed = float(displacement[-1]) / curve.period
     velocity, displacement = velocity - speed, displacement - speed * (curve.breaks - curve.start)
-    corners = tuple((place, order + 2) for place, order in curve.kinks())
+    corners = tuple((position, order + 2) for position, order in curve.kinks())
     polynomials = rates.displacement(velocity, displacement)
     return Pieces(
         name, curve.breaks, displacement, "quintic", "periodic", polynomials=polynomials, corners=corners
@@ -426,7 +426,7 @@ def _fit(name: str, values: Callable[[Array], Array], breaks: Array) -> tuple[Pi
     # P_n(2 x - 1) in powers of x, integers
     powers = [[(-1.0) ** (n + k) * math.comb(n, k) * math.comb(n + k, k) for k in range(_NODES)] for n in range(_NODES)]
     low, high = breaks[:-1], breaks[1:]
-    kept: list[tuple[Array, Array, Array]] = []
+    pieces: list[tuple[Array, Array, Array]] = []
     scale = error = 0.0
     for halving in range(_HALVINGS):
         middle, half = 0.5 * (low + high)[:, np.newaxis], 0.5 * (high - low)[:, np.newaxis]
@@ -440,15 +440,15 @@ def _fit(name: str, values: Callable[[Array], Array], breaks: Array) -> tuple[Pi
         missed = np.max(np.abs(between - at @ beside.T), axis=1)
         done = (missed <= _FITS * scale) | (halving == _HALVINGS - 1)
         error += float(np.sum((missed * (high - low))[done]))
-        kept.append((low[done], high[done], at[done] @ project.T @ powers))
-        if sum(len(part[0]) for part in kept) + 2 * np.count_nonzero(~done) > _MOST_PIECES:
+        pieces.append((low[done], high[done], at[done] @ project.T @ powers))
+        if sum(len(part[0]) for part in pieces) + 2 * np.count_nonzero(~done) > _MOST_PIECES:
             fault = f"its integral needs more than {_MOST_PIECES} polynomials up to t = {breaks[-1]:.6g} s [E0297]"
             raise IntegrationError(fault, "a curve through points, a smoother formula, or a shorter duration")
         low, high, middle = low[~done], high[~done], middle[~done, 0]
         low, high = np.append(low, middle), np.append(middle, high)
         if not len(low):
             break
-    starts, _, rows = (np.concatenate([part[place] for part in kept]) for place in range(3))
+    starts, _, rows = (np.concatenate([part[index] for part in pieces]) for index in range(3))
     order = np.argsort(starts)
     ends = np.append(starts[order], breaks[-1])
     polynomials = rows[order] / np.diff(ends)[:, np.newaxis] ** np.arange(_NODES)

@@ -219,15 +219,15 @@ def _infix(formula: Operation, sizes: Callable[[Symbol], int]) -> tuple[str, int
     parts = [_text(argument, sizes) for argument in formula.arguments]
     if isinstance(formula, EntryQuantity):
         index = f"[{formula.component}]" if formula.word.components > 1 else ""
-        given = ", ".join(text for text, _ in parts[: len(formula.word.arguments_of(formula.item))])
-        return f"{formula.word.named(formula.item, formula.component)}({given}){index}", _ATOM
+        argument_text = ", ".join(text for text, _ in parts[: len(formula.word.arguments_of(formula.item))])
+        return f"{formula.word.named(formula.item, formula.component)}({argument_text}){index}", _ATOM
 
     def at_least(part: tuple[str, int], precedence: int) -> str:
         return part[0] if part[1] >= precedence else f"({part[0]})"
 
     if formula.name in _BINARY:
-        sign, own, left, right = _BINARY[formula.name]
-        return f"{at_least(parts[0], left)} {sign} {at_least(parts[1], right)}", own
+        sign, own_precedence, left, right = _BINARY[formula.name]
+        return f"{at_least(parts[0], left)} {sign} {at_least(parts[1], right)}", own_precedence
     if formula.name == "neg":
         return f"-{at_least(parts[0], _NEGATION)}", _NEGATION
     if formula.name == "select":

@@ -69,10 +69,10 @@ def map_symbols(
     if isinstance(formula, Application):
         return replace(formula, argument=map_symbols(formula.argument, symbol_for, number_for, added=added))
     arguments = formula.arguments
-    kept = len(formula.word.added(formula.item)) if isinstance(formula, EntryQuantity) and not added else 0
-    changed = arguments[: len(arguments) - kept]
-    given = (map_symbols(argument, symbol_for, number_for, added=added) for argument in changed)
-    return replace(formula, arguments=(*given, *arguments[len(changed) :]))
+    unchanged_count = len(formula.word.added(formula.item)) if isinstance(formula, EntryQuantity) and not added else 0
+    changed = arguments[: len(arguments) - unchanged_count]
+    new_arguments = (map_symbols(argument, symbol_for, number_for, added=added) for argument in changed)
+    return replace(formula, arguments=(*new_arguments, *arguments[len(changed) :]))
 
 
 def _curve_at(formula: Application, argument: Formula) -> Formula:
@@ -199,7 +199,7 @@ def weighted_sum(weights: Sequence[float], formulas: Sequence[Formula]) -> Formu
 
 def mean(weights: Sequence[float], formulas: Sequence[Formula]) -> Formula:
     """Return the mean of formulas by weights whose sum is 1: of equal formulas the formula."""
-    return formulas[0] if all(one == formulas[0] for one in formulas) else weighted_sum(weights, formulas)
+    return formulas[0] if all(formula == formulas[0] for formula in formulas) else weighted_sum(weights, formulas)
 
 
 def _formula(terms: Combination) -> Formula:

@@ -107,12 +107,12 @@ def _without_incomplete(
     """Drop Maps from ``additions`` (in place) whose components need a summand of a Map that does not add by itself.
     Returns the (output number, component) that therefore stay ordinary sums: a sum over Maps needs them all."""
     places = {number: {(item.output, item.component) for item in items} for number, items in sums.items()}
-    kept = {place for number, some in places.items() if number not in additions for place in some}
-    while dropped := [number for number in additions if not kept.isdisjoint(places[number])]:
+    ordinary_sums = {entry for number, some in places.items() if number not in additions for entry in some}
+    while dropped := [number for number in additions if not ordinary_sums.isdisjoint(places[number])]:
         for number in dropped:
             del additions[number]
-            kept |= places[number]
-    return kept
+            ordinary_sums |= places[number]
+    return ordinary_sums
 
 
 def _uses(tape: Tape, live: Sequence[int], outputs: Sequence[Sequence[Ref]]) -> dict[int, int]:

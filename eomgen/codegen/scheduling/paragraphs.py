@@ -80,11 +80,11 @@ class _Paragraphs:
 
     def waiting(self, order: Sequence[int]) -> int:
         """Return the largest number of values that wait between two paragraphs of an order."""
-        place = {number: k for k, number in enumerate(order)}
+        position = {number: k for k, number in enumerate(order)}
         change = [0] * (len(order) + 1)
         for value, by in self.readers.items():
-            change[place[self.of[value]]] += 1
-            change[max(place[number] for number in by)] -= 1
+            change[position[self.of[value]]] += 1
+            change[max(position[number] for number in by)] -= 1
         return max(accumulate(change))
 
     def depth_first(self) -> list[int]:

@@ -158,9 +158,9 @@ class Plan:
         """Return the last position in ``order`` at which each operation or input is read, also by expressions that are
         nested in later statements."""
         tape, last = self.tape, dict[int, int]()
-        for place in range(len(self.order) - 1, -1, -1):
-            node = self.order[place]
-            read_at = max(place, last.get(node, place)) if self.uses[node] == 1 else place
+        for position in range(len(self.order) - 1, -1, -1):
+            node = self.order[position]
+            read_at = max(position, last.get(node, position)) if self.uses[node] == 1 else position
             members = self.stretches[node].nodes if node in self.stretches else self.group(node)
             for member in members:
                 for ref in tape.operands(member) if tape.op[member] is _MAP else operands(tape, member):

@@ -279,7 +279,7 @@ def loop_iteration(
     first = values.reserve(len(exports) * len(iterations))
     row = {j: number for number, j in enumerate(exports)}
     kernel = Tape()
-    known: list[Ref] = []
+    kernel_refs: list[Ref] = []
     read: list[Expression] = []
     inputs: dict[Expression, Ref] = {}
 
@@ -297,7 +297,7 @@ def loop_iteration(
         for number, ref in enumerate(operands(tape, iterations[0][j])):
             refs = [operands(tape, iteration[j])[number] for iteration in iterations]
             if (position := _position_within(refs, position_of)) is not None:
-                taken.append(known[position] if ref > 0 else -known[position])
+                taken.append(kernel_refs[position] if ref > 0 else -kernel_refs[position])
             elif len(set(refs)) == 1 and (value := tape.number(ref)) is not None:
                 taken.append(kernel.constant(value))
             else:
@@ -306,14 +306,14 @@ def loop_iteration(
                     inputs[expression] = kernel.input(READ, len(read))
                     read.append(expression)
                 taken.append(inputs[expression])
-        known.append(record(kernel, tape.op[iterations[0][j]], taken))
+        kernel_refs.append(record(kernel, tape.op[iterations[0][j]], taken))
 
-    given: list[Expression] = [("row", "w", first + row[j], len(exports)) for j in exports]
-    results = [known[j] for j in exports]
+    targets: list[Expression] = [("row", "w", first + row[j], len(exports)) for j in exports]
+    results = [kernel_refs[j] for j in exports]
     for j, output, sign, components in columns:
-        given.append(("row", output, *rule(components)))
-        results.append(sign * known[j])
-    return Iteration(kernel, tuple(results), tuple(read), tuple(given), exports, first, tuple(unmatched))
+        targets.append(("row", output, *rule(components)))
+        results.append(sign * kernel_refs[j])
+    return Iteration(kernel, tuple(results), tuple(read), tuple(targets), exports, first, tuple(unmatched))
 
 
 #: From an operation of a loop to its iteration and its position there.

@@ -195,9 +195,9 @@ class Writer:
         self.open.statements.append(Statement(kind, data))
 
     def _emit_loops(
-        self, count: int, statements: Sequence[Statement], read: Sequence[Expression], given: Sequence[Expression]
+        self, count: int, statements: Sequence[Statement], read: Sequence[Expression], targets: Sequence[Expression]
     ) -> None:
-        for data in repeat_statements(count, statements, read, given):
+        for data in repeat_statements(count, statements, read, targets):
             self._emit("repeat", *data)
 
     def reserve(self, count: int) -> int:
@@ -553,13 +553,13 @@ class _Scheduler(LoopWriter):
             expression = self._leaf(ref)
             if node in self.waiting:
                 del self.waiting[node]
-            place, is_minus = expression, False
-            if isinstance(place, tuple) and place[0] == "neg":
-                place, is_minus = place[1], True
-            if isinstance(place, tuple) and place[0] == "in" and place[1] not in UNINDEXED:
-                sources.setdefault((place[1], is_minus), []).append((position, place[2]))
-            elif isinstance(place, tuple) and place[0] == "w":
-                sources.setdefault(("w", is_minus), []).append((position, place[1]))
+            operand, is_minus = expression, False
+            if isinstance(operand, tuple) and operand[0] == "neg":
+                operand, is_minus = operand[1], True
+            if isinstance(operand, tuple) and operand[0] == "in" and operand[1] not in UNINDEXED:
+                sources.setdefault((operand[1], is_minus), []).append((position, operand[2]))
+            elif isinstance(operand, tuple) and operand[0] == "w":
+                sources.setdefault(("w", is_minus), []).append((position, operand[1]))
             else:
                 self._emit("save", position, expression)
         for (block, is_minus), places in sources.items():

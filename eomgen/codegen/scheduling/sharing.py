@@ -312,7 +312,7 @@ class _Signs:
         """Number the operations of all occurrences, match operands, and find stores and exported values."""
         self.tape = tape
         self.live = live
-        self.position = {node: place for place, node in enumerate(live)}
+        self.position = {node: index for index, node in enumerate(live)}
         self.owner: dict[int, tuple[int, int, int]] = {}  # node -> group, occurrence, offset
         self.home: dict[int, int] = {}  # node -> first node of the occurrence
         self.groups: list[_Group] = []
@@ -412,8 +412,8 @@ class _Signs:
         tape, system = self.tape, _System()
         flips = group.moved[occurrence]
         reads: list[int] = []
-        for place, nodes in enumerate(group.columns):
-            reads.append((self._stored_sign(nodes, occurrence) ^ self._stored_sign(nodes, 0)) | 1 << (place + 1))
+        for index, nodes in enumerate(group.columns):
+            reads.append((self._stored_sign(nodes, occurrence) ^ self._stored_sign(nodes, 0)) | 1 << (index + 1))
         unknown = 1 << (len(reads) + 1)
         constants: dict[tuple[int, int], int] = {}
         values: list[int] = []
@@ -423,23 +423,23 @@ class _Signs:
             parts: list[int] = []
             for operand, column in enumerate(group.taken[offset]):
                 differs = (column[0] < 0) ^ (column[occurrence] < 0)
-                within, place = kinds[operand]
+                within, index = kinds[operand]
                 if within:
-                    parts.append(values[place] ^ differs)
-                elif place < 0:
+                    parts.append(values[index] ^ differs)
+                elif index < 0:
                     constants[offset, operand] = unknown
                     parts.append(unknown ^ differs)
                     unknown <<= 1
                 else:
-                    parts.append(reads[place] ^ differs)
+                    parts.append(reads[index] ^ differs)
             values.append(self._value(tape.op[node], parts, offset, system, flips))
         solved = system.solution()
         for key, bit in constants.items():
             if solved & bit:
                 flips[key] = flips.get(key, 0) ^ 1
-        for place in range(len(reads)):
-            if solved >> (place + 1) & 1:
-                group.factors[occurrence] |= 1 << place
+        for index in range(len(reads)):
+            if solved >> (index + 1) & 1:
+                group.factors[occurrence] |= 1 << index
         for offset, value in enumerate(values):
             if (value & solved).bit_count() & 1:
                 group.signs[occurrence] |= 1 << offset
@@ -524,8 +524,8 @@ class _Signs:
                 for nodes, signs in zip(group.nodes, group.signs, strict=True)
             ]
             if len({tuple(item[:2] for item in items) for items in stored}) == 1:
-                for place, (output, sign, _) in enumerate(stored[0]):
-                    alike.append((offset, output, sign, [items[place][2] for items in stored]))
+                for index, (output, sign, _) in enumerate(stored[0]):
+                    alike.append((offset, output, sign, [items[index][2] for items in stored]))
                 continue
             for others, nodes in zip(left, group.nodes, strict=True):
                 node = nodes[offset]
@@ -595,9 +595,9 @@ class _BodyRecorder:
         """Return the reference on ``kernel`` of a value from outside, with the sign in each occurrence. ``column`` has
         the operation that each occurrence reads. Values stored as negatives are negated again."""
         if column not in self._read:
-            place = self._group.columns[column]
-            value = self.kernel.input(READ, place)
-            signs = [-1.0 if factors >> place & 1 else 1.0 for factors in self._group.factors]
+            index = self._group.columns[column]
+            value = self.kernel.input(READ, index)
+            signs = [-1.0 if factors >> index & 1 else 1.0 for factors in self._group.factors]
             value = self.kernel.mul(self._number_input(signs), value) if -1.0 in signs else value
             self._read[column] = -value if column[0] in self._negative else value
         return self._read[column]

@@ -68,18 +68,18 @@ def stretches(columns: Sequence[Sequence[int]], moving: Sequence[bool]) -> list[
 _LARGEST = 2**31 - 1
 
 
-def ranges(places: Sequence[int]) -> list[tuple[int, int, int]]:
-    """Return ranges (end, start, step) of equally spaced places: place number k is start + step k for k below the end.
+def ranges(indices: Sequence[int]) -> list[tuple[int, int, int]]:
+    """Return ranges (end, start, step) of equally spaced indices: number k is start + step k for k below the end.
     Ranges follow one another; starts and products step k fit into an int of C."""
     result: list[tuple[int, int, int]] = []
-    for k, place in enumerate(places):
-        if result and result[-1][1] + result[-1][2] * k == place and abs(result[-1][2] * k) <= _LARGEST:
+    for k, index in enumerate(indices):
+        if result and result[-1][1] + result[-1][2] * k == index and abs(result[-1][2] * k) <= _LARGEST:
             result[-1] = (k + 1, *result[-1][1:])
         else:
-            step = places[k + 1] - place if k + 1 < len(places) else 0
-            if max(abs(step) * (k + 1), abs(place - step * k)) > _LARGEST:
+            step = indices[k + 1] - index if k + 1 < len(indices) else 0
+            if max(abs(step) * (k + 1), abs(index - step * k)) > _LARGEST:
                 step = 0
-            result.append((k + 1, place - step * k, step))
+            result.append((k + 1, index - step * k, step))
     return result
 
 
@@ -152,18 +152,18 @@ MOST_RANGES = 4
 
 
 def repeat_statements(
-    count: int, statements: Sequence[Statement], read: Sequence[Expression], given: Sequence[Expression]
+    count: int, statements: Sequence[Statement], read: Sequence[Expression], targets: Sequence[Expression]
 ) -> list[tuple[Any, ...]]:
     """Return the data of one or several ``repeat`` statements that have the effect of one loop over ``count``
-    iterations. ``statements`` is the body, ``read`` and ``given`` the expressions of inputs and targets. Long loops of
-    few statements with tables are cut into loops that count; tables of longer bodies become choices between ranges."""
-    whole = (count, tuple(statements), tuple(read), tuple(given))
-    if count < _LONG or not any(_is_table(expression) for expression in (*read, *given)):
+    iterations. ``statements`` is the body, ``read`` and ``targets`` the expressions of inputs and outputs. Long loops
+    of few statements with tables are cut into counting loops; tables of longer bodies become choices between ranges."""
+    whole = (count, tuple(statements), tuple(read), tuple(targets))
+    if count < _LONG or not any(_is_table(expression) for expression in (*read, *targets)):
         return [whole]
     if len(statements) > _FEW:
-        return [(count, tuple(statements), tuple(map(_choice, read)), tuple(map(_choice, given)))]
-    for order in _orders(count, read, given):
-        taken, stored = ([_reorder(expression, order) for expression in side] for side in (read, given))
+        return [(count, tuple(statements), tuple(map(_choice, read)), tuple(map(_choice, targets)))]
+    for order in _orders(count, read, targets):
+        taken, stored = ([_reorder(expression, order) for expression in side] for side in (read, targets))
         varying = [expression for expression in (*taken, *stored) if _varies(expression)]
         moving = [_plain(expression)[0] == "row" for expression in varying]
         result = stretches([_column(expression, count) for expression in varying], moving)
@@ -176,7 +176,7 @@ def _cut(
     stretches: Sequence[RowStretch],
     statements: Sequence[Statement],
     read: Sequence[Expression],
-    given: Sequence[Expression],
+    targets: Sequence[Expression],
 ) -> list[tuple[Any, ...]]:
     """Return the data of a ``repeat`` statement for each stretch of iterations, with a fifth number for nested
     loops."""
@@ -185,20 +185,20 @@ def _cut(
             stretch.count if stretch.count > 1 else stretch.period,
             tuple(statements),
             tuple(_within(expression, stretch) for expression in read),
-            tuple(_within(expression, stretch) for expression in given),
+            tuple(_within(expression, stretch) for expression in targets),
             *([stretch.period] if min(stretch.period, stretch.count) > 1 else []),
         )
         for stretch in stretches
     ]
 
 
-def _orders(count: int, read: Sequence[Expression], given: Sequence[Expression]) -> Iterator[Sequence[int]]:
+def _orders(count: int, read: Sequence[Expression], targets: Sequence[Expression]) -> Iterator[Sequence[int]]:
     """Yield orders of the iterations that give equal results: the original one first. If no iteration reads a workspace
     slot that another one stores, also the orders sorted by each table of places that is read; these keep the results of
     one loop together."""
     yield range(count)
-    rows = [[expression for expression in side if _plain(expression)[0] == "row"] for side in (read, given)]
-    taken, stored = ({place for row in side if _plain(row)[1] == "w" for place in _column(row, count)} for side in rows)
+    rows = [[expression for expression in side if _plain(expression)[0] == "row"] for side in (read, targets)]
+    taken, stored = ({slot for row in side if _plain(row)[1] == "w" for slot in _column(row, count)} for side in rows)
     if not taken & stored:
         for row in filter(_is_table, rows[0]):
             places = _column(row, count)

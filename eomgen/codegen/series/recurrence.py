@@ -119,12 +119,12 @@ class _AffineAccelerations:
         series: Series,
         source: Tape,
         residual: Sequence[Ref],
-        given: dict[InputSymbol, SeriesTerm],
-        known: dict[int, SeriesTerm],
+        input_series: dict[InputSymbol, SeriesTerm],
+        node_series: dict[int, SeriesTerm],
     ) -> None:
         """Record the residual as a series, with the newest coefficient of the accelerations set to zero. ``residual``
-        are references on ``source``; ``given`` has the series of the input symbols t, q, v, z; ``known`` the series of
-        nodes recorded before, and is extended."""
+        are references on ``source``; ``input_series`` has the series of the input symbols t, q, v, z; ``node_series``
+        the series of nodes recorded before, and is extended."""
         self.series, self.source, self.residual = series, source, residual
         self.moved: set[int] = set()  # nodes that accelerations are in
         live = source.live(residual)
@@ -137,8 +137,8 @@ class _AffineAccelerations:
         self.order = [node for node in live if node in self.moved]
         still = sorted({abs(ref) for node in self.order for ref in source.operands(node) if abs(ref) not in self.moved})
         still += [abs(ref) for ref in residual if abs(ref) not in self.moved]
-        record_series(series, source, still, given, known)
-        self.known = known
+        record_series(series, source, still, input_series, node_series)
+        self.known = node_series
         self.numbers: dict[int, int] = {}
         for node in self.order:
             self.known[node] = self._without(node)

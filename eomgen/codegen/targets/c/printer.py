@@ -518,12 +518,12 @@ class Printer:
         count: int,
         statements: Sequence[Statement],
         read: Sequence[Expression],
-        given: Sequence[Expression],
+        target_expressions: Sequence[Expression],
         period: int = 1,
     ) -> list[str]:
         """Return the C lines of a ``repeat`` statement: tables of indices, then per iteration loads, body and stores.
-        ``count`` iterations of ``statements`` read the expressions ``read`` and store to ``given``; with a ``period``,
-        a loop of this length runs within each iteration."""
+        ``count`` iterations of ``statements`` read the expressions ``read`` and store to ``target_expressions``; with a
+        ``period``, a loop of this length runs within each iteration."""
         tables: list[str] = []
         names: list[str] = []
 
@@ -570,7 +570,7 @@ class Printer:
             return f"{'w' if array == 'w' else self.outputs[array]}[{at(kind, rule)}]"
 
         loaded = [f"const real r{position} = {text(expression)};" for position, expression in enumerate(read)]
-        targets = [[target(item) for item in given]]
+        targets = [[target(item) for item in target_expressions]]
         loads: dict[str, str | Sequence[str]] = {"read": [f"r{k}" for k in range(len(read))]}
         inside = Printer(loads, targets, self.prefix, "y", self.constants, numbers=self.numbers)
         body = [f"        {line}" for line in [*loaded, *inside.lines(statements)]]

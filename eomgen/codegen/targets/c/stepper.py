@@ -209,7 +209,7 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
     smallest = f"{program.prefix}_SMALLEST_PIVOT"
 
     def size(upper: Sequence[tuple[int, str]]) -> str:
-        return " + ".join(f"EG_ABS(a{slot}){other}" for slot, other in upper)
+        return " + ".join(f"EG_ABS(a{slot}){other_unit}" for slot, other_unit in upper)
 
     def is_large(diagonal: int, unit: str, upper: Sequence[tuple[int, str]]) -> str:
         """Return the test of a pivot, a_diagonal, against the other entries of the row, in the units of the
@@ -228,7 +228,7 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
     if "unrolled" in data:
         rows, columns = data["rows"], data["columns"]
         units = [f" * unit[{column}]" if column < un["size"] else " * K(1.0)" for column in columns]
-        made = []
+        unrolled_rows = []
         forward, backward = [], []
         upper = [{column: slot for slot, column in row["upper"]} for row in data["unrolled"]]
         for k, row in enumerate(data["unrolled"]):
@@ -237,7 +237,7 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
                 test = {"is_large": is_large(row["diagonal"], "", summands)}
             else:
                 test = pivot_test(row["diagonal"], units[k], [(slot, units[column]) for slot, column in row["upper"]])
-            made.append({**row, "row": rows[k], "column": columns[k], **test})
+            unrolled_rows.append({**row, "row": rows[k], "column": columns[k], **test})
             right = _right_side(rows[k], un, plain=solver["plain"])
             if "sources" in row:
                 forward += _forward_with_sources(k, right, row, data, upper)
@@ -248,7 +248,7 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
             backward.append(f"const real x{k} = y{k} * F[{row['diagonal']}]{taken};")
         solution = [(column, f"x{k}") for k, column in reversed(list(enumerate(columns))) if column < un["size"]]
         text = indent_lines([*forward, *reversed(backward)], 1)
-        return {"unrolled": in_parts(made), "substitution": {"text": text, "solution": solution}}
+        return {"unrolled": in_parts(unrolled_rows), "substitution": {"text": text, "solution": solution}}
     kinds = []
     for kind in data.get("kinds", ()):
         rows = []

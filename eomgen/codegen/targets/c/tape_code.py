@@ -69,10 +69,10 @@ def on_tape(program: Program) -> tuple[Program, TapeCode]:
     tape = TapeCode()
     numbered = enumerate(program.functions)
     functions = tuple(_encode(program, function, number, tape) or function for number, function in numbered)
-    place = {function.name: number for number, function in enumerate(functions)}
+    numbers_by_name = {function.name: number for number, function in enumerate(functions)}
     for number, function in enumerate(functions):
-        if function.same_as and place[function.same_as] in tape.heads:
-            tape.heads[number] = tape.heads[place[function.same_as]]
+        if function.same_as and numbers_by_name[function.same_as] in tape.heads:
+            tape.heads[number] = tape.heads[numbers_by_name[function.same_as]]
     kinds = {statement.kind for function in functions for part in function.parts for statement in part.statements}
     return replace(program, functions=functions, shared=program.shared if "share" in kinds else ()), tape
 

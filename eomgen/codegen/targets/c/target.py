@@ -276,10 +276,10 @@ class _Context:
     def shared_statements(self, text: ProgramShared, number_: int) -> str:
         """Return the C statements in the function of shared stretch ``number_``, from 1."""
         inputs: dict[str, str | Sequence[str]] = {READ: "w[at[{}]]", NUMBER: "K(k[{}])"}
-        names, place, outputs = self.c.shared_outputs(text), text.reads, list[Sequence[str]]()
+        names, position, outputs = self.c.shared_outputs(text), text.reads, list[Sequence[str]]()
         for name, size in zip(names, text.results, strict=True):
-            outputs.append([f"{name}[at[{place + component}]]" for component in range(size)])
-            place += size
+            outputs.append([f"{name}[at[{position + component}]]" for component in range(size)])
+            position += size
         macros, numbers = self.c.constant_macros(), self.numbers(f"shared{number_}")
         printer = Printer(inputs, outputs, self.program.prefix, constants=macros, numbers=numbers)
         return indent_lines(printer.lines(text.statements), 1)
