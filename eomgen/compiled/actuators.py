@@ -132,60 +132,60 @@ def actuator_efforts(
     """
     able = model.having(("residual", "force", "constraint_jacobian", "constraint_bias", "inverse_dynamics"))
     terms = able.evaluator
-    given: dict[str, Any] = {"q": q, "v": v, "t": t, "z": z, "parameters": parameters, "base": base}
-    names, S, still = _columns(able, actuators, given)
+    arguments: dict[str, Any] = {"q": q, "v": v, "t": t, "z": z, "parameters": parameters, "base": base}
+    names, S, still = _columns(able, actuators, arguments)
     nv, rows = terms.functions.sizes["v"], len(terms.multipliers)
     if rows:
-        B = terms.call("constraint_jacobian", **given)[0]
+        B = terms.call("constraint_jacobian", **arguments)[0]
         a = terms.velocity("a", a)
-        missed = _missed_accelerations(terms, B, a, terms.call("constraint_bias", **given)[0], tolerance)
+        missed = _missed_accelerations(terms, B, a, terms.call("constraint_bias", **arguments)[0], tolerance)
         inverse = np.linalg.pinv(B, rcond=_SINGULAR)
         if tolerance > _MISSED:
-            M = model.having(("mass",)).evaluator.call("mass", **given)[0]
+            M = model.having(("mass",)).evaluator.call("mass", **arguments)[0]
             along = np.linalg.solve(M, np.swapaxes(B, -1, -2))  # by forces of constraints alone
             a = a - (along @ np.linalg.pinv(B @ along, rcond=_SINGULAR) @ missed[..., np.newaxis])[..., 0]
-    (r,) = terms.call("inverse_dynamics", **{**given, "u": still}, a=a)
-    (at_rest,) = terms.call("inverse_dynamics", **{**given, "u": still}, a=np.zeros(terms.functions.sizes["v"]))
+    (r,) = terms.call("inverse_dynamics", **{**arguments, "u": still}, a=a)
+    (at_rest,) = terms.call("inverse_dynamics", **{**arguments, "u": still}, a=np.zeros(terms.functions.sizes["v"]))
     batch = np.broadcast_shapes(r.shape[:-1], S.shape[:-2])
     r, S = np.broadcast_to(r, (*batch, nv)), np.broadcast_to(S, (*batch, nv, len(names)))
     if not rows:
         B, inverse = np.zeros((*batch, rows, nv)), np.zeros((*batch, nv, 0))
     P = np.eye(nv) - inverse @ B
-    A, wanted = P @ S, (P @ r[..., np.newaxis])[..., 0]
-    efforts = (np.linalg.pinv(A, rcond=_SINGULAR) @ wanted[..., np.newaxis])[..., 0]
+    A, target = P @ S, (P @ r[..., np.newaxis])[..., 0]
+    efforts = (np.linalg.pinv(A, rcond=_SINGULAR) @ target[..., np.newaxis])[..., 0]
     needed = (S @ efforts[..., np.newaxis])[..., 0] - r
     # In free motion inertia and the other forces, of this size, cancel down to round-off.
     summands = np.linalg.norm(r - at_rest, axis=-1) + np.linalg.norm(at_rest, axis=-1)
-    allowed = _LEFT_OVER * np.linalg.norm(wanted, axis=-1) + _ROUND_OFF * summands
+    allowed = _LEFT_OVER * np.linalg.norm(target, axis=-1) + _ROUND_OFF * summands
     _check_left_over(terms.v_names, names, (P @ needed[..., np.newaxis])[..., 0], allowed)
     multipliers = (np.swapaxes(inverse, -1, -2) @ needed[..., np.newaxis])[..., 0]
     return ActuatorEfforts(names, efforts, multipliers, _null_space(A))
 
 
 def _columns(
-    model: ExtensibleModel, actuators: Sequence[str] | None, given: dict[str, Any]
+    model: ExtensibleModel, actuators: Sequence[str] | None, state: dict[str, Any]
 ) -> tuple[tuple[str, ...], Array, dict[str, float]]:
     """Return names of actuators, generalized forces per unit effort of each, (..., nv, n) or (nv, n), and driven inputs
-    at 0. Without ``actuators`` the columns belong to the inputs that a caller drives, by differences of Q at ``given``,
-    the state for the term ``force``. Raises UsageError for unknown joints, forces not linear in an input, and no
+    at 0. Without ``actuators`` the columns belong to the inputs that a caller drives, by differences of Q at ``state``,
+    arguments of the term ``force``. Raises UsageError for unknown joints, forces not linear in an input, and no
     actuators."""
     terms = model.evaluator
     driven = terms.description.driven
     still = dict.fromkeys(driven, 0.0)
     if actuators is not None:
         names = (actuators,) if isinstance(actuators, str) else tuple(actuators)
-        known = [name.removeprefix("v.") for name in terms.v_names]
+        velocity_names = [name.removeprefix("v.") for name in terms.v_names]
         for name in names:
-            check_name("actuator", name.removeprefix("v."), known)
-        places = [known.index(name.removeprefix("v.")) for name in names]
+            check_name("actuator", name.removeprefix("v."), velocity_names)
+        places = [velocity_names.index(name.removeprefix("v.")) for name in names]
         columns = np.eye(terms.functions.sizes["v"])[:, places]
     else:
         names = tuple(driven)
-        base = terms.call("force", **given, u=still)[0]
-        ones = [terms.call("force", **given, u={**still, name: 1.0})[0] - base for name in names]
-        twos = [terms.call("force", **given, u={**still, name: 2.0})[0] - base for name in names]
-        for name, one, two in zip(names, ones, twos, strict=True):
-            if np.any(np.abs(two - 2.0 * one) > 1e-9 * (np.abs(two).max() + np.abs(base).max() + 1e-300)):
+        base = terms.call("force", **state, u=still)[0]
+        ones = [terms.call("force", **state, u={**still, name: 1.0})[0] - base for name in names]
+        twos = [terms.call("force", **state, u={**still, name: 2.0})[0] - base for name in names]
+        for name, single, double in zip(names, ones, twos, strict=True):
+            if np.any(np.abs(double - 2.0 * single) > 1e-9 * (np.abs(double).max() + np.abs(base).max() + 1e-300)):
                 fault = f"the generalized forces are not linear in the input {name}, so it is not an actuator [E0224]"
                 raise UsageError(Problem("actuators", fault, "actuators=[...], joints by their names"))
         columns = np.stack(ones, axis=-1) if names else np.zeros((terms.functions.sizes["v"], 0))

@@ -149,8 +149,8 @@ def derivatives(
            [1.7966, 1.9183]])
     """
     name = _name(model, term, 1)
-    given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "multipliers": multipliers}
-    return _values(model, name, of, {**given, "parameters": parameters}, sparse=sparse)
+    arguments: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "multipliers": multipliers}
+    return _values(model, name, of, {**arguments, "parameters": parameters}, sparse=sparse)
 
 
 def hessian(
@@ -215,9 +215,9 @@ def hessian(
            [-0.9815, -1.0831]])
     """
     name = _name(model, term, 2)
-    given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "multipliers": multipliers}
-    given["weights"] = components("weights", weights, _rows(model.evaluator.functions, term))
-    return _values(model, name, of, {**given, "parameters": parameters}, sparse=sparse)
+    arguments: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "multipliers": multipliers}
+    arguments["weights"] = components("weights", weights, _rows(model.evaluator.functions, term))
+    return _values(model, name, of, {**arguments, "parameters": parameters}, sparse=sparse)
 
 
 #: Blocks with as many numbers as terms.
@@ -258,19 +258,19 @@ def _name(model: ExtensibleModel, term: str, order: int) -> str:
 
 
 def _values(
-    model: ExtensibleModel, name: str, of: Sequence[str] | None, given: dict[str, Any], *, sparse: bool
+    model: ExtensibleModel, name: str, of: Sequence[str] | None, arguments: dict[str, Any], *, sparse: bool
 ) -> Array:
     """Return the matrix (..., rows, columns) of a term of derivatives, or with ``sparse`` its nonzeros (..., nonzeros).
-    ``of`` selects the arguments of the columns; ``given`` has the state and, for a Hessian, the weights."""
+    ``of`` selects the arguments of the columns; ``arguments`` has the state and, for a Hessian, the weights."""
     evaluator = model.having((name,)).evaluator
     layout = _layout(evaluator.functions, name, of)
-    if "weights" in given:
-        missing = evaluator.functions.sizes["weights"] - given["weights"].shape[-1]
-        given["weights"] = np.concatenate(
-            [given["weights"], np.zeros((*given["weights"].shape[:-1], missing))], axis=-1
+    if "weights" in arguments:
+        missing = evaluator.functions.sizes["weights"] - arguments["weights"].shape[-1]
+        arguments["weights"] = np.concatenate(
+            [arguments["weights"], np.zeros((*arguments["weights"].shape[:-1], missing))], axis=-1
         )
-    results = evaluator.call(name, **given)
-    batch = results[0].shape[:-1] if results else evaluator.configuration(given["q"]).shape[:-1]
+    results = evaluator.call(name, **arguments)
+    batch = results[0].shape[:-1] if results else evaluator.configuration(arguments["q"]).shape[:-1]
     nonzeros = results[0][..., layout.places] if results else np.zeros((*batch, 0))
     if sparse:
         return nonzeros
@@ -306,20 +306,20 @@ def _made_layout(functions: Functions, name: str, of: Sequence[str] | None) -> _
     if len(set(chosen)) < len(chosen):
         raise UsageError(Problem("of", f"{', '.join(chosen)} has an argument twice [E0234]", "each once"))
     slices, size = dict[str, slice](), 0
-    place = np.full(sum(sizes.values()), -1)
+    new_columns = np.full(sum(sizes.values()), -1)
     for block in chosen:
         slices[block] = slice(size, size + sizes[block])
-        place[firsts[block] : firsts[block] + sizes[block]] = np.arange(size, size + sizes[block])
+        new_columns[firsts[block] : firsts[block] + sizes[block]] = np.arange(size, size + sizes[block])
         size += sizes[block]
     numbers = np.arange(len(rows))
     second = name.endswith("_hessian")
     if second:
         off = rows != columns
         rows, columns = np.concatenate([rows, columns[off]]), np.concatenate([columns, rows[off]])
-        numbers, rows = np.concatenate([numbers, numbers[off]]), place[rows]
-    columns = place[columns]
-    kept = np.flatnonzero((rows >= 0) & (columns >= 0))
-    order = kept[np.lexsort((rows[kept], columns[kept]))]
+        numbers, rows = np.concatenate([numbers, numbers[off]]), new_columns[rows]
+    columns = new_columns[columns]
+    selection = np.flatnonzero((rows >= 0) & (columns >= 0))
+    order = selection[np.lexsort((rows[selection], columns[selection]))]
     starts = np.concatenate([[0], np.cumsum(np.bincount(columns[order], minlength=size))])
     height = size if second else _rows(functions, TERMS[name].differentiated)
     return _Layout(Sparsity((height, size), starts, rows[order], slices), numbers[order])

@@ -81,9 +81,9 @@ def check_finite(name: str, array: Array, labels: Sequence[str] = ()) -> None:
     finite = np.isfinite(array)
     if finite.all():
         return
-    place = tuple(int(index) for index in np.argwhere(~finite)[0])
-    label = labels[place[-1]] if labels else f"{name}{list(place) if place else ''}"
-    raise UsageError(Problem(name, f"{label} is {array[place]}, not a finite number [E0237]", "a finite number"))
+    position = tuple(int(index) for index in np.argwhere(~finite)[0])
+    label = labels[position[-1]] if labels else f"{name}{list(position) if position else ''}"
+    raise UsageError(Problem(name, f"{label} is {array[position]}, not a finite number [E0237]", "a finite number"))
 
 
 def check_quaternions(name: str, q: Array, factors: Sequence[Factor], tolerance: float = UNIT_TOLERANCE) -> None:
@@ -171,22 +171,22 @@ def by_name(
     cannot be given; with ``units``, texts such as "300 mm" are brought to the unit of a name. Raises UsageError for
     unknown names and shapes that do not broadcast.
     """
-    given: dict[int, Array] = {}
+    arrays: dict[int, Array] = {}
     for name, text_or_numbers in values.items():
         check_name(kind, name, names, fixed)
         value = text_or_numbers
         if isinstance(value, str) and units is not None:
             value = in_label(f"{kind} {name}", value, units.get(name, ""))
-        given[names.index(name)] = numbers(f"{kind} {name}", value)
+        arrays[names.index(name)] = numbers(f"{kind} {name}", value)
     try:
-        shape = np.broadcast_shapes(start.shape[:-1], *(array.shape for array in given.values()))
+        shape = np.broadcast_shapes(start.shape[:-1], *(array.shape for array in arrays.values()))
     except ValueError:
-        shapes = ", ".join(f"{names[index]} {array.shape}" for index, array in given.items())
+        shapes = ", ".join(f"{names[index]} {array.shape}" for index, array in arrays.items())
         raise UsageError(
             Problem(f"{kind}s", f"the shapes do not broadcast: {shapes} [E0243]", "batches of equal shape")
         ) from None
     result = np.array(np.broadcast_to(start, (*shape, len(names))))
-    for index, array in given.items():
+    for index, array in arrays.items():
         result[..., index] = array
     return result
 
@@ -281,10 +281,10 @@ class Requirements:
         if not self.required:
             return
         if parameters.ndim == 1:
-            given = parameters.tobytes()
-            if given != self._met:  # loops of a caller, and the runs of this package, hand in the same again and again
+            data = parameters.tobytes()
+            if data != self._met:  # loops of a caller, and the runs of this package, hand in the same again and again
                 self._check_one(parameters.tolist())
-                self._met = given
+                self._met = data
             return
         rows = parameters.reshape(-1, len(self.names))
         for start in range(0, len(rows), _BATCH):

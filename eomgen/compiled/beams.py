@@ -69,7 +69,7 @@ def beams_at(model: ModelWithBeams, t: float, p: Array) -> Beams | None:
 
 
 def placed_nodes(
-    model: ModelWithBeams, before: tuple[Array, Array], after: tuple[Array, Array], p: Array, given: Sequence[str]
+    model: ModelWithBeams, before: tuple[Array, Array], after: tuple[Array, Array], p: Array, bodies: Sequence[str]
 ) -> tuple[Array, Array]:
     """Return q and v with the nodes of each beam placed, and moving, rigidly with the first node of the beam.
 
@@ -78,7 +78,7 @@ def placed_nodes(
     before : q, (nq,), with the shapes of the beams at the default parameters, and v, (nv,), of rigid motions
     after : q and v of the remaining coordinates
     p : (np,) parameters
-    given : bodies whose coordinates stay as given
+    bodies : names of the bodies whose coordinates stay
     """
     shapes, beams = beams_at(model, 0.0, model.parameter_array()), beams_at(model, 0.0, p)
     if shapes is None or beams is None:
@@ -90,7 +90,7 @@ def placed_nodes(
     rigid = rigid.of(beams)
     kept_q, kept_v = (np.zeros(size, dtype=bool) for size in (model.nq, model.nv))
     for factor in model.factors:
-        if factor.name in given:
+        if factor.name in bodies:
             kept_q[factor.q], kept_v[factor.v] = True, True
     q = np.where(kept_q, after[0], rigid.place(after[0]))
     along = rigid.velocities(q, after[1][np.newaxis])[0]

@@ -81,13 +81,13 @@ def pose(
     >>> model.pose("lower", [0.8, -0.3]).round(4)
     array([ 0.9689,  0.    , -0.2474,  0.    ,  0.3587,  0.    , -0.3284])
     """
-    place = _body_point(model, body, parameters)
-    model = _having(model, place.body, "poses")
-    result = _body_term(model, place.body, "poses", q=q, t=t, parameters=parameters, base=base)
-    if place.fixed is None:
+    body_point = _body_point(model, body, parameters)
+    model = _having(model, body_point.body, "poses")
+    result = _body_term(model, body_point.body, "poses", q=q, t=t, parameters=parameters, base=base)
+    if body_point.fixed is None:
         return result
-    turn = np.broadcast_to(np.array(place.fixed.quaternion), (*result.shape[:-1], 4))
-    position = result[..., 4:] + rotated(result[..., :4], place.position)
+    turn = np.broadcast_to(np.array(body_point.fixed.quaternion), (*result.shape[:-1], 4))
+    position = result[..., 4:] + rotated(result[..., :4], body_point.position)
     return np.concatenate([quaternion_product(result[..., :4], turn), position], axis=-1)
 
 
@@ -132,13 +132,13 @@ def twist(
     >>> model.twist("lower", [0.8, -0.3], [1.0, 0.5], t=0.2).round(4)
     array([ 0.    , -1.5   ,  0.    ,  0.4958,  0.    , -0.0444])
     """
-    place = _body_point(model, body, parameters)
-    model = _having(model, place.body, "twists")
-    result = _body_term(model, place.body, "twists", q=q, v=v, t=t, parameters=parameters, base=base)
-    if place.fixed is None:
+    body_point = _body_point(model, body, parameters)
+    model = _having(model, body_point.body, "twists")
+    result = _body_term(model, body_point.body, "twists", q=q, v=v, t=t, parameters=parameters, base=base)
+    if body_point.fixed is None:
         return result
-    omega, velocity = result[..., :3], result[..., 3:] + np.cross(result[..., :3], place.position)
-    back = np.array(place.fixed.orientation)
+    omega, velocity = result[..., :3], result[..., 3:] + np.cross(result[..., :3], body_point.position)
+    back = np.array(body_point.fixed.orientation)
     return np.concatenate([omega @ back, velocity @ back], axis=-1)
 
 
@@ -198,18 +198,18 @@ def point(
     body, r = _fixed_in(model, body, r, parameters)
     needed = ["poses"] if v is None else ["poses", "twists"] if a is None else ["poses", "twists", "accelerations"]
     model = _having(model, body, *needed)
-    given: dict[str, Any] = {"q": q, "t": t, "parameters": parameters, "base": base}
-    pose = _body_term(model, body, "poses", **given)
+    state: dict[str, Any] = {"q": q, "t": t, "parameters": parameters, "base": base}
+    pose = _body_term(model, body, "poses", **state)
     turn = pose[..., :4]
     position = pose[..., 4:] + rotated(turn, r)
     if v is None:
         return PointMotion(position, None)
-    twist = _body_term(model, body, "twists", v=v, **given)
+    twist = _body_term(model, body, "twists", v=v, **state)
     omega = twist[..., :3]
     velocity = rotated(turn, twist[..., 3:] + np.cross(omega, r))
     if a is None:
         return PointMotion(position, velocity)
-    rate = _body_term(model, body, "accelerations", v=v, a=a, **given)
+    rate = _body_term(model, body, "accelerations", v=v, a=a, **state)
     relative = np.cross(rate[..., :3], r) + np.cross(omega, np.cross(omega, r))
     return PointMotion(position, velocity, rotated(turn, rate[..., 3:] + relative))
 
@@ -240,14 +240,14 @@ def body_jacobian(model: ExtensibleModel, body: str, q: ArrayLike, *, parameters
     >>> model.body_jacobian("lower", [0.8, -0.3]).shape
     (6, 2)
     """
-    place = _body_point(model, body, parameters)
-    model = _having(model, place.body, "jacobians")
-    result = _body_term(model, place.body, "jacobians", q=q, parameters=parameters)
-    if place.fixed is None:
+    body_point = _body_point(model, body, parameters)
+    model = _having(model, body_point.body, "jacobians")
+    result = _body_term(model, body_point.body, "jacobians", q=q, parameters=parameters)
+    if body_point.fixed is None:
         return result
     columns = np.swapaxes(result, -1, -2)
-    angular, back = columns[..., :3], np.array(place.fixed.orientation)
-    linear = columns[..., 3:] + np.cross(angular, place.position[..., np.newaxis, :])
+    angular, back = columns[..., :3], np.array(body_point.fixed.orientation)
+    linear = columns[..., 3:] + np.cross(angular, body_point.position[..., np.newaxis, :])
     return np.swapaxes(np.concatenate([angular @ back, linear @ back], axis=-1), -1, -2)
 
 
@@ -295,9 +295,9 @@ def point_jacobian(
     >>> (J @ v).round(4)
     array([0.8749, 0.    , 0.6463])
     """
-    body, place = _fixed_in(model, body, r, parameters)
+    body, position_in_body = _fixed_in(model, body, r, parameters)
     model = _having(model, body, "poses", "jacobians")
-    r = place[..., np.newaxis, :]
+    r = position_in_body[..., np.newaxis, :]
     turn = _body_term(model, body, "poses", q=q, t=t, parameters=parameters, base=base)[..., np.newaxis, :4]
     columns = np.swapaxes(body_jacobian(model, body, q, parameters=parameters), -1, -2)
     return np.swapaxes(rotated(turn, columns[..., 3:] + np.cross(columns[..., :3], r)), -1, -2)
@@ -343,10 +343,10 @@ def _fixed_in(model: EvaluatedModel, body: str, r: ArrayLike, parameters: Parame
     body, m. Raises UsageError for a point away from the origin of a body that deforms."""
     check_place(body)
     at = components("r", r, 3)
-    place = _body_point(model, body, parameters)
-    if place.fixed is not None:
-        at = place.position + at @ np.array(place.fixed.orientation).T
-    return place.body, _rigid(model, body, place.body, at)
+    body_point = _body_point(model, body, parameters)
+    if body_point.fixed is not None:
+        at = body_point.position + at @ np.array(body_point.fixed.orientation).T
+    return body_point.body, _rigid(model, body, body_point.body, at)
 
 
 def _rigid(model: EvaluatedModel, name: str, body: str, position: Array) -> Array:
@@ -360,25 +360,25 @@ def _rigid(model: EvaluatedModel, name: str, body: str, position: Array) -> Arra
     return position
 
 
-def _body_term(model: EvaluatedModel, body: str, term: str, **given: Any) -> Array:
+def _body_term(model: EvaluatedModel, body: str, term: str, **state: Any) -> Array:
     terms = model.evaluator
     _check_name(model, body)
     if body in (BASE, WORLD):
-        return _base_term(model, body, term, **given)
-    every = terms.call(term, **given)[0]
+        return _base_term(model, body, term, **state)
+    every = terms.call(term, **state)[0]
     result: Array = np.take(every, terms.bodies.index(body), axis=-3 if term == "jacobians" else -2)
     return result
 
 
-def _base_term(model: EvaluatedModel, name: str, term: str, **given: Any) -> Array:
+def _base_term(model: EvaluatedModel, name: str, term: str, **state: Any) -> Array:
     """Return the values of ``poses``, ``twists``, ``accelerations`` or ``jacobians`` for the base or the world. For the
     moving base these are parts of the base state, for the world and a base at rest the identity pose and zeros."""
     terms = model.evaluator
-    batch = np.broadcast_shapes(terms.configuration(given["q"]).shape[:-1], np.shape(given.get("t", 0.0)))
+    batch = np.broadcast_shapes(terms.configuration(state["q"]).shape[:-1], np.shape(state.get("t", 0.0)))
     if term == "jacobians":
         return np.zeros((*batch, 6, terms.functions.sizes["v"]))
     if name == BASE and terms.moving_base:
-        struct = terms.base_at(given.get("t", 0.0), given["parameters"], given.get("base"))
+        struct = terms.base_at(state.get("t", 0.0), state["parameters"], state.get("base"))
         result = struct[..., {"poses": slice(0, 7), "twists": slice(7, 13), "accelerations": slice(13, 19)}[term]]
         if term == "accelerations":
             turning = np.cross(struct[..., 7:10], struct[..., 10:13])
@@ -613,30 +613,30 @@ def operational_inertia(
     array([[ 0.096, -0.329],
            [-0.329,  3.296]])
     """
-    wanted = [int(row) for row in rows]
-    if not wanted or len(set(wanted)) < len(wanted) or not set(wanted) <= set(range(6)):
+    row_numbers = [int(row) for row in rows]
+    if not row_numbers or len(set(row_numbers)) < len(row_numbers) or not set(row_numbers) <= set(range(6)):
         raise UsageError(Problem("rows", f"{shown(str(list(rows)))} are not rows of a twist [E0251]", "rows=[3, 4, 5]"))
-    given: dict[str, Any] = {"q": q, "t": t, "parameters": parameters, "base": base}
-    held = bool(model.evaluator.multipliers)
-    every = _held_mobility(model, frame, given) if held else _term_of(model, "frame_mobilities", frame, **given)
-    mobility = every[..., wanted, :][..., wanted]
+    state: dict[str, Any] = {"q": q, "t": t, "parameters": parameters, "base": base}
+    constrained = bool(model.evaluator.multipliers)
+    every = _held_mobility(model, frame, state) if constrained else _term_of(model, "frame_mobilities", frame, **state)
+    mobility = every[..., row_numbers, :][..., row_numbers]
     values = np.linalg.eigvalsh(mobility)
     if not np.all(values[..., 0] > _SINGULAR * values[..., -1]):
-        by = ", for joints and constraints together" if held else ""
+        by = ", for joints and constraints together" if constrained else ""
         fault = f"J M^-1 J^T of {frame} is singular: there is a direction in which it cannot move{by} [E0252]"
         hint = "rows=[...] of the directions in which it can, or a configuration away from the singularity"
         raise NumericalError(Problem("operational_inertia", fault, hint))
     return np.asarray(np.linalg.inv(mobility), dtype=np.float64)
 
 
-def _held_mobility(model: ExtensibleModel, frame: str, given: Mapping[str, Any]) -> Array:
-    """Return the mobility of a frame under constraints, J Z (Z^T M Z)^-1 Z^T J^T, (..., 6, 6), at the state ``given``.
+def _held_mobility(model: ExtensibleModel, frame: str, state: Mapping[str, Any]) -> Array:
+    """Return the mobility of a frame under constraints, J Z (Z^T M Z)^-1 Z^T J^T, (..., 6, 6), at ``state``.
     By the projector P = Z Z^T, which needs no basis of one size at all states: P M P + s (1 - P) equals M on the
     velocities that constraints leave, and the result does not depend on s > 0."""
     able = model.having(("mass", "constraint_jacobian", "frame_jacobians_aligned"))
-    M = able.evaluator.call("mass", **{name: given[name] for name in ("q", "parameters")})[0]
-    B = able.evaluator.call("constraint_jacobian", **given)[0]
-    J = _term_of(able, "frame_jacobians_aligned", frame, **given)
+    M = able.evaluator.call("mass", **{name: state[name] for name in ("q", "parameters")})[0]
+    B = able.evaluator.call("constraint_jacobian", **state)[0]
+    J = _term_of(able, "frame_jacobians_aligned", frame, **state)
     nv = M.shape[-1]
     P = np.eye(nv) - np.linalg.pinv(B, rcond=_DEPENDENT) @ B
     s = np.trace(M, axis1=-2, axis2=-1)[..., np.newaxis, np.newaxis] / nv
@@ -645,12 +645,12 @@ def _held_mobility(model: ExtensibleModel, frame: str, given: Mapping[str, Any])
     return 0.5 * (mobility + np.swapaxes(mobility, -1, -2))
 
 
-def _frame_term(model: ExtensibleModel, term: str, frame: str, reference: str, **given: Any) -> Array:
+def _frame_term(model: ExtensibleModel, term: str, frame: str, reference: str, **state: Any) -> Array:
     if reference not in REFERENCES:
         name = str(reference)
         hint = _meant_reference(name) or nearest(name, REFERENCES)
         raise UsageError(Problem("reference", f"there is no reference {shown(name)} [E0253]", hint))
-    return _term_of(model, f"{term}{REFERENCES[reference][0]}", frame, **given)
+    return _term_of(model, f"{term}{REFERENCES[reference][0]}", frame, **state)
 
 
 def _meant_reference(name: str) -> str:
@@ -658,13 +658,13 @@ def _meant_reference(name: str) -> str:
     return name.lower() if name.lower() in REFERENCES else _ELSEWHERE.get(name.lower(), "")
 
 
-def _term_of(model: ExtensibleModel, term: str, frame: str, **given: Any) -> Array:
-    """Return the values of a term of frames for one body or frame, at the state ``given``; compiles the term if
+def _term_of(model: ExtensibleModel, term: str, frame: str, **state: Any) -> Array:
+    """Return the values of a term of frames for one body or frame, at ``state``; compiles the term if
     missing. Raises UsageError for unknown names, and for frames that are not task frames of the scene."""
     check_place(frame)
-    if isinstance(given.get("t"), str):
-        hint = f'reference="{_meant_reference(given["t"]) or "body"}"'
-        raise UsageError(Problem("t", f"{shown(given['t'])} is not a time: a reference goes by its name [E0254]", hint))
+    if isinstance(state.get("t"), str):
+        hint = f'reference="{_meant_reference(state["t"]) or "body"}"'
+        raise UsageError(Problem("t", f"{shown(state['t'])} is not a time: a reference goes by its name [E0254]", hint))
     terms = model.evaluator
     if frame not in terms.frames and frame in (*terms.bodies, *terms.fixed_frames):
         fault = f"{frame} is not a task frame, and the terms of frames give {', '.join(terms.frames)} only [E0255]"
@@ -672,6 +672,6 @@ def _term_of(model: ExtensibleModel, term: str, frame: str, **given: Any) -> Arr
     if frame not in terms.frames:
         hint = f"{nearest(str(frame), terms.frames)}; for a point point_jacobian(body, r, q), or [frames] in the scene"
         raise UsageError(Problem("", f"there is no body or frame {shown(str(frame))} [E0256]", hint))
-    every = model.having((term,)).evaluator.call(term, **given)[0]
+    every = model.having((term,)).evaluator.call(term, **state)[0]
     result: Array = np.take(every, terms.frames.index(frame), axis=-2 if term.startswith("frame_drifts") else -3)
     return result

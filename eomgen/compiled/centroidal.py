@@ -262,5 +262,5 @@ def centroidal_drift(
     return _call(model, "centroidal_drift", q=q, v=v, t=t, parameters=parameters, base=base)[0]
 
 
-def _call(model: ExtensibleModel, term: str, **given: Any) -> tuple[Array, ...]:
-    return model.having((term,)).evaluator.call(term, **given)
+def _call(model: ExtensibleModel, term: str, **state: Any) -> tuple[Array, ...]:
+    return model.having((term,)).evaluator.call(term, **state)

@@ -187,12 +187,12 @@ def _ranges(model: EvaluatedModel, parameters: Parameters) -> tuple[Array, Array
         if factor.name in by_name and by_name[factor.name].reach:
             upper[factor.q] = by_name[factor.name].reach
     lower = -upper
-    given = dict(zip(terms.parameter_names, np.atleast_1d(terms.parameters(parameters)).tolist(), strict=True))
-    values = described.values(given)
+    p_values = dict(zip(terms.parameter_names, np.atleast_1d(terms.parameters(parameters)).tolist(), strict=True))
+    values = described.values(p_values)
     for limit in described.limits:
         if limit.coordinate in terms.q_names:
-            place = terms.q_names.index(limit.coordinate)
+            index = terms.q_names.index(limit.coordinate)
             for side, bound in ((lower, limit.lower), (upper, limit.upper)):
                 if bound is not None:
-                    side[place] = evaluate(bound, lambda symbol: values[symbol.name])
+                    side[index] = evaluate(bound, lambda symbol: values[symbol.name])
     return lower, np.maximum(lower, upper)

@@ -282,14 +282,14 @@ def inverse_dynamics(
 
 
 def _warn_of_broken_loop(
-    model: EvaluatedModel, q: ArrayLike, v: ArrayLike, a: ArrayLike, given: Mapping[str, Any]
+    model: EvaluatedModel, q: ArrayLike, v: ArrayLike, a: ArrayLike, arguments: Mapping[str, Any]
 ) -> None:
-    """Warn if accelerations a at q, v do not meet the constraints at ``given`` t, parameters, base; no check if a is
-    None."""
+    """Warn if accelerations a at q, v do not meet the constraints at t, parameters and base of ``arguments``; no check
+    if a is None."""
     if a is None:
         return
     call = model.evaluator.call
-    B, g = call("constraint_jacobian", q=q, **given)[0], call("constraint_bias", q=q, v=v, **given)[0]
+    B, g = call("constraint_jacobian", q=q, **arguments)[0], call("constraint_bias", q=q, v=v, **arguments)[0]
     acceleration = model.evaluator.velocity("a", a)
     off = np.abs(B @ acceleration + g)
     sizes = np.abs(B) @ np.abs(acceleration) + np.abs(g)
@@ -502,8 +502,8 @@ def partials(
     array([[6.5509, 1.671 ],
            [1.7966, 1.9183]])
     """
-    given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
-    K, C, M = model.evaluator.call("partials", **given, multipliers=multipliers, parameters=parameters)
+    arguments: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
+    K, C, M = model.evaluator.call("partials", **arguments, multipliers=multipliers, parameters=parameters)
     return K, C, M
 
 
@@ -532,11 +532,11 @@ def residual_partials(
 ) -> tuple[Array, Array, Array]:
     """Return K, C, M as ``partials`` does, at one state, (nv, nv) each. Models for runs have no term ``partials``; then
     the matrices are filled from the nonzeros of the term ``iteration``."""
-    given: dict[str, Any] = {"t": t, "u": u, "z": z, "multipliers": multipliers, "parameters": parameters}
+    arguments: dict[str, Any] = {"t": t, "u": u, "z": z, "multipliers": multipliers, "parameters": parameters}
     functions = model.evaluator.functions
     if functions.for_runs("partials") or "iteration" not in functions:
-        return partials(model, q, v, a, **given)
-    entries = evaluate(model, "iteration", q, v, a, **given)
+        return partials(model, q, v, a, **arguments)
+    entries = evaluate(model, "iteration", q, v, a, **arguments)
     whole: dict[str, Array] = {name: np.zeros((len(v), len(v))) for name in "KCM"}
     for name in whole.keys() & entries.keys():
         places = unpacked_places(functions.library.layout["patterns"][name])
@@ -669,8 +669,8 @@ def evaluate(
     ['tau']
     """
     check_derivatives(rates)
-    given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base, **rates}
-    values = model.evaluator.call(term, **given, multipliers=multipliers, parameters=parameters)
+    arguments: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base, **rates}
+    values = model.evaluator.call(term, **arguments, multipliers=multipliers, parameters=parameters)
     return dict(zip(model.evaluator.functions.output_names(term), values, strict=True))
 
 
@@ -719,8 +719,8 @@ def energy(
     >>> float((energy["total"] - energy["kinetic"] - energy["potential"]).round(12))
     0.0
     """
-    given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
-    return _energies(model.evaluator.call("energy", **given, multipliers=multipliers, parameters=parameters)[0])
+    arguments: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
+    return _energies(model.evaluator.call("energy", **arguments, multipliers=multipliers, parameters=parameters)[0])
 
 
 def _energies(values: Array) -> dict[str, Array]:
@@ -775,10 +775,10 @@ def outputs(
     if not model.evaluator.library.layout["outputs"]:
         model.evaluator.parameters(parameters)
         return NamedResults("output", {})
-    given: dict[str, Any] = {"q": q, "v": v, "t": t, "u": u, "z": z, "parameters": parameters, "base": base}
+    arguments: dict[str, Any] = {"q": q, "v": v, "t": t, "u": u, "z": z, "parameters": parameters, "base": base}
     if multipliers is None and "lam" in model.evaluator.functions.inputs("outputs"):
-        multipliers = model.evaluator.accelerations(**given)[1]
-    return _outputs(model, model.evaluator.call("outputs", **given, a=a, multipliers=multipliers)[0])
+        multipliers = model.evaluator.accelerations(**arguments)[1]
+    return _outputs(model, model.evaluator.call("outputs", **arguments, a=a, multipliers=multipliers)[0])
 
 
 def _outputs(model: EvaluatedModel, values: Array) -> dict[str, Array]:
@@ -887,8 +887,8 @@ def internal_partials(
     >>> partials.rate_q.shape, partials.rate_z.shape
     ((2, 2), (2, 2))
     """
-    given = {"q": q, "v": v, "z": z, "t": t, "u": u}
-    return InternalPartials(*model.evaluator.call("internal_partials", **given, parameters=parameters, base=base))
+    arguments = {"q": q, "v": v, "z": z, "t": t, "u": u}
+    return InternalPartials(*model.evaluator.call("internal_partials", **arguments, parameters=parameters, base=base))
 
 
 def _zeros(model: EvaluatedModel, q: ArrayLike, v: ArrayLike, t: Array, parameters: Parameters, block: str) -> Array:

@@ -168,12 +168,12 @@ class LaneCompanions:
         taken = np.linspace(0, rows - 1, _COMPARED).astype(np.intp)
         some = [array if array.ndim == 1 else array[taken] for array in inputs]
         seconds, results = [], []
-        for own in (self._library, library):
+        for candidate in (self._library, library):
             outputs = [np.empty((_COMPARED, size)) for size in sizes]
-            call = own.bind(name, some, outputs)
+            call = candidate.bind(name, some, outputs)
             seconds.append(min(_measure_time(call) for _ in range(5)))
             results.append(outputs)
-        if not all(_same_bits(one, other) for one, other in zip(*results, strict=True)):
+        if not all(_same_bits(first, second) for first, second in zip(*results, strict=True)):
             return "differs in bits"
         return "is slower" if choice is not Choice.NOW and seconds[1] > seconds[0] else ""
 
@@ -206,9 +206,9 @@ def _measure_time(call: Callable[[], Any]) -> float:
     return time.perf_counter() - began
 
 
-def _same_bits(one: Array, other: Array) -> bool:
+def _same_bits(first: Array, second: Array) -> bool:
     """Return whether two arrays of doubles have equal bits everywhere; any two NaN are equal."""
-    return bool(np.all((one.view(np.int64) == other.view(np.int64)) | (np.isnan(one) & np.isnan(other))))
+    return bool(np.all((first.view(np.int64) == second.view(np.int64)) | (np.isnan(first) & np.isnan(second))))
 
 
 #: Bytes of a result from which on the memory of dropped results is used again: below, the heap has memory at hand.
@@ -360,10 +360,10 @@ class Functions:
 
         def part(begin: int, end: int) -> None:
             whole = end - begin == count
-            own = inputs if whole else [array if array.ndim == 1 else array[begin:end] for array in inputs]
+            part_inputs = inputs if whole else [array if array.ndim == 1 else array[begin:end] for array in inputs]
             filled = results if whole else [result[begin:end] for result in results]
             library = None if companion is None else lanes.judge(companion, name, inputs, sizes, choice)
-            (library or one_by_one).call(name, own, filled)
+            (library or one_by_one).call(name, part_inputs, filled)
 
         began, threads = time.perf_counter(), 1
         if work < 2 * _SHARE:

@@ -62,10 +62,10 @@ def initial_state(
         Unknown joints, wrong shapes, values that are not finite, quaternions that are not of unit length.
     """
     state = _scene_start(model, parameters, asked=asked)
-    given = {} if initial is None else initial
-    check_initial(given)
+    values = {} if initial is None else initial
+    check_initial(values)
     units = {"q": model.q_units, "v": model.v_units, "z": model.z_units}
-    blocks = {name: value for name, value in given.items() if _is_block(model, name, value)}
+    blocks = {name: value for name, value in values.items() if _is_block(model, name, value)}
     for name, value in blocks.items():
         if name == "z" and isinstance(value, Mapping):
             state.z[:] = by_name(
@@ -74,7 +74,7 @@ def initial_state(
         else:
             given_value = model.evaluator.with_references("initial q", value) if name == "q" else value
             _put(getattr(state, name), slice(None), f"initial {name}", given_value, units[name])
-    joints = {name: value for name, value in given.items() if name not in blocks}
+    joints = {name: value for name, value in values.items() if name not in blocks}
     if "q" not in blocks and model.description.exact_beams:
         before = InitialState(state.q.copy(), state.v.copy(), state.z)
         _joints(model, joints, state)
@@ -106,14 +106,14 @@ def _is_block(model: CompiledModel, name: str, value: Any) -> bool:
     return block and not (joint and isinstance(value, Mapping) and {"position", "velocity", "hold"} & value.keys())
 
 
-def check_initial(given: object) -> None:
+def check_initial(initial: object) -> None:
     """Raise UsageError unless the caller's initial state is a mapping or None."""
-    if given is not None and not isinstance(given, Mapping):
-        fault = f"a mapping is needed, not {type(given).__name__} [E0090]"
+    if initial is not None and not isinstance(initial, Mapping):
+        fault = f"a mapping is needed, not {type(initial).__name__} [E0090]"
         hint = 'dict(q=..., v=...) or {"joint": position}'
-        if isinstance(getattr(given, "initial", None), Mapping):
+        if isinstance(getattr(initial, "initial", None), Mapping):
             hint = "its .initial: initial=found.initial"
-        elif hasattr(given, "t") and hasattr(given, "q") and hasattr(given, "v"):
+        elif hasattr(initial, "t") and hasattr(initial, "q") and hasattr(initial, "v"):
             hint = 'its last row: initial={"q": solution.q[-1], "v": solution.v[-1]}'
         raise UsageError(Problem("initial", fault, hint))
 
@@ -126,10 +126,10 @@ def angles_of_several_turns(model: CompiledModel, initial: Mapping[str, Any] | N
     """
     if not initial:
         return []
-    given, notes = initial, []
-    whole = None if "q" not in initial else _written_by_hand(given.get("q"), model.nq)
+    values, notes = initial, []
+    whole = None if "q" not in initial else _written_by_hand(values.get("q"), model.nq)
     for factor in model.factors:
-        value = given.get(factor.name, None if whole is None else whole[factor.q_start])
+        value = values.get(factor.name, None if whole is None else whole[factor.q_start])
         angle = value.get("position") if isinstance(value, Mapping) else value
         turns = factor.q_size == 1 and model.q_units[factor.q_start] == "rad"
         if not (turns and isinstance(angle, int | float) and float(10.0 * angle).is_integer()):
@@ -150,11 +150,11 @@ def _written_by_hand(q: object, size: int) -> list[float] | None:
     return [float(value) for value in values]
 
 
-def _joints(model: CompiledModel, given: Mapping[str, Any], state: InitialState) -> None:
-    """Write initial values given by joints, components and internal states into ``state``, in place. ``given`` maps
+def _joints(model: CompiledModel, values: Mapping[str, Any], state: InitialState) -> None:
+    """Write initial values given by joints, components and internal states into ``state``, in place. ``values`` maps
     names to a position, or to ``position``, ``velocity`` and ``hold``. Raises UsageError for unknown names."""
     factors = {factor.name: factor for factor in model.factors}
-    for name, value in given.items():
+    for name, value in values.items():
         if name in model.states and name not in factors:
             index = model.states.index(name)
             _put(state.z, slice(index, index + 1), f"initial {name}", value, model.z_units)
@@ -209,8 +209,8 @@ def _component(factors: Mapping[str, Factor], name: str) -> tuple[slice, slice] 
         bracket and index.isdecimal() and factor is not None and factor.group == "R" and factor.q_size > int(index)
     ):
         return None
-    place, speed = factor.q_start + int(index), factor.v_start + int(index)
-    return slice(place, place + 1), slice(speed, speed + 1)
+    q_index, v_index = factor.q_start + int(index), factor.v_start + int(index)
+    return slice(q_index, q_index + 1), slice(v_index, v_index + 1)
 
 
 def _put(target: Array, part: slice, name: str, value: Any, units: Sequence[str]) -> None:
@@ -230,7 +230,7 @@ def _put(target: Array, part: slice, name: str, value: Any, units: Sequence[str]
 
 
 def _with_nodes(
-    model: CompiledModel, before: InitialState, state: InitialState, parameters: Array | None, given: Mapping[str, Any]
+    model: CompiledModel, before: InitialState, state: InitialState, parameters: Array | None, joints: Mapping[str, Any]
 ) -> InitialState:
     """Return a state in which the nodes of each beam follow its first node rigidly, in the shapes of the scene's start.
 
@@ -239,16 +239,17 @@ def _with_nodes(
 
     Parameters
     ----------
-    before, state : the scene's start, and the start with the joints that are ``given``
+    before, state : the scene's start, and the start with the caller's values
+    joints : these values by joint
     parameters : (np,); defaults if None
     """
     p = model.parameter_array() if parameters is None else parameters
     absolute = model.initial_at is not None  # then poses of bodies agree with joints at the parameters already
-    other = p.tolist() != list(model.parameters.values()) and not absolute
+    has_other_parameters = p.tolist() != list(model.parameters.values()) and not absolute
     moved = not (np.array_equal(before.q, state.q) and np.array_equal(before.v, state.v))
-    if not (other or moved):
+    if not (has_other_parameters or moved):
         return state
-    return InitialState(*placed_nodes(model, (before.q, before.v), (state.q, state.v), p, list(given)), state.z)
+    return InitialState(*placed_nodes(model, (before.q, before.v), (state.q, state.v), p, list(joints)), state.z)
 
 
 def _numbers(size: int) -> str:
@@ -262,8 +263,8 @@ def _scene_start(model: CompiledModel, parameters: Array | None, *, asked: bool)
     layout = model.library.layout
     if asked and layout.get("asked_q"):
         q, v = (np.array(layout[name], dtype=float) for name in ("asked_q", "asked_v"))
-    other = parameters is not None and parameters.tolist() != list(model.parameters.values())
-    if model.initial_at is not None and parameters is not None and other:
+    has_other_parameters = parameters is not None and parameters.tolist() != list(model.parameters.values())
+    if model.initial_at is not None and parameters is not None and has_other_parameters:
         start = model.initial_at(dict(zip(model.parameters, parameters.tolist(), strict=True)))
         q, v = (np.array(part, dtype=float) for part in start)
     return InitialState(q, v, model.initial_z.copy())
@@ -286,21 +287,21 @@ def kept_components(factors: Sequence[Factor], starts: Sequence[WrittenStart]) -
 def starts_of(model: CompiledModel, initial: Mapping[str, Any] | None) -> tuple[WrittenStart, ...]:
     """Return the joints whose positions or velocities were written, or held, for a run's initial state. Joints that the
     caller names in ``initial`` replace the scene's; the result is empty if the caller gives whole arrays."""
-    given = initial or {}
-    if "q" in given or "v" in given:
+    values = initial or {}
+    if "q" in values or "v" in values:
         return ()
-    own = {start.joint: start for start in model.description.starts}
-    for name, value in given.items():
+    starts = {start.joint: start for start in model.description.starts}
+    for name, value in values.items():
         parts = value if isinstance(value, Mapping) else {"position": value}
         joint = str(name).partition("[")[0]
-        before = own.get(joint, WrittenStart(joint, position=False, velocity=False))
-        own[joint] = WrittenStart(
+        before = starts.get(joint, WrittenStart(joint, position=False, velocity=False))
+        starts[joint] = WrittenStart(
             joint,
             before.position or "position" in parts,
             before.velocity or "velocity" in parts,
             bool(parts.get("hold", before.held)),
         )
-    return tuple(own.values())
+    return tuple(starts.values())
 
 
 #: Parts of the machine, of 1 rad, or of the largest velocity of the unit, from which on a change is reported; how many
@@ -332,17 +333,17 @@ def corrected_start(
     starts : joints with written values, which are fewer than the components of bodies in absolute coordinates
     """
     changed: list[tuple[bool, float, str, str]] = []
-    held = (consistent.violations, {**consistent.violations, **consistent.rate_violations})
+    violations = (consistent.violations, {**consistent.violations, **consistent.rate_violations})
     written = [sum(start.position for start in starts), sum(start.velocity for start in starts)]
     for before, after, labels, units_of, off, joints in zip(
-        guess, (consistent.q, consistent.v), names, units, held, written, strict=True
+        guess, (consistent.q, consistent.v), names, units, violations, written, strict=True
     ):
         if not off:
             continue
         largest = np.maximum(np.abs(before), np.abs(after))[: len(units_of)]  # references of turns have no name
         sizes = _sizes_of_units(units_of, largest, consistent.extent)
-        given = int(np.count_nonzero(before[: len(units_of)]))
-        asked = 0 < min(given, joints or given) <= freedoms
+        nonzero_count = int(np.count_nonzero(before[: len(units_of)]))
+        asked = 0 < min(nonzero_count, joints or nonzero_count) <= freedoms
         for k, (name, unit, size) in enumerate(zip(labels, units_of, sizes, strict=True)):
             share = abs(after[k] - before[k]) / size if size else 0.0
             if share > _TOLD:
@@ -352,11 +353,11 @@ def corrected_start(
     if not changed:
         return []
     changed.sort(key=lambda change: (not change[0], -change[1]))
-    told = ", ".join(words for _, _, words, _ in changed[:_LISTED])
-    told += f" and {len(changed) - _LISTED} more" if len(changed) > _LISTED else ""
+    listing = ", ".join(words for _, _, words, _ in changed[:_LISTED])
+    listing += f" and {len(changed) - _LISTED} more" if len(changed) > _LISTED else ""
     if lost := ", ".join(name for asked_for, _, _, name in changed[:_LISTED] if asked_for):
-        return [Message(f"corrected onto the constraints: {told}; try: hold = true to keep {lost} [W0306]")]
-    return [Message(f"corrected onto the constraints: {told} [W0305]")]
+        return [Message(f"corrected onto the constraints: {listing}; try: hold = true to keep {lost} [W0306]")]
+    return [Message(f"corrected onto the constraints: {listing} [W0305]")]
 
 
 def _sizes_of_units(units: Sequence[str], largest: Array, extent: float) -> list[float]:
@@ -371,6 +372,6 @@ def _sizes_of_units(units: Sequence[str], largest: Array, extent: float) -> list
         if unit in ("m/s", "rad/s"):
             size = fastest / arm if arm else 0.0
         elif unit.endswith("/s"):
-            size = max(value for value, other in zip(largest, units, strict=False) if other == unit)
+            size = max(value for value, other_unit in zip(largest, units, strict=False) if other_unit == unit)
         sizes.append(float(size))
     return sizes

@@ -343,13 +343,13 @@ class CompiledModel(NamedAttributes):
         CompiledModel
             This model, or another, compiled at first use. A model that was made by hand is returned as it is.
         """
-        wanted = tuple(name for name in terms if TERMS[name].exists_with(self._facts))
-        if all(name in self.functions for name in wanted) or self._source.with_terms is None:
+        names = tuple(name for name in terms if TERMS[name].exists_with(self._facts))
+        if all(name in self.functions for name in names) or self._source.with_terms is None:
             return self
-        for other in self._others:
-            if all(name in other.functions for name in wanted):
-                return other
-        self._others.append(self._source.with_terms(wanted))
+        for model in self._others:
+            if all(name in model.functions for name in names):
+                return model
+        self._others.append(self._source.with_terms(names))
         return self._others[-1]
 
     def in_complex(self, terms: Sequence[str]) -> Functions:
@@ -496,8 +496,8 @@ class CompiledModel(NamedAttributes):
             A row does not follow; names the row.
         """
         left_out = self.library.layout["left_out"]
-        given = zip(self.parameters.items(), p.tolist(), strict=True)
-        changed = [f"{name} = {new:.6g}" for (name, old), new in given if new != old]
+        pairs = zip(self.parameters.items(), p.tolist(), strict=True)
+        changed = [f"{name} = {new:.6g}" for (name, old), new in pairs if new != old]
         if left_out and changed and self._source.every_row is not None:
             from eomgen.solvers.redundancy import check_left_out  # noqa: PLC0415  # few constraints follow from others
 

@@ -98,10 +98,10 @@ def parameter_partials(
            [1.6629]])
     """
     chosen = _columns(model.evaluator, of)
-    given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
-    made = model.having(("parameter_partials",)).evaluator
-    values = made.call("parameter_partials", **given, multipliers=multipliers, parameters=parameters)
-    result = dict(zip(made.functions.output_names("parameter_partials"), values, strict=True))
+    arguments: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
+    evaluator = model.having(("parameter_partials",)).evaluator
+    values = evaluator.call("parameter_partials", **arguments, multipliers=multipliers, parameters=parameters)
+    result = dict(zip(evaluator.functions.output_names("parameter_partials"), values, strict=True))
     none = np.zeros((*values[0].shape[:-2], 0, values[0].shape[-1]))
     return ParameterPartials(*(result.get(name, none)[..., chosen] for name in _BLOCKS))
 
@@ -159,9 +159,9 @@ def output_parameter_partials(
     outputs = model.evaluator.library.layout["outputs"]
     if not outputs:
         return NamedResults("output", {})
-    given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
+    arguments: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
     term = "output_parameter_partials"
-    (values,) = model.having((term,)).evaluator.call(term, **given, multipliers=multipliers, parameters=parameters)
+    (values,) = model.having((term,)).evaluator.call(term, **arguments, multipliers=multipliers, parameters=parameters)
     result, start = NamedResults[Array]("output", {}), 0
     for item in outputs:
         rows = values[..., start : start + int(item["size"]), :][..., chosen]

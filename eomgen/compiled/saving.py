@@ -63,18 +63,18 @@ def save(model: CompiledModel, path: str | os.PathLike[str], *, methods: Sequenc
         raise ModelError(Problem("save", fault, hint))
     record = model.record()
     model.finish_compilation()
-    own = model.library
-    libraries = [own, *(model.stepper(method) for method in methods)]
+    own_library = model.library
+    libraries = [own_library, *(model.stepper(method) for method in methods)]
     arrays: dict[str, Array] = {}
     for number, library in enumerate(libraries):
         for name, data in library_files(library).items():
             arrays[name_of(number, name)] = np.frombuffer(data, np.uint8)
     metadata = {
         "format": FORMAT,
-        "made for": dict(machine(own.profile)),
-        "profile": own.profile,
-        "mode": own.mode,
-        "real": own.real,
+        "made for": dict(machine(own_library.profile)),
+        "profile": own_library.profile,
+        "mode": own_library.mode,
+        "real": own_library.real,
         "method": model.description.simulation.method,
         "libraries": [[library.layout["selection"], library.layout["built_method"]] for library in libraries],
         "record": record,

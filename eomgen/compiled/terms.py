@@ -182,13 +182,13 @@ class Terms:
             return by_name("state", z, self.state_names, self._initial_z)
         return components("z", z, len(self.state_names))
 
-    def call(self, term: str, **given: Any) -> tuple[Array, ...]:
+    def call(self, term: str, **arguments: Any) -> tuple[Array, ...]:
         """Return the outputs of a term at a state, arrays with the leading axes of the arguments, in the order of the C
         code.
 
         Parameters
         ----------
-        given : q and parameters; v, a, t, u, z, multipliers, base, weights and time derivatives, as far as the term
+        arguments : q and parameters; v, a, t, u, z, multipliers, base, weights and time derivatives, as far as the term
             depends on them
             Values that are missing or None: accelerations by forward dynamics, multipliers 0, inputs and base by the
             scene's formulas, internal states at their initial values.
@@ -199,9 +199,9 @@ class Terms:
             Missing velocities, accelerations that cannot be computed, and arguments of wrong shapes.
         """
         blocks = set(self.functions.inputs(term))
-        if "v" in blocks and given.get("v") is None:
+        if "v" in blocks and arguments.get("v") is None:
             raise UsageError(Problem("v", f"the term {term} needs velocities [E0279]"))
-        missing_a = "a" in blocks and given.get("a") is None
+        missing_a = "a" in blocks and arguments.get("a") is None
         constrained = "forward_dynamics" not in self.functions and solvable(self.functions)
         if missing_a and constrained:
             blocks |= blocks_of(self.functions)
@@ -215,76 +215,76 @@ class Terms:
                     )
                 )
             blocks |= set(self.functions.inputs("forward_dynamics"))
-        values = {"q": self.configuration(given["q"]), "p": self.parameters(given["parameters"])}
+        values = {"q": self.configuration(arguments["q"]), "p": self.parameters(arguments["parameters"])}
         for block in ("v", "a"):
-            if given.get(block) is not None:
-                values[block] = self.velocity(block, given[block])
-        values["t"] = self._times(term, given, values, needed="t" in blocks)
-        if "z" in blocks or given.get("z") is not None:
-            values["z"] = self.internal(given.get("z"))
+            if arguments.get(block) is not None:
+                values[block] = self.velocity(block, arguments[block])
+        values["t"] = self._times(term, arguments, values, needed="t" in blocks)
+        if "z" in blocks or arguments.get("z") is not None:
+            values["z"] = self.internal(arguments.get("z"))
         if "lam" in blocks:
             size = self.functions.sizes["lam"]
-            multipliers = given.get("multipliers")
+            multipliers = arguments.get("multipliers")
             values["lam"] = np.zeros(size) if multipliers is None else components("multipliers", multipliers, size)
-        self._add_prescribed(values, given, blocks)
+        self._add_prescribed(values, arguments, blocks)
         if missing_a and constrained:
             values["a"], multipliers = accelerations(self.functions, values)
-            if given.get("multipliers") is None:
+            if arguments.get("multipliers") is None:
                 values["lam"] = multipliers
         elif missing_a:
             values["a"] = self.functions("forward_dynamics", values)[0]
         if not blocks.isdisjoint(DERIVATIVES):
-            values |= derivative_values(self, term, given, values)
+            values |= derivative_values(self, term, arguments, values)
         return self.functions(term, values)
 
     def at(self, t: ArrayLike, parameters: Parameters, u: Inputs = None, base: ArrayLike | None = None) -> TermsAt:
         """Return the terms at one time, parameters, inputs and base, for calls at many states."""
         return TermsAt(self, t, parameters, u, base)
 
-    def accelerations(self, **given: Any) -> tuple[Array, Array]:
+    def accelerations(self, **arguments: Any) -> tuple[Array, Array]:
         """Return vdot (..., nv) and the multipliers (..., rows) of a constrained model, arguments as in ``call``."""
-        return accelerations(self.functions, self._states(given))
+        return accelerations(self.functions, self._states(arguments))
 
-    def acceleration_partials(self, moves: Iterable[tuple[Blocks, Blocks, float]], **given: Any) -> Array:
+    def acceleration_partials(self, moves: Iterable[tuple[Blocks, Blocks, float]], **arguments: Any) -> Array:
         """Return difference quotients of vdot of a constrained model over moves of the state, (..., nv, moves).
-        ``moves`` are as in ``constraints.acceleration_partials``, ``given`` the state as in ``call``."""
-        return acceleration_partials(self.functions, self._states(given), moves)
+        ``moves`` are as in ``constraints.acceleration_partials``, ``arguments`` as in ``call``."""
+        return acceleration_partials(self.functions, self._states(arguments), moves)
 
-    def _states(self, given: Mapping[str, Any]) -> dict[str, Array]:
+    def _states(self, arguments: Mapping[str, Any]) -> dict[str, Array]:
         """Return the input blocks for the accelerations of a constrained model, checked, from arguments of ``call``."""
         if not solvable(self.functions):
             self.functions.inputs("forward_dynamics")  # says that the term is missing
-        values = {"q": self.configuration(given["q"]), "v": self.velocity("v", given["v"])}
+        values = {"q": self.configuration(arguments["q"]), "v": self.velocity("v", arguments["v"])}
         blocks = blocks_of(self.functions)
-        values["p"] = self.parameters(given["parameters"])
-        values["t"] = self._times("forward_dynamics", given, values, needed="t" in blocks)
-        values["z"] = self.internal(given.get("z"))
-        self._add_prescribed(values, given, blocks)
+        values["p"] = self.parameters(arguments["parameters"])
+        values["t"] = self._times("forward_dynamics", arguments, values, needed="t" in blocks)
+        values["z"] = self.internal(arguments.get("z"))
+        self._add_prescribed(values, arguments, blocks)
         return values
 
-    def _times(self, term: str, given: Mapping[str, Any], values: Mapping[str, Array], *, needed: bool) -> Array:
+    def _times(self, term: str, arguments: Mapping[str, Any], values: Mapping[str, Array], *, needed: bool) -> Array:
         """Return the times t (...), s, from the arguments of a call; 0 if not given. Raises UsageError for nv numbers
         with one state if the term does not depend on time (``needed`` false): these are efforts, as in the functions of
         (q, v, tau) of other tools."""
-        t = numbers("t", given.get("t", 0.0))
-        one = all(values[block].ndim == 1 for block in ("q", "v") if block in values)
-        if t.ndim == 1 and one and not needed and given.get("u") is None and len(t) == self.functions.sizes["v"]:
+        t = numbers("t", arguments.get("t", 0.0))
+        single = all(values[block].ndim == 1 for block in ("q", "v") if block in values)
+        if t.ndim == 1 and single and not needed and arguments.get("u") is None and len(t) == self.functions.sizes["v"]:
             fault = f"{len(t)} times for one state, and {term} does not depend on time [E0281]"
             inputs = "u=..." if self.input_names else "u=... in a scene with inputs, of other formats actuated=True"
             raise UsageError(Problem("t", fault, f"efforts by inputs: {inputs}"))
         return t
 
-    def _add_prescribed(self, values: dict[str, Array], given: Mapping[str, Any], blocks: set[str]) -> None:
+    def _add_prescribed(self, values: dict[str, Array], arguments: Mapping[str, Any], blocks: set[str]) -> None:
         """Add weights, the state of the base and the inputs to ``values``, in place, if ``blocks`` of the term need
-        these. They are the caller's in ``given``, else the scene's at the time in ``values``."""
+        these. They are the caller's in ``arguments``, else the scene's at the time in ``values``."""
         if "weights" in blocks:
-            values["weights"] = given["weights"]
-        if given.get("base") is not None:
-            values["base"] = self.base(given["base"])
+            values["weights"] = arguments["weights"]
+        if arguments.get("base") is not None:
+            values["base"] = self.base(arguments["base"])
         elif "base" in blocks:
             values["base"] = self.functions("base", values)[0]
-        if "u" in blocks or given.get("u") is not None:
-            values["u"] = self.inputs(given.get("u"), values)
+        if "u" in blocks or arguments.get("u") is not None:
+            values["u"] = self.inputs(arguments.get("u"), values)
 
     def base(self, base: ArrayLike) -> Array:
         """Return the caller's state of the base as (..., 19).
@@ -298,9 +298,9 @@ class Terms:
             raise UsageError(
                 Problem("base", "the base of this scene is at rest [E0282]", "a [base] section in the scene")
             )
-        given = components("base", base, self.functions.sizes["base"])
-        self._check_zeros("base", given, [(component, component) for component in self._base_zeros])
-        return given
+        values = components("base", base, self.functions.sizes["base"])
+        self._check_zeros("base", values, [(component, component) for component in self._base_zeros])
+        return values
 
     def base_rates(self, rates: ArrayLike) -> Array:
         """Return the caller's derivatives of the base's twist from the second on, (..., orders, 6), as (..., 6 orders).
@@ -310,27 +310,27 @@ class Terms:
                 Problem("base_rates", "the base of this scene is at rest [E0282]", "a [base] section in the scene")
             )
         size = self.functions.sizes["base_rates"]
-        given = _flat("base_rates", rates, (size // 6, 6), size)
+        values = _flat("base_rates", rates, (size // 6, 6), size)
         from eomgen.system.system import base_place  # noqa: PLC0415  # few calls give a motion of the base
 
         first = base_place("omega_dot")
         of_twist = [component for component in self._base_zeros if component >= first]
         places = [(6 * row + component - first, component) for row in range(size // 6) for component in of_twist]
-        self._check_zeros("base_rates", given, places)
-        return given
+        self._check_zeros("base_rates", values, places)
+        return values
 
-    def _check_zeros(self, name: str, given: Array, places: Sequence[tuple[int, int]]) -> None:
-        """Raise UsageError if one of the components of ``given`` is not zero that the base's law keeps at zero at all
-        times. ``places`` are (index in ``given``, component of the base struct); the equations are compiled without
+    def _check_zeros(self, name: str, values: Array, places: Sequence[tuple[int, int]]) -> None:
+        """Raise UsageError if one of the components of ``values`` is not zero that the base's law keeps at zero at all
+        times. ``places`` are (index in ``values``, component of the base struct); the equations are compiled without
         these."""
-        for place, component in places:
-            wrong = given[..., place][given[..., place] != 0.0]
+        for index, component in places:
+            wrong = values[..., index][values[..., index] != 0.0]
             if wrong.size:
                 from eomgen.system.system import base_component  # noqa: PLC0415  # for a mistake only
 
                 of_base = base_component(component)
                 fault = (
-                    f"component {place} is {wrong[0]:.6g}, but {of_base} of the base is 0 at all times by the scene's"
+                    f"component {index} is {wrong[0]:.6g}, but {of_base} of the base is 0 at all times by the scene's"
                     " law, and the equations are without it [E0283]"
                 )
                 raise UsageError(Problem(name, fault, f"0 there, or a law in [base] by which {of_base} changes"))
@@ -424,13 +424,13 @@ def check_derivatives(names: Iterable[str]) -> None:
 
 
 def derivative_values(
-    terms: Terms, term: str, given: Mapping[str, Any], values: Mapping[str, Array]
+    terms: Terms, term: str, state: Mapping[str, Any], values: Mapping[str, Array]
 ) -> dict[str, Array]:
     """Return the blocks of derivatives that a term takes.
 
     Parameters
     ----------
-    given : arguments of the caller; missing derivatives of inputs are the scene's, or zero for inputs that the caller
+    state : arguments of the caller; missing derivatives of inputs are the scene's, or zero for inputs that the caller
         gives
     values : the remaining blocks
 
@@ -444,29 +444,29 @@ def derivative_values(
     result: dict[str, Array] = {}
     for block in ("j", "s", "a_higher"):
         if block in blocks:
-            if given.get(block) is None:
+            if state.get(block) is None:
                 raise UsageError(Problem(block, f"the term {term} needs {_MEANING[block]} [E0286]", f"{block}=..."))
             result[block] = (
-                _rows(terms, term, block, given[block]) if block == "a_higher" else terms.velocity(block, given[block])
+                _rows(terms, term, block, state[block]) if block == "a_higher" else terms.velocity(block, state[block])
             )
     if any(block in blocks for block in ("u_dot", "u_ddot", "u_higher")):
-        result |= _input_derivatives(terms, term, blocks, given, values)
+        result |= _input_derivatives(terms, term, blocks, state, values)
     if "base_rates" in blocks:
-        result["base_rates"] = _base_derivatives(terms, given, values)
+        result["base_rates"] = _base_derivatives(terms, state, values)
     return result
 
 
 def _input_derivatives(
-    terms: Terms, term: str, blocks: list[str], given: Mapping[str, Any], values: Mapping[str, Array]
+    terms: Terms, term: str, blocks: list[str], arguments: Mapping[str, Any], values: Mapping[str, Array]
 ) -> dict[str, Array]:
-    """Return the blocks u_dot, u_ddot and u_higher as far as the term takes them (``blocks``). They are those
-    ``given``, else the scene's own, and zero for inputs that the caller gives."""
+    """Return the blocks u_dot, u_ddot and u_higher as far as the term takes them (``blocks``). They are the
+    caller's in ``arguments``, else the scene's own, and zero for inputs that the caller gives."""
     of_scene: dict[str, Array] = {}
     if "input_rates" in terms.functions:
         of_scene = dict(
             zip(terms.functions.output_names("input_rates"), terms.functions("input_rates", values), strict=True)
         )
-    driven = given.get("u")
+    driven = arguments.get("u")
     names = terms.input_names
     by_caller = np.array(
         [driven is not None and (not isinstance(driven, Mapping) or name in driven) for name in names], bool
@@ -476,7 +476,7 @@ def _input_derivatives(
         if block not in blocks:
             continue
         default = np.where(by_caller, 0.0, of_scene[block]) if block in of_scene else np.zeros(len(names))
-        rates = given.get(block)
+        rates = arguments.get(block)
         if rates is None:
             result[block] = default
         elif isinstance(rates, Mapping):
@@ -484,8 +484,8 @@ def _input_derivatives(
         else:
             result[block] = components(block, rates, len(names))
     if "u_higher" in blocks:
-        if given.get("u_higher") is not None:
-            result["u_higher"] = _rows(terms, term, "u_higher", given["u_higher"])
+        if arguments.get("u_higher") is not None:
+            result["u_higher"] = _rows(terms, term, "u_higher", arguments["u_higher"])
         else:
             rows = np.where(by_caller, 0.0, of_scene["u_higher"]) if of_scene else np.zeros((1, len(names)))
             size = terms.functions.sizes["u_higher"]
@@ -493,10 +493,10 @@ def _input_derivatives(
     return result
 
 
-def _base_derivatives(terms: Terms, given: Mapping[str, Any], values: Mapping[str, Array]) -> Array:
-    if given.get("base_rates") is not None:
-        return terms.base_rates(given["base_rates"])
-    if given.get("base") is not None:
+def _base_derivatives(terms: Terms, arguments: Mapping[str, Any], values: Mapping[str, Array]) -> Array:
+    if arguments.get("base_rates") is not None:
+        return terms.base_rates(arguments["base_rates"])
+    if arguments.get("base") is not None:
         fault = "a base that is given needs the further derivatives of its twist as well [E0287]"
         raise UsageError(
             Problem("base_rates", fault, "base_rates=..., or neither of the two for the scene's own motion")

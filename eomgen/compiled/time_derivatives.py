@@ -75,7 +75,7 @@ def rates(
     True
     """
     term = _term_of(model, order)
-    given: dict[str, Any] = {
+    arguments: dict[str, Any] = {
         "q": q,
         "v": v,
         "a": a,
@@ -86,8 +86,8 @@ def rates(
         "u_dot": u_dot,
         "u_ddot": u_ddot,
     }
-    given |= {"a_higher": a_higher, "u_higher": u_higher, "z": z, "base": base, "base_rates": base_rates}
-    return model.evaluator.call(term, **given, parameters=parameters)
+    arguments |= {"a_higher": a_higher, "u_higher": u_higher, "z": z, "base": base, "base_rates": base_rates}
+    return model.evaluator.call(term, **arguments, parameters=parameters)
 
 
 def _term_of(model: EvaluatedModel, order: int | None) -> str:
@@ -143,9 +143,9 @@ def forward_rates(
     >>> j.round(3)
     array([  0.668, -27.263])
     """
-    given: dict[str, Any] = {"q": q, "v": v, "t": t, "u": u, "u_dot": u_dot, "u_ddot": u_ddot}
-    given |= {"z": z, "base": base, "base_rates": base_rates}
-    a, j, s = model.evaluator.call("forward_rates", **given, parameters=parameters)
+    arguments: dict[str, Any] = {"q": q, "v": v, "t": t, "u": u, "u_dot": u_dot, "u_ddot": u_ddot}
+    arguments |= {"z": z, "base": base, "base_rates": base_rates}
+    a, j, s = model.evaluator.call("forward_rates", **arguments, parameters=parameters)
     return a, j, s
 
 
@@ -291,9 +291,9 @@ def force_rates(
     >>> model.force_rates(q, v, a, j)[0].round(4)
     array([-8.567 , -3.0993])
     """
-    given: dict[str, Any] = {"q": q, "v": v, "a": a, "j": j, "t": t, "u": u, "u_dot": u_dot, "u_ddot": u_ddot}
-    given |= {"z": z, "base": base, "base_rates": base_rates}
-    first, second = model.evaluator.call("force_rates", **given, parameters=parameters)
+    arguments: dict[str, Any] = {"q": q, "v": v, "a": a, "j": j, "t": t, "u": u, "u_dot": u_dot, "u_ddot": u_ddot}
+    arguments |= {"z": z, "base": base, "base_rates": base_rates}
+    first, second = model.evaluator.call("force_rates", **arguments, parameters=parameters)
     return first, second
 
 
@@ -339,6 +339,6 @@ def base_motion_rates(
     >>> model.base_motion_rates(q, v, a, j, t=0.2)[0].round(4)
     array([5.6379, 0.7658])
     """
-    given: dict[str, Any] = {"q": q, "v": v, "a": a, "j": j, "t": t, "base": base, "base_rates": base_rates}
-    first, second = model.evaluator.call("base_motion_rates", **given, parameters=parameters)
+    arguments: dict[str, Any] = {"q": q, "v": v, "a": a, "j": j, "t": t, "base": base, "base_rates": base_rates}
+    first, second = model.evaluator.call("base_motion_rates", **arguments, parameters=parameters)
     return first, second

@@ -42,9 +42,9 @@ def law_rates(model: CompiledModel, measures: SceneMeasures, q: Array) -> Array:
     Rates are zero that the law's acceleration makes up over a way of rounding."""
     if not model.multipliers:
         return np.zeros(0)
-    able, given, rest = _kinematic(model), _arguments(measures), np.zeros(model.nv)
-    (rates,) = able.evaluate("constraint_velocity", q, rest, **given).values()
-    (changes,) = able.evaluate("constraint_bias", q, rest, **given).values()
+    able, arguments, rest = _kinematic(model), _arguments(measures), np.zeros(model.nv)
+    (rates,) = able.evaluate("constraint_velocity", q, rest, **arguments).values()
+    (changes,) = able.evaluate("constraint_bias", q, rest, **arguments).values()
     length = measures.length(q)
     reach = np.array([1.0 if unit in ("1", "1/s") else length for unit in model.library.layout["row_units"]])
     # a rate that the law's acceleration reaches at once is rounding
@@ -95,15 +95,15 @@ def where_driven(model: CompiledModel, measures: SceneMeasures, q: Array) -> Arr
     Corrections end as soon as one does not reduce the largest violation, or after ``_CORRECTIONS``."""
     if not model.functions.sizes["holonomic"]:
         return q
-    given, extents = _arguments(measures), _extents(model, measures, q)
+    arguments, extents = _arguments(measures), _extents(model, measures, q)
 
     def off(at: Array) -> Array:
-        (violation,) = model.evaluate("constraint", at, **given).values()
+        (violation,) = model.evaluate("constraint", at, **arguments).values()
         return np.asarray(violation, dtype=float)
 
     violation = off(q)
     for _ in range(_CORRECTIONS):
-        (B,) = model.evaluate("constraint_jacobian", q, **given).values()
+        (B,) = model.evaluate("constraint_jacobian", q, **arguments).values()
         step = extents * np.linalg.lstsq(B[: len(violation)] * extents, -violation, rcond=None)[0]
         nearer = _move(model, measures, q, step, 1.0)
         left = off(nearer)
@@ -180,11 +180,11 @@ def _kinematic(model: CompiledModel) -> CompiledModel:
 def _imbalance(model: CompiledModel, measures: SceneMeasures, u: Inputs, q: Array, v: Array, z: Array) -> Array:
     """Return the accelerations, (nv,), that the forces cause at q, v, z and that constraint forces do not take up.
     Accelerations that the rows ask for along v are included."""
-    rest, given = np.zeros(model.nv), _arguments(measures)
+    rest, arguments = np.zeros(model.nv), _arguments(measures)
     lam = np.zeros(len(model.multipliers))
-    (r,) = model.evaluate("residual", q, v, rest, z=z, multipliers=lam, u=u, **given).values()
-    (B,) = model.evaluate("constraint_jacobian", q, **given).values()
-    (asked,) = _kinematic(model).evaluate("constraint_bias", q, v, **given).values()
+    (r,) = model.evaluate("residual", q, v, rest, z=z, multipliers=lam, u=u, **arguments).values()
+    (B,) = model.evaluate("constraint_jacobian", q, **arguments).values()
+    (asked,) = _kinematic(model).evaluate("constraint_bias", q, v, **arguments).values()
     M = regular_inertia(model.mass(q, parameters=measures.p), B, _extents(model, measures, q))
     L = np.linalg.cholesky(M)
     rows = np.linalg.solve(L, B.T).T

@@ -58,28 +58,28 @@ class ElementStrains:
     stiffness : (elements, 6, 6) section forces by change of d: stiffness by length
     """
 
-    def __init__(self, model: CompiledModel, p: Array, given: dict[str, Any]) -> None:
-        """Prepare all elements of the beams at parameters p (np,); ``given`` are t, parameters and base, as of
+    def __init__(self, model: CompiledModel, p: Array, arguments: dict[str, Any]) -> None:
+        """Prepare all elements of the beams at parameters p (np,); ``arguments`` are t, parameters and base, as of
         ``model.evaluate``."""
         self.model = model
         beams = model.description.element_stiffness
         self._mentioned = _stiffness_parameters(beams)
         self.stiffness = np.zeros((0, 6, 6))
         self._values: dict[str, float] | None = None
-        self._set(p, given)
+        self._set(p, arguments)
         number = {name: index for index, name in enumerate(model.bodies)}
         pairs = [pair for beam in beams for pair in pairwise(beam.nodes)]
         self._first, self._second = (np.array([number[pair[end]] for pair in pairs], int) for end in (0, 1))
         self._own = {factor.name: factor.v_start for factor in model.factors if factor.group == "SE3"}
         self._nodes = sorted({*self._first.tolist(), *self._second.tolist()})
         self._ends = [np.searchsorted(self._nodes, nodes) for nodes in (self._first, self._second)]
-        held = _fixed_to_base(model)
-        own = [self._own.get(model.bodies[node]) for node in self._nodes]
-        self._free = [(place, start) for place, start in enumerate(own) if start is not None]
+        fixed_bodies = _fixed_to_base(model)
+        starts = [self._own.get(model.bodies[node]) for node in self._nodes]
+        self._free = [(node_index, start) for node_index, start in enumerate(starts) if start is not None]
         self._carried = [
-            (place, node)
-            for place, node in enumerate(self._nodes)
-            if own[place] is None and model.bodies[node] not in held
+            (node_index, node)
+            for node_index, node in enumerate(self._nodes)
+            if starts[node_index] is None and model.bodies[node] not in fixed_bodies
         ]
         self._last: tuple[Array, Matrix] | None = None  # q and twists: a correction asks twice
         self._by_d: tuple[Array, Array, Array] | None = None  # d and derivatives along twists
@@ -87,16 +87,16 @@ class ElementStrains:
     def __len__(self) -> int:
         return len(self.stiffness)
 
-    def at(self, p: Array, given: dict[str, Any]) -> ElementStrains:
-        """Return a copy of these elements at other parameters p (np,), t and base (``given``)."""
-        other = copy(self)
-        other._set(p, given)
+    def at(self, p: Array, arguments: dict[str, Any]) -> ElementStrains:
+        """Return a copy of these elements at other parameters p (np,), t and base (``arguments``)."""
+        elements = copy(self)
+        elements._set(p, arguments)
         if self._carried:
-            other._last = None
-        return other
+            elements._last = None
+        return elements
 
-    def _set(self, p: Array, given: dict[str, Any]) -> None:
-        self._given, self._at = given, self.model.evaluator.at(**given)
+    def _set(self, p: Array, arguments: dict[str, Any]) -> None:
+        self._given, self._at = arguments, self.model.evaluator.at(**arguments)
         values = self.model.description.values(dict(zip(self.model.parameters, p.tolist(), strict=True)))
         mentioned = {name: values[name] for name in self._mentioned}
         if mentioned != self._values:
@@ -171,15 +171,15 @@ class ElementStrains:
         joints."""
         rows, columns = [np.zeros(0, int)], [np.zeros(0, int)]
         entries = [np.zeros(0)]
-        for place, start in self._free:
-            rows.append(6 * place + np.arange(6))
+        for node_index, start in self._free:
+            rows.append(6 * node_index + np.arange(6))
             columns.append(start + np.arange(6))
             entries.append(np.ones(6))
         if self._carried and self.model.nv:
             twists = self._twists_of([node for _, node in self._carried], q)
-            for number, (place, _) in enumerate(self._carried):
+            for number, (node_index, _) in enumerate(self._carried):
                 column, row = np.nonzero(twists[:, number])
-                rows.append(6 * place + row)
+                rows.append(6 * node_index + row)
                 columns.append(column)
                 entries.append(twists[column, number, row])
         places, shape = (np.concatenate(rows), np.concatenate(columns)), (6 * len(self._nodes), self.model.nv)
@@ -279,8 +279,8 @@ class LoadParameter:
             p[..., list(self.model.parameters).index(self.name)] = s
             return p, self.t, self.u
         if self.name in self.model.inputs:
-            given = dict(self.u) if isinstance(self.u, Mapping) else {}
-            return self.parameters, self.t, {**given, self.name: s}
+            inputs = dict(self.u) if isinstance(self.u, Mapping) else {}
+            return self.parameters, self.t, {**inputs, self.name: s}
         return self.parameters, s, self.u
 
 
@@ -407,10 +407,10 @@ def loaded_statics(
     )
 
 
-def _same(one: LoadedState, other: LoadedState) -> bool:
+def _same(first: LoadedState, second: LoadedState) -> bool:
     """Return whether two states have the same arrays and the same load factor."""
-    arrays = one.q is other.q and one.multipliers is other.multipliers and one.z is other.z
-    return arrays and one.s == other.s
+    arrays = first.q is second.q and first.multipliers is second.multipliers and first.z is second.z
+    return arrays and first.s == second.s
 
 
 def check_partials(model: CompiledModel, call: str) -> None:

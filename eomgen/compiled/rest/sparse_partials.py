@@ -88,7 +88,7 @@ def sparse_partials(
     a: Array,
     z: Array,
     multipliers: Array,
-    given: Mapping[str, Any],
+    arguments: Mapping[str, Any],
     *,
     of_velocities: bool = True,
 ) -> SparsePartials:
@@ -97,10 +97,10 @@ def sparse_partials(
     Parameters
     ----------
     model : with one of the terms ``OF_RESIDUAL``
-    given : t, parameters, base and u, as of ``model.evaluate``
+    arguments : t, parameters, base and u, as of ``model.evaluate``
     of_velocities : whether C, Z and Fv are needed; False may leave them empty
     """
-    state: dict[str, Any] = {"q": q, "v": v, "a": a, "z": z, "multipliers": multipliers, **given}
+    state: dict[str, Any] = {"q": q, "v": v, "a": a, "z": z, "multipliers": multipliers, **arguments}
     nv, nz, rows = model.nv, model.nz, len(model.multipliers)
     shapes = {
         **dict.fromkeys("KCM", (nv, nv)),

@@ -182,8 +182,8 @@ def off_axis_hint(model: CompiledModel, measures: SceneMeasures, q: Array, v: Ar
                 )
                 # half a turn reverses the part of gravity across the axis alone
                 across = gravity - rotated(turn[1], rotated(turn[0] * _CONJUGATE, gravity))
-        own = worst > before and float(np.linalg.norm(moment)) <= _BALANCED * worst
-        if own and float(np.linalg.norm(across)) > _ON_AXIS * measures.gravity():
+        is_balanced = worst > before and float(np.linalg.norm(moment)) <= _BALANCED * worst
+        if is_balanced and float(np.linalg.norm(across)) > _ON_AXIS * measures.gravity():
             result = (
                 f"gravity along the axis of {factor.name} or none, for the centres of mass balance about this axis, and"
                 " gravity across it turns relative to each part; floquet (of a model, in Python) takes such a motion,"
