@@ -225,17 +225,17 @@ def _controller_data(
     `rows` are all sampled states, `numbers` the index of each internal state by name, `clocks` pairs of period and
     first time in s."""
     by_state = {row.state: row for row in rows}
-    given = [by_state[numbers[name]] for name in item.value_states]
+    value_rows = [by_state[numbers[name]] for name in item.value_states]
     return {
         "name": item.name,
         "signals": list(item.signals),
         "outputs": list(item.outputs),
         "signal_states": [numbers[name] for name in item.signal_states],
-        "value_states": [row.state for row in given],
+        "value_states": [row.state for row in value_rows],
         "memory_states": [numbers[name] for name in item.memory_states],
-        "quantum": given[0].quantum,
-        "level": given[0].level,
-        "clock": clocks.index((given[0].period, given[0].offset)),
+        "quantum": value_rows[0].quantum,
+        "level": value_rows[0].level,
+        "clock": clocks.index((value_rows[0].period, value_rows[0].offset)),
         "declared": item.declared,
         "function": item.function,
         "source": item.source.name if item.source else "",
@@ -247,8 +247,8 @@ def controller_status(controllers: Sequence[SampledController]) -> tuple[Status,
     if not controllers:
         return ()
     names = ", ".join(item.name for item in controllers)
-    one = f"the function of the controller {names}" if len(controllers) == 1 else f"a controller's function ({names})"
-    text = f"{one} reports an error, gives values that are not finite, or is missing"
+    who = f"the function of the controller {names}" if len(controllers) == 1 else f"a controller's function ({names})"
+    text = f"{who} reports an error, gives values that are not finite, or is missing"
     return (Status(CONTROLLER_FAILED, "CONTROLLER_FAILED", text, CONTROLLER_ADVICE),)
 
 

@@ -41,11 +41,11 @@ def harmonics_data(system: System) -> dict[str, Any] | None:
         return None
     constant: list[list[float]] = []
     by_frequencies: dict[tuple[float, ...], list[tuple[int, tuple[float, ...], tuple[float, ...]]]] = {}
-    for index, given in enumerate(system.harmonics):
-        if isinstance(given, float):
-            constant.append([index, given])
+    for index, component in enumerate(system.harmonics):
+        if isinstance(component, float):
+            constant.append([index, component])
             continue
-        in_phase, frequencies, quadrature = given
+        in_phase, frequencies, quadrature = component
         by_frequencies.setdefault(frequencies, []).append((index, in_phase, quadrature))
     if max(map(len, by_frequencies), default=0) < LEAST:  # with no inputs too
         return None
@@ -53,16 +53,16 @@ def harmonics_data(system: System) -> dict[str, Any] | None:
     for frequencies, inputs in by_frequencies.items():
         count = -(-len(frequencies) // _MULTIPLE) * _MULTIPLE
         for start in range(0, len(inputs), _SIDE_BY_SIDE):
-            own = inputs[start : start + _SIDE_BY_SIDE]
+            group_inputs = inputs[start : start + _SIDE_BY_SIDE]
             groups.append(
                 {
                     "first": first,
                     "count": count,
                     "stretch": _stretch(count),
                     "frequencies": _pad(frequencies, count) if start == 0 else [],
-                    "inputs": [index for index, _, _ in own],
-                    "in_phase": [_pad(column, count) for _, column, _ in own],
-                    "quadrature": [_pad(column, count) for _, _, column in own],
+                    "inputs": [index for index, _, _ in group_inputs],
+                    "in_phase": [_pad(column, count) for _, column, _ in group_inputs],
+                    "quadrature": [_pad(column, count) for _, _, column in group_inputs],
                 }
             )
         first += count

@@ -43,9 +43,9 @@ def work_of_system(solver: Mapping[str, Any], size: int) -> tuple[Work, ...]:
     solver : ``Program.method["solver"]``, as ``newton.solver.solver_data`` gives it
     size : number of unknowns
     """
-    one = WEIGHTS.index("one")
+    unit_weight = WEIGHTS.index("one")
     linear = [entry["linear"] for entry in solver["entries"]]
-    weighed = sum(weight != one for terms in linear for weight, _ in terms)
+    weighed = sum(weight != unit_weight for terms in linear for weight, _ in terms)
     sums = sum(max(len(terms) - 1, 0) for terms in linear) + len(solver["rate_diagonal"])
     sums += sum(len(row) - 1 for row in solver["moved"])
     weighed += sum(len(row) for row in solver["moved"])
@@ -77,8 +77,8 @@ def _operations_of_groups(data: Mapping[str, Any]) -> tuple[int, int]:
     group, begin, left, distance = (data[name] for name in ("groups", "begin", "left", "distance"))
     sides = []  # columns to the left and to the right of the diagonal of each row
     for row, kind in enumerate(data["kind_of"]):
-        across, own = [row + step for step in distance[begin[kind] : begin[kind + 1]]], left[kind]
-        sides.append((across[:own], across[own + 1 :]))
+        across, diagonal = [row + step for step in distance[begin[kind] : begin[kind + 1]]], left[kind]
+        sides.append((across[:diagonal], across[diagonal + 1 :]))
     additions = multiplications = 0
     for row, (lower, upper) in enumerate(sides):
         for earlier in lower:
@@ -107,7 +107,7 @@ def work_of_products(products: Sequence[Mapping[str, Any]]) -> tuple[Work, Work]
     """Return the work of M times a vector, and of gain K times another vector, per step; `products` has the terms of
     each row."""
     mass, stiffness = ([len(row[name]) for row in products if row[name]] for name in ("M", "K"))
-    differences = sum(other is not None for row in products for _, _, other in row["K"])
+    differences = sum(second_column is not None for row in products for _, _, second_column in row["K"])
     return (
         Work("M a", 1, False, sum(mass), sum(mass)),
         Work("gain K d", 1, False, sum(stiffness) + differences, sum(stiffness) + len(stiffness)),

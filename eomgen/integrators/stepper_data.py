@@ -80,7 +80,7 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
         len(system.multipliers),
         system.holonomic,
     )
-    own = method.data(system, step, samples)
+    family_data = method.data(system, step, samples)
     state = _state(method, system, sizes)
     bound = ["step", *(item.name for item in state if item.name in method.parameters)]
     jumps = jump_data(system.discontinuities, method.discontinuity_order, by_differences=method.implicit)
@@ -103,8 +103,8 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
         "dense_output": method.dense_output,
         "state_is_all": method.state_is_all,
         "remembers": sampled and bool(sizes.u or sizes.p or system.sampled),
-        "rows_per_step": len(own["input_times"]) - 1,
-        "rows_text": _rows_text(own["input_times"]) if sampled else "the first one constant over the step",
+        "rows_per_step": len(family_data["input_times"]) - 1,
+        "rows_text": _rows_text(family_data["input_times"]) if sampled else "the first one constant over the step",
         "renewal": method.renewal,
         "projection": method.projection,
         "own_steps": False,
@@ -122,8 +122,8 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
         **({"events": event_data(system.events, system.modes)} if system.events else {}),
         "parameters": list(method.parameters),
         **{name: float(value) for name, value in method.parameters.items()},
-        **own,
-        "hooks": {"row": "", "recorded": "", "end": "", **own.get("hooks", {})},
+        **family_data,
+        "hooks": {"row": "", "recorded": "", "end": "", **family_data.get("hooks", {})},
         "row": [[name, size] for name, size in rows.items() if size],
         "settings": [
             dataclasses.asdict(item) | {"whole": list(item.whole or ())}

@@ -44,10 +44,10 @@ def checked_setting(data: Mapping[str, Any], name: str, value: float) -> float:
         be.
     """
     rows = {item["name"]: item for item in data["settings"]}
-    known = [other for other in rows if other != "step" and other not in data["parameters"]]
-    if name not in known:
-        close = close_names(name, known, 1)
-        hint = close[0] if close else f"one of {', '.join(known)}" if known else ""
+    names = [key for key in rows if key != "step" and key not in data["parameters"]]
+    if name not in names:
+        close = close_names(name, names, 1)
+        hint = close[0] if close else f"one of {', '.join(names)}" if names else ""
         raise UsageError(Problem("settings", f"{data['family']} has no setting {name!r} [E0361]", hint))
     if value < 0.0:
         raise UsageError(Problem(f"settings.{name}", f"{name} is negative: {value:.9g} [E0362]"))
@@ -64,9 +64,9 @@ def checked_setting(data: Mapping[str, Any], name: str, value: float) -> float:
     return float(value)
 
 
-def with_settings(data: Mapping[str, Any], given: Mapping[str, float]) -> dict[str, Any]:
+def with_settings(data: Mapping[str, Any], settings: Mapping[str, float]) -> dict[str, Any]:
     """Return ``Program.method`` with other defaults of its settings. Raises UsageError as ``checked_setting``."""
-    values = {name: checked_setting(data, name, value) for name, value in given.items()}
+    values = {name: checked_setting(data, name, value) for name, value in settings.items()}
     rows = [{**item, "default": values.get(item["name"], item["default"])} for item in data["settings"]]
     return {**data, "settings": rows}
 

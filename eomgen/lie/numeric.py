@@ -172,8 +172,8 @@ class FirstOrderAlgebra:
         return np.real(_parts(x)[0]) < np.real(_parts(y)[0])
 
     def select(self, condition: Any, then: Any, otherwise: Any) -> FirstOrder:
-        one, other = _parts(then), _parts(otherwise)
-        return FirstOrder(np.where(condition, one[0], other[0]), np.where(condition, one[1], other[1]))
+        first, second = _parts(then), _parts(otherwise)
+        return FirstOrder(np.where(condition, first[0], second[0]), np.where(condition, first[1], second[1]))
 
 
 def _parts(x: Any) -> tuple[Any, Any]:

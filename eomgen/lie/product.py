@@ -196,10 +196,10 @@ def by_group(factors: tuple[Factor, ...]) -> list[tuple[Group | None, Places, Pl
     return [
         (
             None if name == "R" else group_named(name),
-            _places([factor.q for factor in own]),
-            _places([factor.v for factor in own]),
+            _places([factor.q for factor in elements]),
+            _places([factor.v for factor in elements]),
         )
-        for name, own in members.items()
+        for name, elements in members.items()
     ]
 
 

@@ -40,8 +40,8 @@ def word_defects(alternating: Sequence[float], letters: int) -> list[Array]:
     alternating : fractions of a step, of A, B, A, ... in turn
     """
     words = [np.ones(1), *(np.zeros(2**length) for length in range(1, letters + 1))]
-    for place, fraction in enumerate(alternating):
-        second = place % 2
+    for index, fraction in enumerate(alternating):
+        second = index % 2
         after = [array.copy() for array in words]
         for length in range(1, letters + 1):
             for appended in range(1, length + 1):
@@ -156,11 +156,11 @@ class Composition:
         kinds: tuple[Part, Part] = ("drift", "kick") if self.first == "drift" else ("kick", "drift")
         last = len(self.fractions) - 1
         for step in range(steps):
-            for place, fraction in enumerate(self.fractions):
-                if place == 0 and step:
+            for index, fraction in enumerate(self.fractions):
+                if index == 0 and step:
                     continue  # part of the previous leapfrog
-                merged = place == last and step < steps - 1
-                yield kinds[place % 2], fraction + (self.fractions[0] if merged else 0.0)
+                merged = index == last and step < steps - 1
+                yield kinds[index % 2], fraction + (self.fractions[0] if merged else 0.0)
 
     @functools.cached_property
     def leapfrogs(self) -> tuple[float, ...]:
@@ -172,12 +172,12 @@ class Composition:
         outer = self.drifts if self.first == "drift" else self.kicks
         halves = (0.0, *inner, 0.0)
         sums = ((before + after) / 2 for before, after in itertools.pairwise(halves))
-        return inner if all(abs(one - two) < 1e-14 for one, two in zip(outer, sums, strict=True)) else ()
+        return inner if all(abs(fraction - mean) < 1e-14 for fraction, mean in zip(outer, sums, strict=True)) else ()
 
     def swap_parts(self) -> Composition:
         """Return the same fractions with kicks for drifts and drifts for kicks, which has the same order."""
-        other: Part = "kick" if self.first == "drift" else "drift"
-        return Composition(self.name, self.order, other, self.fractions, self.source, self.levels)
+        opposite: Part = "kick" if self.first == "drift" else "drift"
+        return Composition(self.name, self.order, opposite, self.fractions, self.source, self.levels)
 
     def oscillator(self, steps: Array) -> Array:
         """Return the matrices by which steps change (q, p) of the oscillator q'' = -q, shape (..., 2, 2).
@@ -192,8 +192,8 @@ class Composition:
         """Return the matrices (..., 2, 2) of the oscillator q'' = -q for steps (...) of a level of a recursion; 0:
         leapfrogs."""
         if level == 0:
-            other: Part = "kick" if self.first == "drift" else "drift"
-            return _matrices([(self.first, 0.5), (other, 1.0), (self.first, 0.5)], steps)
+            opposite: Part = "kick" if self.first == "drift" else "drift"
+            return _matrices([(self.first, 0.5), (opposite, 1.0), (self.first, 0.5)], steps)
         sizes = self.levels[level - 1]
         inner = {size: self._by_level(size * steps, level - 1) for size in dict.fromkeys(sizes)}
         return functools.reduce(np.matmul, (inner[size] for size in sizes))

@@ -103,8 +103,8 @@ def _merge_leapfrogs(*half: Decimal) -> tuple[float, ...]:
 def _even_kicks(drifts: tuple[Decimal, ...], kicks: tuple[Decimal, ...]) -> tuple[float, ...]:
     """Return the symmetric fractions of a step with an even number of kicks between drifts. `drifts` and `kicks` are
     the first independent ones; the remaining fractions follow from the sums, which are 1."""
-    given = [*kicks, Decimal("0.5") - sum(kicks, Decimal(0))]
-    pairs = [value for pair in zip(drifts, given, strict=True) for value in pair]
+    all_kicks = [*kicks, Decimal("0.5") - sum(kicks, Decimal(0))]
+    pairs = [value for pair in zip(drifts, all_kicks, strict=True) for value in pair]
     return _symmetric(*pairs, 1 - 2 * sum(drifts, Decimal(0)))
 
 

@@ -96,12 +96,12 @@ class AdaptiveGeneralizedAlpha(GeneralizedAlpha):
         return (*super().state(sizes), *step_state(sizes))
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
-        own = (item for item in super().settings(sizes) if item.name != "max_halvings")
-        return (*own, tolerance_setting(self.tolerance), longest_setting(LONGEST))
+        base_settings = (item for item in super().settings(sizes) if item.name != "max_halvings")
+        return (*base_settings, tolerance_setting(self.tolerance), longest_setting(LONGEST))
 
     def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
-        own = (bound for bound in super().bounds(sizes) if bound.left != "max_halvings")
-        return (*own, Bound("tolerance", ">", 0.0), Bound("tolerance", "<=", LARGEST_TOLERANCE))
+        base_bounds = (bound for bound in super().bounds(sizes) if bound.left != "max_halvings")
+        return (*base_bounds, Bound("tolerance", ">", 0.0), Bound("tolerance", "<=", LARGEST_TOLERANCE))
 
     def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
         return (*super().statistics(sizes), *step_statistics())
@@ -111,9 +111,9 @@ class AdaptiveGeneralizedAlpha(GeneralizedAlpha):
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
         on_a_grid = ("harmonics", "known_part", "unobserved_steps", "starts_with_rates_of_inputs")
-        own = super().data(system, step, samples)
+        base_data = super().data(system, step, samples)
         return {
-            **{key: value for key, value in own.items() if key not in on_a_grid},
+            **{key: value for key, value in base_data.items() if key not in on_a_grid},
             **step_data(2),
             "parameters": list(self.coefficients),
             "turning": [],
@@ -129,8 +129,8 @@ def _optimal(rho_inf: float = 0.8, tolerance: float = DEFAULT_TOLERANCE) -> Adap
     return AdaptiveGeneralizedAlpha(rho_inf, STABILISED, tolerance=tolerance)
 
 
-def _named_case(name: str, tolerance: float = DEFAULT_TOLERANCE, **given: float) -> AdaptiveGeneralizedAlpha:
+def _named_case(name: str, tolerance: float = DEFAULT_TOLERANCE, **parameters: float) -> AdaptiveGeneralizedAlpha:
     """Return a case; ``alpha``, if given, replaces ``rho_inf``."""
-    if "alpha" in given:
-        given.pop("rho_inf", None)
-    return AdaptiveGeneralizedAlpha(case=NAMED_CASES[name][0](**given), tolerance=tolerance)
+    if "alpha" in parameters:
+        parameters.pop("rho_inf", None)
+    return AdaptiveGeneralizedAlpha(case=NAMED_CASES[name][0](**parameters), tolerance=tolerance)

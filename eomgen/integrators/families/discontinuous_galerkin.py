@@ -104,21 +104,21 @@ class DiscontinuousGalerkin(OneFactorization):
 
     def __post_init__(self) -> None:
         """Check that nodes, integration operators and passes meet the conditions of the order."""
-        operators, one = self.operators, Fraction(1)
+        operators, unit = self.operators, Fraction(1)
         nodes, weights = operators.nodes, operators.integration[-1]
         for k in range(2 * len(nodes) - 1):
             moment = sum((weight * node**k for weight, node in zip(weights, nodes, strict=True)), Fraction(0))
-            hold(f"quadrature: sum b c^{k} = 1/{k + 1}", abs(moment - one / (k + 1)) < _EXACT)
+            hold(f"quadrature: sum b c^{k} = 1/{k + 1}", abs(moment - unit / (k + 1)) < _EXACT)
         shifted = product(product(operators.modes, operators.first), operators.values)
-        apart = product(product(operators.modes, operators.integration), operators.values)
+        radau = product(product(operators.modes, operators.integration), operators.values)
         for i in range(len(nodes)):
             for j in range(len(nodes)):
-                wanted = self.gamma * ((i == j) - (i == j + 1))
-                hold("one eigenvalue: P = gamma (1 - N)", abs(shifted[i][j] - wanted) < _EXACT)
-                hold("P is Radau's operator below degree p", j == self.degree or abs(apart[i][j] - wanted) < _EXACT)
+                value = self.gamma * ((i == j) - (i == j + 1))
+                hold("one eigenvalue: P = gamma (1 - N)", abs(shifted[i][j] - value) < _EXACT)
+                hold("P is Radau's operator below degree p", j == self.degree or abs(radau[i][j] - value) < _EXACT)
         series = stability_series(operators, self.gamma, self.passes, self.order)
         for k, coefficient in enumerate(series):
-            hold(f"order {k}: 1/{k}! of the exponential", abs(coefficient - one / math.factorial(k)) < _EXACT)
+            hold(f"order {k}: 1/{k}! of the exponential", abs(coefficient - unit / math.factorial(k)) < _EXACT)
 
     @cached_property
     def operators(self) -> Operators:

@@ -556,11 +556,11 @@ def _optimal(form: str, variant: str, rho_inf: float | None = 0.8) -> Generalize
     return GeneralizedAlpha(0.8 if rho_inf is None else rho_inf, form, variant)
 
 
-def _named_case(name: str, form: str, **given: float | None) -> GeneralizedAlpha:
+def _named_case(name: str, form: str, **parameters: float | None) -> GeneralizedAlpha:
     """Return a case; ``rho_inf`` is left out if ``alpha`` says the same."""
-    if given.get("alpha") is not None:
-        given = {key: value for key, value in given.items() if key != "rho_inf"}
-    return GeneralizedAlpha(form=form, case=NAMED_CASES[name][0](**given))
+    if parameters.get("alpha") is not None:
+        parameters = {key: value for key, value in parameters.items() if key != "rho_inf"}
+    return GeneralizedAlpha(form=form, case=NAMED_CASES[name][0](**parameters))
 
 
 def _factorization_cost(system: System, solver: Solver) -> list[float]:

@@ -32,15 +32,15 @@ class Paper:
         return "\n".join([f"@{self.kind}{{{self.key},", *lines, "}"])
 
 
-def _article(key: str, authors: str, title: str, place: str, **more: str) -> Paper:
+def _article(key: str, authors: str, title: str, citation: str, **more: str) -> Paper:
     """Return a journal article as a Paper.
 
     Parameters
     ----------
-    place : journal, volume, first page or number with the last page if known, and year, separated by bars
+    citation : journal, volume, first page or number with the last page if known, and year, separated by bars
     more : further fields of BibTeX
     """
-    journal, volume, pages, year = place.split("|")
+    journal, volume, pages, year = citation.split("|")
     fields = {"author": authors, "title": title, "journal": journal, "volume": volume, "pages": pages, "year": year}
     return Paper("article", key, {**fields, **more})
 

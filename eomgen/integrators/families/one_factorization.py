@@ -162,8 +162,8 @@ def _products(
     by_row: dict[int, dict[str, list[list[int | None]]]] = {}
     group_of = {k: number for number, group in enumerate(groups) for k in group}
 
-    def add(row: int, name: str, number: int, column: int, other: int | None = None) -> None:
-        by_row.setdefault(row, {"M": [], "K": []})[name].append([number, column, other])
+    def add(row: int, name: str, number: int, column: int, second_column: int | None = None) -> None:
+        by_row.setdefault(row, {"M": [], "K": []})[name].append([number, column, second_column])
 
     for (row, column), number in packing.nonzeros["M"].items():
         add(unknowns.equation(row), "M", number, column)

@@ -230,8 +230,8 @@ class PartitionedEmbeddedRungeKutta(EmbeddedRungeKutta):
         return super(EmbeddedRungeKutta, self).calls(system) - (set() if system.holonomic else {"constraint"})
 
     def title(self, constrained: bool) -> str:
-        pair, own = super().title(constrained).split(", ")
-        return f"{pair}, constraints eliminated by coordinate partitioning, {own}"
+        pair, remainder = super().title(constrained).split(", ")
+        return f"{pair}, constraints eliminated by coordinate partitioning, {remainder}"
 
     def state(self, sizes: Sizes) -> tuple[Field, ...]:
         return (*partition_state(sizes), *step_state(sizes))

@@ -81,10 +81,10 @@ class Rattlie(Family):
 
     def calls(self, system: System) -> set[str]:
         matrix = "iteration" if "iteration" in system.functions else "partials"
-        own = {"momenta", "residual", matrix}
+        names = {"momenta", "residual", matrix}
         if not len(system.multipliers):
-            return own
-        return own | {"constraint", "constraint_velocity", "constraint_bias", "constraint_size", "jacobian_values"}
+            return names
+        return names | {"constraint", "constraint_velocity", "constraint_bias", "constraint_size", "jacobian_values"}
 
     def title(self, constrained: bool) -> str:
         multipliers = ", multipliers at both sides of every step" if constrained else ""

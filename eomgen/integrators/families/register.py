@@ -127,9 +127,9 @@ _ELSEWHERE: Mapping[str, str] = {
 def row_of(name: str) -> Row:
     """Return the family and the names of a method by any of its names. Raises UsageError with the nearest names."""
     key = str(name).lower().replace("-", "_")
-    own = _own_row(key)
-    if own is not None:
-        return own
+    row = _own_row(key)
+    if row is not None:
+        return row
     others = _rows(families_of_others())
     if key in others:
         return others[key]
@@ -207,8 +207,8 @@ def method_named(name: str, rho_inf: float | None = Simulation.rho_inf, **parame
         An unknown name, or a parameter out of range, with the reason.
     """
     row = row_of(name)[1]
-    given = {"rho_inf": rho_inf, **parameters}
-    return _make_method(row.name, tuple((key, given[key]) for key in row.parameters if given.get(key) is not None))
+    values = {"rho_inf": rho_inf, **parameters}
+    return _make_method(row.name, tuple((key, values[key]) for key in row.parameters if values.get(key) is not None))
 
 
 def method_compiled(name: str) -> Method:
@@ -230,10 +230,10 @@ _FOR_SOME = ("tolerance", "order", "alpha", "beta", "gamma")
 _SAYING_THE_SAME = ({"rho_inf", "alpha", "beta", "gamma"}, {"order", "tolerance"})
 
 
-def method_parameters(name: str, given: Mapping[str, float | None], scene: Mapping[str, Any]) -> dict[str, float]:
+def method_parameters(name: str, values: Mapping[str, float | None], scene: Mapping[str, Any]) -> dict[str, float]:
     """Return the parameters of a method by name: given ones, else values of the scene that the method has.
 
-    None in `given` means not given. If a given parameter determines others, as ``rho_inf`` does, the scene's values of
+    None in `values` means not given. If a given parameter determines others, as ``rho_inf`` does, the scene's values of
     these are not taken.
 
     Raises
@@ -242,7 +242,7 @@ def method_parameters(name: str, given: Mapping[str, float | None], scene: Mappi
         A parameter is given that the method does not take, or two that say the same.
     """
     row = row_of(name)[1]
-    specified = {key: value for key, value in given.items() if value is not None}
+    specified = {key: value for key, value in values.items() if value is not None}
     for key in specified:
         if key == "tolerance" and row.fixed_steps:
             why, hint = row.fixed_steps

@@ -146,7 +146,7 @@ def stage_weights_of(A: Sequence[Coefficients], c: Coefficients, order: int) -> 
 
 
 def _dot(x: Sequence[Fraction], y: Sequence[Fraction]) -> Fraction:
-    return sum((one * other for one, other in zip(x, y, strict=True) if one and other), Fraction(0))
+    return sum((left * right for left, right in zip(x, y, strict=True) if left and right), Fraction(0))
 
 
 @cache
@@ -159,9 +159,9 @@ def rooted_trees(vertices: int) -> tuple[Tree, ...]:
 
 def _with_another_leaf(tree: Tree) -> Iterator[Tree]:
     yield tuple(sorted((*tree, ())))
-    for place, branch in enumerate(tree):
+    for index, branch in enumerate(tree):
         for grown in _with_another_leaf(branch):
-            yield tuple(sorted((*tree[:place], grown, *tree[place + 1 :])))
+            yield tuple(sorted((*tree[:index], grown, *tree[index + 1 :])))
 
 
 def density(tree: Tree) -> int:

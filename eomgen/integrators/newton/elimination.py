@@ -245,8 +245,8 @@ class _ActiveSubmatrix:
         self.used, scaled = len(samples) + 1, _equilibrate(size, samples, groups)
         self.values = np.zeros((2 * self.used, scaled.shape[1]))
         self.values[1 : self.used] = scaled
-        for place, (row, column) in enumerate(samples, 1):
-            self.rows[row][column] = place
+        for slot, (row, column) in enumerate(samples, 1):
+            self.rows[row][column] = slot
             self.columns[column].add(row)
         self.rows_of_stage: set[int] = set()
         self.columns_of_stage: set[int] = set()
@@ -308,12 +308,12 @@ class _ActiveSubmatrix:
         and not zero."""
         all_rows = self.columns[column]
         near = [row for row in all_rows if row in self.rows_of_stage]
-        own = np.abs(self.values[[self.rows[row][column] for row in near]])
-        largest = own.max(axis=0)
-        able = np.all((own > 1e-13) & (own >= threshold * largest), axis=1)
+        entries = np.abs(self.values[[self.rows[row][column] for row in near]])
+        largest = entries.max(axis=0)
+        able = np.all((entries > 1e-13) & (entries >= threshold * largest), axis=1)
         if len(all_rows) > 1:
-            able &= np.all(own >= _OF_ALL * self._largest(column, all_rows), axis=1)
-        return {near[k]: float(np.min(own[k] / largest)) for k in np.flatnonzero(able)}
+            able &= np.all(entries >= _OF_ALL * self._largest(column, all_rows), axis=1)
+        return {near[k]: float(np.min(entries[k] / largest)) for k in np.flatnonzero(able)}
 
     def _value(self, row: int, column: int) -> Array:
         return np.asarray(self.values[self.rows[row][column]])
@@ -333,15 +333,15 @@ class _ActiveSubmatrix:
         """Return the sums (n,) of a row over the columns of each group, by group. The diagonal is left out if the row
         belongs to a group, whose sum stands there."""
         result: dict[int, Array] = {}
-        for column, place in self.rows[row].items():
+        for column, slot in self.rows[row].items():
             group = self.group[column]
             if group >= 0 and (column != row or self.group[row] < 0):
-                result[group] = result.get(group, 0.0) + self.values[place]
+                result[group] = result.get(group, 0.0) + self.values[slot]
         return result
 
     def _pivot_value(self, row: int, column: int) -> Array:
-        own = self._value(row, column)
-        return own - self._sums(row).get(self.group[row], 0.0) if self.group[row] >= 0 else own
+        entry = self._value(row, column)
+        return entry - self._sums(row).get(self.group[row], 0.0) if self.group[row] >= 0 else entry
 
     def eliminate(self, row: int, column: int) -> tuple[list[int], list[int]]:
         """Subtract the pivot row from all rows below, and remove row and column of the pivot from the submatrix.
@@ -359,19 +359,19 @@ class _ActiveSubmatrix:
         self.columns[column].discard(row)
         below = sorted(self.columns[column])
         factors = self.values[[self.rows[number].pop(column) for number in below]] / pivot
-        for other in pivot_row:
-            self.columns[other].discard(row)
-            self.columns[other].update(below)
+        for other_column in pivot_row:
+            self.columns[other_column].discard(row)
+            self.columns[other_column].update(below)
         places: list[list[int]] = []
         for number, factor in zip(below, factors, strict=True):
             target = self.rows[number]
             if self.group[number] in sums:
-                place = target[number]
-                self.values[place] = self.values[place] - factor * sums[self.group[number]]
-            for other in [other for other in pivot_row if other not in target]:
-                target[other] = self.used
+                slot = target[number]
+                self.values[slot] = self.values[slot] - factor * sums[self.group[number]]
+            for other_column in [other_column for other_column in pivot_row if other_column not in target]:
+                target[other_column] = self.used
                 self.used += 1
-            places.append([target[other] for other in pivot_row])
+            places.append([target[other_column] for other_column in pivot_row])
             if self.group[number] >= 0 and number in pivot_row:
                 places[-1][list(pivot_row).index(number)] = 0
         self._make_room()

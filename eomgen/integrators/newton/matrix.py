@@ -287,8 +287,8 @@ def _add_products(
             equation = unknowns.velocity_row(constraint) if name == "Z" else unknowns.phi_row(constraint)
             if equation is None:
                 continue
-            for other, nonzero in by_column.get(column, ()):
-                index = (equation, unknowns.v + unknowns.lam + other)
+            for other_constraint, nonzero in by_column.get(column, ()):
+                index = (equation, unknowns.v + unknowns.lam + other_constraint)
                 terms.products.setdefault(index, []).append((weight, number, nonzero))
 
 
@@ -351,15 +351,15 @@ def evaluate_terms(
     moved = np.zeros((len(terms.moved), len(numbers)))
     for at, pairs in _summands(terms.moved):
         moved[at] = moved[at] + (numbers[:, pairs[:, 0]] * tangents[:, pairs[:, 1]]).T
-    known = np.concatenate([numbers.T, moved])
-    places = {index: place for place, index in enumerate(dict.fromkeys([*terms.linear, *terms.entries]))}
+    values = np.concatenate([numbers.T, moved])
+    places = {index: position for position, index in enumerate(dict.fromkeys([*terms.linear, *terms.entries]))}
     entries = np.zeros((len(places), len(numbers)))
     of_samples = np.broadcast_to(np.array(weights, float), (len(numbers), len(WEIGHTS)))
     for at, linear in _summands(list(terms.linear.values())):
-        entries[at] = entries[at] + of_samples[:, linear[:, 0]].T * known[linear[:, 1]]
+        entries[at] = entries[at] + of_samples[:, linear[:, 0]].T * values[linear[:, 1]]
     for index, products in terms.products.items():
         for weight, number, nonzero in products:
-            entries[places[index]] -= of_samples[:, weight] * known[number] * B_n[:, nonzero]
+            entries[places[index]] -= of_samples[:, weight] * values[number] * B_n[:, nonzero]
     for index in terms.rate_diagonal:
         entries[places[index]] -= of_samples[:, WEIGHTS.index("zdot")]
     return {index: entries[places[index]] for index in terms.entries}
@@ -371,9 +371,9 @@ def _summands(rows: Sequence[Sequence[tuple[int, int]]]) -> Iterator[tuple[NDArr
     sizes = np.fromiter(map(len, rows), np.intp, len(rows))
     flat = np.fromiter(chain.from_iterable(chain.from_iterable(rows)), np.intp).reshape(-1, 2)
     starts = np.cumsum(sizes) - sizes
-    for place in range(sizes.max(initial=0)):
-        at = np.flatnonzero(sizes > place)
-        yield at, flat[starts[at] + place]
+    for position in range(sizes.max(initial=0)):
+        at = np.flatnonzero(sizes > position)
+        yield at, flat[starts[at] + position]
 
 
 def tangent_numbers(factors: Sequence[Factor], terms: NonzeroTerms, theta: Array) -> Array:

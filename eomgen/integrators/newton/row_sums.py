@@ -180,19 +180,19 @@ def _dependencies(
     result: dict[int, int] = {}
     of_maps: dict[int, int] = {}
     for node in tape.live(terms):
-        own = of_maps.get(tape.a[node], -1) if tape.op[node] is Op.MAP else -1
-        if own >= 0:  # results of a Map have the same operands
-            result[node] = own
+        node_bits = of_maps.get(tape.a[node], -1) if tape.op[node] is Op.MAP else -1
+        if node_bits >= 0:  # results of a Map have the same operands
+            result[node] = node_bits
             continue
-        own = 0
+        node_bits = 0
         if tape.op[node] is Op.INPUT:
-            own = bits.get(tape.inputs[tape.a[node]], 0)
+            node_bits = bits.get(tape.inputs[tape.a[node]], 0)
         elif tape.op[node] not in LEAVES:
             for ref in tape.operands(node):
-                own |= result.get(abs(ref), 0)
+                node_bits |= result.get(abs(ref), 0)
             if tape.op[node] is Op.MAP:
-                of_maps[tape.a[node]] = own
-        result[node] = own
+                of_maps[tape.a[node]] = node_bits
+        result[node] = node_bits
     return result
 
 
@@ -220,13 +220,13 @@ def _add_row_sums(system: System, groups: tuple[Sequence[int], ...], sums: Mappi
     structure. `sums` has references on the tape by block (K_sum, C_sum) and component."""
     blocks, patterns = [], {}
     for name, along in _ALONG.items():
-        given = {k: sums[name][k] for group in groups for k in group if abs(sums[name][k]) != ZERO}
-        if given:
+        nonzeros = {k: sums[name][k] for group in groups for k in group if abs(sums[name][k]) != ZERO}
+        if nonzeros:
             description = (
-                f"row sums of {name[0]} over each group, of components {', '.join(map(str, given))} of {along}"
+                f"row sums of {name[0]} over each group, of components {', '.join(map(str, nonzeros))} of {along}"
             )
-            blocks.append(Block(name, (len(given),), tuple(given.values()), description))
-            patterns[name] = tuple((k, k) for k in given)
+            blocks.append(Block(name, (len(nonzeros),), tuple(nonzeros.values()), description))
+            patterns[name] = tuple((k, k) for k in nonzeros)
     functions: dict[str, Any] = dict(system.functions)
     if blocks:
         read = {symbol.block for symbol in system.tape.depends_on(ref for block in blocks for ref in block.refs)}

@@ -78,12 +78,12 @@ def _pivots(entries: dict[MatrixIndex, float], rows: tuple[int, ...], columns: t
         by_row[row_at[row]][column_at[column]] = value
         below[column_at[column]].add(row_at[row])
     pivots = np.zeros(len(rows))
-    for position, own in enumerate(by_row):
-        pivot = own.get(position, 0.0)
+    for position, pivot_row in enumerate(by_row):
+        pivot = pivot_row.get(position, 0.0)
         if pivot == 0.0 or not np.isfinite(pivot):
             break
         pivots[position] = pivot
-        across = [(column, value) for column, value in own.items() if column > position]
+        across = [(column, value) for column, value in pivot_row.items() if column > position]
         for row in below[position]:
             if row > position and (factor := by_row[row].get(position, 0.0) / pivot) != 0.0:
                 for column, value in across:
@@ -96,10 +96,10 @@ def _parity(order: tuple[int, ...]) -> int:
     """Return 1 for an even permutation of 0 to n - 1, -1 for an odd one."""
     seen, sign = [False] * len(order), 1
     for start in range(len(order)):
-        place, length = start, 0
-        while not seen[place]:
-            seen[place] = True
-            place, length = order[place], length + 1
+        position, length = start, 0
+        while not seen[position]:
+            seen[position] = True
+            position, length = order[position], length + 1
         if length and length % 2 == 0:
             sign = -sign
     return sign

@@ -307,7 +307,7 @@ def solver_data(
     """
     packing, terms = solver.packing, solver.terms
     indices = _sort(terms.entries, solver.elimination) if solver.fronts is None else list(solver.fronts.read_order)
-    place_of = {index: place for place, index in enumerate(indices)}
+    place_of = {index: position for position, index in enumerate(indices)}
     data: dict[str, Any] = {
         "kind": solver.kind,
         "function": packing.function,
@@ -445,8 +445,8 @@ def _kinds_of_rows(
     kinds: dict[tuple[tuple[int, ...], tuple[int, ...]], int] = {}
     kind_of = []
     for row, (lower, upper) in enumerate(zip(elimination.lower, elimination.upper, strict=True)):
-        own = entry_columns[entry_start[row] : entry_start[row + 1]]
-        distances = tuple([column - row for column in (*lower, row, *upper)]), tuple([column - row for column in own])
+        columns = entry_columns[entry_start[row] : entry_start[row + 1]]
+        distances = tuple([k - row for k in (*lower, row, *upper)]), tuple([k - row for k in columns])
         kind_of.append(kinds.setdefault(distances, len(kinds)))
     factors, entries = ([kind[part] for kind in kinds] for part in (0, 1))
     return {
@@ -489,13 +489,13 @@ def _elimination_of_groups(
     ]
     end = data["factors"]
     sums: list[dict[int, int]] = []
-    for position, own in enumerate(elimination.groups):
-        numbers = [own] if own >= 0 else []
-        numbers += [number for number, columns in others[position].items() if number != own and columns]
+    for position, group in enumerate(elimination.groups):
+        numbers = [group] if group >= 0 else []
+        numbers += [number for number, columns in others[position].items() if number != group and columns]
         sums.append(dict(zip(numbers, range(end, end + len(numbers)), strict=True)))
         end += len(numbers)
     rows = []
-    for position, own in enumerate(elimination.groups):
+    for position, group in enumerate(elimination.groups):
         at = slots[position]
         row: dict[str, Any] = {
             "loads": _loads_of_row(elimination, position, entry, at, sums[position]),
@@ -506,13 +506,13 @@ def _elimination_of_groups(
             "others": [
                 [slot, [at[column] for column in others[position][number]]]
                 for number, slot in sums[position].items()
-                if number != own
+                if number != group
             ],
         }
-        if own >= 0:
-            row["sum"] = sums[position][own]
-            row["within"] = [at[column] for column in _columns_of(elimination, position, own)]
-        if own in asked[position]:
+        if group >= 0:
+            row["sum"] = sums[position][group]
+            row["within"] = [at[column] for column in _columns_of(elimination, position, group)]
+        if group in asked[position]:
             row["kept"] = row["sum"]
         rows.append(row)
     return {"factors": end, "sums": end - data["factors"], "unrolled": rows}
@@ -544,11 +544,11 @@ def _loads_of_row(
     """Return pairs of a slot of the row at a position and the matrix entry that is loaded into it, -1 for fill. In a
     row of a group, the slot of its sum is loaded with the diagonal entry. `at` has the slots by column, `sums` by
     group."""
-    own = elimination.groups[position]
-    summed = [column for column in at if column != position or own < 0]
+    group = elimination.groups[position]
+    summed = [column for column in at if column != position or group < 0]
     loads = [[at[column], entry(position, column)] for column in summed]
-    if own >= 0:
-        loads.append([sums[own], entry(position, position)])
+    if group >= 0:
+        loads.append([sums[group], entry(position, position)])
     return loads
 
 
@@ -558,13 +558,13 @@ def _rows_taken(
     """Return the earlier rows that are subtracted from the row at a position, as mappings. Keys: ``slot`` of the factor
     of L, ``pivot``, and ``updates``, pairs of the slot that changes and the slot that is multiplied. `slots` has the
     slots of each row by column, `sums` by group."""
-    at, own = slots[position], elimination.groups[position]
+    at, group = slots[position], elimination.groups[position]
     taken = []
     for earlier in elimination.lower[position]:
-        changed = [column for column in elimination.upper[earlier] if column != position or own < 0]
+        changed = [column for column in elimination.upper[earlier] if column != position or group < 0]
         updates = [[at[column], slots[earlier][column]] for column in changed]
-        if own in sums[earlier]:
-            updates.append([sums[position][own], sums[earlier][own]])
+        if group in sums[earlier]:
+            updates.append([sums[position][group], sums[earlier][group]])
         taken.append({"slot": at[earlier], "pivot": slots[earlier][earlier], "updates": updates})
     return taken
 

@@ -58,9 +58,9 @@ def stages_of_tree(
     early, late, _ = _internal_states(unknowns, packing, [*link_of, *(link_of[owner] for owner in owners)], _ONE)
     result: list[Stage] = []
     for factor in reversed(factors):
-        own = [*range(factor.v_start, factor.v_start + factor.v_size), *inner.get(factor.v_start, ())]
-        result.append((own, own))
-    return [(own, own) for own in (early,) if own] + result + [(own, own) for own in (late,) if own]
+        block = [*range(factor.v_start, factor.v_start + factor.v_size), *inner.get(factor.v_start, ())]
+        result.append((block, block))
+    return [(block, block) for block in (early,) if block] + result + [(block, block) for block in (late,) if block]
 
 
 def stages(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing, growth: float = 1.0) -> list[Stage]:
@@ -72,9 +72,9 @@ def stages(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing, grow
     """
     body_of = joined_components(unknowns.v, _sharing(unknowns, factors, packing))
     bodies = _members(body_of)
-    held, touched = defaultdict[int, set[int]](set), defaultdict[int, set[int]](set)
+    rows_of, touched = defaultdict[int, set[int]](set), defaultdict[int, set[int]](set)
     for constraint, column in packing.nonzeros["B"]:
-        held[body_of[column]].add(constraint)
+        rows_of[body_of[column]].add(constraint)
         touched[constraint].add(body_of[column])
     early, late, pairs = _internal_states(unknowns, packing, body_of, _TWO)
     groups = [*touched.values(), *pairs]
@@ -90,7 +90,7 @@ def stages(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing, grow
 
     def rank(body: int) -> tuple[bool, int, int]:
         degree = 0 if in_order else len(neighbours[body])
-        return len(held[body]) > len(bodies[body]), degree, body
+        return len(rows_of[body]) > len(bodies[body]), degree, body
 
     queue = [rank(body) for body in bodies]
     heapify(queue)
@@ -101,13 +101,13 @@ def stages(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing, grow
             continue  # already taken, or also in the queue with the present rank
         left.remove(body)
         rows, columns = list(bodies[body]), list(bodies[body])
-        for constraint in sorted(held[body]):
+        for constraint in sorted(rows_of[body]):
             _add_constraint(unknowns, constraint, rows, columns)
-            for other in touched[constraint] & left:
-                held[other].discard(constraint)
+            for neighbour in touched[constraint] & left:
+                rows_of[neighbour].discard(constraint)
         _join_neighbours(neighbours, body)
-        for other in neighbours[body].union(*(touched[constraint] & left for constraint in held[body])):
-            heappush(queue, rank(other))
+        for neighbour in neighbours[body].union(*(touched[constraint] & left for constraint in rows_of[body])):
+            heappush(queue, rank(neighbour))
         result.append((rows, columns))
     return [*result, (late, late)] if late else result
 
@@ -127,16 +127,16 @@ def _fill(neighbours: Mapping[int, set[int]], *, by_degree: bool) -> int:
         _join_neighbours(left, body)
         others = left.pop(body)
         total += len(others) ** 2
-        for other in others if by_degree else ():
-            heappush(queue, (len(left[other]), other))
+        for neighbour in others if by_degree else ():
+            heappush(queue, (len(left[neighbour]), neighbour))
     return total
 
 
 def _join_neighbours(neighbours: Mapping[int, set[int]], body: int) -> None:
     """Make the neighbours of an eliminated body neighbours of one another."""
-    for other in neighbours[body]:
-        neighbours[other] |= neighbours[body] - {other}
-        neighbours[other].discard(body)
+    for neighbour in neighbours[body]:
+        neighbours[neighbour] |= neighbours[body] - {neighbour}
+        neighbours[neighbour].discard(body)
 
 
 def _members(group_of: Iterable[int]) -> dict[int, list[int]]:
@@ -462,8 +462,8 @@ class _Front:
         """Return the work on the row at a position of the elimination, in the terms of ``work``. `earlier` pivots of
         this front are subtracted from the row; `entry` has the local numbers of matrix entries. A row of a later front
         gets the contributions there as ``targets``."""
-        own = row in self.pivots
-        upper = [(row, k) for k in (row, *self.upper[row])] if own else []
+        is_pivot = row in self.pivots
+        upper = [(row, k) for k in (row, *self.upper[row])] if is_pivot else []
         outside = {index: k for k, index in enumerate(index for index in self.targets if index[0] == row)}
         taken = []
         for pivot in earlier:
@@ -477,16 +477,16 @@ class _Front:
                 }
             )
         loaded = [*((row, pivot) for pivot in earlier), *upper]
-        made = {
+        work = {
             "loads": [[self.number[index], entry.get(index, -1), index in self.received] for index in loaded],
             "taken": taken,
         }
-        if own:
+        if is_pivot:
             columns = [list(self.local[k]) for _, k in upper]
             slots = [self.number[index] for index in upper]
-            return made | {"diagonal": slots[0], "upper": slots[1:], "columns": columns, "targets": []}
+            return work | {"diagonal": slots[0], "upper": slots[1:], "columns": columns, "targets": []}
         targets = [(front_of[min(index)], index) for index in outside]
-        return made | {
+        return work | {
             "targets": [[self.reached.index(front) + 1, fronts[front].number[index]] for front, index in targets]
         }
 
@@ -498,7 +498,7 @@ class _Front:
         for pivot in self.pivots:
             for row in self.below[pivot] if self.live[pivot] else ():
                 terms.setdefault(row, []).append([self.number[row, pivot], pivot - self.start])
-        used = {own for products in terms.values() for _, own in products}
+        used = {pivot_index for products in terms.values() for _, pivot_index in products}
         return [
             [list(self.local[row]), products]
             for row, products in sorted(terms.items())
