@@ -99,9 +99,9 @@ def _place_nodes(
     from_first = _from_first(beam)
     poses = numeric.compose(SE3, first, from_first)
     twists = numeric.adjoint(SE3, numeric.inverse(SE3, from_first)) @ twist
-    for name, pose, own in zip(beam.nodes[1:], poses, twists, strict=True):
+    for name, pose, node_twist in zip(beam.nodes[1:], poses, twists, strict=True):
         factor = factors[name]
-        q[factor.q], v[factor.v] = pose, own
+        q[factor.q], v[factor.v] = pose, node_twist
 
 
 def _from_first(beam: Cosserat) -> NDArray[np.float64]:

@@ -99,7 +99,7 @@ class Evaluation:
         """Return the values of the references, in order. ``leaf`` returns the value of an input symbol. ``visit`` is
         called with the node and the value of every operation, and returns the value for further operations."""
         result = self._distinct(leaf, arithmetic, visit)
-        return [result[place] for place in self._places]
+        return [result[position] for position in self._places]
 
     def _distinct(
         self,
@@ -149,8 +149,8 @@ class Evaluation:
     def on_arrays(self, inputs: Mapping[str, ArrayLike]) -> NDArray[Any]:
         """Return the values over NumPy arrays, (..., references), as ``evaluate`` does."""
         arrays: dict[str, NDArray[Any]] = {}
-        for name, given in inputs.items():
-            array = np.asarray(given)
+        for name, value in inputs.items():
+            array = np.asarray(value)
             array = array if np.issubdtype(array.dtype, np.inexact) else array.astype(np.float64)
             arrays[name] = array[np.newaxis] if array.ndim == 0 else array
         shape = np.broadcast_shapes(*(array.shape[:-1] for array in arrays.values()))
@@ -177,8 +177,8 @@ class Evaluation:
 
         results = self._distinct(leaf, Arithmetic(_NUMPY_RULES, dtype.type, side_by_side))
         output = np.empty((*shape, len(results)), dtype)
-        for place, result in enumerate(results):
-            output[..., place] = result
+        for position, result in enumerate(results):
+            output[..., position] = result
         return output if len(results) == len(self._places) else output[..., self._places]
 
 

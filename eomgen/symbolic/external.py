@@ -133,11 +133,11 @@ class Call:
         """Return the results of the same call on another tape."""
         return add_call(target, replace(self, operands=tuple(map(there, self.operands))))
 
-    def derivative(self, tape: Tape, wanted: Iterable[int]) -> tuple[Call, tuple[int, ...]]:
+    def derivative(self, tape: Tape, positions: Iterable[int]) -> tuple[Call, tuple[int, ...]]:
         """Return the call of the slopes along operands, and the operands (by position) along which slopes are taken.
 
         All arguments that vary are among these, so that slopes along coordinates and along velocities are one call;
-        other arguments and parameters only if in ``wanted``.
+        other arguments and parameters only if in ``positions``.
 
         Raises
         ------
@@ -150,35 +150,35 @@ class Call:
                 " needed"
             )
         varying = {
-            place
-            for place, ref in enumerate(self.operands[: self.function.arguments])
+            position
+            for position, ref in enumerate(self.operands[: self.function.arguments])
             if tape.op[abs(ref)] is not _CONST
         }
-        columns = tuple(sorted(varying | set(wanted)))
+        columns = tuple(sorted(varying | set(positions)))
         return replace(self, columns=(*self.columns, columns)), columns
 
 
 def add_call(tape: Tape, call: Call) -> list[Ref]:
     """Put a call on a tape and return the references of its results; the same call is put there only once."""
-    known = (number for number, item in enumerate(tape.maps) if cast("Any", item).key == call.key)
-    number = next(known, len(tape.maps))
+    numbers = (number for number, item in enumerate(tape.maps) if cast("Any", item).key == call.key)
+    number = next(numbers, len(tape.maps))
     if number == len(tape.maps):
         tape.maps.append(call)
-    return [tape.map_result(number, place) for place in range(call.size)]
+    return [tape.map_result(number, index) for index in range(call.size)]
 
 
 def call_partials(tape: Tape, call: Call, tangents: Sequence[Mapping[int, Ref]]) -> list[dict[int, Ref]]:
     """Return the tangent {direction: derivative} of every result of a call, from the tangents of the operands. The call
     of the slopes is recorded on the tape. Raises HighDerivativeError beyond the second order."""
-    moving = [place for place, tangent in enumerate(tangents) if tangent]
+    moving = [index for index, tangent in enumerate(tangents) if tangent]
     if not moving:
         return [{} for _ in range(call.size)]
     derivative, columns = call.derivative(tape, moving)
     slopes = add_call(tape, derivative)
     results: list[dict[int, Ref]] = []
-    for place in range(call.size):
+    for index in range(call.size):
         result: dict[int, Ref] = {}
-        for slope, column in zip(slopes[place * len(columns) :], columns, strict=False):
+        for slope, column in zip(slopes[index * len(columns) :], columns, strict=False):
             for direction, rate in tangents[column].items():
                 result[direction] = tape.add(result.get(direction, ZERO), tape.mul(slope, rate))
         results.append(result)
@@ -188,13 +188,13 @@ def call_partials(tape: Tape, call: Call, tangents: Sequence[Mapping[int, Ref]])
 def call_adjoints(tape: Tape, call: Call, adjoints: Mapping[int, Ref], active: Sequence[bool]) -> list[tuple[Ref, Ref]]:
     """Return pairs (operand, adjoint) for the operands marked in ``active``, from the adjoints by number of the result.
     The call of the slopes is recorded on the tape. Raises HighDerivativeError beyond the second order."""
-    derivative, columns = call.derivative(tape, [place for place, moves in enumerate(active) if moves])
+    derivative, columns = call.derivative(tape, [index for index, moves in enumerate(active) if moves])
     slopes = add_call(tape, derivative)
     pairs = []
     for number, column in enumerate(columns):
         total = ZERO
-        for place, adjoint in adjoints.items():
-            total = tape.add(total, tape.mul(adjoint, slopes[place * len(columns) + number]))
+        for index, adjoint in adjoints.items():
+            total = tape.add(total, tape.mul(adjoint, slopes[index * len(columns) + number]))
         if active[column]:
             pairs.append((call.operands[column], total))
     return pairs
@@ -211,8 +211,8 @@ def call_values(call: Call, operands: Sequence[Any]) -> list[Any]:
         if len(call.columns) == HIGHEST_ORDER:
             unknown = np.any(x.imag != 0.0, axis=-1)[..., np.newaxis]
             result = result + 1j * np.where(unknown, np.nan, 0.0)
-            return [result[..., place][()] for place in range(call.size)]
+            return [result[..., index][()] for index in range(call.size)]
         slopes = function.evaluate((*call.columns, every), np.ascontiguousarray(x.real))
         slopes = slopes.reshape((*result.shape, len(every)))
         result = result + 1j * np.einsum("...ij,...j->...i", slopes, x.imag)
-    return [result[..., place][()] for place in range(call.size)]
+    return [result[..., index][()] for index in range(call.size)]

@@ -51,15 +51,15 @@ class Kernel:
         if instance not in tape.instances:
             if self._recorded is None:
                 self._recorded = [_step_rule(step) for step in self.steps]
-            known: list[Ref] = []
+            refs: list[Ref] = []
             add, mul = tape.add, tape.mul
             for step in self._recorded:
                 if isinstance(step, tuple):
                     is_sum, left, right = step
-                    known.append(add(known[left], known[right]) if is_sum else mul(known[left], known[right]))
+                    refs.append(add(refs[left], refs[right]) if is_sum else mul(refs[left], refs[right]))
                 else:
-                    known.append(step(tape, values, known))
-            tape.instances[instance] = tuple(known[place] for place in self.results)
+                    refs.append(step(tape, values, refs))
+            tape.instances[instance] = tuple(refs[index] for index in self.results)
         return [Scalar(tape, ref) for ref in tape.instances[instance]]
 
 
@@ -70,16 +70,16 @@ def _step_rule(step: Step) -> _Rule | tuple[bool, int, int]:
     kind, *operands = step
     if kind == "symbol":
         name = str(operands[0])
-        return lambda tape, values, known: values[name].ref
+        return lambda tape, values, refs: values[name].ref
     if kind == "number":
         number = float(operands[0])
-        return lambda tape, values, known: tape.constant(number)
-    places = [int(place) for place in operands]
+        return lambda tape, values, refs: tape.constant(number)
+    places = [int(index) for index in operands]
     if kind in ("add", "mul") and len(places) == 2:
         return kind == "add", places[0], places[1]
     if kind == "add":
-        return lambda tape, values, known: reduce(tape.add, [known[place] for place in places])
+        return lambda tape, values, refs: reduce(tape.add, [refs[index] for index in places])
     if kind == "mul":
-        return lambda tape, values, known: reduce(tape.mul, [known[place] for place in places])
+        return lambda tape, values, refs: reduce(tape.mul, [refs[index] for index in places])
     op = Op[str(kind).upper()]
-    return lambda tape, values, known: tape.call(op, *(known[place] for place in places))
+    return lambda tape, values, refs: tape.call(op, *(refs[index] for index in places))

@@ -67,8 +67,8 @@ def critical_path(tape: Tape, outputs: Iterable[Ref]) -> int:
                 loop: Any = tape.maps[number]  # a Map or a Call, which know Tape
                 whole = FUNCTION
                 if not isinstance(loop, Call):
-                    one = critical_path(loop.kernel, loop.kernel_refs)
-                    whole = loop.count * one if loop.initial else one + _SUM * loop.count * bool(loop.sums)
+                    element = critical_path(loop.kernel, loop.kernel_refs)
+                    whole = loop.count * element if loop.initial else element + _SUM * loop.count * bool(loop.sums)
                 loops[number] = last(tape.operands(node)) + whole
             ready[node] = loops[number]
         elif op not in LEAVES:

@@ -132,15 +132,15 @@ class Map:
     def counts(self) -> Counts:
         """Return the operation counts of the whole loop: the kernel's times the number of elements, plus additions of
         the sums."""
-        one = self.kernel.counts(self.kernel_refs)
+        kernel_counts = self.kernel.counts(self.kernel_refs)
         n = self.count
         return Counts(
-            n * (one.additions + len(self.sums)),
-            n * one.multiplications,
-            n * one.divisions,
-            n * one.functions,
-            n * one.selections,
-            n * (one.statements + len(self.sums)),
+            n * (kernel_counts.additions + len(self.sums)),
+            n * kernel_counts.multiplications,
+            n * kernel_counts.divisions,
+            n * kernel_counts.functions,
+            n * kernel_counts.selections,
+            n * (kernel_counts.statements + len(self.sums)),
         )
 
     def join(self, other: Map) -> Map | None:
@@ -160,15 +160,15 @@ class Map:
         for loop in (self, other):
             bindings: dict[InputSymbol, Ref] = {}
             for index, column in enumerate(loop.elements):
-                known = columns.setdefault(column, kernel.input("element", len(columns)))
-                bindings[InputSymbol("element", index)] = known
+                symbol = columns.setdefault(column, kernel.input("element", len(columns)))
+                bindings[InputSymbol("element", index)] = symbol
             for index, ref in enumerate(loop.shared):
                 bindings[InputSymbol("shared", index)] = shared.setdefault(ref, kernel.input("shared", len(shared)))
             for index, slot in enumerate(loop.gather):
                 bindings[InputSymbol("gather", index)] = slots.setdefault(slot, kernel.input("gather", len(slots)))
             sums += splice(kernel, loop.kernel, loop.sums, bindings)
-        apart = sum(loop.kernel.counts(loop.sums).statements for loop in (self, other))
-        if kernel.counts(sums).statements == apart:
+        separate_count = sum(loop.kernel.counts(loop.sums).statements for loop in (self, other))
+        if kernel.counts(sums).statements == separate_count:
             return None
         labels = dict.fromkeys(label for loop in (self, other) for label in loop.label.split("; ") if label)
         both = "; ".join(labels)
@@ -191,10 +191,10 @@ class Map:
         mapping: from the numbers of the replaced loops to the position of the loop's first result."""
         joined: list[tuple[Map, dict[int, int]]] = []
         for number, loop in loops.items():
-            for place, (other, starts) in enumerate(joined):
-                both = other.join(loop)
+            for position, (candidate, starts) in enumerate(joined):
+                both = candidate.join(loop)
                 if both is not None:
-                    joined[place] = (both, {**starts, number: len(other.sums)})
+                    joined[position] = (both, {**starts, number: len(candidate.sums)})
                     break
             else:
                 joined.append((loop, {number: 0}))

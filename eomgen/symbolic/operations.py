@@ -88,8 +88,8 @@ class Elementary(NamedTuple):
 
 def _square_from_one(tape: Any, x: Ref, sign: int) -> Any:
     """Record 1 + x^2, or 1 - x^2."""
-    one, square = tape.constant(1.0), tape.mul(x, x)
-    return tape.add(one, square) if sign > 0 else tape.sub(one, square)
+    unit, square = tape.constant(1.0), tape.mul(x, x)
+    return tape.add(unit, square) if sign > 0 else tape.sub(unit, square)
 
 
 def _over_root(tape: Any, numerator: float, x: Ref) -> Any:

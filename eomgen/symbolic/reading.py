@@ -76,8 +76,8 @@ def block_to_sympy(
     intermediates: list[tuple[sympy.Symbol, sympy.Expr]] = []
 
     def symbol_of(symbol: InputSymbol) -> sympy.Symbol:
-        given = (names or {}).get(symbol)
-        return input_symbol(symbol) if given is None else sympy.Symbol(given, real=True)
+        name = (names or {}).get(symbol)
+        return input_symbol(symbol) if name is None else sympy.Symbol(name, real=True)
 
     def visit(node: int, expression: Any) -> Any:
         if node not in worth or expression.is_Atom:
@@ -88,7 +88,7 @@ def block_to_sympy(
     def call_results(call: Call, operands: Sequence[Any]) -> list[Any]:
         orders = "".join(f"_{len(columns)}" for columns in call.columns)
         stem = f"{call.label.replace(' ', '_')}{orders}"
-        return [sympy.Function(f"{stem}_{place}")(*operands) for place in range(call.size)]
+        return [sympy.Function(f"{stem}_{index}")(*operands) for index in range(call.size)]
 
     arithmetic = Arithmetic(_sympy_rules(), _number, call=call_results)
     matrix = sympy.Matrix(rows, columns, run(tape, refs, symbol_of, arithmetic, visit))

@@ -156,8 +156,8 @@ class Algebra:
             The same values.
         """
         for axis, row in zip("xyz", rows, strict=True):
-            for other, value in zip("xyz", row, strict=True):
-                self.tape.name(value.ref, f"{text}_{axis}{other}")
+            for column_axis, value in zip("xyz", row, strict=True):
+                self.tape.name(value.ref, f"{text}_{axis}{column_axis}")
         return rows
 
     def block(self, name: str, size: int) -> list[Scalar]:
@@ -260,9 +260,9 @@ def dot(x: Sequence[Scalar], y: Sequence[Scalar]) -> Scalar:
     try:
         tape, sum_of_products = x[0].tape, ZERO
         for first, second in zip(x, y, strict=True):
-            one, other = first.ref, second.ref
-            if ZERO not in (one, other):  # most have one
-                sum_of_products = tape.add(sum_of_products, tape.mul(one, other))
+            x_ref, y_ref = first.ref, second.ref
+            if ZERO not in (x_ref, y_ref):  # most have one
+                sum_of_products = tape.add(sum_of_products, tape.mul(x_ref, y_ref))
         return Scalar(tape, sum_of_products)
     except AttributeError:  # operands are numbers, or some are
         total = x[0] * y[0]

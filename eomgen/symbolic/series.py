@@ -57,7 +57,7 @@ class Series:
         self.previous: list[SeriesTerm] = []
         self._slots: dict[Ref, Ref] = {}
         self._pairs: dict[tuple[bool, SeriesTerm], tuple[SeriesTerm, SeriesTerm]] = {}
-        self.k, self.per_k, self.step = (tape.input(ORDER, place) for place in (0, 1, 3))
+        self.k, self.per_k, self.step = (tape.input(ORDER, index) for index in (0, 1, 3))
 
     # -- products ----------------------------------------------------------------------------------------------------
 
@@ -114,8 +114,8 @@ class Series:
             return None
         first, second = tape.operands(ref)
         if op is Op.MUL:
-            factor, other = (first, second) if self._is_steady(first) else (second, first)
-            rate = self._rate(other) if self._is_steady(factor) else None
+            factor, operand = (first, second) if self._is_steady(first) else (second, first)
+            rate = self._rate(operand) if self._is_steady(factor) else None
             return None if rate is None else tape.mul(factor, rate)
         rates = self._rate(first), self._rate(second)
         if rates[0] is None or rates[1] is None:
@@ -210,13 +210,13 @@ class Series:
             return sine, cosine
         numbers = (self.open_product(), self.open_product())
         rates = [
-            self._from_derivative(number, x, SeriesTerm(other, ZERO))
-            for number, other in zip(numbers, reversed(values), strict=True)
+            self._from_derivative(number, x, SeriesTerm(partner, ZERO))
+            for number, partner in zip(numbers, reversed(values), strict=True)
         ]
         sine = SeriesTerm(values[0], rates[0])
         cosine = SeriesTerm(values[1], rates[1] if hyperbolic else -rates[1])
-        for number, other in zip(numbers, (cosine, sine), strict=True):
-            self.close_product(number, self.rate_factor(x), other)
+        for number, partner in zip(numbers, (cosine, sine), strict=True):
+            self.close_product(number, self.rate_factor(x), partner)
         return sine, cosine
 
     def from_slope(self, value: Ref, x: SeriesTerm, slope: SeriesTerm) -> SeriesTerm:
@@ -270,12 +270,12 @@ class Series:
         """Return the term of z = atan2(y, x), by z' (x^2 + y^2) = x y' - y x'."""
         tape = self.tape
         numerator = ZERO
-        for rate, other, sign in ((y, x, ONE), (x, y, -ONE)):
+        for rate, factor, sign in ((y, x, ONE), (x, y, -ONE)):
             if rate.next == ZERO:
                 continue
             number = self.open_product()
-            self.close_product(number, self.rate_factor(rate), other)
-            numerator = tape.add(numerator, tape.mul(sign, self._from_derivative(number, rate, other)))
+            self.close_product(number, self.rate_factor(rate), factor)
+            numerator = tape.add(numerator, tape.mul(sign, self._from_derivative(number, rate, factor)))
         square = self.add(self.multiply(x, x), self.multiply(y, y))
         return self.over(tape.call(Op.ATAN2, y.value, x.value), SeriesTerm(ZERO, numerator), square)
 
@@ -323,29 +323,29 @@ def record_series(
     series: Series,
     source: Tape,
     outputs: Sequence[Ref],
-    given: Mapping[InputSymbol, SeriesTerm],
-    known: dict[int, SeriesTerm],
+    inputs: Mapping[InputSymbol, SeriesTerm],
+    node_terms: dict[int, SeriesTerm],
 ) -> list[SeriesTerm]:
-    """Record the recurrence of the outputs of a tape, and return the term of each output. ``given`` are the terms of
-    inputs that vary in time; other inputs are constant. Maps must have been unrolled. ``known`` holds the terms of
+    """Record the recurrence of the outputs of a tape, and return the term of each output. ``inputs`` are the terms of
+    inputs that vary in time; other inputs are constant. Maps must have been unrolled. ``node_terms`` holds the terms of
     nodes that were recorded before, and is completed in place."""
 
     def term(ref: Ref) -> SeriesTerm:
-        return known[abs(ref)] if ref > 0 else series.negative(known[abs(ref)])
+        return node_terms[abs(ref)] if ref > 0 else series.negative(node_terms[abs(ref)])
 
     for node in source.live(outputs):
         op = source.op[node]
-        if node in known:
+        if node in node_terms:
             continue
         if op is Op.CONST:
-            known[node] = SeriesTerm(series.tape.copied_constant(source, node), ZERO)
+            node_terms[node] = SeriesTerm(series.tape.copied_constant(source, node), ZERO)
         elif op is Op.INPUT:
             symbol = source.inputs[source.a[node]]
-            known[node] = given.get(symbol) or SeriesTerm(series.tape.input(symbol.block, symbol.index), ZERO)
+            node_terms[node] = inputs.get(symbol) or SeriesTerm(series.tape.input(symbol.block, symbol.index), ZERO)
         elif op is Op.CURVE:
-            known[node] = series.curve(*source.curves[source.b[node]], term(source.a[node]))
+            node_terms[node] = series.curve(*source.curves[source.b[node]], term(source.a[node]))
         else:
-            known[node] = record_term(series, op, [term(ref) for ref in source.operands(node)])
+            node_terms[node] = record_term(series, op, [term(ref) for ref in source.operands(node)])
     return [term(ref) for ref in outputs]
 
 

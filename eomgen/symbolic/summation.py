@@ -99,18 +99,18 @@ class _Order:
         fused with the addition."""
         tape, step = self.tape, LATENCIES[_ADD]
         waiting: list[tuple[int, int, bool, Ref]] = []
-        for place, ref in enumerate(self._terms(node)):
+        for rank, ref in enumerate(self._terms(node)):
             fused = tape.op[abs(ref)] is _MUL and abs(ref) in self.alone
             early = LATENCIES[_MUL] if fused else 0
-            waiting.append((self.ready[abs(ref)] - early, place, fused, self.there(ref)))
+            waiting.append((self.ready[abs(ref)] - early, rank, fused, self.there(ref)))
         heapify(waiting)
-        place = len(waiting)
+        rank = len(waiting)
         while len(waiting) > 1:
             first, _, both, x = heappop(waiting)
             second, _, fused, y = heappop(waiting)
             if both and fused:  # one of two products is a term of its own
                 first += LATENCIES[_MUL]
-            place += 1
-            heappush(waiting, (max(first, second) + step, place, False, tape.add(x, y)))
+            rank += 1
+            heappush(waiting, (max(first, second) + step, rank, False, tape.add(x, y)))
         [(ready, _, _, ref)] = waiting
         return ref, ready

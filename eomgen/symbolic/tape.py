@@ -278,13 +278,13 @@ class Tape:
         number = self.value(x)
         if number is not None:
             return self.constant(float(curve(number, derivative)))
-        known = next(
-            (k for k, (other, order) in enumerate(self.curves) if other is curve and order == derivative), None
+        position = next(
+            (k for k, (candidate, order) in enumerate(self.curves) if candidate is curve and order == derivative), None
         )
-        if known is None:
-            known = len(self.curves)
+        if position is None:
+            position = len(self.curves)
             self.curves.append((curve, derivative))
-        return self._node(_CURVE, x, known)
+        return self._node(_CURVE, x, position)
 
     def root_slope(self, x: Ref, root: Ref) -> Ref:
         """Return the reference of the slope 1 / (2 root) of the square root of x; 0 if x and its first derivatives are
@@ -388,7 +388,7 @@ class Tape:
         outputs : mapping
             References of each group by the group's name.
         """
-        bits = {block: 1 << place for place, block in enumerate(dict.fromkeys(symbol.block for symbol in self.inputs))}
+        bits = {block: 1 << index for index, block in enumerate(dict.fromkeys(symbol.block for symbol in self.inputs))}
         a, b, references = self.a, self.b, _REFERENCES
         reads = [0] * len(self.op)
         of_maps: dict[int, int] = {}

@@ -571,15 +571,15 @@ class Description:
         values."""
         return {item.name: tunable.get(item.name, item.value) for item in self.parameters}
 
-    def fast_laws(self, given: Collection[str] = ()) -> list[Formula]:
+    def fast_laws(self, caller_inputs: Collection[str] = ()) -> list[Formula]:
         """Return the formulas of forces, rates and inputs that may change much within a step.
 
         Parameters
         ----------
-        given : names of inputs that the caller gives in the place of the scene's
+        caller_inputs : names of inputs that the caller gives in the place of the scene's
         """
         prescribed = {law.formula for law in self.laws}
-        inputs = [item.formula for item in self.inputs if item.formula is not None and item.name not in given]
+        inputs = [item.formula for item in self.inputs if item.formula is not None and item.name not in caller_inputs]
         formulas = (formula for formula in (*self.formulas, *inputs) if formula not in prescribed)
         return list(dict.fromkeys(part for formula in formulas for part in summands(formula) if may_be_fast(part)))
 

@@ -66,8 +66,8 @@ class NormalSeries:
     def own_variables(self) -> tuple[str, ...]:
         """Independent standard normal variables of this process; none if the process follows or is correlated with
         another process."""
-        own = variables_of(self.name, len(self.modes))
-        return tuple(variable for variable in self.variables if variable in own)
+        process_variables = variables_of(self.name, len(self.modes))
+        return tuple(variable for variable in self.variables if variable in process_variables)
 
     @property
     def window(self) -> tuple[float, float]:

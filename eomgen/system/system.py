@@ -530,10 +530,10 @@ class System(NamedAttributes):
         result: list[Columns | float] = []
         for ref in self.functions["inputs"].refs if "inputs" in self.functions else ():
             value = self.tape.value(ref)
-            given = harmonics_in(self.tape, ref, InputSymbol("t", 0)) if value is None else value
-            if given is None:
+            component = harmonics_in(self.tape, ref, InputSymbol("t", 0)) if value is None else value
+            if component is None:
                 return ()
-            result.append(given)
+            result.append(component)
         return tuple(result)
 
     @cached_property

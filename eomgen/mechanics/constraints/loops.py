@@ -100,11 +100,11 @@ def rows_of_loops(
     ``generalized`` maps a wrench for each link, and a label, to generalized forces, (nv,).
     """
     kinds: dict[Hashable, list[_Member]] = {}
-    for place, item in enumerate(constraints):
+    for position, item in enumerate(constraints):
         if item.framed and item.equation is None and item.drive is None and not item.kind.rows[1]:
             ends = _JointEnd.of(quantities, item.first), _JointEnd.of(quantities, item.second)
             number = quantities.formula(item.length if item.type == "distance" else item.pitch)
-            member = _Member(place, item, ends, number)
+            member = _Member(position, item, ends, number)
             if ends[0].link != ends[1].link:
                 kinds.setdefault(_kind(quantities, member), []).append(member)
     result: dict[int, list[ConstraintRow]] = {}

@@ -117,7 +117,7 @@ class ConstraintRows:
 
 
 def constraint_rows(
-    quantities: Quantities, constraints: Sequence[Constraint], known: Mapping[int, Sequence[ConstraintRow]]
+    quantities: Quantities, constraints: Sequence[Constraint], recorded_rows: Mapping[int, Sequence[ConstraintRow]]
 ) -> ConstraintRows:
     """Return the equations of all constraints, with the constraint as ``owner`` and ``number`` from 0 for each
     constraint.
@@ -125,13 +125,13 @@ def constraint_rows(
     Parameters
     ----------
     quantities : in joint or absolute coordinates, recorded on the same tape
-    known : holonomic equations that are recorded already, by position in ``constraints``
+    recorded_rows : holonomic equations that are recorded already, by position in ``constraints``
     """
     rows = ConstraintRows()
-    for place, item in enumerate(constraints):
+    for position, item in enumerate(constraints):
         with quantities.algebra.tape.block(f"constraint {item.name}"):
-            if place in known:
-                item_rows = ConstraintRows(list(known[place]))
+            if position in recorded_rows:
+                item_rows = ConstraintRows(list(recorded_rows[position]))
             elif item.framed:
                 item_rows = rows_of_pair(quantities, item, frame_pair(quantities, item.first, item.second))
             else:
@@ -302,12 +302,12 @@ def _contact_with_surface(quantities: Quantities, item: Constraint, pair: FrameP
     pose = list(apply(transpose(axes), minus(pair.second.origin, pair.first.origin)))
     if item.shape != "sphere":
         pose += [dot(pair.first.axis(row), pair.second.axis(column)) for row in range(3) for column in range(3)]
-    place, conditions, first_node = pose[:2], list[Scalar](), len(tape.op)
+    contact, conditions, first_node = pose[:2], list[Scalar](), len(tape.op)
     before, after = _STEPS_OF_SPHERES if item.shape == "sphere" else _STEPS
     inverse = minors = list[Scalar]()
     for number in range(before + after):
-        x, y, off, *inverse = _call(tape, step, [*place, *pose])
-        place, inverse, minors = [x, y], inverse[:4], inverse[4:]
+        x, y, off, *inverse = _call(tape, step, [*contact, *pose])
+        contact, inverse, minors = [x, y], inverse[:4], inverse[4:]
         if number == before:
             size = _NEAR * _curved_size(quantities, item)
             conditions.append(size * size - off)
@@ -316,13 +316,13 @@ def _contact_with_surface(quantities: Quantities, item: Constraint, pair: FrameP
         if condition.constant is None:
             missed = algebra.call(Op.SQRT, -unit - condition * condition)
             touches = touches * algebra.select(algebra.call(Op.LT, algebra.zero, condition), unit, missed)
-    results = [abs(value.ref) for value in (*place, *inverse, touches)]
+    results = [abs(value.ref) for value in (*contact, *inverse, touches)]
     tape.converged |= {node for node in results if node >= first_node}
     for _ in range(_DIFFERENTIATED):
-        off_x, off_y = _call(tape, residual, [*place, *pose])
+        off_x, off_y = _call(tape, residual, [*contact, *pose])
         x, y = (inverse[k] * off_x + inverse[k + 1] * off_y for k in (0, 2))
-        place = [place[0] - x, place[1] - y]
-    height, *parts = _call(tape, final, [*place, *pose])
+        contact = [contact[0] - x, contact[1] - y]
+    height, *parts = _call(tape, final, [*contact, *pose])
     point, first, second = (apply(axes, (parts[k], parts[k + 1], parts[k + 2])) for k in (0, 3, 6))
     return RollingContact(plus(pair.first.origin, point), (first, second), touches * height)
 

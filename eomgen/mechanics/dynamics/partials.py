@@ -117,7 +117,7 @@ def _motions(tree: Tree, base: BaseMotion) -> tuple[list[list[Screws]], list[tup
                 first, first_origin = _spatial_cross(omega, velocity, w, u)
                 left, left_origin = _spatial_cross(alpha, spatial, w, u)
                 right, right_origin = _spatial_cross(omega, velocity, first, first_origin)
-                own, own_origin = _spatial_cross(*own_twist, w, u)
+                own_product, own_origin = _spatial_cross(*own_twist, w, u)
                 screws_of_link.append(
                     Screws(
                         w,
@@ -126,7 +126,7 @@ def _motions(tree: Tree, base: BaseMotion) -> tuple[list[list[Screws]], list[tup
                         first_origin,
                         plus(left, right),
                         plus(left_origin, right_origin),
-                        plus(first, own),
+                        plus(first, own_product),
                         plus(first_origin, own_origin),
                     )
                 )
@@ -426,8 +426,8 @@ class WorkHessian:
             both = links[below].coordinates.ratio * link.coordinates.ratio
             for dof, changes in zip(links[below].dofs, self.changes[below], strict=True):
                 for block, effect in enumerate(effects):
-                    for place, change in enumerate(changes):
-                        self._add((block, link.dofs[k]), (place, dof), both * effect(change))
+                    for position, change in enumerate(changes):
+                        self._add((block, link.dofs[k]), (position, dof), both * effect(change))
         if self.base_changes:
             effects = tuple(effect.to_parent(links[below]) for effect in effects)
         for argument, change in self.base_changes.items():

@@ -362,7 +362,7 @@ class ReferenceEfforts:
         algebra = self.tree.algebra
         values = {("a", dof): algebra.zero for dof in range(self.tree.nv)}
         values |= self._reference_coordinates(self.references[reference])
-        moved = group_inertias(build_tree(algebra, self.scene, given=values)).without_water()
+        moved = group_inertias(build_tree(algebra, self.scene, values=values)).without_water()
         with algebra.tape.block(f"inverse dynamics of reference {reference}"):
             return inverse_dynamics(moved, self.base, [None] * len(moved.links))
 

@@ -86,8 +86,8 @@ class BandedMatrix:
             rows[pivot][0] = rows[pivot][0] or mpmath.eps  # the shift of a mode that has converged to the last digit
             for row, entry in zip(below, column, strict=True):
                 factor = entry / rows[pivot][0]
-                for other in range(pivot + 1, row + 1):
-                    rows[row][row - other] -= factor * column[other - pivot - 1]
+                for k in range(pivot + 1, row + 1):
+                    rows[row][row - k] -= factor * column[k - pivot - 1]
                 rows[row][row - pivot] = factor
                 x[row] -= factor * x[pivot]
         for pivot in reversed(range(size)):

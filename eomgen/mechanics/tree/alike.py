@@ -41,8 +41,8 @@ def is_irregular(scene: Scene, tree: Tree, grouped: Tree) -> bool:
         return False
     patterns: dict[tuple[object, ...], int] = {}
     order = [
-        patterns.setdefault(_pattern(link, other.inertia, tree.mounts.get(link.name)), len(patterns))
-        for link, other in zip(tree.links, grouped.links, strict=True)
+        patterns.setdefault(_pattern(link, grouped_link.inertia, tree.mounts.get(link.name)), len(patterns))
+        for link, grouped_link in zip(tree.links, grouped.links, strict=True)
         if link.motion is not None
     ]
     periods = range(1, min(LONGEST_PERIOD, len(order) - 1) + 1)

@@ -157,16 +157,16 @@ def attached_along(scene: Scene, body: str) -> Iterable[tuple[str, Formula]]:
 def build_tree(
     algebra: Algebra,
     scene: Scene,
-    apart: Collection[str] = (),
-    given: Mapping[tuple[str, int], Scalar] | None = None,
+    separate_joints: Collection[str] = (),
+    values: Mapping[tuple[str, int], Scalar] | None = None,
     along_z: Collection[str] = (),
 ) -> Tree:
     """Return the tree of a scene in joint coordinates, recorded on the algebra's tape.
 
     Parameters
     ----------
-    apart : names of fixed joints whose bodies have separate links, at rest relative to the carrying links
-    given : values in place of components of q, v and a, by block and number
+    separate_joints : names of fixed joints whose bodies have separate links, at rest relative to the carrying links
+    values : values in place of components of q, v and a, by block and number
     along_z : names of joints whose axis is the z axis of the joint's links, although it may be another coordinate axis
         of the body
 
@@ -181,7 +181,7 @@ def build_tree(
         return record(algebra, formula, lambda symbol: parameters[symbol.name])
 
     elastic = {body.name: body.beam.size for body in scene.bodies if body.beam is not None}
-    factors, coordinates = joint_coordinates(algebra, scene.joints, number, elastic, given or {})
+    factors, coordinates = joint_coordinates(algebra, scene.joints, number, elastic, values or {})
     mounts = {
         BASE: Mount(ROOT, algebra.identity, algebra.zero_vector),
         WORLD_NAME: Mount(WORLD, algebra.identity, algebra.zero_vector),
@@ -189,7 +189,7 @@ def build_tree(
     tree, links = Tree(algebra, (), mounts, parameters, factors, coordinates), list[Link]()
     with_mass = elements_with_mass(scene)
     for body, joint in zip(scene.bodies, scene.joints, strict=True):
-        merged, turned = joint.name not in apart, joint.name in along_z
+        merged, turned = joint.name not in separate_joints, joint.name in along_z
         added = added_masses(algebra, with_mass.get(body.name, ()), number)
         tree.mounts[body.name] = _add_body(tree, links, body, joint, number, added, merged=merged, along_z=turned)
         if body.beam is not None:
@@ -312,11 +312,11 @@ def _link(
     """Return the link that moves by one elementary motion of a joint, with inertia and rotor inertias. ``orientation``,
     (3, 3), and ``position``, m, are the pose in the parent link at neutral coordinates; ``rotors`` are the rotor
     inertias of all components of the joint."""
-    own = coordinates.of(motion)
+    motion_coordinates = coordinates.of(motion)
     with algebra.tape.block(f"{'position' if motion.kind == 'travel' else 'rotation'} of link {name}"):
-        rotation, moved_to = pose_of(algebra, motion, pitch, orientation, position, own.q)
+        rotation, moved_to = pose_of(algebra, motion, pitch, orientation, position, motion_coordinates.q)
         name_rotation(rotation, joint.name, f"R_{name}" if parent == ROOT else f"turn_{name}")
-    _, travel = pose_of(algebra, motion, pitch, orientation, algebra.zero_vector, own.q)
+    _, travel = pose_of(algebra, motion, pitch, orientation, algebra.zero_vector, motion_coordinates.q)
     return Link(
         name=name,
         joint=joint,
@@ -328,9 +328,9 @@ def _link(
         travel=travel,
         position=moved_to,
         columns=columns_of(algebra, motion, pitch),
-        coordinates=own,
-        velocities=own.v,
-        accelerations=own.a,
+        coordinates=motion_coordinates,
+        velocities=motion_coordinates.v,
+        accelerations=motion_coordinates.a,
         inertia=inertia,
         rotor_inertias=tuple(rotors[k] for k in motion.components),
         turn=motion.turn,

@@ -241,13 +241,13 @@ class JointCoordinates:
         return replace(self, ratio=multiplier * self.ratio, offset=multiplier * self.offset + offset)
 
 
-def own_coordinates(algebra: Algebra, factor: Factor, given: Mapping[tuple[str, int], Scalar]) -> JointCoordinates:
+def own_coordinates(algebra: Algebra, factor: Factor, values: Mapping[tuple[str, int], Scalar]) -> JointCoordinates:
     """Return the coordinates of an independent joint."""
     components, dofs = (
         range(factor.q_start, factor.q_start + factor.q_size),
         range(factor.v_start, factor.v_start + factor.v_size),
     )
-    return JointCoordinates(algebra, tuple(components), tuple(dofs), algebra.one, algebra.zero, given)
+    return JointCoordinates(algebra, tuple(components), tuple(dofs), algebra.one, algebra.zero, values)
 
 
 def joint_coordinates(
@@ -255,14 +255,14 @@ def joint_coordinates(
     joints: Sequence[Joint],
     number: Callable[[Formula], Scalar],
     elastic: Mapping[str, int],
-    given: Mapping[tuple[str, int], Scalar],
+    values: Mapping[tuple[str, int], Scalar],
 ) -> tuple[tuple[Factor, ...], dict[str, JointCoordinates]]:
     """Return the factors of the configuration in joint order, and the coordinates of moving joints and beams by name.
 
     A joint that follows another joint (``mimic``) has coordinates and no factor: its coordinates are ratio and offset
     on the components of its leader. ``number`` gives the scalar of a formula, and is called for the multiplier and the
     offset of such joints alone. ``elastic`` gives the number of elastic coordinates of a body, whose factor follows the
-    factor of the body's joint. ``given`` holds values in place of components of q, v and a, by block and number.
+    factor of the body's joint. ``values`` holds values in place of components of q, v and a, by block and number.
     """
     moving = {joint.name: joint for joint in joints if joint.kind.moves}
     factors: list[Factor] = []
@@ -276,7 +276,7 @@ def joint_coordinates(
         for name, (group, q_size, v_size) in sizes.items():
             factors.append(Factor(group, name, q_start, q_size, v_start, v_size))
             q_start, v_start = q_start + q_size, v_start + v_size
-    coordinates = {factor.name: own_coordinates(algebra, factor, given) for factor in factors}
+    coordinates = {factor.name: own_coordinates(algebra, factor, values) for factor in factors}
     for joint in moving.values():
         followers: list[tuple[str, Mimic]] = []
         leader = joint

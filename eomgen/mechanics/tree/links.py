@@ -182,8 +182,8 @@ class Tree:
             every = carrying.union(link.dofs)
             above.append(every)
             for dof in link.dofs:
-                for other in link.dofs if link.balanced else every:
-                    coupled[max(dof, other)].add(min(dof, other))
+                for other_dof in link.dofs if link.balanced else every:
+                    coupled[max(dof, other_dof)].add(min(dof, other_dof))
         parents = [-1] * self.nv
         for dof in reversed(range(self.nv)):
             before = coupled[dof] - {dof}

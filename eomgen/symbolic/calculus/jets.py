@@ -44,20 +44,20 @@ def jets(
         One per output; c_0 is the output unless inputs were substituted.
     """
     algebra = JetAlgebra(tape)
-    given = {abs(node): jet for node, jet in _seed_jets(tape, input_jets, order)}
-    known: dict[int, list[Ref]] = {}
+    seeds = {abs(node): jet for node, jet in _seed_jets(tape, input_jets, order)}
+    node_jets: dict[int, list[Ref]] = {}
     of_maps: dict[int, list[list[Ref]]] = {}
 
     def jet(ref: Ref) -> list[Ref]:
-        coefficients = known[abs(ref)]
+        coefficients = node_jets[abs(ref)]
         return coefficients if ref > 0 else algebra.negative(coefficients)
 
     for node in tape.live(outputs):
         op = tape.op[node]
-        if node in given:
-            known[node] = given[node]
+        if node in seeds:
+            node_jets[node] = seeds[node]
         elif op in (Op.CONST, Op.INPUT):
-            known[node] = [node] + [ZERO] * order
+            node_jets[node] = [node] + [ZERO] * order
         elif op is Op.MAP:
             number = tape.a[node]
             if number not in of_maps:
@@ -66,14 +66,14 @@ def jets(
                     of_maps[number] = algebra.call(called, [jet(ref) for ref in called.operands])
                 else:
                     of_maps[number] = map_jets(tape, number, jet, order, jets)
-            known[node] = of_maps[number][tape.b[node]]
+            node_jets[node] = of_maps[number][tape.b[node]]
         elif op is Op.CURVE:
             curve, derivative = tape.curves[tape.b[node]]
-            known[node] = algebra.curve(curve, derivative, jet(tape.a[node]))
+            node_jets[node] = algebra.curve(curve, derivative, jet(tape.a[node]))
         else:
             operands = [jet(ref) for ref in tape.operands(node)]
             value = record(tape, op, [operand[0] for operand in operands])
-            known[node] = (
+            node_jets[node] = (
                 algebra.apply(op, value, operands) if any(map(_varies, operands)) else [value] + [ZERO] * order
             )
     return [jet(ref) for ref in outputs]
@@ -146,16 +146,16 @@ class JetAlgebra:
         """Return the jets of all results if an external function is called with operands whose jets are ``x``. The
         rates of the results are slopes, one coefficient shorter, times rates of the operands."""
         values = add_call(self.tape, replace(call, operands=tuple(jet[0] for jet in x)))
-        moving = [place for place, jet in enumerate(x) if _varies(jet)]
+        moving = [index for index, jet in enumerate(x) if _varies(jet)]
         if not moving:
             return [[value, *[ZERO] * (len(x[0]) - 1 if x else 0)] for value in values]
         derivative, columns = call.derivative(self.tape, moving)
         slopes = self.call(derivative, [jet[:-1] for jet in x])
         rates = {column: self.rate(x[column]) for column in columns}
         results = []
-        for place, value in enumerate(values):
+        for index, value in enumerate(values):
             total: list[Ref] = [ZERO] * (len(x[0]) - 1)
-            for slope, column in zip(slopes[place * len(columns) :], columns, strict=False):
+            for slope, column in zip(slopes[index * len(columns) :], columns, strict=False):
                 total = self.add(total, self.multiply(slope, rates[column]))
             results.append(self.integrate(value, total))
         return results

@@ -203,9 +203,9 @@ def _adjoints_of(tape: Tape, number: int, adjoints: Mapping[int, Ref], reach: se
 def seeds_by_node(tape: Tape, seeds: Seeds) -> dict[int, Tangent]:
     """Return seeds {direction: derivative} by node number, with signs of references applied and zeros dropped."""
     by_node: dict[int, Tangent] = {}
-    for key, given in seeds.items():
+    for key, tangent in seeds.items():
         ref = tape.input(key.block, key.index) if isinstance(key, InputSymbol) else key
-        by_node[abs(ref)] = {d: value if ref > 0 else -value for d, value in given.items() if abs(value) != ZERO}
+        by_node[abs(ref)] = {d: value if ref > 0 else -value for d, value in tangent.items() if abs(value) != ZERO}
     return by_node
 
 
