@@ -77,12 +77,12 @@ def load(
     >>> eomgen.load("examples/four_bar/scene.toml").name
     'four_bar'
     """
-    given = {"strict": strict, "coordinates": coordinates, "task_frames": task_frames, **options}
-    stored = stored_scene(path, given)
-    if stored is None and (other := other_document(path, given)) is not None:
-        return cast("Scene", other[1])
+    all_options = {"strict": strict, "coordinates": coordinates, "task_frames": task_frames, **options}
+    stored = stored_scene(path, all_options)
+    if stored is None and (kind_and_document := other_document(path, all_options)) is not None:
+        return cast("Scene", kind_and_document[1])
     with without_garbage_collection():
-        scene = load_scene(path, **given) if stored is None else stored.scene
+        scene = load_scene(path, **all_options) if stored is None else stored.scene
     log_notes(scene.name, scene.notes)
     return scene
 
@@ -100,8 +100,8 @@ def read(described: Described, **options: object) -> tuple[Any, FrontEnd, FileKi
         stored = record_of(described) or stored_scene(described, _DEFAULTS)
         if stored is not None:
             return stored.lean, SCENES, None
-        if (other := other_document(described, options)) is not None:
-            return other[1], other[0].front_end, other[0]
+        if (kind_and_document := other_document(described, options)) is not None:
+            return kind_and_document[1], kind_and_document[0].front_end, kind_and_document[0]
         return *as_document(described), None
 
 
@@ -113,8 +113,8 @@ def as_document(described: Described) -> tuple[Document, FrontEnd]:
     if not isinstance(described, str | os.PathLike | Mapping):
         if is_scene(described):
             return described, SCENES
-        if isinstance(own := getattr(described, "front_end", None), FrontEnd):
-            return described, own
+        if isinstance(front_end := getattr(described, "front_end", None), FrontEnd):
+            return described, front_end
         for row in (load_row(entry, FrontEnd) for entry in extensions("eomgen.front_ends")):
             if isinstance(described, row.document):
                 return described, row
@@ -125,8 +125,8 @@ def load_scene(path: Described, **options: Any) -> Scene:
     """Return a mechanical scene from a path, nested data or a Scene; options are as in ``load``. Scenes of files are
     taken from the cache of readings, and else kept there. Raises UsageError and DescriptionError, which also names an
     unknown method of the scene."""
-    given = {**_DEFAULTS, **options}
-    if (stored := stored_scene(path, given)) is not None:
+    all_options = {**_DEFAULTS, **options}
+    if (stored := stored_scene(path, all_options)) is not None:
         return stored.scene
     of_source = {name: value for name, value in options.items() if name not in _DEFAULTS}
     if isinstance(path, str | os.PathLike):
@@ -135,17 +135,17 @@ def load_scene(path: Described, **options: Any) -> Scene:
 
         try:
             with digests_of_files() as files:
-                scene = reader.load(Path(path), **given)
+                scene = reader.load(Path(path), **all_options)
         except DescriptionError as error:
-            method = partial(reader.method_of, Path(path), strict=given["strict"], **of_source)
+            method = partial(reader.method_of, Path(path), strict=all_options["strict"], **of_source)
             raise _add_method_problems(error, method) from None
         _check_method(scene)
-        store(path, given, scene, SCENES.describe(scene), files)
+        store(path, all_options, scene, SCENES.describe(scene), files)
         return scene
     from eomgen.scene.sources.register import checked_options  # noqa: PLC0415
 
     checked_options(None, of_source)
-    frames, coordinates = given["task_frames"], given["coordinates"]
+    frames, coordinates = all_options["task_frames"], all_options["coordinates"]
     if not frames:
         return _given_scene(path, coordinates)
     if isinstance(path, Mapping):
@@ -184,8 +184,8 @@ def _given_scene(scene: object, coordinates: Literal["joint", "absolute"] | None
     raise UsageError(f"a scene, a path or a mapping like a scene file is needed, not {kind} [E0554]", hint)
 
 
-def _check_method(scene: Scene, place: str = "") -> None:
-    """Raise DescriptionError if a scene names an unknown method; ``place`` names a scene without a file."""
+def _check_method(scene: Scene, location: str = "") -> None:
+    """Raise DescriptionError if a scene names an unknown method; ``location`` names a scene without a file."""
     from eomgen.system.description import Simulation  # noqa: PLC0415
 
     if scene.simulation.method == Simulation.method:
@@ -193,7 +193,7 @@ def _check_method(scene: Scene, place: str = "") -> None:
     from eomgen.integrators.families.register import AUTO  # noqa: PLC0415  # few scenes choose a method
 
     if scene.simulation.method != AUTO:
-        described_method(scene.simulation, scene.source.get("simulation.method", place or scene.name))
+        described_method(scene.simulation, scene.source.get("simulation.method", location or scene.name))
 
 
 def _add_method_problems(error: DescriptionError, method: Callable[[], tuple[object, str]]) -> DescriptionError:
@@ -207,24 +207,24 @@ def _add_method_problems(error: DescriptionError, method: Callable[[], tuple[obj
     from eomgen.system.description import Simulation  # noqa: PLC0415
 
     try:
-        name, place = method()
+        name, location = method()
     except EomgenError:  # the file cannot be read, which the error reports
         return error
     if not isinstance(name, str) or name == "auto" or any("(simulation.method)" in p.where for p in error.problems):
         return error
     try:
-        described_method(Simulation(method=name), place)
+        described_method(Simulation(method=name), location)
     except DescriptionError as unknown:
         return DescriptionError([*error.problems, *unknown.problems])
     return error
 
 
-def described_method(simulation: Simulation, place: str) -> str:
+def described_method(simulation: Simulation, location: str) -> str:
     """Return the name of the method that a scene asks for. Raises DescriptionError if there is none of this name."""
     from eomgen.integrators.families.register import canonical_name  # noqa: PLC0415
 
     try:
         return canonical_name(simulation.method, simulation.tolerance)
     except UsageError as error:
-        problems = [Problem(f"{place} (simulation.method)", p.what, p.hint) for p in error.problems]
+        problems = [Problem(f"{location} (simulation.method)", p.what, p.hint) for p in error.problems]
         raise DescriptionError(problems) from None

@@ -95,8 +95,8 @@ def _moves_freely(joint: Joint) -> bool:
 
 def _only_connects(joint: Joint) -> bool:
     """Return whether a joint has no springs, stops, friction or motions of its own."""
-    given = joint.stops or joint.friction or not _moves_freely(joint)
-    return not given and joint.stiffness == joint.damping == ZERO
+    has_forces_or_motion = joint.stops or joint.friction or not _moves_freely(joint)
+    return not has_forces_or_motion and joint.stiffness == joint.damping == ZERO
 
 
 def _find_rows(names: Sequence[str]) -> tuple[Mapping[tuple[str, ...], int], int, int] | None:
@@ -104,14 +104,14 @@ def _find_rows(names: Sequence[str]) -> tuple[Mapping[tuple[str, ...], int], int
     are by the other parts of the name. None if no integer counts many rows, or if two of a name may."""
     numbers: dict[tuple[str, ...], list[tuple[int, ...]]] = {}
     for name in dict.fromkeys(names):
-        shape, own = parts_of(name)
-        numbers.setdefault(shape, []).append(own)
+        shape, integers = parts_of(name)
+        numbers.setdefault(shape, []).append(integers)
     columns = {shape: np.array(rows).reshape(len(rows), -1) for shape, rows in numbers.items()}
     last = max((int(table.max()) for table in columns.values() if table.size), default=0)
     places: dict[tuple[str, ...], int] = {}
     first = last
     for shape, table in columns.items():
-        near = [place for place in range(table.shape[1]) if last - int(table[:, place].max()) <= 1]
+        near = [column for column in range(table.shape[1]) if last - int(table[:, column].max()) <= 1]
         if len(near) > 1:
             return None
         if near and len(np.unique(table[:, near[0]])) >= last - _END:
@@ -129,10 +129,10 @@ def parts_of(name: str) -> Parts:
     if name not in _KNOWN:
         pieces = _INTEGER.split(name)
         numbers = []
-        for place in range(1, len(pieces), 2):
-            if str(int(pieces[place])) == pieces[place]:
-                numbers.append(int(pieces[place]))
-                pieces[place] = ""
+        for index in range(1, len(pieces), 2):
+            if str(int(pieces[index])) == pieces[index]:
+                numbers.append(int(pieces[index]))
+                pieces[index] = ""
         _KNOWN[name] = tuple(pieces), tuple(numbers)
     return _KNOWN[name]
 
@@ -149,7 +149,7 @@ class _Row:
         """Return whether two entries differ at most in numbers that grow."""
         if self.data != other.data:
             return False
-        return all(one == two for one, two, free in zip(self.numbers, other.numbers, grows, strict=True) if not free)
+        return all(a == b for a, b, free in zip(self.numbers, other.numbers, grows, strict=True) if not free)
 
 
 @dataclass(frozen=True)
@@ -186,17 +186,17 @@ class EqualRows:
     def row_of(self, name: str) -> int | None:
         """Return the row's number of a body, joint, point or force element by name, None outside of rows."""
         shape, numbers = parts_of(name)
-        place = self.places.get(shape)
-        return None if place is None else numbers[place]
+        index = self.places.get(shape)
+        return None if index is None else numbers[index]
 
     def name_before(self, name: str, rows: int) -> str:
         """Return a name with the row's number reduced by ``rows``; unchanged without a row."""
         shape, numbers = parts_of(name)
-        place = self.places.get(shape)
-        if place is None:
+        index = self.places.get(shape)
+        if index is None:
             return name
         pieces = list(shape)
-        texts = iter(number - rows if k == place else number for k, number in enumerate(numbers))
+        texts = iter(number - rows if k == index else number for k, number in enumerate(numbers))
         pieces[1::2] = [piece or str(next(texts)) for piece in pieces[1::2]]
         return "".join(pieces)
 
@@ -209,12 +209,12 @@ class EqualRows:
         result: dict[str, dict[object, dict[int, _Row]]] = {}
         for part in _LISTS:
             kinds = result.setdefault(part, {})
-            for place, item in enumerate(getattr(self.scene, part)):
+            for index, item in enumerate(getattr(self.scene, part)):
                 row = self.row_of(item.name)
                 if row is not None:
                     numbers: list[float] = []
                     data = self._data(item, row, numbers)
-                    kinds.setdefault(self._kind(item, row), {})[row] = _Row(place, data, tuple(numbers))
+                    kinds.setdefault(self._kind(item, row), {})[row] = _Row(index, data, tuple(numbers))
         return result
 
     def _data(self, value: Any, row: int, numbers: list[float]) -> object:
@@ -228,9 +228,9 @@ class EqualRows:
             numbers.append(value.value)
             return Number
         if kind is str:
-            shape, own = parts_of(value)
-            place = self.places.get(shape)
-            return value if place is None else (shape, own[:place], own[place] - row, own[place + 1 :])
+            shape, integers = parts_of(value)
+            index = self.places.get(shape)
+            return value if index is None else (shape, integers[:index], integers[index] - row, integers[index + 1 :])
         if kind is tuple or kind is list:
             return tuple([self._data(item, row, numbers) for item in value])
         names = _names(cast("Hashable", kind))
@@ -453,8 +453,8 @@ def _is_even(column: Array) -> bool:
     return bool(np.max(np.abs(column - line)) <= _EVEN * np.max(np.abs(column)))
 
 
-def _with_start_of(item: Any, other: Any) -> Any:
+def _with_start_of(item: Any, source: Any) -> Any:
     """Return a body or joint with the initial position and velocity of another."""
-    if other is None:
+    if source is None:
         return item
-    return replace(item, **{item_.name: getattr(other, item_.name) for item_ in fields(item) if item_.name in _START})
+    return replace(item, **{item_.name: getattr(source, item_.name) for item_ in fields(item) if item_.name in _START})

@@ -60,8 +60,8 @@ def with_parameters(document: Document, described: Description, parameters: Mapp
         )
     check_finite("parameters", values, [f"parameter {name}" for name in names])
     Requirements(described, names).check(values)
-    given = dict(zip(names, values.tolist(), strict=True))
-    changed = tuple(replace(item, value=given.get(item.name, item.value)) for item in document.parameters)
+    values_by_name = dict(zip(names, values.tolist(), strict=True))
+    changed = tuple(replace(item, value=values_by_name.get(item.name, item.value)) for item in document.parameters)
     return replace(document, parameters=changed)
 
 
@@ -205,10 +205,10 @@ def _place(number: float) -> int:
     return int(bits if number >= 0.0 else -bits)
 
 
-def _double(place: int) -> float:
+def _double(rank: int) -> float:
     """Return the double at a place in the order of all doubles."""
-    (number,) = struct.unpack("<d", struct.pack("<q", abs(place)))
-    return float(number if place >= 0 else -number)
+    (number,) = struct.unpack("<d", struct.pack("<q", abs(rank)))
+    return float(number if rank >= 0 else -number)
 
 
 def _at(parameters: tuple[Quantity, ...], inputs: tuple[Quantity, ...]) -> str:

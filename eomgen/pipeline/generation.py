@@ -107,8 +107,8 @@ def generate(
         program = _controller_program(document, front_end, parameters)
         _check_exported(program)
         program = with_interface(program, front_end.describe(document))
-    given = {key: value for key, value in (("real", real), ("method", method)) if value is not None}
-    program = replace(program, defaults={**program.defaults, **given}, uniform=uniform)
+    caller_defaults = {key: value for key, value in (("real", real), ("method", method)) if value is not None}
+    program = replace(program, defaults={**program.defaults, **caller_defaults}, uniform=uniform)
     files = chosen.files(program, method) if chosen.takes_method else chosen.files(program)
     written = write_folder(files, folder)
     return [written / name for name in sorted(files)]

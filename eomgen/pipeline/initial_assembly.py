@@ -218,10 +218,10 @@ def _sensitive(
     for _ in range(_NEIGHBOURS):
         nearby = defaults.copy()
         nearby[entering] += _NEARBY * (np.abs(defaults[entering]) + extent) * generator.uniform(0.5, 1.0, len(entering))
-        other = constraint_equations(system, nearby)
+        nearby_equations = constraint_equations(system, nearby)
         try:
-            assembly = assemble(other.without(left_out), q, v)
-            check_left_out(other, names, assembly.q, assembly.v)
+            assembly = assemble(nearby_equations.without(left_out), q, v)
+            check_left_out(nearby_equations, names, assembly.q, assembly.v)
         except ModelError:
             return names
     return ()

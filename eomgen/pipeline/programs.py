@@ -72,8 +72,8 @@ def write_program(
     front_end, method = request.front_end, request.method
     described = front_end.describe(request.document)
     chosen = method_with_parameters(described, method, for_runs=for_runs)
-    own = method_name(described, method) == method_name(described, None)
-    writer = ProgramWriter(front_end, described, request.selection, chosen, target, own, for_runs)
+    is_default_method = method_name(described, method) == method_name(described, None)
+    writer = ProgramWriter(front_end, described, request.selection, chosen, target, is_default_method, for_runs)
     prepared = front_end.prepared(request.document, build)
     if parameters:
         from eomgen.pipeline.generated_defaults import with_parameters  # noqa: PLC0415  # SciPy

@@ -140,28 +140,28 @@ def store(
     """
     from eomgen.scene.sources.register import recorded_endings  # noqa: PLC0415  # a stored scene needs no reader
 
-    known = (*recorded_endings(), *_OWN)
-    if not all(files.values()) or not all(file.lower().endswith(known) for file in files):
+    endings = (*recorded_endings(), *_OWN)
+    if not all(files.values()) or not all(file.lower().endswith(endings) for file in files):
         return
     if sum(len(getattr(scene, part)) * size for part, size in _LEAST.items()) > _LARGEST:
         return
     with contextlib.suppress(NoRecordError, OSError):
-        place = _place(path, options)
-        make_private_folder(place.parent)  # not at the end: the folder may be removed until then
-        postpone(partial(_store, place, scene, description, files))
+        record_path = _place(path, options)
+        make_private_folder(record_path.parent)  # not at the end: the folder may be removed until then
+        postpone(partial(_store, record_path, scene, description, files))
 
 
-def _store(place: Path, scene: Scene, description: Description, files: Mapping[str, str]) -> None:
+def _store(record_path: Path, scene: Scene, description: Description, files: Mapping[str, str]) -> None:
     try:
         with without_garbage_collection():
             record = to_record(scene, description)
         if sum(map(len, record[3:])) > _LARGEST:
             return
         data = json.dumps([files, *record]).encode()
-        with temporary_file(place) as stream:
+        with temporary_file(record_path) as stream:
             stream.write(hashlib.sha256(data).hexdigest().encode() + data)
-        Path(stream.name).replace(place)
-        _remove_oldest(place.parent)
+        Path(stream.name).replace(record_path)
+        _remove_oldest(record_path.parent)
     except (NoRecordError, OSError, ValueError, TypeError):  # the next process reads the file again
         return
 
@@ -289,7 +289,7 @@ def from_text(text: str) -> Any:
     kinds: list[tuple[type, list[str]]] = [(_object(name), names) for name, names in table]
     if not all(isinstance(kind, type) and is_dataclass(kind) for kind, _ in kinds):
         raise NoRecordError
-    known: list[Any] = []
+    instances: list[Any] = []
 
     def read(item: Any) -> Any:
         if type(item) is list:
@@ -298,12 +298,12 @@ def from_text(text: str) -> Any:
             return item
         ((kind, value),) = item.items()
         if kind != "of":
-            return known[value] if kind == "same" else _READ[kind](value, read)
-        own, names = kinds[value[0]]
-        made = object.__new__(own)
-        vars(made).update(zip(names, [read(part) for part in value[1:]], strict=True))
-        known.append(made)
-        return made
+            return instances[value] if kind == "same" else _READ[kind](value, read)
+        object_class, names = kinds[value[0]]
+        instance = object.__new__(object_class)
+        vars(instance).update(zip(names, [read(part) for part in value[1:]], strict=True))
+        instances.append(instance)
+        return instance
 
     return read(data)
 
@@ -365,9 +365,9 @@ def _object(name: str) -> Any:
         raise NoRecordError(name)
     try:
         value = attrgetter(attribute)(import_module(module))
-        own = _name(value) == name  # no import of the module, such as ``os.system``
+        is_defined_there = _name(value) == name  # no import of the module, such as ``os.system``
     except AttributeError:
-        own = False
-    if not own:
+        is_defined_there = False
+    if not is_defined_there:
         raise NoRecordError(name)
     return value

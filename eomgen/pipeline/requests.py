@@ -91,10 +91,10 @@ class ModelRequest:
     @cached_property
     def description(self) -> Description:
         """The description of the document, with the method that the caller has named."""
-        own = self.front_end.describe(self.document)
-        if self.method is None or self.method == own.simulation.method:
-            return own
-        return replace(own, simulation=replace(own.simulation, method=self.method))
+        description = self.front_end.describe(self.document)
+        if self.method is None or self.method == description.simulation.method:
+            return description
+        return replace(description, simulation=replace(description.simulation, method=self.method))
 
     @cached_property
     def builder(self) -> Builder:
@@ -113,10 +113,10 @@ class ModelRequest:
     ) -> LibraryRequest:
         """Return the request for a library of the model with the functions of ``selection``. By default it has the
         model's method and builder."""
-        own = self.builder
+        default_builder = self.builder
         name = method_name(self.description, self.method) if method is None else method
         stored = self.stored.get((selection, name)) if builder is None else None
-        return LibraryRequest(self.document, self.front_end, selection, name, builder or own, stored)
+        return LibraryRequest(self.document, self.front_end, selection, name, builder or default_builder, stored)
 
 
 def checked_terms(terms: Iterable[str] | None) -> tuple[str, ...] | None:

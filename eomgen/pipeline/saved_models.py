@@ -71,8 +71,8 @@ def load_model(path: str | os.PathLike[str]) -> Model:
         why = f"{error.args[0]} is missing" if isinstance(error, KeyError) else error
         fault = f"this is not a {_NOUN} written by eomgen: {why} [E0134]"
         raise FileError(Problem(str(path), fault, _HINT)) from None
-    own = names[0][0]
-    asked = *as_document(record.lean), own.terms, metadata["method"], profile, real, own.start, None
+    functions = names[0][0]
+    asked = *as_document(record.lean), functions.terms, metadata["method"], profile, real, functions.start, None
     return build_model(ModelRequest(*asked, libraries, partial(load_model, path)))
 
 

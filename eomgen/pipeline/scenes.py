@@ -94,10 +94,10 @@ def _with_numbers(error: ModelError, scene: Scene) -> ModelError:
     keys = {item.name: f"joints.{item.name}" for item in scene.joints}
     keys |= {item.name: f"constraints.{item.name}" for item in scene.constraints}
     in_file = (key for name in listed if (key := keys.get(name, "")) in scene.source)
-    place = next((f"{scene.source[key]} ({key})" for key in in_file), first.where)
+    location = next((f"{scene.source[key]} ({key})" for key in in_file), first.where)
     hint = first.hint + ("; numbers without a unit are in m and in rad" if defined and (said or doubts) else "")
     clauses = [first.what, *said, *(f"in doubt is {doubt}" for doubt in doubts)]
-    return ModelError([Problem(place, "; ".join(clauses), hint, first.code), *rest])
+    return ModelError([Problem(location, "; ".join(clauses), hint, first.code), *rest])
 
 
 def _has_no_connections(scene: Scene) -> bool:

@@ -108,7 +108,7 @@ def keep_structure(builder: Builder, structure: Structure | None, library: Libra
     structure, or if a number of a function is none of its constants."""
     if structure is None:
         return library
-    places = {value: place for place, value in enumerate(structure.constants, 1)}
+    places = {value: index for index, value in enumerate(structure.constants, 1)}
     _, _, numbers = fingerprints_and_numbers(tables_in(library.folder))
     numbers.pop(f"{library.layout['prefix']}_start_numbers", None)  # defaults, and the initial state
     if all(abs(value) in places for row in numbers.values() for value in row):
@@ -133,5 +133,5 @@ def known_library(builder: Builder, structure: Structure | None) -> KnownLibrary
     if start := [value for part in structure.initial.values() for value in part]:
         numbers[f"{layout['prefix']}_start_numbers"][-len(start) :] = start
     for name, places in record["places"].items():
-        numbers[name] = [copysign(structure.constants[abs(int(place)) - 1], place) for place in places]
+        numbers[name] = [copysign(structure.constants[abs(int(index)) - 1], index) for index in places]
     return KnownLibrary(library, layout, packed_tables(texts, numbers))

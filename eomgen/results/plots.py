@@ -294,9 +294,9 @@ def plot(solution: RecordedSolution, names: Sequence[str], axes: object = None, 
     if axes is not None:
         chosen = chosen_curves(solution, names) if abscissa is None else _over(solution, names, abscissa)[0]
         panels = _panels(chosen)
-        given = axes_of_caller("plot", axes, [listed(curve.name for curve in panel) for panel in panels])
-        _fill(given, solution, panels, abscissa, beside=False)
-        return given
+        caller_axes = axes_of_caller("plot", axes, [listed(curve.name for curve in panel) for panel in panels])
+        _fill(caller_axes, solution, panels, abscissa, beside=False)
+        return caller_axes
     panels, left_out = _chosen_panels(solution, names, abscissa)
     figure = pyplot_figure(_size(len(panels)))
     drawn = _subplots(figure, len(panels))

@@ -48,8 +48,8 @@ class Beams:
         """Triples (first node of the beam, node, factors of the node) for each later node with own coordinates."""
         return [
             (nodes[0], node, factors)
-            for nodes, own in zip(self.nodes, self.own, strict=True)
-            for node, factors in zip(nodes[1:], own[1:], strict=True)
+            for nodes, factors_of_nodes in zip(self.nodes, self.own, strict=True)
+            for node, factors in zip(nodes[1:], factors_of_nodes[1:], strict=True)
             if factors
         ]
 

@@ -101,7 +101,7 @@ def _with_includes(name: str, texts: Mapping[str, str]) -> bytes:
     for included in names:
         text = re.sub(_COMMENT, lambda match: match[0] if match[0][0] == '"' else " ", texts[included])
         content.update(f"{included}\0{text}\0".encode())
-        names += [other for other in re.findall(_INCLUDED, text) if other in texts and other not in names]
+        names += [file for file in re.findall(_INCLUDED, text) if file in texts and file not in names]
     return content.digest()
 
 
@@ -208,9 +208,9 @@ class Builder:
 
     def variant(self, *, profile: str | None = None, real: str | None = None) -> Builder:
         """Return a builder with another profile or number type, the same compiler and cache."""
-        own = self.profile.name if profile is None else profile
+        profile_name = self.profile.name if profile is None else profile
         number = self.real if real is None else real
-        return Builder(own, number, self.mode, self.cache, self._compiler, self.timeout)
+        return Builder(profile_name, number, self.mode, self.cache, self._compiler, self.timeout)
 
     def _find_compiler(self) -> None:
         """Look for a compiler; a missing compiler is reported when a build needs a compiler, a wrong ``CC`` now."""
@@ -454,12 +454,12 @@ class Builder:
             return None if entry is None else entry.file(_OBJECT)
 
         def fill(running: RunningCompilers, folder: Path) -> None:
-            for other, text in texts.items():
-                (folder / other).write_text(text, encoding="utf-8")
-            made, _ = compile_object(self.compiler, folder / name, flags, running=running)
-            made.rename(folder / _OBJECT)
-            for other in texts:
-                (folder / other).unlink()
+            for file_name, text in texts.items():
+                (folder / file_name).write_text(text, encoding="utf-8")
+            object_path, _ = compile_object(self.compiler, folder / name, flags, running=running)
+            object_path.rename(folder / _OBJECT)
+            for file_name in texts:
+                (folder / file_name).unlink()
 
         self._begin(key, Begun(object_file), fill)
 
@@ -501,11 +501,11 @@ class Builder:
         objects = (engine.file(_OBJECT), *wrapper)
 
         def fill(running: RunningCompilers, folder: Path) -> None:
-            for other, text in files.items():
-                (folder / other).write_text(text, encoding="utf-8")
+            for file_name, text in files.items():
+                (folder / file_name).write_text(text, encoding="utf-8")
             command = compile_and_link(self.compiler, folder / name, flags, objects, folder / self.binary, running)
-            for other in files:
-                (folder / other).unlink()
+            for file_name in files:
+                (folder / file_name).unlink()
             (folder / _COMMANDS).write_text(command, encoding="utf-8")
 
         # without the wait the thread would wait for Python at each file, in turns with the caller
@@ -568,14 +568,14 @@ class Builder:
 
         def fill(folder: Path) -> None:
             (folder / TABLES).write_bytes(tables)
-            made = files_of(texts, partial(preprocess, compiler))
-            for name, text in made.items():
+            lane_files = files_of(texts, partial(preprocess, compiler))
+            for name, text in lane_files.items():
                 (folder / name).write_text(text, encoding="utf-8")
-            sources = [folder / name for name in sorted(made) if name.endswith(".c")]
+            sources = [folder / name for name in sorted(lane_files) if name.endswith(".c")]
             if not sources:
                 return
-            own = passes_for("".join(made.values()), flags, compiler.version)
-            compile_library(compiler, sources, folder / _LANES, own, timeout=self.timeout)
+            passes = passes_for("".join(lane_files.values()), flags, compiler.version)
+            compile_library(compiler, sources, folder / _LANES, passes, timeout=self.timeout)
             for source in sources:
                 source.with_suffix(".o").unlink(missing_ok=True)
 
@@ -644,8 +644,8 @@ class Builder:
 
     def _with_kept_sources(self, error: ToolchainError, key: str) -> ToolchainError:
         """Return an error of the compiler that names the folder to which the cache has moved the sources."""
-        place = f"C compiler, sources kept in {self.cache.failed_folder(key)}"
-        return ToolchainError([type(p)(place, p.what, p.hint) for p in error.problems])
+        location = f"C compiler, sources kept in {self.cache.failed_folder(key)}"
+        return ToolchainError([type(p)(location, p.what, p.hint) for p in error.problems])
 
     def begin_wrapper(self, cdef: str, header: str) -> None:
         """Compile the object of the extension module in the background, unless the cache has one; not in the ABI mode.
@@ -704,8 +704,8 @@ class Builder:
 
         def fill(folder: Path) -> None:
             for name in names:
-                place = folder / (name + library_suffix() if name == _LIBRARY else name)
-                place.write_bytes(files[name])
+                path = folder / (name + library_suffix() if name == _LIBRARY else name)
+                path.write_bytes(files[name])
 
         key = digest.hexdigest()
         return self._load(self.cache.get(key) or self.cache.put(key, fill), mode)
@@ -743,9 +743,9 @@ class Builder:
         builder = self.variant(real="lanes")
         if running is not None:
             cdef = (folder / _CDEF).read_text(encoding="utf-8")
-            own = {**layout, "stack": _MOST_LANES * int(layout.get("stack", 0))}
+            companion_layout = {**layout, "stack": _MOST_LANES * int(layout.get("stack", 0))}
             with builder.claim(content):
-                builder.build(content, files, cdef, own, running=running, tables=lambda: tables)
+                builder.build(content, files, cdef, companion_layout, running=running, tables=lambda: tables)
         entry = self.cache.get(builder.key(content))
         return None if entry is None else builder._load(self._with_tables(entry, tables), self.mode)
 

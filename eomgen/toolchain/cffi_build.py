@@ -119,18 +119,18 @@ def companion_files(folder: Path, layout: Mapping[str, Any], function: str) -> d
     number = [item["name"] for item in layout["functions"]].index(function)
     files = library_texts(folder)
     headers = {name: text for name, text in files.items() if name.endswith(".h")}
-    own = re.compile(rf"{re.escape(prefix)}(_\d+|_curves|_external|_tables)?\.c")
-    texts = [text for name, text in files.items() if own.fullmatch(name)]
+    pattern = re.compile(rf"{re.escape(prefix)}(_\d+|_curves|_external|_tables)?\.c")
+    texts = [text for name, text in files.items() if pattern.fullmatch(name)]
     interface = files["interface.c"]
     # no prototypes: the types of the arguments are declared later, and the prototypes that follow fit to these
     names = (name for text in headers.values() for name in re.findall(_DECLARED, text))
     declared = {name for name in names if name.startswith(f"{prefix}_")}
     # functions in separate files stay separate here, too, since products are fused with sums within a function
-    apart = re.findall(_DECLARED, headers.get(f"{prefix}_parts.h", ""))
+    separate_functions = re.findall(_DECLARED, headers.get(f"{prefix}_parts.h", ""))
     text = [
         f"/* {SOURCE}: {function} of the model {prefix}, a sample in each lane. */",
         f"#define EOMGEN_ONLY_FUNCTION {number}",
-        *(f"static {_APART if name in apart else ''}void {name}();" for name in sorted(declared)),
+        *(f"static {_APART if name in separate_functions else ''}void {name}();" for name in sorted(declared)),
         *MACROS,
         "",
         *with_fetches(texts, interface, layout["functions"][number], prefix),

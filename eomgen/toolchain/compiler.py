@@ -167,14 +167,14 @@ def _variables(command: Sequence[str]) -> dict[str, str]:
 @cache
 def _zig_folder() -> str:
     """Return a folder for zig in the cache of eomgen, without a writable one a temporary folder of this process."""
-    own = default_folder().absolute() / "zig"
-    if not refusal(own):
-        return str(own)
+    cache_folder = default_folder().absolute() / "zig"
+    if not refusal(cache_folder):
+        return str(cache_folder)
     import tempfile  # noqa: PLC0415  # for builds only
 
-    made = tempfile.mkdtemp(prefix="eomgen-zig-")
-    atexit.register(shutil.rmtree, made, ignore_errors=True)
-    return made
+    temporary_folder = tempfile.mkdtemp(prefix="eomgen-zig-")
+    atexit.register(shutil.rmtree, temporary_folder, ignore_errors=True)
+    return temporary_folder
 
 
 def _words(text: str) -> list[str]:
@@ -231,8 +231,8 @@ def processor_digest() -> str:
 
 def compilers_at_once() -> int:
     """Return the number of compilers to run: one for each processor of this process, two at least."""
-    own = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return min(max(2, own), _MOST_COMPILERS)
+    processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return min(max(2, processors), _MOST_COMPILERS)
 
 
 def compile_library(
@@ -280,16 +280,16 @@ class Begun:
         self.ended = threading.Event()
         self._made = made
 
-    def copy_object(self, place: Path, running: RunningCompilers) -> bool:
-        """Wait for the end of the compilation, copy the object to ``place``, and return whether there is one. False
+    def copy_object(self, target: Path, running: RunningCompilers) -> bool:
+        """Wait for the end of the compilation, copy the object to ``target``, and return whether there is one. False
         also if the compilers of the library, ``running``, are stopped meanwhile."""
         while not self.ended.wait(_WAIT):
             if running.is_stopped:
                 return False
-        made = self._made()
-        if made is not None:
-            shutil.copyfile(made, place)
-        return made is not None
+        object_file = self._made()
+        if object_file is not None:
+            shutil.copyfile(object_file, target)
+        return object_file is not None
 
 
 class Compilation:
@@ -598,13 +598,13 @@ def preprocess(compiler: Compiler, files: Mapping[str, str], name: str) -> str:
     import tempfile  # noqa: PLC0415  # for lanes only
 
     with tempfile.TemporaryDirectory() as folder:
-        for other, text in files.items():
-            (Path(folder) / other).write_text(text, encoding="utf-8")
-        made = Path(folder) / "preprocessed.i"
+        for file_name, text in files.items():
+            (Path(folder) / file_name).write_text(text, encoding="utf-8")
+        output = Path(folder) / "preprocessed.i"
         flags = ["-E", "-P", "-undef", "-nostdinc", "-Dsize_t=long", f"-I{folder}"]
-        command = [*compiler.command, *flags, str(Path(folder) / name), "-o", str(made)]
-        _run(command, made, time.monotonic() + DEFAULT_TIMEOUT)
-        return made.read_text(encoding="utf-8")
+        command = [*compiler.command, *flags, str(Path(folder) / name), "-o", str(output)]
+        _run(command, output, time.monotonic() + DEFAULT_TIMEOUT)
+        return output.read_text(encoding="utf-8")
 
 
 def _link_flags() -> list[str]:
@@ -690,35 +690,35 @@ def _end(process: subprocess.Popen[str]) -> None:
             os.killpg(process.pid, signal.SIGKILL)
 
 
-def run_compiler(command: Sequence[str], made: Path, place: str = "") -> str:
-    """Run a compiler in the folder of the file ``made`` that the command makes, and return the warnings as text.
+def run_compiler(command: Sequence[str], target: Path, location: str = "") -> str:
+    """Run a compiler in the folder of the file ``target`` that the command makes, and return the warnings as text.
 
     Parameters
     ----------
-    place : of faults in messages; the folder by default, which has to be kept then
+    location : place of faults in messages; the folder by default, which has to be kept then
 
     Raises
     ------
     ToolchainError, FileError
     """
-    return _run(command, made, time.monotonic() + DEFAULT_TIMEOUT, place=place)
+    return _run(command, target, time.monotonic() + DEFAULT_TIMEOUT, location=location)
 
 
 def _run(
-    command: Sequence[str], made: Path, deadline: float, running: RunningCompilers | None = None, place: str = ""
+    command: Sequence[str], target: Path, deadline: float, running: RunningCompilers | None = None, location: str = ""
 ) -> str:
-    """Run a compiler in the folder of the file ``made`` that the command makes, and return its messages. ``deadline``
-    is a time of ``time.monotonic``; the process is entered in ``running``; ``place`` names faults. Raises
+    """Run a compiler in the folder of the file ``target`` that the command makes, and return its messages. ``deadline``
+    is a time of ``time.monotonic``; the process is entered in ``running``; ``location`` names faults. Raises
     ToolchainError, FileError if a disk is full, and StoppedError if ``running`` was stopped."""
     import subprocess  # noqa: PLC0415  # a library of the cache needs no process
 
-    where = place or f"C compiler, sources kept in {made.parent}"
+    where = location or f"C compiler, sources kept in {target.parent}"
     try:
         with (
             _guard(command) as (words, options),
             subprocess.Popen(
                 words,
-                cwd=made.parent,
+                cwd=target.parent,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,
                 encoding="utf-8",
@@ -756,9 +756,9 @@ def _run(
 
         fault = f"the compiler found no room here, or in {tempfile.gettempdir()} for its own files: {full} [E2113]"
         hint = "space there, or EOMGEN_CACHE=<another folder>, or TMPDIR=<another folder>"
-        raise FileError(Problem(str(made.parent.parent), fault, hint))
-    if process.returncode == 0 and not made.is_file():
-        fault = f"{shlex.join(command)} reported success but wrote no {made.name}, and said:\n{printed}\n [E2114]"
+        raise FileError(Problem(str(target.parent.parent), fault, hint))
+    if process.returncode == 0 and not target.is_file():
+        fault = f"{shlex.join(command)} reported success but wrote no {target.name}, and said:\n{printed}\n [E2114]"
         raise ToolchainError(Problem(where, fault, "another compiler with CC=..."))
     if process.returncode != 0:
         raise ToolchainError(

@@ -123,7 +123,7 @@ def cross_build(folder: Path, name: str) -> CrossBuild:
     flags = [word for word in words if word.startswith(("-std", "-O", "-f", "-D"))]
     common = [*compiler.command, "-target", target.triple, *target.flags, *flags, "-g0"]
     output = (folder / f"{prefix}-{name}{target.ending}").resolve()
-    place = f"zig for {name}, sources in {folder}"
+    location = f"zig for {name}, sources in {folder}"
     frames: dict[str, int] = {}
     calls: dict[str, set[str]] = {}
     with tempfile.TemporaryDirectory() as scratch:
@@ -131,17 +131,17 @@ def cross_build(folder: Path, name: str) -> CrossBuild:
         for word in words:
             if not word.endswith(".c") or word == "main.c":
                 continue
-            source, made = str((folder / word).resolve()), Path(scratch) / f"{Path(word).stem}.o"
-            frames |= _frames(run_compiler([*common, _SAY_FRAMES, "-c", source, "-o", str(made)], made, place))
-            listing = made.with_suffix(".ll")
-            run_compiler([*common, "-S", "-emit-llvm", source, "-o", str(listing)], listing, place)
+            source, binary = str((folder / word).resolve()), Path(scratch) / f"{Path(word).stem}.o"
+            frames |= _frames(run_compiler([*common, _SAY_FRAMES, "-c", source, "-o", str(binary)], binary, location))
+            listing = binary.with_suffix(".ll")
+            run_compiler([*common, "-S", "-emit-llvm", source, "-o", str(listing)], listing, location)
             calls |= _calls(listing.read_text(encoding="utf-8"))
-            objects.append(made)
-        code = sum(code_bytes(made.read_bytes()) for made in objects)
+            objects.append(binary)
+        code = sum(code_bytes(binary.read_bytes()) for binary in objects)
         main = [str((folder / "main.c").resolve())] if target.linked else ["-nostdlib", "-r"]
         end = ["-s", "-lm"] if target.linked else []
         command = [*common, *main, *map(str, objects), *end, "-o", str(output)]
-        run_compiler(command, output, place)
+        run_compiler(command, output, location)
     return CrossBuild(name, output, output.stat().st_size, code, _deepest(frames, calls), shlex.join(command))
 
 
@@ -168,7 +168,7 @@ def _deepest(frames: Mapping[str, int], calls: Mapping[str, set[str]]) -> int:
 
     @cache
     def depth(name: str) -> int:
-        return frames.get(name, 0) + max((depth(other) for other in calls[name] if other in calls), default=0)
+        return frames.get(name, 0) + max((depth(callee) for callee in calls[name] if callee in calls), default=0)
 
     return max(map(depth, calls), default=0)
 
@@ -213,28 +213,28 @@ def _coff_sizes(data: bytes) -> Iterator[int]:
 
 def _mach_o_sizes(data: bytes) -> Iterator[int]:
     """Yield the sizes, in bytes, of the sections with instructions of a Mach-O file of 64 bits."""
-    place = 32
+    offset = 32
     for _ in range(struct.unpack_from("<16xI", data)[0]):
-        kind, length = struct.unpack_from("<II", data, place)
+        kind, length = struct.unpack_from("<II", data, offset)
         if kind == _MACHO_SEGMENT:
-            for k in range(struct.unpack_from("<64xI", data, place)[0]):
-                size, flags = struct.unpack_from("<40xQ16xI", data, place + 72 + 80 * k)
+            for k in range(struct.unpack_from("<64xI", data, offset)[0]):
+                size, flags = struct.unpack_from("<40xQ16xI", data, offset + 72 + 80 * k)
                 if flags & _MACHO_CODE:
                     yield size
-        place += length
+        offset += length
 
 
 def _wasm_sections(data: bytes) -> Iterator[tuple[int, int]]:
     """Yield (kind, size in bytes) of the sections of a WebAssembly file."""
-    place = 8
-    while place < len(data):
-        kind, place = data[place], place + 1
+    offset = 8
+    while offset < len(data):
+        kind, offset = data[offset], offset + 1
         size = shift = 0
         while True:  # LEB128
-            byte, place = data[place], place + 1
+            byte, offset = data[offset], offset + 1
             size |= (byte & 0x7F) << shift
             shift += 7
             if byte < 0x80:
                 break
         yield kind, size
-        place += size
+        offset += size

@@ -80,17 +80,17 @@ class PythonFunctions:
         """Return the ``size`` numbers of type ``kind`` that a Python function gives at the numbers x, flat. Raises
         ModelError for an exception in the function, and for results that are not as many numbers."""
         try:
-            given = function(*x)
+            result = function(*x)
         except EomgenError:
             raise
         except (Exception, SystemExit) as error:
             raise self._failure(error, x) from error
         try:
-            if np.asarray(given).dtype.kind not in "biufc":  # NumPy makes numbers of None and of texts
+            if np.asarray(result).dtype.kind not in "biufc":  # NumPy makes numbers of None and of texts
                 raise TypeError
-            numbers: NDArray[Any] = np.asarray(given, dtype=kind).ravel()
+            numbers: NDArray[Any] = np.asarray(result, dtype=kind).ravel()
         except (TypeError, ValueError) as error:
-            fault = f"{function.__name__} gives {shown(given)}, and {counted(size, 'number')} are needed [E2126]"
+            fault = f"{function.__name__} gives {shown(result)}, and {counted(size, 'number')} are needed [E2126]"
             raise self._fault(fault, "return a number, or a list of all results") from error
         if len(numbers) != size:
             fault = f"{function.__name__} gives {counted(len(numbers), 'number')}, and {size} are needed [E2126]"
@@ -101,7 +101,7 @@ class PythonFunctions:
         """Return the ModelError for an exception in a user's function, with file, line and arguments."""
         file = str(self._data["file"])
         lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
-        place = f"{Path(file).name}:{lines[-1]}" if lines else Path(file).name
+        location = f"{Path(file).name}:{lines[-1]}" if lines else Path(file).name
         point = ", ".join(f"{number.real:.6g}" for number in x)
         hint = "results for all numbers"
         if isinstance(error, TypeError) and not lines:  # of the call
@@ -112,7 +112,7 @@ class PythonFunctions:
             hint = f"arguments and parameters as numbers, one by one: def {self._function.__name__}({taken})"
         elif self._data["complex_step"]:
             hint += "; a function for complex steps calls numpy or cmath in place of math"
-        return self._fault(f"{place}: {type(error).__name__}: {error}, at the arguments {point} [E2127]", hint)
+        return self._fault(f"{location}: {type(error).__name__}: {error}, at the arguments {point} [E2127]", hint)
 
     def _fault(self, fault: str, hint: str) -> ModelError:
         return ModelError(Problem(str(self._data["label"]), fault, hint))
@@ -153,8 +153,8 @@ def _execute(label: str, file: str, text: str) -> types.ModuleType:
         loader.exec_module(module)
     except (Exception, SystemExit) as error:
         lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
-        place = f"{Path(file).name}:{lines[-1]}" if lines else Path(file).name
-        fault = f"{place}: {type(error).__name__}: {error} [E2233]"
+        location = f"{Path(file).name}:{lines[-1]}" if lines else Path(file).name
+        fault = f"{location}: {type(error).__name__}: {error} [E2233]"
         raise ModelError(Problem(label, fault, "a file that Python runs without an error")) from error
     return module
 
@@ -184,8 +184,8 @@ def _callback(ffi: Any, function: Callable[[Array], Array], sizes: tuple[int, in
         try:
             x = np.array([*ffi.unpack(arguments, n), *(ffi.unpack(parameters, p) if p else ())])
             values = function(x)
-            for place, number in enumerate(values.tolist()):
-                results[place] = number
+            for index, number in enumerate(values.tolist()):
+                results[index] = number
         except BaseException as error:
             if getattr(_FAILED, "error", None) is None:
                 _FAILED.error = error

@@ -63,14 +63,14 @@ def with_fetches(texts: list[str], interface: str, function: Mapping[str, Any], 
     def insert_fetches(match: re.Match[str]) -> str:
         nonlocal begun
         lines = match[3].split("\n")
-        own = _places(lines)
+        line_numbers = _places(lines)
         block = next((block for block in re.findall(_ARGUMENT, match[2]) if block in blocks), None)
-        for number, place in enumerate(own, begun):
+        for number, line_number in enumerate(line_numbers, begun):
             taken = fetches[_share(number, len(places), len(fetches)) : _share(number + 1, len(places), len(fetches))]
             if block is not None and taken:
-                lines[place] += "\n" + "\n".join(f"    {fetch};" for fetch in taken)
-        begun += len(own)
-        if block is not None and own:
+                lines[line_number] += "\n" + "\n".join(f"    {fetch};" for fetch in taken)
+        begun += len(line_numbers)
+        if block is not None and line_numbers:
             rows = f"({_TABLE})((const double *)({block} - {blocks[block]}) - {_POINTERS})"
             lines.insert(0, f"    {_TABLE}const rows = {rows};")
         return match[1] + "\n".join(lines) + "}"

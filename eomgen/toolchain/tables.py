@@ -49,10 +49,10 @@ def packed_tables(
 def fingerprints_and_numbers(tables: bytes) -> tuple[bytes, bytes, dict[str, list[float]]]:
     """Return the fingerprints of a library and of its texts, and its numbers by the name of their array in C."""
     mark, texts, heads, count, code, _ = _START.unpack_from(tables)
-    place = _START.size + 8 * heads
-    values = array("d", tables[place : place + 8 * count]).tolist()
+    offset = _START.size + 8 * heads
+    values = array("d", tables[offset : offset + 8 * count]).tolist()
     numbers: dict[str, list[float]] = {}
-    for name, size in json.loads(tables[place + 8 * count + 2 * code :]).items():
+    for name, size in json.loads(tables[offset + 8 * count + 2 * code :]).items():
         numbers[name], values = values[:size], values[size:]
     return mark.rstrip(b"\0"), texts.rstrip(b"\0"), numbers
 
