@@ -40,8 +40,8 @@ def _method(row: Section) -> Callable[..., SceneBuilder]:
     keys = {name: field.alias or name for name, field in row.schema.model_fields.items()}
 
     def enter(self: SceneBuilder, /, *args: Any, **kwargs: Any) -> SceneBuilder:
-        given = signature.bind(self, *args, **kwargs).arguments
-        return self._enter(row.key, given.get("name"), **{keys[name]: given[name] for name in keys.keys() & given})
+        values = signature.bind(self, *args, **kwargs).arguments
+        return self._enter(row.key, values.get("name"), **{keys[name]: values[name] for name in keys.keys() & values})
 
     enter.__name__ = row.method_name
     enter.__qualname__ = f"SceneBuilder.{row.method_name}"
@@ -182,7 +182,7 @@ class SceneBuilder(SectionMethods):
         """Store an entry of a section with the values that are not None, and the line of the caller; return the
         builder. ``name`` is None for a section that is one table. A name that is already in the section is noted as a
         problem, which ``build`` raises, and the first entry stays."""
-        place = _caller()
+        line = _caller()
         key = section if name is None else key_of(section, str(name))
         entry = {field: _plain(value) for field, value in values.items() if value is not None}
         entries = self._data if key == section else self._data.setdefault(section, {})
@@ -190,11 +190,11 @@ class SceneBuilder(SectionMethods):
         if entry_name in entries:
             hint = "another name" if key != section else "one call"
             self._problems.append(
-                Problem(f"{place} ({key})", f"this was given before, at {self._lines[key]} [E1410]", hint)
+                Problem(f"{line} ({key})", f"this was given before, at {self._lines[key]} [E1410]", hint)
             )
         else:
             entries[entry_name] = entry
-            self._lines[key] = place
+            self._lines[key] = line
         return self
 
 

@@ -64,9 +64,9 @@ def enters(
         table = inner_table(schema.document_for({section: {}}).model_fields[section].annotation)
         assert table is not None, section  # sections are named in this package only, never by a user
         written = inspect.signature(method)
-        *given, open_ones = written.parameters.values()
+        *first, open_ones = written.parameters.values()
         rest = [open_ones.replace(annotation="Any")] if others else []
-        signature = written.replace(parameters=[*given, *_keys(table.model, [item.name for item in given]), *rest])
+        signature = written.replace(parameters=[*first, *_keys(table.model, [item.name for item in first]), *rest])
 
         @functools.wraps(method)
         def call(self: Builder, /, *args: P.args, **kwargs: P.kwargs) -> R:
@@ -82,11 +82,11 @@ def enters(
 def signature_of(row: Section) -> inspect.Signature:
     """Return the signature of the builder's method of a section: the name, keys by position, keys by name."""
     by_position = inspect.Parameter.POSITIONAL_OR_KEYWORD
-    given = [inspect.Parameter("self", by_position)]
-    given += [] if row.single else [inspect.Parameter("name", by_position, annotation="str")]
+    parameters = [inspect.Parameter("self", by_position)]
+    parameters += [] if row.single else [inspect.Parameter("name", by_position, annotation="str")]
     every = {item.name: item for item in _keys(row.schema)}
-    given += [every.pop(name).replace(kind=by_position) for name in row.positional]
-    return inspect.Signature([*given, *every.values()], return_annotation="Self")
+    parameters += [every.pop(name).replace(kind=by_position) for name in row.positional]
+    return inspect.Signature([*parameters, *every.values()], return_annotation="Self")
 
 
 def documentation_of(text: str, table: type[Table], signature: inspect.Signature, method: str) -> str:

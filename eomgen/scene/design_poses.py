@@ -132,10 +132,10 @@ class DesignPoses:
         while path[-1] not in self._poses:
             path.append(self._reference(path))
         for name, frame in zip(path[-2::-1], path[:0:-1], strict=True):
-            given, carrier = self.placements[name], self._poses[frame]
-            origin = _sums(carrier.axes, given.position)
+            placement, carrier = self.placements[name], self._poses[frame]
+            origin = _sums(carrier.axes, placement.position)
             x, y, z = (_plus(a, b) for a, b in zip(carrier.origin, origin, strict=True))
-            self._poses[name] = DesignPose(carrier.axes @ np.array(given.axes), (x, y, z))
+            self._poses[name] = DesignPose(carrier.axes @ np.array(placement.axes), (x, y, z))
         return self._poses[path[0]]
 
     def _reference(self, path: Sequence[str]) -> str:
@@ -158,21 +158,21 @@ class DesignPoses:
             raise UnknownPoseError(f"these bodies are placed in one another: {circle}", hint)
         return frame
 
-    def placement_in(self, given: FramePlacement, body: str) -> FramePlacement:
+    def placement_in(self, placement: FramePlacement, body: str) -> FramePlacement:
         """Return a placement with the same pose, given in the frame of ``body``, with every joint at zero. Raises
         UnknownPoseError if the pose of one of both frames does not follow from the placements."""
         if body == WORLD and self.base_moves:
-            if given.frame == WORLD:
-                return given
+            if placement.frame == WORLD:
+                return placement
             fault = "the base has a place of its own in the world"
             raise UnknownPoseError(fault, f'in = "{WORLD}", or body = "{BASE}"')
-        frame, carrier = self.pose(given.frame), self.pose(body)
-        apart = tuple(
+        frame, carrier = self.pose(placement.frame), self.pose(body)
+        offset = tuple(
             _plus(_plus(a, b), base, -1.0)
-            for a, b, base in zip(frame.origin, _sums(frame.axes, given.position), carrier.origin, strict=True)
+            for a, b, base in zip(frame.origin, _sums(frame.axes, placement.position), carrier.origin, strict=True)
         )
-        x, y, z = (_formula(_combine(zip(carrier.axes[:, place].tolist(), apart, strict=True))) for place in range(3))
-        axes = snapped_rotation(carrier.axes.T @ frame.axes @ np.array(given.axes))
+        x, y, z = (_formula(_combine(zip(carrier.axes[:, index].tolist(), offset, strict=True))) for index in range(3))
+        axes = snapped_rotation(carrier.axes.T @ frame.axes @ np.array(placement.axes))
         return FramePlacement(body, (x, y, z), rows(axes))
 
     def way(self, first: tuple[str, Vector], second: tuple[str, Vector]) -> Vector:

@@ -131,19 +131,19 @@ class Renamer:
         return {name: self.texts(entry) for name, entry in value.items()} if isinstance(value, Mapping) else value
 
 
-def overridden(key: str, entry: Include, data: dict[str, Any], known: frozenset[str], report: Report) -> dict[str, str]:
+def overridden(key: str, entry: Include, data: dict[str, Any], names: frozenset[str], report: Report) -> dict[str, str]:
     """Put the values of an include into the parameters of the included file's ``data``, in place, and return the values
     that are formulas, as text by the parameter's name; parameters with formulas are removed from ``data``. ``key`` is
-    the dotted key of the include and ``entry`` the entry; ``known`` are names of the including file, which no unit may
+    the dotted key of the include and ``entry`` the entry; ``names`` are names of the including file, which no unit may
     have. Unknown parameters and units that do not fit are reported."""
     section = data.get("parameters", {})
     parameters = dict(section) if isinstance(section, Mapping) else {}
     formulas: dict[str, str] = {}
     for name, value in entry.parameters.items():
-        place = f"{key}.parameters.{key_of(name)}"
+        parameter_key = f"{key}.parameters.{key_of(name)}"
         if name not in parameters:
             fault = f"{shown(entry.file)} has no parameter {shown(name)} [E1586]"
-            report.add(place, fault, nearest(name, parameters) or "without parameters")
+            report.add(parameter_key, fault, nearest(name, parameters) or "without parameters")
             continue
         if isinstance(value, str) and not is_quantity(value):
             formulas[name] = value
@@ -153,12 +153,12 @@ def overridden(key: str, entry: Include, data: dict[str, Any], known: frozenset[
         label = table.get("unit", "")
         try:
             if isinstance(value, str):
-                number, unit = number_in_label(value, label if isinstance(label, str) else "", known)
+                number, unit = number_in_label(value, label if isinstance(label, str) else "", names)
                 parameters[name] = {**table, "value": number, "unit": unit}
             else:
                 parameters[name] = {**table, "value": value}
         except UnitError as error:
-            report.add(place, error.what, error.hint)
+            report.add(parameter_key, error.what, error.hint)
     data["parameters"] = parameters
     return formulas
 
@@ -250,28 +250,28 @@ class _Includer:
         the file cannot be read, is already open in the chain, or is of an unknown kind. ``key`` is the dotted key of
         the include and ``entry`` the entry; other arguments as of ``include_files``. Raises _TooManyFilesError above
         the limits of number and depth."""
-        path, place = folder / entry.file, f"{key}.file"
+        path, field = folder / entry.file, f"{key}.file"
         self.files += 1
         try:
             resolved = self.resolve(path)
             again = next((step for step in chain if self.resolve(step) == resolved), None)
         except (OSError, ValueError, RuntimeError) as error:
             fault = f"{shown(entry.file)} is not a path: {error} [E1588]"
-            report.add(place, fault, "a path from the folder of this file")
+            report.add(field, fault, "a path from the folder of this file")
             return None
         if again is not None:
             names = ", ".join(self.shown_file(step) for step in [*chain[chain.index(again) :], path])
             fault = f"files include one another in a circle: {names} [E1590]"
-            report.add(place, fault, "one of them without the include")
+            report.add(field, fault, "one of them without the include")
             return None
         if len(chain) > _DEEPEST or self.files > _MOST_FILES:
             fault = f"more than {_MOST_FILES} files, or more than {_DEEPEST} within one another, are included [E1591]"
-            raise _TooManyFilesError(Problem(report.where(place), fault, "fewer of them"))
+            raise _TooManyFilesError(Problem(report.where(field), fault, "fewer of them"))
         source = source_of(path)
         if source is None:
             named = Path(entry.file) if path.is_dir() else path  # its files may include this one
             fault = f"{shown(entry.file)} is not a kind of file that can be included [E1592]"
-            report.add(place, fault, readable(named))
+            report.add(field, fault, readable(named))
             return None
         try:
             options = all_options()
@@ -290,7 +290,7 @@ class _Includer:
             return part
         except FileError as error:
             problem = error.problems[0]
-            report.add(place, f"{shown(entry.file)} {problem.what} [E1594]", f"a path from the folder of {report.file}")
+            report.add(field, f"{shown(entry.file)} {problem.what} [E1594]", f"a path from the folder of {report.file}")
         except OptionError as error:
             report.add(f"{key}.{error.option}", error.problems[0].what, error.problems[0].hint)
         except EomgenError as error:
@@ -379,8 +379,8 @@ def _merge(name: str, entry: Include, inner: FileData, part: FileData, report: R
     the values of the file. Lines, notes, formulas and namespaces are added to ``part``; names that are taken are
     reported."""
     key, prefix = key_of("include", name), _prefix(name, entry)
-    known = frozenset(_names(part.data, "parameters") + _names(part.data, "inputs"))
-    values = overridden(key, entry, inner.data, known, report)
+    names_of_file = frozenset(_names(part.data, "parameters") + _names(part.data, "inputs"))
+    values = overridden(key, entry, inner.data, names_of_file, report)
     _start(key, entry, inner.data, report)
     sections = section_keys(inner.data)
     names = {section: {local: prefix + local for local in _names(inner.data, section)} for section in sections}
@@ -390,8 +390,8 @@ def _merge(name: str, entry: Include, inner: FileData, part: FileData, report: R
     base = _base(name, entry, part, report, taken=names["frames"].values())
     entries = Renamer(space, base, Path(entry.file)).document(inner.data)
     renamed_too = _controller_names(entries)
-    for section, made in _controller_names(inner.data).items():
-        names[section] |= dict(zip(made, renamed_too[section], strict=True))
+    for section, controllers in _controller_names(inner.data).items():
+        names[section] |= dict(zip(controllers, renamed_too[section], strict=True))
     for section, renamed in entries.items():
         mine = part.data.setdefault(section, {})
         if not isinstance(mine, Mapping):
@@ -402,12 +402,12 @@ def _merge(name: str, entry: Include, inner: FileData, part: FileData, report: R
             fault = f"the name {twice} in {section} is given twice, at {here} and at {there} [E1597]"
             report.add(key, fault, f'another prefix than "{prefix}"')
         part.data[section] = {**mine, **renamed}
-    for old, place in inner.lines.items():
+    for old, line in inner.lines.items():
         match = _LINE_KEY.fullmatch(old)
         if match and match[1] == "include":
-            part.lines[f"{key}.{old}"] = place
+            part.lines[f"{key}.{old}"] = line
         elif match and match[1] in sections:
-            part.lines.setdefault(f"{match[1]}.{prefix}{match[2]}{match[3]}", place)
+            part.lines.setdefault(f"{match[1]}.{prefix}{match[2]}{match[3]}", line)
     part.lines |= _places_of_starts(f"{key}.initial.", prefix, part.lines)
     part.notes += [note for note in inner.notes if note not in part.notes]  # of a file that is included several times
     part.judged |= {prefix + body for body in inner.judged}
@@ -421,19 +421,19 @@ def _start(key: str, entry: Include, data: dict[str, Any], report: Report) -> No
     gives, converted to SI; an unknown joint is reported at the dotted ``key`` of the include."""
     joints = data.get("joints", {})
     for name, initial in entry.initial.items():
-        place = f"{key}.initial.{key_of(name)}"
+        joint_key = f"{key}.initial.{key_of(name)}"
         if name not in joints:
-            report.add(place, f"{shown(entry.file)} has no joint {shown(name)} [E2132]", nearest(name, joints))
+            report.add(joint_key, f"{shown(entry.file)} has no joint {shown(name)} [E2132]", nearest(name, joints))
         else:
-            start = start_in_si(data, name, place, initial, report)
+            start = start_in_si(data, name, joint_key, initial, report)
             data["joints"] = joints = {**joints, name: {**joints[name], "initial": start}}
 
 
 def _places_of_starts(key: str, prefix: str, places: Mapping[str, str]) -> dict[str, str]:
     """Return the lines of the initial states that an include gives, under the keys of the joints in the scene. ``key``
     is the beginning of the keys in the include, ``prefix`` the prefix of new names, ``places`` has the lines by key."""
-    written = [(name.removeprefix(key).partition("."), place) for name, place in places.items() if name.startswith(key)]
-    return {f"joints.{prefix}{joint}.initial{dot}{rest}": place for (joint, dot, rest), place in written}
+    written = [(name.removeprefix(key).partition("."), line) for name, line in places.items() if name.startswith(key)]
+    return {f"joints.{prefix}{joint}.initial{dot}{rest}": line for (joint, dot, rest), line in written}
 
 
 def _base(name: str, entry: Include, part: FileData, report: Report, taken: Collection[str]) -> str:
@@ -448,17 +448,17 @@ def _base(name: str, entry: Include, part: FileData, report: Report, taken: Coll
         body = f"{body}_body"
     rotation = [turn.model_dump() for turn in entry.rotation or ()]
     joint = {"type": "fixed", "parent": entry.parent, "child": body, "position": entry.position, "rotation": rotation}
-    for section, made in (("bodies", {"mass": 0.0}), ("joints", joint)):
+    for section, data in (("bodies", {"mass": 0.0}), ("joints", joint)):
         mine = part.data.get(section, {})
         if not isinstance(mine, Mapping):
             continue
         if body in mine:
             fault = f"the name {body} in {section} is needed for the place of this include [E1598]"
             report.add(key, fault, "another name")
-        part.data[section] = {**mine, body: made}
-        for place in ("", ".position", ".rotation"):
-            if key + place in part.lines:
-                part.lines[key_of(section, body) + place] = part.lines[key + place]
+        part.data[section] = {**mine, body: data}
+        for suffix in ("", ".position", ".rotation"):
+            if key + suffix in part.lines:
+                part.lines[key_of(section, body) + suffix] = part.lines[key + suffix]
     return body
 
 

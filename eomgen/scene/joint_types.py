@@ -366,11 +366,11 @@ def fault_of(row: Connection) -> str:
     str
         The fault, as the end of a sentence; empty for a sound type.
     """
-    given = [name for name in _OF_THE_CORE if getattr(row, name)]
+    fields = [name for name in _OF_THE_CORE if getattr(row, name)]
     if not is_legal(row.name):
         return "has a name that is not a word of letters, digits and underscores"
-    if given:
-        return f"has {given[0]}, which only types in eomgen have"
+    if fields:
+        return f"has {fields[0]}, which only types in eomgen have"
     if not row.chain:
         return "has an empty chain: a joint type has at least one elementary motion"
     return _fault_of_chain(row)

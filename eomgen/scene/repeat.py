@@ -110,25 +110,25 @@ def _by_entry(lines: Mapping[str, Any]) -> dict[str, list[tuple[str, Any]]]:
 def _ranges(key: str, table: Mapping[str, Any], report: Report) -> dict[str, range] | None:
     """Return the range of whole numbers that each index of a table ``repeat`` takes, by name; None, after a report at
     the dotted ``key``, for missing or invalid indices."""
-    place = f"{key}.{_INDICES}"
+    indices_key = f"{key}.{_INDICES}"
     indices = table.get(_INDICES)
     if not isinstance(indices, Mapping) or not indices:
         fault = (
             f"the key {_INDICES} is missing [E1343]" if indices is None else f"indices are {describe(indices)} [E1848]"
         )
-        report.add(place, fault, _HOW)
+        report.add(indices_key, fault, _HOW)
         return None
     ranges: dict[str, range] = {}
-    for index, given in indices.items():
-        bounds = [0, given - 1] if _whole(given) else given
+    for index, value in indices.items():
+        bounds = [0, value - 1] if _whole(value) else value
         if not is_legal(str(index)):
-            report.add(place, f"the index {shown(index)} is not a name [E1850]", NAME_RULE)
+            report.add(indices_key, f"the index {shown(index)} is not a name [E1850]", NAME_RULE)
         elif not (isinstance(bounds, Sequence) and len(bounds) == 2 and all(map(_whole, bounds))):
-            fault = f"an index counts by whole numbers, and here is {describe(given)} [E1851]"
-            report.add(f"{place}.{index}", fault, _HOW)
+            fault = f"an index counts by whole numbers, and here is {describe(value)} [E1851]"
+            report.add(f"{indices_key}.{index}", fault, _HOW)
         elif bounds[1] < bounds[0]:
             fault = f"the index {index} takes no number from {bounds[0]} to {bounds[1]} [E1852]"
-            report.add(f"{place}.{index}", fault, _HOW)
+            report.add(f"{indices_key}.{index}", fault, _HOW)
         else:
             ranges[str(index)] = range(bounds[0], bounds[1] + 1)
     return ranges if len(ranges) == len(indices) else None
@@ -161,18 +161,18 @@ class _Copies:
         self.numbers: dict[str, float] = {}
         self.twice: set[str] = set()
 
-    def put(self, made: MutableMapping[str, Any]) -> None:
-        """Add all copies to ``made``, the data of the file by section, in place; faults are reported."""
+    def put(self, data: MutableMapping[str, Any]) -> None:
+        """Add all copies to ``data`` of the file by section, in place; faults are reported."""
         for section, templates in self.table.items():
             if section in (_INDICES, _WHERE):
                 continue
-            place = f"{self.key}.{section}"
+            label = f"{self.key}.{section}"
             if section not in self.sections:
                 hint = nearest(str(section), self.sections)
-                self.report.add(place, f"there is no section {shown(section)} whose entries could repeat [E1853]", hint)
+                self.report.add(label, f"there is no section {shown(section)} whose entries could repeat [E1853]", hint)
             elif not isinstance(templates, Mapping):
-                self.report.add(place, f"a table is needed here, not {describe(templates)} [E0716]")
-            elif isinstance(entries := made.setdefault(section, {}), MutableMapping):
+                self.report.add(label, f"a table is needed here, not {describe(templates)} [E0716]")
+            elif isinstance(entries := data.setdefault(section, {}), MutableMapping):
                 within = self.key.removeprefix("repeat.")
                 named = [(str(name), key_of("repeat", within, section, str(name))) for name in templates]
                 for values in self.values():

@@ -62,15 +62,15 @@ def coordinate_axis(axis: Sequence[float]) -> CoordinateAxis | None:
 def axis_beside(direction: Sequence[float]) -> CoordinateAxis | None:
     """Return the coordinate axis from which each component of a unit vector differs by at most 1e-6; None without such
     an axis."""
-    place = max(range(3), key=lambda k: abs(direction[k]))
-    if any(abs(direction[k]) > ALIKE for k in range(3) if k != place):
+    index = max(range(3), key=lambda k: abs(direction[k]))
+    if any(abs(direction[k]) > ALIKE for k in range(3) if k != index):
         return None
-    return CoordinateAxis(place, math.copysign(1.0, direction[place]))
+    return CoordinateAxis(index, math.copysign(1.0, direction[index]))
 
 
-def first_near(values: Sequence[float], wanted: float) -> int:
-    """Return the place of the first value that is ``wanted`` within ``ALIKE``."""
-    return next(place for place, value in enumerate(values) if abs(value - wanted) <= ALIKE)
+def first_near(values: Sequence[float], target: float) -> int:
+    """Return the index of the first value that is ``target`` within ``ALIKE``."""
+    return next(index for index, value in enumerate(values) if abs(value - target) <= ALIKE)
 
 
 def snap(entries: Array) -> Array:
@@ -142,17 +142,17 @@ def roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Array:
     if roll == pitch == yaw == 0.0:  # of most elements
         return np.eye(3)
     turns = ((2, yaw), (1, pitch), (0, roll))
-    about_z, about_y, about_x = (_about_coordinate_axis(place, angle) for place, angle in turns)
+    about_z, about_y, about_x = (_about_coordinate_axis(axis, angle) for axis, angle in turns)
     return about_z @ about_y @ about_x
 
 
-def _about_coordinate_axis(place: int, angle: float) -> Array:
-    """Return the (3, 3) matrix of a rotation by ``angle``, rad, about the coordinate axis ``place``, 0 to 2, with the
+def _about_coordinate_axis(axis: int, angle: float) -> Array:
+    """Return the (3, 3) matrix of a rotation by ``angle``, rad, about a coordinate ``axis``, 0 to 2, with the
     same bits as ``about_axis``."""
     sine, cosine = math.sin(angle), math.cos(angle)
     matrix = np.zeros((3, 3))
-    first, second = (place + 1) % 3, (place + 2) % 3
-    matrix[place, place] = cosine + (1.0 - cosine)
+    first, second = (axis + 1) % 3, (axis + 2) % 3
+    matrix[axis, axis] = cosine + (1.0 - cosine)
     matrix[first, first] = matrix[second, second] = cosine
     matrix[second, first], matrix[first, second] = sine + 0.0, 0.0 - sine
     return matrix

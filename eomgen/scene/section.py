@@ -508,9 +508,9 @@ def in_reading_order(rows: Sequence[Section]) -> list[Section]:
         for key in row.after:
             if key in by_key:  # a product may be absent
                 put(by_key[key])
-        for other in rows:
-            if row.key in other.before:
-                put(other)
+        for later_row in rows:
+            if row.key in later_row.before:
+                put(later_row)
         order[row.key] = row
 
     for row in sorted(rows, key=lambda row: row.last):

@@ -95,5 +95,5 @@ def _own(wanted: frozenset[str]) -> tuple[Section, ...]:
 @cache
 def bounds_of(rows: Sequence[Section]) -> dict[str, Row]:
     """Return the requirement of each single value of the sections, by key."""
-    given = {f"{row.key}.{key}": bound for row in rows for key, bound in row.bounds.items() if bound is not None}
-    return dict(BOUNDS) | bounds(given)
+    limits = {f"{row.key}.{key}": bound for row in rows for key, bound in row.bounds.items() if bound is not None}
+    return dict(BOUNDS) | bounds(limits)

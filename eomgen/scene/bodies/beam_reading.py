@@ -49,11 +49,11 @@ def read_beam(name: str, entry: written.BeamEntry, values: Values) -> Body:
     line = Beam(start, length, mass_per_length, (), polar)
     deformations = []
     for kind in KINDS:
-        given = getattr(entry, kind)
-        if given is not None:
-            profiles[kind] = _profile(f"{key}.{kind}.profile", given.profile, "stiffness", values)
+        entry_of_kind = getattr(entry, kind)
+        if entry_of_kind is not None:
+            profiles[kind] = _profile(f"{key}.{kind}.profile", entry_of_kind.profile, "stiffness", values)
             deformations.append(
-                _deformation(f"{key}.{kind}", kind, given, section.stiffness(kind, given), line, values)
+                _deformation(f"{key}.{kind}", kind, entry_of_kind, section.stiffness(kind, entry_of_kind), line, values)
             )
     if not deformations:
         fault = "the beam deforms in no way [E1313]"
@@ -89,7 +89,7 @@ def beam_as_body(name: str, beam: Beam) -> Body:
 
 def _moment(profile: Sequence[float], power: int) -> Fraction:
     """Return the integral of a polynomial times a power of s over s = 0 .. 1."""
-    terms = (Fraction(entry) / (place + power + 1) for place, entry in enumerate(profile))
+    terms = (Fraction(entry) / (power_of_s + power + 1) for power_of_s, entry in enumerate(profile))
     return sum(terms, Fraction(0))
 
 
@@ -121,12 +121,12 @@ class _Section:
             return ZERO
         return product(self.section.density, total(*self.section.second_moments))
 
-    def stiffness(self, kind: DeformationKind, given: written.Bending | written.Stretch | written.Torsion) -> Formula:
-        """Return the stiffness of a deformation, N or N m^2, from the entry ``given`` or the section; zero, after a
+    def stiffness(self, kind: DeformationKind, entry: written.Bending | written.Stretch | written.Torsion) -> Formula:
+        """Return the stiffness of a deformation, N or N m^2, from ``entry`` or the section; zero, after a
         report, if both lack the stiffness."""
-        place = f"{self.key}.{kind}.stiffness"
-        if given.stiffness is not None:
-            return self.values.formula(place, given.stiffness, PARAMETERS)
+        key = f"{self.key}.{kind}.stiffness"
+        if entry.stiffness is not None:
+            return self.values.formula(key, entry.stiffness, PARAMETERS)
         section = self.section
         needed = {
             "stretch": "area",
@@ -155,10 +155,10 @@ class _Section:
             self.values.report.add(f"{self.key}.{field}", fault, "one of them; mass_profile for a mass that varies")
 
 
-def _profile(key: str, given: Sequence[float | str], quantity: str, values: Values) -> tuple[float, ...]:
+def _profile(key: str, entries: Sequence[float | str], quantity: str, values: Values) -> tuple[float, ...]:
     """Return the coefficients, constant first, of a polynomial in s from 0 to 1 that multiplies a ``quantity`` of the
     beam; (1,) after a report, if the list is empty or the polynomial is not positive along the beam."""
-    coefficients = tuple(values.constants(key, given))
+    coefficients = tuple(values.constants(key, entries))
     if not coefficients:
         values.report.add(key, "the list of coefficients is empty [E1319]", "[1, -0.5]")
         return _UNIFORM
@@ -177,97 +177,97 @@ def _profile(key: str, given: Sequence[float | str], quantity: str, values: Valu
 
 
 def _deformation(
-    key: str, kind: DeformationKind, given: written.DeformationEntry, stiffness: Formula, beam: Beam, values: Values
+    key: str, kind: DeformationKind, entry: written.DeformationEntry, stiffness: Formula, beam: Beam, values: Values
 ) -> Deformation:
     """Return a deformation of a beam with modes, initial state, damping and masses; faults are reported under ``key``.
     ``stiffness`` is the stiffness of the sections, ``beam`` the beam without deformations. Masses are by the beam's
     mass, or polar inertia for torsion, per length."""
-    modes = _modes(key, kind, given, values)
+    modes = _modes(key, kind, entry, values)
     start, end = beam.start, beam.start + beam.length
     unit_mass = values.value(beam.polar_inertia if kind == "torsion" else beam.mass_per_length) or math.nan
     # of its children
-    initial = cast("written.ElasticInitial | written.TwistInitial", getattr(given, "initial"))  # noqa: B009
+    initial = cast("written.ElasticInitial | written.TwistInitial", getattr(entry, "initial"))  # noqa: B009
     position = _state(f"{key}.initial.position", initial.position, modes, values)
     velocity = _state(f"{key}.initial.velocity", initial.velocity, modes, values)
-    ratio = values.constant(f"{key}.damping_ratio", given.damping_ratio)
+    ratio = values.constant(f"{key}.damping_ratio", entry.damping_ratio)
     if ratio < 0.0:
         values.report.add(f"{key}.damping_ratio", f"the damping ratio is {ratio:.6g} [E1321]", "0 or more")
     if note := percent_of_critical(ratio):
         values.notes.append(f"{key}.damping_ratio: {note}")
     masses: list[tuple[float, float, float]] = []
-    for place, mass in enumerate(given.masses):
-        at, amount, inertia = values.keys(f"{key}.masses[{place}]", mass).values()
+    for index, mass in enumerate(entry.masses):
+        at, amount, inertia = values.keys(f"{key}.masses[{index}]", mass).values()
         if beam.is_beyond(at):
             fault = f"x = {at:.6g} m is beyond the beam, which goes from {start:.6g} m to {end:.6g} m [E1322]"
-            values.report.add(f"{key}.masses[{place}].at", fault, "a place on the beam")
+            values.report.add(f"{key}.masses[{index}].at", fault, "a place on the beam")
         for field, number in (("mass", amount), ("inertia", inertia)):
             if number < 0.0:
                 fault = f"the {field} {number:.6g} is negative [E1323]"
-                values.report.add(f"{key}.masses[{place}].{field}", fault, "0 or more")
+                values.report.add(f"{key}.masses[{index}].{field}", fault, "0 or more")
         masses.append((beam.nearest(at), amount / unit_mass, inertia / unit_mass))
     return Deformation(
         kind=kind,
-        shapes=given.shapes,
+        shapes=entry.shapes,
         modes=modes,
         stiffness=stiffness,
-        elements=given.elements or 0,
-        ends=given.ends or Deformation.ends,
+        elements=entry.elements or 0,
+        ends=entry.ends or Deformation.ends,
         damping_ratio=ratio,
-        **values.keys(key, given, "stiffness_damping", "inertia_factor"),
+        **values.keys(key, entry, "stiffness_damping", "inertia_factor"),
         initial_position=position,
         initial_velocity=velocity,
-        nodal=given.coordinates == "nodal",
-        normalisation=given.normalisation,
+        nodal=entry.coordinates == "nodal",
+        normalisation=entry.normalisation,
         masses=tuple(masses),
     )
 
 
-def _check_mesh(key: str, given: written.DeformationEntry, report: Report) -> None:
+def _check_mesh(key: str, entry: written.DeformationEntry, report: Report) -> None:
     """Report keys of a mesh if the shapes are not finite elements, conditions at the ends for shapes that include such
     conditions, and finite elements without their number."""
-    meshed = given.shapes == "finite_elements"
+    meshed = entry.shapes == "finite_elements"
     for field in ("elements", "coordinates", "masses"):
-        if getattr(given, field) and not meshed:
-            fault = f"{field} is for a mesh, and the shapes are {given.shapes} [E1325]"
+        if getattr(entry, field) and not meshed:
+            fault = f"{field} is for a mesh, and the shapes are {entry.shapes} [E1325]"
             report.add(f"{key}.{field}", fault, 'shapes = "finite_elements"')
-    if given.ends is not None and not meshed and given.shapes != "polynomial":
-        fault = f"the shapes {given.shapes} have their own conditions at the ends [E1324]"
-        report.add(f"{key}.ends", fault, f'shapes = "{given.ends}", or "polynomial"')
-    if meshed and given.elements is None:
+    if entry.ends is not None and not meshed and entry.shapes != "polynomial":
+        fault = f"the shapes {entry.shapes} have their own conditions at the ends [E1324]"
+        report.add(f"{key}.ends", fault, f'shapes = "{entry.ends}", or "polynomial"')
+    if meshed and entry.elements is None:
         report.add(key, "finite elements need their number [E1326]", "elements = 8")
 
 
-def _modes(key: str, kind: DeformationKind, given: written.DeformationEntry, values: Values) -> int:
+def _modes(key: str, kind: DeformationKind, entry: written.DeformationEntry, values: Values) -> int:
     """Return the number of elastic coordinates of a deformation, as given or as the nodal coordinates of the mesh;
     report a missing or too large number, and keys that do not fit the shapes."""
     report = values.report
-    meshed = given.shapes == "finite_elements"
-    _check_mesh(key, given, report)
-    per_element, beside = (_NODAL_BENDING if kind.startswith("bending") else _NODAL)[given.ends or Deformation.ends]
-    size = per_element * (given.elements or 0) + beside
-    if given.coordinates == "nodal" and meshed:
-        if given.modes not in (None, size):
-            report.add(f"{key}.modes", f"the mesh has {size} nodal coordinates, not {given.modes} [E1327]", "no modes")
+    meshed = entry.shapes == "finite_elements"
+    _check_mesh(key, entry, report)
+    per_element, beside = (_NODAL_BENDING if kind.startswith("bending") else _NODAL)[entry.ends or Deformation.ends]
+    size = per_element * (entry.elements or 0) + beside
+    if entry.coordinates == "nodal" and meshed:
+        if entry.modes not in (None, size):
+            report.add(f"{key}.modes", f"the mesh has {size} nodal coordinates, not {entry.modes} [E1327]", "no modes")
         if size > written.MOST_NODAL:
             fault = (
-                f"{given.elements} elements have {size} nodal coordinates, and {written.MOST_NODAL} are the"
+                f"{entry.elements} elements have {size} nodal coordinates, and {written.MOST_NODAL} are the"
                 f" most [E1329]"
             )
             report.add(f"{key}.elements", fault, "modal coordinates, with modes = 3")
         return max(size, 1)
-    if given.modes is None:
+    if entry.modes is None:
         report.add(key, "the key modes is missing [E1330]", "modes = 3")
         return 1
-    rigid = (2 if kind.startswith("bending") else 1) if given.ends == "free_free" else 0
-    if meshed and given.elements is not None and given.modes > size - rigid:
-        fault = f"{given.modes} modes are requested from a mesh that has {size - rigid} [E1328]"
+    rigid = (2 if kind.startswith("bending") else 1) if entry.ends == "free_free" else 0
+    if meshed and entry.elements is not None and entry.modes > size - rigid:
+        fault = f"{entry.modes} modes are requested from a mesh that has {size - rigid} [E1328]"
         report.add(f"{key}.modes", fault, f"at most {size - rigid} modes, or more elements: 3 for each mode")
-    return given.modes
+    return entry.modes
 
 
-def _state(key: str, given: Sequence[float | str], modes: int, values: Values) -> tuple[float, ...]:
-    if given and len(given) != modes:
+def _state(key: str, entries: Sequence[float | str], modes: int, values: Values) -> tuple[float, ...]:
+    if entries and len(entries) != modes:
         count = f"{modes} values, one for each mode, are" if modes > 1 else "one value, for the one mode, is"
-        values.report.add(key, f"{count} needed here, not {len(given)} [E1331]", "")
+        values.report.add(key, f"{count} needed here, not {len(entries)} [E1331]", "")
         return ()
-    return tuple(values.constants(key, given))
+    return tuple(values.constants(key, entries))

@@ -82,14 +82,14 @@ def _check_strains(name: str, entry: written.BeamEntry, values: Values) -> None:
     without = CONSTRAINED[model]
     tables: list[tuple[tuple[str | int, ...], written.BeamEntry | written.BeamPart]] = [((), entry)]
     tables += [(("parts", number), part) for number, part in enumerate(entry.parts)]
-    given: list[tuple[str | int, ...]] = []
+    keys: list[tuple[str | int, ...]] = []
     for before, table in tables:
         if table.section is not None and table.section.shear_factors is not None and "shear_y" in without:
-            given.append((*before, "section", "shear_factors"))
+            keys.append((*before, "section", "shear_factors"))
         for field in ("stiffness", "damping", "prestrain"):
             inner = getattr(table, field)
-            given += [(*before, field, strain) for strain in without if inner and strain in inner.model_fields_set]
-    for parts in given:
+            keys += [(*before, field, strain) for strain in without if inner and strain in inner.model_fields_set]
+    for parts in keys:
         last = str(parts[-1])
         fault = f"a beam of the model {model} does not {'stretch' if last == 'stretch' else 'shear'} [E1334]"
         models = [name for name, strains in CONSTRAINED.items() if last not in strains and name != model]
@@ -238,8 +238,8 @@ def _length(whole: BeamKeys, shape: InitialShape | None, values: Values) -> Frac
     return _positive(f"{whole.key}.length", "a beam", whole.entry.length, values)
 
 
-def _positive(key: str, beam_or_part: str, given: float | str, values: Values) -> Fraction:
-    length = values.constant(key, given)
+def _positive(key: str, beam_or_part: str, value: float | str, values: Values) -> Fraction:
+    length = values.constant(key, value)
     if not length > 0.0:
         if not math.isnan(length):
             values.report.add(key, f"the length of {beam_or_part} is {length:.6g} [E1340]", "a number above 0")
@@ -275,8 +275,8 @@ class _BeamSections:
         """Places from 0 to 1 along the beam at which sections are not smooth."""
         return self.values.knots(self.varied.values())
 
-    def _at(self, place: float) -> BeamSection | None:
-        section = _section(self.keys, self.values.again_at(place, self.varied))
+    def _at(self, s: float) -> BeamSection | None:
+        section = _section(self.keys, self.values.again_at(s, self.varied))
         return None if self.values.report.concerns(self.keys.key) else section
 
 
@@ -295,11 +295,11 @@ def _stiffness(keys: BeamKeys, section: SectionReader | None, values: Values) ->
         fault = "stiffness and stiffness_matrix are both given [E1341]"
         values.report.add(keys.of("stiffness_matrix"), fault, "one of them")
     free = [strain for strain in STRAINS if strain not in CONSTRAINED[keys.model]]
-    if (given := keys["stiffness_matrix"]) is not None:
-        place = keys.of("stiffness_matrix")
-        matrix: Rows = values.by_scope(place, given, PARAMETERS)
-        if not values.report.concerns(place):
-            values.require(place, SectionStiffnessRule(keys.model), [entry for line in matrix for entry in line])
+    if (entries := keys["stiffness_matrix"]) is not None:
+        key = keys.of("stiffness_matrix")
+        matrix: Rows = values.by_scope(key, entries, PARAMETERS)
+        if not values.report.concerns(key):
+            values.require(key, SectionStiffnessRule(keys.model), [entry for line in matrix for entry in line])
         return matrix
     if (by_strain := keys["stiffness"]) is not None:
         return _diagonal(_strain_stiffness(keys.of("stiffness"), by_strain, free, values))
@@ -328,8 +328,8 @@ def _strain_stiffness(key: str, table: written.SectionStiffness, free: Sequence[
     for strain in free:
         if getattr(table, strain) is None:
             values.report.add(key, f"the key {strain} is missing [E1343]", f"{strain} = ...")
-    given = values.keys(key, table, *free)
-    return [given.get(strain, ZERO) for strain in STRAINS]
+    formulas = values.keys(key, table, *free)
+    return [formulas.get(strain, ZERO) for strain in STRAINS]
 
 
 def _damping(keys: BeamKeys, stiffness: Rows, values: Values) -> Rows:
@@ -348,17 +348,17 @@ def _damping(keys: BeamKeys, stiffness: Rows, values: Values) -> Rows:
 
 def _prestrain(keys: BeamKeys, values: Values) -> tuple[Formula, ...]:
     entries = _by_strain(keys, "prestrain", values)
-    place = f"{keys.of('prestrain')}.stretch"
-    if not values.report.concerns(place):
-        values.require(place, RELATIONS["length at rest"], [entries[STRAINS.index("stretch")]])
+    key = f"{keys.of('prestrain')}.stretch"
+    if not values.report.concerns(key):
+        values.require(key, RELATIONS["length at rest"], [entries[STRAINS.index("stretch")]])
     return tuple(entries)
 
 
 def _by_strain(keys: BeamKeys, field: str, values: Values) -> list[Formula]:
     """Return the formulas of a table ``field``, ``damping`` or ``prestrain``, in the order of ``STRAINS``; zeros if
     there is no table."""
-    given = keys[field]
-    return [ZERO] * 6 if given is None else list(values.keys(keys.of(field), given, *STRAINS).values())
+    table = keys[field]
+    return [ZERO] * 6 if table is None else list(values.keys(keys.of(field), table, *STRAINS).values())
 
 
 def _diagonal(entries: Sequence[Formula]) -> Rows:
@@ -371,8 +371,8 @@ def _check_fold(whole: BeamKeys, turn: float, elements: int, values: Values) -> 
     if turn < math.pi or values.report.concerns(whole.key):
         return
     least = math.floor(turn * elements / math.pi) + 1
-    given = [field for field in ("pretwist", "shape", "curvature", "parts") if getattr(whole.entry, field)]
-    which = "each of" if given == ["curvature"] else "one of"
+    fields = [field for field in ("pretwist", "shape", "curvature", "parts") if getattr(whole.entry, field)]
+    which = "each of" if fields == ["curvature"] else "one of"
     degrees = f"{math.degrees(turn):.6g} degrees"
     fault = f"{which} the {elements} elements turns by {degrees} at rest, and only less than 180 is unique [E1344]"
-    values.report.add(f"{whole.key}.{given[0]}", fault, f"elements = {4 * least}; {least} is the least")
+    values.report.add(f"{whole.key}.{fields[0]}", fault, f"elements = {4 * least}; {least} is the least")

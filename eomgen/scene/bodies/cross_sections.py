@@ -162,22 +162,22 @@ class SectionReader:
     @cached_property
     def shear_factors(self) -> tuple[Formula, Formula] | None:
         """Return the given shear factors, else the shape's."""
-        given: tuple[Formula, Formula] | None = self._optional("shear_factors")
-        return self._shape.shear_factors if given is None and self._shape is not None else given
+        factors: tuple[Formula, Formula] | None = self._optional("shear_factors")
+        return self._shape.shear_factors if factors is None and self._shape is not None else factors
 
     @cached_property
     def shear_modulus(self) -> Formula | None:
         """Shear modulus as given, or by Poisson's ratio: G = E/(2 (1 + nu))."""
-        given: Formula | None = self._optional("shear_modulus")
-        if given is not None or self.section.poisson_ratio is None:
-            return given
+        modulus: Formula | None = self._optional("shear_modulus")
+        if modulus is not None or self.section.poisson_ratio is None:
+            return modulus
         return fold(self.elastic_modulus / (2.0 * (ONE + self._ratio)))
 
     @cached_property
     def _ratio(self) -> Formula:
-        given: Formula | None = self._optional("poisson_ratio")
-        if given is not None:
-            return given
+        ratio: Formula | None = self._optional("poisson_ratio")
+        if ratio is not None:
+            return ratio
         if self.shear_modulus is None:
             return Number(0.0)
         return fold(self.elastic_modulus / (2.0 * self.shear_modulus) - ONE)
@@ -224,23 +224,23 @@ class SectionReader:
     def _check_shape(self) -> None:
         """Report keys that the shape of the section does not take or determines, and missing keys."""
         section, report = self.section, self.values.report
-        given = [size for size in _SIZES if getattr(section, size) is not None]
+        present_sizes = [size for size in _SIZES if getattr(section, size) is not None]
         if section.shear_modulus is not None and section.poisson_ratio is not None:
             fault = "shear_modulus and poisson_ratio are both given [E1346]"
             report.add(f"{self.key}.poisson_ratio", fault, "one of them: shear modulus = E/(2 (1 + ratio))")
         if section.shape is None:
-            if given:
-                shapes = [name for name, shape in SHAPES.items() if given[0] in shape.sizes]
-                fault = f"{given[0]} belongs to a shape, and the section has no shape [E1347]"
-                report.add(f"{self.key}.{given[0]}", fault, " or ".join(f'shape = "{name}"' for name in shapes))
+            if present_sizes:
+                shapes = [name for name, shape in SHAPES.items() if present_sizes[0] in shape.sizes]
+                fault = f"{present_sizes[0]} belongs to a shape, and the section has no shape [E1347]"
+                report.add(f"{self.key}.{present_sizes[0]}", fault, " or ".join(f'shape = "{name}"' for name in shapes))
             return
         sizes = SHAPES[section.shape].sizes
-        for size in given:
+        for size in present_sizes:
             if size not in sizes:
                 fault = f"a {section.shape} has no {size} [E1348]"
                 report.add(f"{self.key}.{size}", fault, listed(sizes))
         for size in sizes:
-            if size not in given:
+            if size not in present_sizes:
                 report.add(self.key, f"a {section.shape} needs its {size} [E1351]", f"{size} = 0.02")
         for field in _OF_SHAPES:
             if getattr(section, field) is not None:
@@ -304,18 +304,18 @@ def _stiffness_fault(matrix: Array, model: str) -> tuple[str, str]:
     if (pair := unlike(matrix)) is not None:
         entries = f"entry [{pair[0]}][{pair[1]}] differs from [{pair[1]}][{pair[0]}]"
         return f"the matrix is not symmetric, so it has no potential: {entries} [E1806]", "the mean of both"
-    for place in map(STRAINS.index, CONSTRAINED[model]):
-        if matrix[place].any():
+    for index in map(STRAINS.index, CONSTRAINED[model]):
+        if matrix[index].any():
             fault = (
-                f"a beam of the model {model} has no {STRAINS[place]}, and row [{place}] of the matrix is not 0 [E1807]"
+                f"a beam of the model {model} has no {STRAINS[index]}, and row [{index}] of the matrix is not 0 [E1807]"
             )
             return fault, "0 in rows and columns of strains that it does not have"
-    free = [place for place, strain in enumerate(STRAINS) if strain not in CONSTRAINED[model]]
+    free = [index for index, strain in enumerate(STRAINS) if strain not in CONSTRAINED[model]]
     diagonal = np.diag(matrix)
-    if weak := [place for place in free if not diagonal[place] > 0.0]:
-        place = min(weak, key=lambda place: float(diagonal[place]))
-        entry = f"entry [{place}][{place}] is {matrix[place, place]:.6g}"
-        return f"the section does not resist {STRAINS[place]}: {entry} [E1804]", _DEFINITE
+    if weak := [index for index in free if not diagonal[index] > 0.0]:
+        index = min(weak, key=lambda index: float(diagonal[index]))
+        entry = f"entry [{index}][{index}] is {matrix[index, index]:.6g}"
+        return f"the section does not resist {STRAINS[index]}: {entry} [E1804]", _DEFINITE
     scale = np.sqrt(diagonal[free])
     smallest = float(np.linalg.eigvalsh(matrix[np.ix_(free, free)] / np.outer(scale, scale))[0])
     if smallest > _NONE:
@@ -346,7 +346,7 @@ def inertia_of_matrix(matrix: Sequence[Sequence[Formula]]) -> SectionInertia:
     mass = matrix[3][3]
     by_y, by_z = matrix[0][5], matrix[1][3]
     y, z = fold(by_y / mass), fold(by_z / mass)
-    xx, yy, zz = (matrix[place][place] for place in range(3))
+    xx, yy, zz = (matrix[index][index] for index in range(3))
     moments = (fold(xx - y * by_y - z * by_z), fold(yy - z * by_z), fold(zz - y * by_y))
     return SectionInertia(mass, moments, (y, z), (matrix[0][1], matrix[0][2], fold(matrix[1][2] + y * by_z)))
 
@@ -378,13 +378,13 @@ def _inertia_fault(matrix: Array) -> tuple[str, str]:
         ("mass", (3, 3), mass * np.eye(3), mass),
         ("product of mass and place", (0, 3), static, size),
     ):
-        given = matrix[corner[0] : corner[0] + 3, corner[1] : corner[1] + 3]
-        apart = np.abs(given - form)
-        if np.any(apart > _INERTIA_ROUNDING * scale):
-            row, column = np.unravel_index(int(apart.argmax()), (3, 3))
-            entry = f"entry [{corner[0] + row}][{corner[1] + column}], a {block}, is {given[row, column]:.6g}"
-            wanted = f"{form[row, column]:.6g}"
-            return f"no rigid section has this inertia: {entry} where {wanted} belongs [E1812]", _FORM
+        corner_block = matrix[corner[0] : corner[0] + 3, corner[1] : corner[1] + 3]
+        deviation = np.abs(corner_block - form)
+        if np.any(deviation > _INERTIA_ROUNDING * scale):
+            row, column = np.unravel_index(int(deviation.argmax()), (3, 3))
+            entry = f"entry [{corner[0] + row}][{corner[1] + column}], a {block}, is {corner_block[row, column]:.6g}"
+            expected = f"{form[row, column]:.6g}"
+            return f"no rigid section has this inertia: {entry} where {expected} belongs [E1812]", _FORM
     about = matrix[:3, :3] - mass * np.array([[y * y + z * z, 0.0, 0.0], [0.0, z * z, -y * z], [0.0, -y * z, y * y]])
     least, _, largest = np.linalg.eigvalsh(about).tolist()
     hint = "moments about the beam's axis, not about the centre of mass"
@@ -407,32 +407,32 @@ def read_inertia(keys: BeamKeys, section: SectionReader | None, values: Values) 
         return _inertia_from_matrix(keys, values)
     mass = _mass_per_length(keys, section, values)
     rotary = _rotary_inertia(keys, section, values)
-    given = keys["center_of_mass"]
-    if given is None:
+    center = keys["center_of_mass"]
+    if center is None:
         return SectionInertia(mass, rotary)
-    place = keys.of("center_of_mass")
-    return SectionInertia(mass, rotary, values.by_scope(place, given, PARAMETERS))
+    key = keys.of("center_of_mass")
+    return SectionInertia(mass, rotary, values.by_scope(key, center, PARAMETERS))
 
 
 def _inertia_from_matrix(keys: BeamKeys, values: Values) -> SectionInertia:
-    place = keys.of("inertia_matrix")
+    key = keys.of("inertia_matrix")
     for field in _BY_KEYS:
         if keys[field] is not None and keys.together(field, "inertia_matrix"):
             fault = f"{field} is given, and inertia_matrix too, which has it [E1353]"
             values.report.add(keys.of(field), fault, "one of them")
-    matrix: Sequence[Sequence[Formula]] = values.by_scope(place, keys["inertia_matrix"], PARAMETERS)
-    if not values.report.concerns(place):
-        values.require(place, SectionInertiaRule(), [entry for line in matrix for entry in line])
-    return _ZEROS if values.report.concerns(place) else inertia_of_matrix(matrix)
+    matrix: Sequence[Sequence[Formula]] = values.by_scope(key, keys["inertia_matrix"], PARAMETERS)
+    if not values.report.concerns(key):
+        values.require(key, SectionInertiaRule(), [entry for line in matrix for entry in line])
+    return _ZEROS if values.report.concerns(key) else inertia_of_matrix(matrix)
 
 
 def _mass_per_length(keys: BeamKeys, section: SectionReader | None, values: Values) -> Formula:
-    given = keys["mass_per_length"]
-    if given is not None:
+    value = keys["mass_per_length"]
+    if value is not None:
         if section is not None and keys.together("mass_per_length", "section"):
             fault = "mass_per_length is given, and follows from the section too [E1354]"
             values.report.add(keys.of("mass_per_length"), fault, "one of them")
-        return values.formula(keys.of("mass_per_length"), given, PARAMETERS)
+        return values.formula(keys.of("mass_per_length"), value, PARAMETERS)
     if section is None:
         fault, hint = "the key mass_per_length is missing [E1315]", "mass_per_length = ..., or a section"
         values.report.add(keys.key, fault, hint)
@@ -441,9 +441,9 @@ def _mass_per_length(keys: BeamKeys, section: SectionReader | None, values: Valu
 
 
 def _rotary_inertia(keys: BeamKeys, section: SectionReader | None, values: Values) -> Vector:
-    given = keys["rotary_inertia"]
-    if given is not None:
-        entries = values.vector(keys.of("rotary_inertia"), given, PARAMETERS)
+    value = keys["rotary_inertia"]
+    if value is not None:
+        entries = values.vector(keys.of("rotary_inertia"), value, PARAMETERS)
         if not values.report.concerns(keys.of("rotary_inertia")):
             values.require(keys.of("rotary_inertia"), RELATIONS["rotary inertia"], entries)
         return _not_thin(keys.of("rotary_inertia"), entries, values)

@@ -51,8 +51,8 @@ def varying_element(
     if (rule := _quadrature(places, section_at, value_of)) is None:
         return element
     sections, weights = rule.sections, rule.weights
-    prestrain = tuple(mean(weights, [part.prestrain[place] for part in sections]) for place in range(6))
-    distances = [whole * (place - middle) for place in rule.places]
+    prestrain = tuple(mean(weights, [part.prestrain[s] for part in sections]) for s in range(6))
+    distances = [whole * (s - middle) for s in rule.places]
     halves = [[k for k, distance in enumerate(distances) if (distance > 0.0) == bool(end)] for end in range(2)]
     return replace(
         element,
@@ -71,7 +71,7 @@ def _with_inertia(section: BeamSection, weights: Sequence[float], sections: Sequ
     mass = mean(weights, [part.mass_per_length for part in sections])
     center, spread = _center(weights, sections, mass)
     entries = [
-        mean(weights, [(*part.rotary_inertia, *part.products)[place] for part in sections]) for place in range(6)
+        mean(weights, [(*part.rotary_inertia, *part.products)[index] for part in sections]) for index in range(6)
     ]
     xx, yy, zz, xy, xz, yz = (x if more == ZERO else total(x, more) for x, more in zip(entries, spread, strict=True))
     return replace(
@@ -131,7 +131,7 @@ def _quadrature(places: Sequence[float], section_at: SectionAt, value_of: ValueO
                 pieces = [(start, 0.5 * (start + end)), (0.5 * (start + end), end)]
     errors = np.sum([part.error for part in parts.values()], axis=0) / scale
     return _Rule(
-        [place for part in parts.values() for place in part.places],
+        [s for part in parts.values() for s in part.places],
         [section for part in parts.values() for section in part.sections],
         np.concatenate([part.weights for part in parts.values()]).tolist(),
         frozenset(strain for strain in range(6) if errors[_COMPLIANCE][7 * strain] > tolerance),
@@ -147,8 +147,8 @@ def _part(start: float, end: float, whole: float, section_at: SectionAt, value_o
         share = 0.5 * (end - start) / whole * weights
         places = (0.5 * (start + end) + 0.5 * (end - start) * nodes).tolist()
         sections = []
-        for place in places:
-            section = section_at(place)
+        for s in places:
+            section = section_at(s)
             if section is None:
                 return None
             sections.append(section)

@@ -147,8 +147,8 @@ def through_points(points: Array) -> HelixShape:
     slopes = _slopes(knots, points)
     places, tangents = [points[:1]], [slopes[:1]]
     for piece in range(len(points) - 1):
-        place, tangent = _hermite(points[piece : piece + 2], slopes[piece : piece + 2], knots[piece + 1] - knots[piece])
-        places.append(place)
+        point, tangent = _hermite(points[piece : piece + 2], slopes[piece : piece + 2], knots[piece + 1] - knots[piece])
+        places.append(point)
         tangents.append(tangent)
     axis = np.concatenate(places)
     poses = _least_turning(axis, np.concatenate(tangents))
@@ -181,9 +181,9 @@ def _hermite(points: Array, slopes: Array, width: float) -> tuple[Array, Array]:
     the first end; ``points`` and ``slopes`` (2, 3) are at both ends."""
     u = np.arange(1, _PARTS + 1)[:, np.newaxis] / _PARTS
     (a, b), (c, d) = points, width * slopes
-    place = (1 + 2 * u) * (1 - u) ** 2 * a + u * (1 - u) ** 2 * c + u**2 * (3 - 2 * u) * b + u**2 * (u - 1) * d
+    position = (1 + 2 * u) * (1 - u) ** 2 * a + u * (1 - u) ** 2 * c + u**2 * (3 - 2 * u) * b + u**2 * (u - 1) * d
     rate = 6 * u * (1 - u) * (b - a) + (1 - u) * (1 - 3 * u) * c + u * (3 * u - 2) * d
-    return place, rate / width
+    return position, rate / width
 
 
 def _least_turning(axis: Array, tangents: Array) -> Array:
@@ -226,25 +226,25 @@ _OFF_AXIS, _OBLIQUE = math.radians(40.0), math.radians(3.0)
 def read_shape(whole: BeamKeys, values: Values) -> InitialShape | None:
     """Return the initial shape through the points or frames in the entry of a beam; None without the key ``shape``, and
     for a faulty shape, which is reported."""
-    given = whole.entry.shape
-    if given is None:
+    entry = whole.entry.shape
+    if entry is None:
         return None
     key, report = f"{whole.key}.shape", values.report
     if whole.entry.curvature is not None:
         report.add(f"{whole.key}.curvature", "curvature and shape are both given [E1356]", "one of them")
-    both = given.points is not None and given.frames is not None
-    if both or (given.points is None and given.frames is None):
+    both = entry.points is not None and entry.frames is not None
+    if both or (entry.points is None and entry.frames is None):
         fault = (
             "points and frames are both given [E1357]" if both else "the shape has neither points nor frames [E1358]"
         )
         report.add(key, fault, "one of them" if both else "points = [[0, 0, 0], [1, 0, 0], [2, 1, 0]]")
         return None
-    if given.points is not None:
-        return _through_points(f"{key}.points", given.points, values)
-    return _through_frames(f"{key}.frames", given.frames or (), values)
+    if entry.points is not None:
+        return _through_points(f"{key}.points", entry.points, values)
+    return _through_frames(f"{key}.frames", entry.frames or (), values)
 
 
-def _through_points(key: str, given: Sequence[Sequence[float | str]], values: Values) -> InitialShape | None:
+def _through_points(key: str, entries: Sequence[Sequence[float | str]], values: Values) -> InitialShape | None:
     """Return the shape along a spline through points, formulas of fixed parameters in m, in the axes of the beam's
     frame.
 
@@ -252,7 +252,7 @@ def _through_points(key: str, given: Sequence[Sequence[float | str]], values: Va
     successive points at one place, a second point that is not ahead of the first (along x), and points that go back on
     themselves. None also for values that are not finite, which are reported elsewhere.
     """
-    points = np.array([values.constants(f"{key}[{place}]", point) for place, point in enumerate(given)])
+    points = np.array([values.constants(f"{key}[{index}]", point) for index, point in enumerate(entries)])
     if not _several(key, "points", points, values):
         return None
     chord = points[1]
@@ -261,16 +261,16 @@ def _through_points(key: str, given: Sequence[Sequence[float | str]], values: Va
         values.report.add(f"{key}[1]", fault, "axes with x along the beam, and the rotation of its joint")
         return None
     chords = np.diff(points, axis=0)
-    for place, (before, after) in enumerate(pairwise(chords), 1):
+    for index, (before, after) in enumerate(pairwise(chords), 1):
         turn = np.arctan2(float(np.linalg.norm(np.cross(before, after))), float(before @ after))
         if turn > math.pi - _FOLDED:
             fault = f"the points go back on themselves: by {math.degrees(turn):.4g} degrees [E1360]"
-            values.report.add(f"{key}[{place}]", fault, "points around the bend, closer together")
+            values.report.add(f"{key}[{index}]", fault, "points around the bend, closer together")
             return None
     return through_points(points)
 
 
-def _through_frames(key: str, given: Sequence[written.ShapeFrame], values: Values) -> InitialShape | None:
+def _through_frames(key: str, frames: Sequence[written.ShapeFrame], values: Values) -> InitialShape | None:
     """Return the shape through frames; a piece that is oblique by more than 3 degrees is noted.
 
     None, after a report, for fewer than two frames, two successive frames at one place, a first frame that is not the
@@ -278,28 +278,28 @@ def _through_frames(key: str, given: Sequence[written.ShapeFrame], values: Value
     frames. None also for values that are not finite, which are reported elsewhere.
     """
     positions = np.array(
-        [values.constants(f"{key}[{place}].position", item.position) for place, item in enumerate(given)]
+        [values.constants(f"{key}[{index}].position", item.position) for index, item in enumerate(frames)]
     )
     if not _several(key, "frames", positions, values):
         return None
-    turned = [values.constant_rotations(f"{key}[{place}].rotation", item.rotation) for place, item in enumerate(given)]
+    turned = [values.constant_rotations(f"{key}[{index}].rotation", item.rotation) for index, item in enumerate(frames)]
     quaternions = [quaternion_of(rotation) for rotation in turned if rotation is not None]
-    if len(quaternions) < len(given):
+    if len(quaternions) < len(frames):
         return None
     if abs(abs(quaternions[0][0]) - 1.0) > _AT_ORIGIN:
         fault = "the first frame is turned relative to the beam's frame, which it has to equal [E1361]"
         values.report.add(f"{key}[0].rotation", fault, "no rotation here; the beam's joint has one")
         return None
     poses = np.column_stack([np.array(quaternions), positions])
-    for place, (before, after) in enumerate(pairwise(turned), 1):
-        twist = relative_twist(poses[place - 1], poses[place])
+    for index, (before, after) in enumerate(pairwise(turned), 1):
+        twist = relative_twist(poses[index - 1], poses[index])
         turn = max(float(np.linalg.norm(twist[:3])), _turn_about_one_axis(before or (), after or ()))
         if turn > math.pi - _AT_ORIGIN:
             fault = (
                 f"the frame is turned by {math.degrees(turn):.6g} degrees against the one before, and the sense"
                 f" of rotation is unique below 180 only [E1362]"
             )
-            values.report.add(f"{key}[{place}].rotation", fault, "a frame between them")
+            values.report.add(f"{key}[{index}].rotation", fault, "a frame between them")
             return None
         off = math.atan2(float(np.hypot(twist[4], twist[5])), float(twist[3]))
         if off > _OFF_AXIS:
@@ -307,25 +307,25 @@ def _through_frames(key: str, given: Sequence[written.ShapeFrame], values: Value
                 f"from the frame before to this one the axis goes {math.degrees(off):.6g} degrees off the x of"
                 f" both [E1363]"
             )
-            values.report.add(f"{key}[{place}]", fault, "rotations with x along the beam, or points in place of frames")
+            values.report.add(f"{key}[{index}]", fault, "rotations with x along the beam, or points in place of frames")
             return None
         if off > _OBLIQUE:
             fault = (
                 f"up to here sections are {math.degrees(off):.3g} degrees off across the axis, and stiffnesses are in"
                 " the axes of the sections [E1364]"
             )
-            values.note([f"{key}[{place}]: {fault}"])
+            values.note([f"{key}[{index}]: {fault}"])
     return through_frames(poses)
 
 
 def _turn_about_one_axis(before: Sequence[tuple[Array, float]], after: Sequence[tuple[Array, float]]) -> float:
     """Return the angle, rad, between two rotations about one common axis, which may be above half a turn; 0 for other
     rotations. Each is a sequence of at most one pair of axis and angle."""
-    given = [*before, *after]
-    if not given or len(before) > 1 or len(after) > 1:
+    pairs = [*before, *after]
+    if not pairs or len(before) > 1 or len(after) > 1:
         return 0.0
-    axis = given[-1][0] / np.linalg.norm(given[-1][0])
-    if any(np.linalg.norm(np.cross(axis, along)) > _AT_ORIGIN * np.linalg.norm(along) for along, _ in given):
+    axis = pairs[-1][0] / np.linalg.norm(pairs[-1][0])
+    if any(np.linalg.norm(np.cross(axis, along)) > _AT_ORIGIN * np.linalg.norm(along) for along, _ in pairs):
         return 0.0
     first, second = (
         sum(math.copysign(angle, angle * float(axis @ along)) for along, angle in rotation)
@@ -344,16 +344,16 @@ def _several(key: str, plural: str, places: Array, values: Values) -> bool:
         return False
     if not np.all(np.isfinite(places)):
         return False
-    apart = np.linalg.norm(np.diff(places, axis=0), axis=1)
-    size = float(np.max(apart))
+    distances = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    size = float(np.max(distances))
     if np.linalg.norm(places[0]) > _AT_ORIGIN * size:
         listed = ", ".join(f"{number:.6g}" for number in places[0])
         fault = f"the first of the {plural} is at [{listed}], and the origin of the beam's frame is there [E1366]"
         report.add(f"{key}[0]", fault, "[0, 0, 0]; the joint of the beam says its place")
         return False
-    if float(np.min(apart)) <= _AT_ORIGIN * size:
-        place = int(np.argmin(apart))
-        report.add(f"{key}[{place + 1}]", f"two of the {plural} in succession are at one place [E1367]", "one of them")
+    if float(np.min(distances)) <= _AT_ORIGIN * size:
+        index = int(np.argmin(distances))
+        report.add(f"{key}[{index + 1}]", f"two of the {plural} in succession are at one place [E1367]", "one of them")
         return False
     return True
 
@@ -367,11 +367,11 @@ def bent_shape(pieces: Sequence[tuple[float, BeamKeys]], values: Values) -> Init
 
     def at(x: float) -> tuple[Array, Mapping[str, Formula]]:
         keys = pieces[min(bisect_right(ends, x), len(pieces) - 1)][1]
-        given = keys["curvature"]
-        if given is None or values.report.concerns(keys.of("curvature")):
+        value = keys["curvature"]
+        if value is None or values.report.concerns(keys.of("curvature")):
             return straight, {}
         there = values.at(x / length)
-        numbers = np.array(there.constants(keys.of("curvature"), given))
+        numbers = np.array(there.constants(keys.of("curvature"), value))
         return (numbers if np.all(np.isfinite(numbers)) else straight), there.varied
 
     knots: list[float] = []
@@ -384,14 +384,14 @@ def bent_shape(pieces: Sequence[tuple[float, BeamKeys]], values: Values) -> Init
 def pretwist(whole: BeamKeys, shape: InitialShape, values: Values) -> InitialShape:
     """Return a shape whose sections are rotated about the axis by the pretwist of the beam, a function of s; the given
     shape without one. A pretwist other than 0 at s = 0 is reported."""
-    given, key = whole.entry.pretwist, f"{whole.key}.pretwist"
-    if given is None:
+    value, key = whole.entry.pretwist, f"{whole.key}.pretwist"
+    if value is None:
         return shape
 
     def angle(x: float) -> float:
         if values.report.concerns(key):
             return 0.0
-        number = values.at(x / shape.length).constant(key, given)
+        number = values.at(x / shape.length).constant(key, value)
         return number if math.isfinite(number) else 0.0
 
     at_start = angle(0.0)

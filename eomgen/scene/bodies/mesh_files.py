@@ -88,9 +88,9 @@ def mesh_path(path: Path) -> Path:
         return Path("/", *parts[parts.index(_FILE) + 1 :])
     if _PACKAGE not in parts:
         return path
-    place = parts.index(_PACKAGE)
-    name, rest = parts[place + 1 : place + 2], parts[place + 2 :]
-    folder = Path(*parts[:place]).resolve()
+    index = parts.index(_PACKAGE)
+    name, rest = parts[index + 1 : index + 2], parts[index + 2 :]
+    folder = Path(*parts[:index]).resolve()
     for holder in (folder, *folder.parents):
         if (there := holder.joinpath(*name, *rest)).is_file():
             return there
@@ -302,8 +302,8 @@ def _obj(data: bytes, name: str) -> Triangles:
         except ValueError:
             _not_numbers(name, number, words[0].decode(), b" ".join(words[1:]))
         places = [corner - 1 if corner > 0 else len(vertices) + corner for corner in corners]
-        for corner, place in zip(corners, places, strict=True):
-            if not 0 <= place < len(vertices) or corner == 0:
+        for corner, index in zip(corners, places, strict=True):
+            if not 0 <= index < len(vertices) or corner == 0:
                 fault = f"the face has the vertex {corner}, and there are {len(vertices)} before it [E1379]"
                 raise MeshError(f"{name}:{number}", fault, "vertices before the faces, counted from 1")
         faces += [[places[0], places[k], places[k + 1]] for k in range(1, len(places) - 1)]

@@ -179,9 +179,9 @@ def _misfits(key: str, formula: Formula, labels: Mapping[str, str], values: Valu
         return False
     if fault is not None:
         hint = {"m": f'position = ["{name}(t)", 0, 0]', "m/s": "the derivative of the points, or their integral"}
-        other = f"a curve in {_UNIT}; value_unit of a table converts"
+        default_hint = f"a curve in {_UNIT}; value_unit of a table converts"
         text = f"the curve {name} is in {label}, and an acceleration in {_UNIT} [E1393]"
-        values.report.add(key, text, hint.get(label, other))
+        values.report.add(key, text, hint.get(label, default_hint))
     elif factor != 1.0:
         text = (
             f"the curve {name} is labelled {label}, and labels do not convert: its values are taken in {_UNIT} [E1394]"
@@ -245,6 +245,6 @@ def read_point(name: str, point: written.PointEntry, reading: Reading) -> Point:
     key, values = key_of("points", name), reading.values
     if point.body not in reading.bodies:
         report.check_reference(f"{key}.body", point.body, [BASE, WORLD, *reading.bodies], "body", values.report)
-    given, positioned = values.keys(key, point, "position")["position"], "position" in point.model_fields_set
-    position, _ = read_placement(key, point.given_in, positioned, point.body, given, rows(np.eye(3)), values)
+    vector, positioned = values.keys(key, point, "position")["position"], "position" in point.model_fields_set
+    position, _ = read_placement(key, point.given_in, positioned, point.body, vector, rows(np.eye(3)), values)
     return attach(Point(name, point.body, position), reading.attach, f"{key}.position")

@@ -161,8 +161,8 @@ class _ShapeReader:
                 self.report.add(f"{self.key}.{side}", f"the key {side} is missing [E1343]", f"{side} = ...")
             elif values.point(f"{self.key}.{side}", name) and known and name in points:
                 point = points[name]
-                place = point.body, True, entry.body, point.position, _SAME
-                ends.append(read_placement(f"{self.key}.{side}", *place, values)[0])
+                placement = point.body, True, entry.body, point.position, _SAME
+                ends.append(read_placement(f"{self.key}.{side}", *placement, values)[0])
         if len(ends) < len(("first", "second")) or self.report.concerns(self.key):
             return None
         (x0, y0, z0), (x1, y1, z1) = ends

@@ -44,32 +44,32 @@ def read_skyhook(name: str, entry: Written, values: Values, springs: Mapping[str
     if entry.damping is None and entry.groundhook is None:
         report.add(key, "a skyhook controller needs damping or groundhook [E1413]", "damping = 2000")
         return UNKNOWN
-    given = values.keys(key, entry, "damping", "groundhook", *_LIMITS)
+    options = values.keys(key, entry, "damping", "groundhook", *_LIMITS)
     if not entry.clipped:
         for field in _LIMITS:
-            if field in given:
+            if field in options:
                 fault = f"{field} has no meaning for a skyhook that is not clipped [E1414]"
                 report.add(f"{key}.{field}", fault, "clipped = true")
-    elif "maximum_damping" not in given:
+    elif "maximum_damping" not in options:
         fault = "a clipped skyhook needs maximum_damping: no damper is infinitely hard [E1415]"
         report.add(key, fault, "maximum_damping = 4000")
         return UNKNOWN
     first, second = springs[entry.spring].first, springs[entry.spring].second
-    wanted: list[Formula] = []
-    if "damping" in given:
-        wanted.append(given["damping"] * _along(entry.spring, first, second, second))
-    if "groundhook" in given:
-        wanted.append(-(given["groundhook"] * _along(entry.spring, first, second, first)))
-    tension = functools.reduce(operator.add, wanted)
+    terms: list[Formula] = []
+    if "damping" in options:
+        terms.append(options["damping"] * _along(entry.spring, first, second, second))
+    if "groundhook" in options:
+        terms.append(-(options["groundhook"] * _along(entry.spring, first, second, first)))
+    tension = functools.reduce(operator.add, terms)
     if not entry.clipped:
         return tension
-    least, most = given.get("minimum_damping", Number(0.0)), given["maximum_damping"]
-    field = "minimum_damping" if "minimum_damping" in given else "maximum_damping"
+    least, most = options.get("minimum_damping", Number(0.0)), options["maximum_damping"]
+    field = "minimum_damping" if "minimum_damping" in options else "maximum_damping"
     values.require(f"{key}.{field}", RELATIONS["limits of a damper"], [least, most])
     rate = Symbol("rate", entry.spring)
-    if "width" not in given:
+    if "width" not in options:
         return _clip(tension, rate, least, most)
-    return _clip_smoothly(tension, rate, least, most, given["width"])
+    return _clip_smoothly(tension, rate, least, most, options["width"])
 
 
 def _along(spring: str, first: str, second: str, point: str) -> Formula:
@@ -108,30 +108,30 @@ def read_controller(name: str, entry: Written, values: Values) -> tuple[list[Sta
     """Return the internal states and the output, a formula within the limits, of a controller of the type pi, pid,
     low_pass or lead_lag; faults are reported."""
     key = key_of("controllers", name)
-    given = values.keys(key, entry, "signal", "time_constant")
-    e, T = given.get("signal", UNKNOWN), given.get("time_constant", UNKNOWN)
+    options = values.keys(key, entry, "signal", "time_constant")
+    e, T = options.get("signal", UNKNOWN), options.get("time_constant", UNKNOWN)
     x, f = (Symbol("state", f"{name}_{suffix}") for suffix in ("integral", "filtered"))
     limits = OutputLimits(key, entry, values)
     parts = ("proportional", "integral", "derivative", "lead")
-    given = values.keys(key, entry, *parts, "gain", "initial_filtered", "initial")
-    kp, ki, kd, lead = (given.get(part, ZERO) for part in parts)
-    gain, filtered = given.get("gain", ONE), given.get("initial_filtered", 0.0)
-    made: dict[str, tuple[Formula, float]] = {}
+    options = values.keys(key, entry, *parts, "gain", "initial_filtered", "initial")
+    kp, ki, kd, lead = (options.get(part, ZERO) for part in parts)
+    gain, filtered = options.get("gain", ONE), options.get("initial_filtered", 0.0)
+    rates: dict[str, tuple[Formula, float]] = {}
     if entry.type in ("pi", "pid"):
         free = kp * e + x
         if entry.type == "pid":
             rate = (e - f) / T
             free = free + kd * rate
-            made["filtered"] = rate, filtered
+            rates["filtered"] = rate, filtered
         rate = ki * e
         if limits.has_bounds:
             rate = rate + (limits.of(free) - free) / _tracking(key, entry, kp, ki, values)
-        made = {"integral": (rate, given["initial"]), **made}
+        rates = {"integral": (rate, options["initial"]), **rates}
     elif entry.type == "low_pass":
-        made["filtered"] = (gain * e - f) / T, given["initial"]
+        rates["filtered"] = (gain * e - f) / T, options["initial"]
         free = f
     else:
-        made["filtered"] = (e - f) / T, filtered
+        rates["filtered"] = (e - f) / T, filtered
         free = gain * (f + lead / T * (e - f))
     state_words = {"integral": "integral", "filtered": "filtered signal"}
     states = [
@@ -142,7 +142,7 @@ def read_controller(name: str, entry: Written, values: Values) -> tuple[list[Sta
             entry.unit if suffix == "integral" or entry.type == "low_pass" else "",
             f"{state_words[suffix]} of the controller {name}",
         )
-        for suffix, (rate, initial) in made.items()
+        for suffix, (rate, initial) in rates.items()
     ]
     return states, limits.of(free)
 

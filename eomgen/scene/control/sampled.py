@@ -70,7 +70,7 @@ def read_sampled_controller(
         Folder of the scene file, to which ``source`` is relative.
     """
     key, report = key_of("controllers", name), values.report
-    made = sampled_names(name, entry)
+    names = sampled_names(name, entry)
     initial = values.constant(f"{key}.initial", entry.initial)
     clock = None if entry.sample is None else read_clock(key, entry, values)
     source = _source(key, entry, folder, report)
@@ -79,9 +79,9 @@ def read_sampled_controller(
         name,
         tuple(entry.signals or ()),
         tuple(entry.outputs or (name,)),
-        made.signals,
-        tuple(f"{value}_sampled" if clock and (clock.whole or clock.rest) else value for value in made.values),
-        made.memory,
+        names.signals,
+        tuple(f"{value}_sampled" if clock and (clock.whole or clock.rest) else value for value in names.values),
+        names.memory,
         entry.memory is not None or entry.source is not None,
         function,
         source,
@@ -91,17 +91,17 @@ def read_sampled_controller(
         return states, called
     plain = read_clock(key, entry.model_copy(update={"delay": None, "quantum": None}), values)
     where = report.where(key)
-    for label, state in zip(entry.signals or {}, made.signals, strict=True):
-        place = f"{key}.signals.{label}"
-        formula = values.formula(place, (entry.signals or {})[label], LOAD)
+    for label, state in zip(entry.signals or {}, names.signals, strict=True):
+        field = f"{key}.signals.{label}"
+        formula = values.formula(field, (entry.signals or {})[label], LOAD)
         text = f"signal {label} of the controller {name}"
         if plain is not None:
-            states += held_states(HeldValue(state, formula, 0.0, "", text, key, report.where(place)), plain, values)
-    for state in made.values:
+            states += held_states(HeldValue(state, formula, 0.0, "", text, key, report.where(field)), plain, values)
+    for state in names.values:
         text = f"what the controller {name} gives"
         value = HeldValue(state, Symbol("state", state), initial, entry.unit, text, key, where, name)
         states += held_states(value, clock, values)
-    for number, state in enumerate(made.memory):
+    for number, state in enumerate(names.memory):
         text = f"memory[{number}] of the controller {name}"
         value = HeldValue(state, Symbol("state", state), 0.0, "", text, key, where, name)
         if plain is not None:

@@ -35,16 +35,16 @@ def read_reference(name: str, entry: ReferenceEntry, reading: Reading) -> Refere
     for part in ("position", "velocity", "acceleration"):
         formulas = []
         for joint, text in getattr(entry, part).items():
-            place = key_of("references", name, part, joint)
-            if not check_reference(place, joint, values.names.joints, "joint", values.report):
+            entry_key = key_of("references", name, part, joint)
+            if not check_reference(entry_key, joint, values.names.joints, "joint", values.report):
                 continue
             kind = JOINTS.get(values.names.joints[joint])
             if kind is not None and kind.v_size != 1:
                 fault = f"a {kind.name} joint has not one coordinate [E1427]"
-                values.report.add(place, fault, "a joint of one coordinate")
+                values.report.add(entry_key, fault, "a joint of one coordinate")
             if joint in followers:
-                values.report.add(place, f"the joint {joint} follows another [E1428]", "the joint that it follows")
-            formulas.append((joint, values.formula(place, text, SPRING_FORCE)))
+                values.report.add(entry_key, f"the joint {joint} follows another [E1428]", "the joint that it follows")
+            formulas.append((joint, values.formula(entry_key, text, SPRING_FORCE)))
         parts[part] = tuple(formulas)
     return Reference(name, **parts)
 

@@ -68,20 +68,20 @@ def _quantities(entry: Written) -> list[_Quantity]:
     """Return the quantities that a state feedback feeds back, in this order: coordinates, their velocities, signals.
 
     Gains and references are as given: gains are empty, and the reference is None, if the user gives none. Velocities
-    have no reference: ``reference`` and ``place`` are empty.
+    have no reference: ``reference`` and ``entry_key`` are empty.
     """
     coordinates, signals = entry.coordinates or (), entry.signals or {}
     positions, velocities, others = entry.position_gains or {}, entry.velocity_gains or {}, entry.signal_gains or {}
     of_positions, of_signals = entry.position_references or {}, entry.signal_references or {}
     result = []
     for name in coordinates:
-        reference, place = f"position_reference_{name}", f"position_references.{key_of(name)}"
+        reference, entry_key = f"position_reference_{name}", f"position_references.{key_of(name)}"
         gain, gains = f"position_gain_{name}", positions.get(name, ())
-        result.append(_Quantity(f"q.{name}", gain, gains, reference, place, of_positions.get(name)))
+        result.append(_Quantity(f"q.{name}", gain, gains, reference, entry_key, of_positions.get(name)))
     result += [_Quantity(f"v.{name}", f"velocity_gain_{name}", velocities.get(name, ())) for name in coordinates]
     for name in signals:
-        reference, place = f"reference_{name}", f"signal_references.{key_of(name)}"
-        result.append(_Quantity(name, f"gain_{name}", others.get(name, ()), reference, place, of_signals.get(name)))
+        reference, entry_key = f"reference_{name}", f"signal_references.{key_of(name)}"
+        result.append(_Quantity(name, f"gain_{name}", others.get(name, ()), reference, entry_key, of_signals.get(name)))
     return result
 
 
@@ -225,10 +225,10 @@ def read_calibration(
     values.check_kind(key, written, "method", _TAKEN)
     _check_weights(key, written, signals, outputs, values)
     _check_lists(key, written, count, values)
-    for place, (real, imaginary) in enumerate(written.poles or ()):
+    for index, (real, imaginary) in enumerate(written.poles or ()):
         if real >= 0.0:
             fault = f"the pole [{real:g}, {imaginary:g}] does not decay: its real part is not below 0 [E1439]"
-            report.add(f"{key}.poles[{place}]", fault, f"[{-real or -1.0:g}, {imaginary:g}]")
+            report.add(f"{key}.poles[{index}]", fault, f"[{-real or -1.0:g}, {imaginary:g}]")
     poles = tuple(complex(*pair) for pair in written.poles or ())
     return Calibration(**values.keys(key, written) | {"poles": poles})
 
@@ -267,19 +267,19 @@ def _check_lists(key: str, written: WrittenCalibration, count: int, values: Valu
     chosen = len(written.modes) if written.modes else count
     efforts = (1, count) if method == "lqr" else (1, chosen)
     for field, numbers in (("effort_weights", efforts), ("frequencies", (chosen,)), ("damping_ratios", (1, chosen))):
-        given = getattr(written, field)
-        if given is not None and len(given) not in numbers:
+        weights = getattr(written, field)
+        if weights is not None and len(weights) not in numbers:
             needed = " or ".join(map(str, dict.fromkeys(numbers)))
             of = ("output" if method == "lqr" else "mode") + "s" * (numbers[-1] > 1)
-            fault = f"{len(given)} number{'s' * (len(given) > 1)} given for {numbers[-1]} {of} [E1442]"
+            fault = f"{len(weights)} number{'s' * (len(weights) > 1)} given for {numbers[-1]} {of} [E1442]"
             report.add(f"{key}.{field}", fault, f"a list of {needed}")
-        for place, number in enumerate(given or ()):
+        for index, number in enumerate(weights or ()):
             allowed = number >= 0.0 if (method, field) == ("lqr", "effort_weights") else number > 0.0
             if not allowed:
                 hint = "0 or more" if method == "lqr" else "a number above 0"
-                report.add(f"{key}.{field}[{place}]", f"{field} of {number:.6g} is not allowed [E1444]", hint)
+                report.add(f"{key}.{field}[{index}]", f"{field} of {number:.6g} is not allowed [E1444]", hint)
             elif field == "damping_ratios" and (note := percent_of_critical(number)):
-                values.notes.append(f"{key}.{field}[{place}]: {note} [W0098]")
+                values.notes.append(f"{key}.{field}[{index}]: {note} [W0098]")
     _check_needed(key, written, values)
 
 

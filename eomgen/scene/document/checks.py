@@ -52,7 +52,7 @@ def _fault(row: Section, name: str, document: SceneDocument, rows: Sequence[Sect
     if row.bare and name in RESERVED:
         return f"the name {name} is a word of formulas [E0729]", f"{name}_value"
     bare = [entry for entry in rows if entry.bare] if row.bare else []  # formulas use the names of all these entries
-    for prior in takewhile(lambda other: other is not row, bare):
+    for prior in takewhile(lambda section: section is not row, bare):
         if name in document.section(prior.key):
             return f"the name {name} is both {prior.bare} and {row.bare} [E1461]", "another name for one of them"
     return row.fault_of_name(name, document, rows)
@@ -60,10 +60,10 @@ def _fault(row: Section, name: str, document: SceneDocument, rows: Sequence[Sect
 
 def _check_task_frames(document: SceneDocument, reading: Reading) -> None:
     """Report task frames that are neither bodies nor frames."""
-    known = [name for key in ("bodies", "beams", "frames") for name in document.section(key)]
-    known += sorted(name for key in ("bodies", "beams", "frames") for name in reading.refused[key])
-    for place, name in enumerate(document.task_frames):
-        check_reference(f"task_frames[{place}]", name, known, "body or frame", reading.report)
+    names = [name for key in ("bodies", "beams", "frames") for name in document.section(key)]
+    names += sorted(name for key in ("bodies", "beams", "frames") for name in reading.refused[key])
+    for index, name in enumerate(document.task_frames):
+        check_reference(f"task_frames[{index}]", name, names, "body or frame", reading.report)
 
 
 def _check_frames_of_elements(document: SceneDocument, reading: Reading) -> None:

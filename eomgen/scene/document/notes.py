@@ -92,10 +92,10 @@ def initial_places(joints: Sequence[Joint], values: Values) -> dict[str, tuple[A
         turned, origin = result[joint.parent]
         offset = np.array([values.value(part) for part in joint.position])
         axes = turned @ np.array(joint.orientation)
-        place = origin + turned @ offset + axes @ moved[1]
-        if np.all(np.isfinite(place)):
-            result[joint.child] = axes @ moved[0], place
-    return {name: place for name, place in result.items() if name != BASE}
+        position = origin + turned @ offset + axes @ moved[1]
+        if np.all(np.isfinite(position)):
+            result[joint.child] = axes @ moved[0], position
+    return {name: position for name, position in result.items() if name != BASE}
 
 
 _NOT_TURNED = (1.0, 0.0, 0.0, 0.0)

@@ -59,26 +59,26 @@ def quantities(data: Data, without: frozenset[str] = frozenset()) -> Iterator[Sc
         for field, (meaning, inner) in fields_of(table).items():
             if field not in entries or field in without:
                 continue
-            value, place = entries[field], (*path, field)
+            value, value_path = entries[field], (*path, field)
             if inner is None:
-                yield from _components(table, entries, field, meaning, kind, path, place)
+                yield from _components(table, entries, field, meaning, kind, path, value_path)
             elif inner.shape == "table":
-                ahead += [(inner.model, value, place, kind)] * isinstance(value, Mapping)
+                ahead += [(inner.model, value, value_path, kind)] * isinstance(value, Mapping)
             elif isinstance(value, Mapping | list | tuple):
                 for name, item in value.items() if isinstance(value, Mapping) else enumerate(value):
                     if isinstance(item, Mapping):
-                        ahead.append((inner.model, item, (*place, name), kind))
+                        ahead.append((inner.model, item, (*value_path, name), kind))
                     elif short := inner.model.short:  # the entry is the value of one key
-                        whole, key = (*place, name), fields_of(inner.model)[short][0]
+                        whole, key = (*value_path, name), fields_of(inner.model)[short][0]
                         yield from _components(inner.model, {short: item}, short, key, kind, whole, whole)
 
 
 def _components(
-    table: type[Table], entries: Data, field: str, meaning: KeyMetadata, kind: object, owner: Path, place: Path
+    table: type[Table], entries: Data, field: str, meaning: KeyMetadata, kind: object, owner: Path, value_path: Path
 ) -> Iterator[SceneQuantity]:
     """Yield a SceneQuantity for each number and text in the value of the key ``field`` of ``entries``, with the SI
     unit; none for a key without unit and formulas. ``kind`` is the type of the entry or joint, which may decide the
-    unit, ``owner`` the path of the table, ``place`` the path of the value."""
+    unit, ``owner`` the path of the table, ``value_path`` the path of the value."""
     units = meaning.unit.get(str(kind), "") if isinstance(meaning.unit, Mapping) else meaning.unit
     if units == ANY_UNIT:
         units = str(entries.get("unit", ""))
@@ -88,7 +88,7 @@ def _components(
         units = f"{entries.get('unit') or '1'}/s"
     if not units and meaning.names is None:
         return
-    for path, unit, value in _leaves(place, units, entries[field]):
+    for path, unit, value in _leaves(value_path, units, entries[field]):
         yield SceneQuantity(path, field, unit if isinstance(unit, str) else "", value, owner, table, meaning)
 
 
@@ -97,8 +97,8 @@ def _leaves(path: Path, unit: Units, value: object) -> Iterator[tuple[Path, Unit
     have one unit for all or a unit for each component."""
     if isinstance(value, list | tuple):
         each = (unit,) * len(value) if isinstance(unit, str) else unit
-        for place, (table, part) in enumerate(zip(each, value, strict=True)):
-            yield from _leaves((*path, place), table, part)
+        for index, (table, part) in enumerate(zip(each, value, strict=True)):
+            yield from _leaves((*path, index), table, part)
     elif isinstance(value, Mapping):
         for name, part in value.items():
             yield from _leaves((*path, name), unit, part)

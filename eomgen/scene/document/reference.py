@@ -137,11 +137,11 @@ def _kind(annotation: Any, field: FieldInfo) -> str:
     if len(limits) == 2:
         return f"{limits['ge']} to {limits['le']}"
     if get_origin(annotation) in (Union, UnionType):
-        given = [part for part in get_args(annotation) if part is not type(None)]
-        if len(given) < len(get_args(annotation)):
-            annotation = Union[tuple(given)]  # noqa: UP007 - made of a list
-    for known, words in _KINDS:
-        if annotation == known:
+        members = [part for part in get_args(annotation) if part is not type(None)]
+        if len(members) < len(get_args(annotation)):
+            annotation = Union[tuple(members)]  # noqa: UP007 - made of a list
+    for kind, words in _KINDS:
+        if annotation == kind:
             return words
     if get_origin(annotation) is Literal:
         *most, last = (f"`{word}`" for word in get_args(annotation))

@@ -134,10 +134,10 @@ def in_si(data: Mapping[str, Any], report: Report) -> tuple[dict[str, Any], list
     return converter.table(document_for(data), "", data, None), converter.notes, converter.units
 
 
-def start_in_si(data: Mapping[str, Any], joint: str, place: str, start: Mapping[str, Any], report: Report) -> Any:
+def start_in_si(data: Mapping[str, Any], joint: str, key: str, start: Mapping[str, Any], report: Report) -> Any:
     """Return ``start``, the initial state of the joint ``joint`` in a scene's data, with numbers in SI in place of unit
-    strings; faults are reported at the dotted key ``place``."""
-    return _Converter(data, report).entry(Initial, place, start, data["joints"][joint].get("type"), None)
+    strings; faults are reported at the dotted ``key``."""
+    return _Converter(data, report).entry(Initial, key, start, data["joints"][joint].get("type"), None)
 
 
 class _Converter:
@@ -161,8 +161,8 @@ class _Converter:
         """Return a table of the class ``model`` at the dotted ``key`` with values in SI. ``kind`` and ``columns`` are
         the type and the curve's columns of the table around, for tables that have none. Units of formulas are noted in
         ``self.units``, and doubts in ``self.notes``."""
-        own = _columns_of(model, data)
-        columns = own or columns
+        table_columns = _columns_of(model, data)
+        columns = table_columns or columns
         kind = data.get("type", kind or self.kind_of_joint(data))
         kind = kind if isinstance(kind, str) else None
         result = dict(data)
@@ -170,23 +170,23 @@ class _Converter:
         for name, (meaning, inner) in fields.items():
             if name not in data:
                 continue
-            place = f"{key}.{name}" if key else name
+            value_key = f"{key}.{name}" if key else name
             if inner is not None:
-                result[name] = self.inner(inner, place, data[name], kind, columns)
+                result[name] = self.inner(inner, value_key, data[name], kind, columns)
             elif meaning.column and columns is not None:
-                result[name] = self.in_columns(meaning, columns, place, data[name])
+                result[name] = self.in_columns(meaning, columns, value_key, data[name])
             elif meaning.unit or meaning.names is not None:
                 component = data.get("index", 0) if "index" in fields else None
                 over_time = meaning.names is not None and "time" in meaning.names.kinds
                 self.follows = self.sources_of_kind(data) if _has_no_unit(meaning, kind) else ()
-                result[name] = self.value(_unit(meaning, kind, component), place, data[name], over_time=over_time)
+                result[name] = self.value(_unit(meaning, kind, component), value_key, data[name], over_time=over_time)
                 self.follows = ()
             if meaning.unit == ANY_UNIT and "unit" in fields:
                 self.label(key, data, result, name)
                 if isinstance(result[name], str) and isinstance(label := result.get("unit"), str):
-                    self.units[place] = label
-        if own is not None:
-            self.label_columns(model, key, own, result)
+                    self.units[value_key] = label
+        if table_columns is not None:
+            self.label_columns(model, key, table_columns, result)
         return result
 
     def in_columns(self, meaning: KeyMetadata, columns: ColumnUnits, key: str, value: Any) -> Any:
@@ -199,8 +199,8 @@ class _Converter:
             self.beside_units(columns, meaning.column, key, value)
             return [
                 [
-                    self.in_column(columns, column, f"{key}[{row}][{place}]", cell)
-                    for place, (column, cell) in enumerate(zip(meaning.column, cells, strict=True))
+                    self.in_column(columns, column, f"{key}[{row}][{index}]", cell)
+                    for index, (column, cell) in enumerate(zip(meaning.column, cells, strict=True))
                 ]
                 if isinstance(cells, list | tuple) and len(cells) == len(meaning.column)
                 else cells
@@ -284,14 +284,14 @@ class _Converter:
     def inner(self, inner: Inner, key: str, value: Any, kind: object, columns: ColumnUnits | None) -> Any:
         shape, model = inner.shape, inner.model
         if shape == "list" and isinstance(value, list | tuple):
-            return [self.entry(model, f"{key}[{place}]", entry, kind, columns) for place, entry in enumerate(value)]
+            return [self.entry(model, f"{key}[{index}]", entry, kind, columns) for index, entry in enumerate(value)]
         if shape == "entries" and isinstance(value, Mapping):
             result = {}
             for name, entry in value.items():
-                place = f"{key}.{key_of(str(name))}"
+                item_key = f"{key}.{key_of(str(name))}"
                 if "." not in key:
-                    self.entry_key = place
-                result[name] = self.entry(model, place, entry, kind, columns)
+                    self.entry_key = item_key
+                result[name] = self.entry(model, item_key, entry, kind, columns)
             return result
         return self.entry(model, key, value, kind, columns)
 
@@ -318,8 +318,8 @@ class _Converter:
             units = (unit,) * len(value) if isinstance(unit, str) else (*unit, *[""] * len(value))
             self.beside_unit(unit, key, value)
             return [
-                self.value(units[place], f"{key}[{place}]", entry, depth + 1, over_time=over_time)
-                for place, entry in enumerate(value)
+                self.value(units[index], f"{key}[{index}]", entry, depth + 1, over_time=over_time)
+                for index, entry in enumerate(value)
             ]
         if isinstance(value, Mapping) and depth < _DEPTH:
             return {
@@ -352,10 +352,10 @@ class _Converter:
         """Add a note for each number without a unit in a list at the dotted ``key`` of which other entries have one."""
         if not isinstance(unit, str) or unit == ANY_UNIT or not any(map(_has_unit, values)):
             return
-        for place, value in enumerate(values):
+        for index, value in enumerate(values):
             if number := _plain(value):
                 self.notes.append(
-                    f"{key}[{place}]: {number:g} has no unit, unlike neighbouring entries, so it is {number:g}"
+                    f"{key}[{index}]: {number:g} has no unit, unlike neighbouring entries, so it is {number:g}"
                     f" {unit} [W0128]"
                 )
 
@@ -363,12 +363,12 @@ class _Converter:
         """Add a note on numbers without a unit in the columns ``names`` of a curve's points, ``rows``, if other rows
         have units: these numbers are read in the SI unit of the first such row."""
         cells = [row for row in rows if isinstance(row, list | tuple) and len(row) == len(names)]
-        for place, name in enumerate(names):
-            first = next((row[place] for row in cells if _has_unit(row[place])), None)
+        for index, name in enumerate(names):
+            first = next((row[index] for row in cells if _has_unit(row[index])), None)
             if first is None:
                 continue
             unit = columns.learn(name, first)
-            bare = [number for row in cells if (number := _plain(row[place]))]
+            bare = [number for row in cells if (number := _plain(row[index]))]
             if bare and unit:
                 more = f" ({len(bare)} such {name}s)" if len(bare) > 1 else ""
                 self.notes.append(

@@ -68,57 +68,57 @@ _FILES = (".csv", ".txt", ".dat", ".tsv")
 _BETWEEN_POINTS = ("springs",)
 
 
-def example(location: Location, given: object) -> str:
-    """Return an example of the right value for the key at a location whose value is wrong, ``given``; empty without an
+def example(location: Location, value: object) -> str:
+    """Return an example of the right value for the key at a location whose value is wrong, ``value``; empty without an
     example."""
     last, section = str(location[-1]), str(location[0])
-    if rewritten := _rewritten(last, given):
+    if rewritten := _rewritten(last, value):
         return rewritten
     if row := next((row for row in added_keys(section) if location == (row.section, row.added)), None):
-        return row.example(given)
+        return row.example(value)
     if location == ("parameters",):
         return "[parameters] and a line for each: NAME = 1.0"
     of_parameter = section == "parameters" and len(location) > 1 and last in ("value", str(location[1]))
-    if of_parameter and isinstance(given, str):
-        return f"a number; the formula {quote(given)} stands where {location[1]} is used"
-    if len(location) == 1 and section in _ENTRIES and not isinstance(given, dict):
+    if of_parameter and isinstance(value, str):
+        return f"a number; the formula {quote(value)} stands where {location[1]} is used"
+    if len(location) == 1 and section in _ENTRIES and not isinstance(value, dict):
         return f"[{section}.NAME] and its keys, a table for each"
-    if last in ("table", "file") and is_file(given):
-        return f"table = {{ file = {quote(given)} }}"
+    if last in ("table", "file") and is_file(value):
+        return f"table = {{ file = {quote(value)} }}"
     if len(location) == 2 and is_legal(last) and section in _ENTRIES:
-        return _entry(section, last, given)
+        return _entry(section, last, value)
     if section in _BETWEEN_POINTS and last in ("first", "second"):
         return f'{last} = "NAME", and [points.NAME] with its body and position'
     return _BY_KEY.get(last, "")
 
 
-def _rewritten(key: str, given: object) -> str:
+def _rewritten(key: str, value: object) -> str:
     """Return a value of another form in the form of a scene file: gravity as a number, rotations as angles or a matrix,
     the joint of a mimic relation alone; else an empty text."""
-    if key == "gravity" and is_plain_number(given):
-        return f"gravity = [0, 0, {-abs(given):g}]"
-    if key == "rotation" and plain_angles(given):
-        in_degrees = any(abs(angle) > 2.0 * math.pi for angle in given)
-        angles = [f'"{angle:g} deg"' if in_degrees else f"{angle:g}" for angle in given]
-        every = zip(_AXIS_VECTORS, given, angles, strict=True)
+    if key == "gravity" and is_plain_number(value):
+        return f"gravity = [0, 0, {-abs(value):g}]"
+    if key == "rotation" and plain_angles(value):
+        in_degrees = any(abs(angle) > 2.0 * math.pi for angle in value)
+        angles = [f'"{angle:g} deg"' if in_degrees else f"{angle:g}" for angle in value]
+        every = zip(_AXIS_VECTORS, value, angles, strict=True)
         turns = [f"{{ axis = {axis}, angle = {text} }}" for axis, angle, text in every if angle]
         return f"rotation = [{', '.join(turns)}]" if turns else "no rotation"
-    if key == "rotation" and is_matrix(given):
+    if key == "rotation" and is_matrix(value):
         return "orientation, which is a matrix, in place of rotation"
     if key == "acceleration":  # of the base; of an output it is a name
         return 'acceleration = ["quake(t)", 0, 0], with quake in [curves]'
-    if key == "mimic" and isinstance(given, str):
-        return f"mimic = {{ joint = {quote(given)}, multiplier = 1 }}"
+    if key == "mimic" and isinstance(value, str):
+        return f"mimic = {{ joint = {quote(value)}, multiplier = 1 }}"
     return ""
 
 
-def _entry(section: str, name: str, given: object) -> str:
-    """Return an example of an entry of a section as a line of a file; from its value ``given`` if this is a file's name
+def _entry(section: str, name: str, value: object) -> str:
+    """Return an example of an entry of a section as a line of a file; from its ``value`` if this is a file's name
     or a formula."""
-    if section in ("inputs", "curves") and is_file(given):
-        return f"{name} = {{ table = {{ file = {quote(given)} }} }}"
-    if section == "inputs" and isinstance(given, str | int | float):
-        return f"{name} = {{ formula = {quote(str(given))} }}"
+    if section in ("inputs", "curves") and is_file(value):
+        return f"{name} = {{ table = {{ file = {quote(value)} }} }}"
+    if section == "inputs" and isinstance(value, str | int | float):
+        return f"{name} = {{ formula = {quote(str(value))} }}"
     return f"{name} = {_ENTRIES[section]}"
 
 
@@ -129,14 +129,14 @@ def example_of_missing_key(location: Location) -> str:
     return f"{last} = {added.get(last) or _REQUIRED.get((table, last), '...')}"
 
 
-def is_file(given: object) -> bool:
+def is_file(value: object) -> bool:
     """Return whether a value is the name of a file with a table."""
-    return isinstance(given, str) and given.lower().endswith(_FILES)
+    return isinstance(value, str) and value.lower().endswith(_FILES)
 
 
-def quote(given: object) -> str:
+def quote(value: object) -> str:
     """Return a value in the notation of a scene file."""
-    return f'"{shown(given)[1:-1]}"' if isinstance(given, str) else f"{given}"
+    return f'"{shown(value)[1:-1]}"' if isinstance(value, str) else f"{value}"
 
 
 #: Names of keys in other tools; the first of the keys that a table has is meant.
@@ -201,27 +201,27 @@ _KEYS: Mapping[str, tuple[str, ...]] = {
 _CARRIED = frozenset({"body", "parent"})
 
 
-def key_meant(name: str, keys: Collection[str], given: object) -> str:
+def key_meant(name: str, keys: Collection[str], value: object) -> str:
     """Return the key, or a whole line, that a name from another tool stands for in a table with the keys ``keys``;
-    empty without one. ``given`` is the value under the name."""
-    if line := _line_meant(name, keys, given) or _concept_meant(name, keys):
+    empty without one. ``value`` stands under the name."""
+    if line := _line_meant(name, keys, value) or _concept_meant(name, keys):
         return line
     for row in rows_of("eomgen.keys_elsewhere", ForeignKeys):
-        if hint := row.hint(name, keys, given):
+        if hint := row.hint(name, keys, value):
             return str(hint)
     meant = _KEYS.get(name, _KEYS.get(name.lower(), ()))
     return next((key for key in meant if key in keys), "")
 
 
-def _line_meant(name: str, keys: Collection[str], given: object) -> str:
+def _line_meant(name: str, keys: Collection[str], value: object) -> str:
     """Return the line for a value under a name from another tool: a file, a frequency, one coordinate; else an empty
     text."""
-    if "table" in keys and (name in ("file", "csv", "path", "data", "filename") or is_file(given)):
-        return f"table = {{ file = {quote(given)} }}"
-    if name in ("frequency", "freq", "f") and "period" in keys and isinstance(given, int | float) and given > 0:
-        return f"period = {1.0 / given:.6g}, s"
-    if name in ("x", "y", "z") and "position" in keys and isinstance(given, str | int | float):
-        entries = ", ".join(quote(given) if axis == name else "0" for axis in "xyz")
+    if "table" in keys and (name in ("file", "csv", "path", "data", "filename") or is_file(value)):
+        return f"table = {{ file = {quote(value)} }}"
+    if name in ("frequency", "freq", "f") and "period" in keys and isinstance(value, int | float) and value > 0:
+        return f"period = {1.0 / value:.6g}, s"
+    if name in ("x", "y", "z") and "position" in keys and isinstance(value, str | int | float):
+        entries = ", ".join(quote(value) if axis == name else "0" for axis in "xyz")
         return f"position = [{entries}]"
     return ""
 
@@ -250,8 +250,8 @@ def _concept_of_bases(name: str) -> str:
     """Return a hint for a name of another tool in the table of the base's motion; else an empty text."""
     if name in ("velocity", "angular_velocity", "angular_acceleration"):
         integral = "its second integral" if name.endswith("acceleration") else "its integral"
-        place = "rotation" if name.startswith("angular") else "position"
-        return f"{place} alone, from which rates follow: a formula of t, or a curve through {integral}"
+        key = "rotation" if name.startswith("angular") else "position"
+        return f"{key} alone, from which rates follow: a formula of t, or a curve through {integral}"
     if name in ("initial_velocity", "initial_position", "initial"):
         return 'position = ["0.5 * t", 0, 0.2], place and velocity at t = 0, to which the integral is added'
     return 'drift = "remove"' if name in ("baseline", "correction", "detrend", "baseline_correction") else ""
@@ -290,83 +290,83 @@ def child_hint(data: Mapping[str, Any]) -> str:
     return " or ".join(f'child = "{name}"' for name in free[:3] if is_legal(name)) or "child = ..."
 
 
-def wrong_format(given: object) -> tuple[str, str]:
+def wrong_format(value: object) -> tuple[str, str]:
     """Return the fault and the remedy of a ``format`` that is not 1."""
-    remedy = "format = 1, or a newer eomgen" if isinstance(given, int) and given > 1 else "format = 1"
-    return f"this eomgen reads format 1, not {describe(given)} [E1479]", remedy
+    remedy = "format = 1, or a newer eomgen" if isinstance(value, int) and value > 1 else "format = 1"
+    return f"this eomgen reads format 1, not {describe(value)} [E1479]", remedy
 
 
 def explain(
-    kind: str, message: str, location: Location, given: object, table: type[BaseModel] = SceneDocument, depth: int = 0
+    kind: str, message: str, location: Location, value: object, table: type[BaseModel] = SceneDocument, depth: int = 0
 ) -> tuple[str, str]:
     """Return a fault that pydantic found in the words of the scene file, and a hint, which may be empty. ``kind`` and
-    ``message`` are pydantic's, ``location`` has the keys to the value ``given``; the part from ``depth`` on is within
+    ``message`` are pydantic's, ``location`` has the keys to ``value``; the part from ``depth`` on is within
     ``table``."""
     last = str(location[-1])
     if kind == "extra_forbidden":
-        return _unknown_key(location, given, table, depth)
-    own = _place_of(location[depth:], table)[1]
+        return _unknown_key(location, value, table, depth)
+    key_hint = _place_of(location[depth:], table)[1]
     if kind == "missing":
-        return f"the key {last} is missing [E1343]", own or example_of_missing_key(location)
+        return f"the key {last} is missing [E1343]", key_hint or example_of_missing_key(location)
     if location == ("format",):
-        return wrong_format(given)
+        return wrong_format(value)
     if kind == "literal_error":
-        return f"{describe(given)} is not known here [E0263]", own or _word_meant(message, location, given)
+        return f"{describe(value)} is not known here [E0263]", key_hint or _word_meant(message, location, value)
     if kind in _BOUNDS:
-        fault = f"{describe(given)} is out of range here: it {message.removeprefix('Input ')} [E1480]"
+        fault = f"{describe(value)} is out of range here: it {message.removeprefix('Input ')} [E1480]"
         return fault, _BOUNDS[kind].format(message.rpartition(" ")[2])
     fault = message[0].lower() + message[1:]
-    if kind == "list" and isinstance(given, str) and given.lstrip("+-") in _AXES:
-        sign = "-" if given[0] == "-" else ""
-        entries = ", ".join(f"{sign}1" if axis == given[-1] else "0" for axis in _AXES)
+    if kind == "list" and isinstance(value, str) and value.lstrip("+-") in _AXES:
+        sign = "-" if value[0] == "-" else ""
+        entries = ", ".join(f"{sign}1" if axis == value[-1] else "0" for axis in _AXES)
         return fault, f"[{entries}]"
-    if kind == "number" and (hint := _number_meant(location, given, table, depth)):
+    if kind == "number" and (hint := _number_meant(location, value, table, depth)):
         return fault, hint
     if kind in _NEEDED:
-        fault = f"{_NEEDED[kind]} is needed here, not {describe(given)} [E1475]"
-    return fault, own or example(location, given)
+        fault = f"{_NEEDED[kind]} is needed here, not {describe(value)} [E1475]"
+    return fault, key_hint or example(location, value)
 
 
-def _number_meant(location: Location, given: object, table: type[BaseModel], depth: int) -> str:
+def _number_meant(location: Location, value: object, table: type[BaseModel], depth: int) -> str:
     """Return the hint for a text or a list given in place of a number; empty for other values. Arguments as of
     ``explain``."""
-    if isinstance(given, list | tuple):
-        return _one_number(str(location[-1]), given)
-    return _unit_of_list(location, given, table, depth) if isinstance(given, str) else ""
+    if isinstance(value, list | tuple):
+        return _one_number(str(location[-1]), value)
+    return _unit_of_list(location, value, table, depth) if isinstance(value, str) else ""
 
 
-def _one_number(key: str, given: Sequence[object]) -> str:
+def _one_number(key: str, numbers: Sequence[object]) -> str:
     """Return the hint for a list of numbers given in place of a number; empty for a list of other values."""
-    if not given or not all(map(is_plain_number, given)):
+    if not numbers or not all(map(is_plain_number, numbers)):
         return ""
-    if key == "radius" and len(set(given)) > 1:
-        return f'one number, or type = "ellipsoid" with semi_axes = {list(given)}'
-    return f"{key} = {given[0]}" if len(set(given)) == 1 else _BY_KEY.get(key, "one number")
+    if key == "radius" and len(set(numbers)) > 1:
+        return f'one number, or type = "ellipsoid" with semi_axes = {list(numbers)}'
+    return f"{key} = {numbers[0]}" if len(set(numbers)) == 1 else _BY_KEY.get(key, "one number")
 
 
-def _unit_of_list(location: Location, given: str, table: type[BaseModel], depth: int) -> str:
+def _unit_of_list(location: Location, value: str, table: type[BaseModel], depth: int) -> str:
     """Return the hint for a number with a unit in a list of plain numbers, whose unit has a separate key; empty without
     such a key. Arguments as of ``explain``."""
     words = [part for part in location if isinstance(part, str)]
     keys = [f"{words[-1]}_unit", f"{words[-1].removesuffix('s')}_unit"]
     unit_key = next((key for key in _keys_at(tuple(words[depth:-1]), table) if key in keys), "")
-    unit = given.strip().lstrip(_OF_NUMBERS)
-    return f'{unit_key} = "{unit}", and numbers alone in {words[-1]}' if unit_key and is_quantity(given) else ""
+    unit = value.strip().lstrip(_OF_NUMBERS)
+    return f'{unit_key} = "{unit}", and numbers alone in {words[-1]}' if unit_key and is_quantity(value) else ""
 
 
-def _unknown_key(location: Location, given: object, table: type[BaseModel], depth: int) -> tuple[str, str]:
+def _unknown_key(location: Location, value: object, table: type[BaseModel], depth: int) -> tuple[str, str]:
     """Return the message about an unknown key or section, and a hint: a product that is not installed, the key meant,
     or the nearest key. Arguments as of ``explain``."""
     last = str(location[-1])
     if len(location) == 1 and (absent := fault_of_absent(last)):
         return f"the section {shown(last)} is unknown: {absent[0]} [E1476]", absent[1]
     keys = _keys_at(location[depth:-1], table)
-    if location[0] == "definitions" and len(location) == 3 and last.isidentifier() and _is_formula(given):
+    if location[0] == "definitions" and len(location) == 3 and last.isidentifier() and _is_formula(value):
         dotted = f"definitions.{location[1]} is a table with the key {shown(last)}, and names have no dots [E1477]"
-        return dotted, f"{location[1]}_{last} = {quote(given)}"
+        return dotted, f"{location[1]}_{last} = {quote(value)}"
     if absent := fault_of_absent(".".join(map(str, location))):
         return f"the key {shown(last)} is unknown here: {absent[0]} [E1478]", absent[1]
-    return f"the key {shown(last)} is unknown here [E0722]", key_meant(last, keys, given) or nearest(last, keys)
+    return f"the key {shown(last)} is unknown here [E0722]", key_meant(last, keys, value) or nearest(last, keys)
 
 
 def _report_fault(
@@ -408,28 +408,28 @@ def _is_news(detail: Mapping[str, Any], location: Location, report: Report) -> b
     return not (location[0] == "definitions" and detail["type"] == "missing" and report.concerns(key_of(*location[:2])))
 
 
-def _is_formula(given: object) -> bool:
+def _is_formula(value: object) -> bool:
     """Return whether a text has an operator or a call, unlike a unit's name or a description."""
-    return isinstance(given, str) and any(sign in given for sign in (" - ", " + ", " * ", "*", "(", "v.", "q."))
+    return isinstance(value, str) and any(sign in value for sign in (" - ", " + ", " * ", "*", "(", "v.", "q."))
 
 
-def _word_meant(message: str, location: Location, given: object) -> str:
-    """Return a hint for a word ``given`` that is none of the words which a key may hold; pydantic's ``message`` lists
+def _word_meant(message: str, location: Location, word: object) -> str:
+    """Return a hint for a ``word`` that is none of the words which a key may hold; pydantic's ``message`` lists
     these."""
     expected = message.removeprefix("Input should be ").replace("'", "")
     names = expected.replace(" or ", ", ").split(", ")
     if location[0] == "terms":
-        return nearest_term(str(given))
-    meant = JOINTS_ELSEWHERE.get(str(given).lower(), "")
+        return nearest_term(str(word))
+    meant = JOINTS_ELSEWHERE.get(str(word).lower(), "")
     if location[0] in ("joints", "constraints") and meant in names:
         return meant
-    if location[0] == "constraints" and given in ("equation", "velocity_equation", "general", "holonomic"):
+    if location[0] == "constraints" and word in ("equation", "velocity_equation", "general", "holonomic"):
         return "formula"
-    if location[-1] == "shape" and given in ("sine", "sin", "cosine", "cos"):
+    if location[-1] == "shape" and word in ("sine", "sin", "cosine", "cos"):
         return 'formula = "sin(2 * pi * t / 0.5)" in place of a wave'
-    if alike := [name for name in names if _letters(name) == _letters(str(given))]:
+    if alike := [name for name in names if _letters(name) == _letters(str(word))]:
         return alike[0]
-    return nearest(str(given), names) if len(names) > _LISTED else f"one of {expected}"
+    return nearest(str(word), names) if len(names) > _LISTED else f"one of {expected}"
 
 
 def _letters(word: str) -> str:

@@ -34,5 +34,5 @@ class Event:
 
     def actions(self) -> list[Formula]:
         """Return the formulas of the action: new values, a restitution, a new mode."""
-        given = [self.restitution, self.to]
-        return [*(formula for _, formula in self.resets), *(formula for formula in given if formula is not None)]
+        formulas = [self.restitution, self.to]
+        return [*(formula for _, formula in self.resets), *(formula for formula in formulas if formula is not None)]

@@ -63,20 +63,20 @@ def read_event(name: str, entry: WrittenEvent, reading: Reading) -> Event:
         if not entry.reset:
             values.report.add(f"{key}.reset", "the reset is empty [E1485]", 'reset = { "v.joint" = 0 }')
         for target, value in entry.reset.items():
-            place = f"{key}.reset.{key_of(target)}"
-            symbol = values.formula(place, target, _TARGETS)
-            formula = values.formula(place, value, EVERYTHING)
+            target_key = f"{key}.reset.{key_of(target)}"
+            symbol = values.formula(target_key, target, _TARGETS)
+            formula = values.formula(target_key, value, EVERYTHING)
             if fault := _fault(symbol, target, reading):
-                values.report.add(place, *fault)
+                values.report.add(target_key, *fault)
             elif isinstance(symbol, Symbol):
                 resets.append((symbol, formula))
-    given = values.keys(key, entry, "direction", "action", "least_interval", "restitution", "mode", "to", "description")
-    least, restitution = given.get("least_interval", 0.0), given.get("restitution", UNKNOWN)
+    parts = values.keys(key, entry, "direction", "action", "least_interval", "restitution", "mode", "to", "description")
+    least, restitution = parts.get("least_interval", 0.0), parts.get("restitution", UNKNOWN)
     if least < 0.0:
         values.report.add(f"{key}.least_interval", f"{least:.6g} s is negative [E1490]", "a small positive time")
     if restitution is not UNKNOWN and all(symbol.kind == "parameter" for symbol in symbols(restitution)):
         values.require(f"{key}.restitution", _RESTITUTION, [restitution])  # else a run refuses negative values
-    return Event(name, when, resets=tuple(resets), place=values.report.where(f"{key}.when"), **given)
+    return Event(name, when, resets=tuple(resets), place=values.report.where(f"{key}.when"), **parts)
 
 
 def _is_comparison(formula: Formula) -> bool:

@@ -110,8 +110,8 @@ def _rows(key: str, entry: BushingEntry, quantity: str, values: Values) -> Rows:
     fields = (f"rotational_{quantity}", quantity)
     matrix = getattr(entry, f"{quantity}_matrix")
     if matrix is None:
-        given = values.keys(key, entry, *fields)
-        diagonal = [part for field in fields for part in given.get(field, ZERO_VECTOR)]
+        formulas = values.keys(key, entry, *fields)
+        diagonal = [part for field in fields for part in formulas.get(field, ZERO_VECTOR)]
         return tuple(tuple(diagonal[i] if i == j else ZERO for j in range(6)) for i in range(6))
     for field in fields:
         if getattr(entry, field) is not None:

@@ -96,14 +96,14 @@ class DistributedLoad(ForceElement):
 def read_distributed_load(name: str, entry: DistributedLoadEntry, site: Site) -> DistributedLoad:
     """Return the distributed load of an entry of [distributed_loads]; on a geometrically exact beam as loads on the
     nodes. Unknown beams, and moments on other beams, are reported."""
-    place, values = key_of("distributed_loads", name), site.values
+    key, values = key_of("distributed_loads", name), site.values
     start, length, scope = 0.0, 1.0, LOAD
     if entry.beam not in site.beams:
         fault = f"there is no beam {shown(entry.beam)} [E1291]"
         if entry.beam in site.bodies:
             fault = f"{shown(entry.beam)} is not a beam [E1495]"
         hint = nearest(entry.beam, site.beams) or "a [beams] section; a rigid body takes [forces] at its centre"
-        values.report.add(f"{place}.beam", fault, hint)
+        values.report.add(f"{key}.beam", fault, hint)
         scope = LOCAL_LOAD
     elif site.beams[entry.beam].model in CONSTRAINED:
         return _on_nodes(name, entry, site)
@@ -112,36 +112,36 @@ def read_distributed_load(name: str, entry: DistributedLoadEntry, site: Site) ->
         length = values.constant(f"{of_beam}.length", site.beams[entry.beam].length or 1.0)
     if "moment" in entry.model_fields_set:
         fault = "only geometrically exact beams take distributed moments [E1497]"
-        values.report.add(f"{place}.moment", fault, 'model = "cosserat" of the beam')
-    force = values.vector(f"{place}.force", entry.force, scope)
-    return DistributedLoad(name, entry.beam, start, length, force, _profile(place, entry, values), entry.axes)
+        values.report.add(f"{key}.moment", fault, 'model = "cosserat" of the beam')
+    force = values.vector(f"{key}.force", entry.force, scope)
+    return DistributedLoad(name, entry.beam, start, length, force, _profile(key, entry, values), entry.axes)
 
 
-def _profile(place: str, entry: DistributedLoadEntry, values: Reader) -> tuple[float, ...]:
-    profile = tuple(values.constants(f"{place}.profile", entry.profile))
+def _profile(key: str, entry: DistributedLoadEntry, values: Reader) -> tuple[float, ...]:
+    profile = tuple(values.constants(f"{key}.profile", entry.profile))
     if not profile:
-        values.report.add(f"{place}.profile", "the list of coefficients is empty [E1319]", "[1, -0.5]")
+        values.report.add(f"{key}.profile", "the list of coefficients is empty [E1319]", "[1, -0.5]")
     elif all(math.isfinite(entry) for entry in profile) and not any(profile):
         fault = "all coefficients are zero, so there is no load [E1498]"
-        values.report.add(f"{place}.profile", fault, "[1], or no entry")
+        values.report.add(f"{key}.profile", fault, "[1], or no entry")
     return profile
 
 
 def _on_nodes(name: str, entry: DistributedLoadEntry, site: Site) -> DistributedLoad:
     """Return a load on the nodes of a geometrically exact beam, with force and moment evaluated at the place s of each
     node; without nodes if the beam has a fault."""
-    place, beam = key_of("distributed_loads", name), site.exact.get(entry.beam)
-    profile, varied = _profile(place, entry, site.values), True
+    key, beam = key_of("distributed_loads", name), site.exact.get(entry.beam)
+    profile, varied = _profile(key, entry, site.values), True
     result: list[NodeLoad] = []
     if beam is None or site.values.report.concerns(key_of("beams", entry.beam)):
         return DistributedLoad(name, entry.beam, 0.0, 1.0, ZERO_VECTOR, profile, entry.axes)
     vectors = ZERO_VECTOR, ZERO_VECTOR
     for node, x, halves in zip(beam.nodes, beam.places, _weights(beam, profile), strict=True):
-        if varied and not (result and site.values.report.concerns(place)):
+        if varied and not (result and site.values.report.concerns(key)):
             there = site.values.at(x / beam.length)
             vectors = (
-                there.vector(f"{place}.force", entry.force, LOCAL_LOAD),
-                there.vector(f"{place}.moment", entry.moment, LOCAL_LOAD),
+                there.vector(f"{key}.force", entry.force, LOCAL_LOAD),
+                there.vector(f"{key}.moment", entry.moment, LOCAL_LOAD),
             )
             varied = bool(there.varied)
         result.append(NodeLoad(node, halves, *vectors))

@@ -73,4 +73,4 @@ class ElementSection(Section):
             module, kind = self.reader.__module__, type(element).__qualname__
             fault = f"{module}.{self.reader.__qualname__} returns a {kind}, not a {self.model.__qualname__} [E2220]"
             raise UsageError(Problem(key(), fault, "another version of the distribution that brings it"))
-        return element.attached(lambda parts, *place: reading.attach(key(*parts), *place))
+        return element.attached(lambda parts, *position: reading.attach(key(*parts), *position))

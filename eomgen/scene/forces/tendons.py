@@ -109,7 +109,7 @@ class Tendon(ForceElement):
     def drawn(self) -> Line:
         placed = [(wrap, (wrap.frame.body, wrap.frame.position, wrap.frame.orientation)) for wrap in self.wraps]
         obstacles = tuple(
-            Obstacle(wrap.after, wrap.cylinder, *place, wrap.radius, wrap.side, wrap.inside) for wrap, place in placed
+            Obstacle(wrap.after, wrap.cylinder, *pose, wrap.radius, wrap.side, wrap.inside) for wrap, pose in placed
         )
         path = self.points if len(self.points) > 2 or obstacles else ()
         return Line(self.name, self.points[0], self.points[-1], False, self.length, path, obstacles)

@@ -227,9 +227,9 @@ def _bound(value: str, spaces: tuple[Namespace, ...], names: SceneNames) -> Form
 def _resolve(symbol: Symbol, spaces: tuple[Namespace, ...], names: SceneNames) -> Formula:
     """Return the symbol of a file's formula under the scene's name, or for a parameter that the include sets by a
     formula this formula. ``spaces`` are the namespaces from the file out to the scene, ``names`` the scene's names."""
-    for place, space in enumerate(spaces):
+    for index, space in enumerate(spaces):
         if symbol.kind == "parameter" and symbol.name in space.values:
-            return _bound(space.values[symbol.name], spaces[place + 1 :], names)
+            return _bound(space.values[symbol.name], spaces[index + 1 :], names)
         section = names.section_of(symbol.kind)
         if section == "joints" and symbol.name in space.names["beams"]:
             section = "beams"  # elastic coordinates are named like coordinates of joints

@@ -83,12 +83,12 @@ def read_formula(text: str, names: SceneNames, scope: Scope) -> Formula:
     return _FormulaReader(text, names, scope).read()
 
 
-def with_other_quantities(text: str, other: Callable[[str, str, str, int], str]) -> str:
+def with_other_quantities(text: str, replacement: Callable[[str, str, str, int], str]) -> str:
     """Return a formula with other texts for its quantities; a broken formula stays.
 
     Parameters
     ----------
-    other : callable
+    replacement : callable
         From text, word, name and index of a quantity, ``("q.hinge", "q", "hinge", 0)``, to the text in its place; the
         word is empty for a name alone.
     """
@@ -107,7 +107,7 @@ def with_other_quantities(text: str, other: Callable[[str, str, str, int], str])
             ahead += ast.iter_child_nodes(node)
         elif isinstance(node, ast.expr):
             start, end = (formula.column(offset or 0) - 1 for offset in (node.col_offset, node.end_col_offset))
-            places.append((start, end, other(text[start:end], *quantity)))
+            places.append((start, end, replacement(text[start:end], *quantity)))
     for start, end, changed in sorted(places, reverse=True):
         text = text[:start] + changed + text[end:]
     return text
@@ -224,11 +224,11 @@ class _FormulaReader:
     def comparison(self, node: ast.Compare, depth: int) -> Formula:
         operands = [self.convert(operand, depth + 1) for operand in (node.left, *node.comparators)]
         parts = []
-        for place, operator in enumerate(node.ops):
+        for index, operator in enumerate(node.ops):
             if type(operator) not in _COMPARISONS:
                 raise self.error(node, "this comparison is not part of formulas [E1528]", "< <= > >=")
             name, swapped = _COMPARISONS[type(operator)]
-            pair = operands[place : place + 2]
+            pair = operands[index : index + 2]
             parts.append(self.operation(node, name, pair[::-1] if swapped else pair))
         return self.fold(node, "mul", parts)
 
@@ -312,8 +312,8 @@ class _FormulaReader:
             raise self.error(node, f"only functions can be called, not {shown(f'{word}.{name}')} [E1536]", hint)
         if name not in self.names.curves:
             hint = nearest(name, self.names.curves) or "a [curves] section"
-            if given := self.call_of_entry(name):
-                hint = f"{given}, which has no derivative in formulas"
+            if call_hint := self.call_of_entry(name):
+                hint = f"{call_hint}, which has no derivative in formulas"
             raise self.error(node, f"there is no curve {shown(name)} [E1537]", hint)
         self.allow(node, "curve", f"the curve {shown(name)}")
         if len(node.args) != 1 or node.keywords or isinstance(node.args[0], ast.Starred):
@@ -347,25 +347,25 @@ class _FormulaReader:
         part = call.func.attr.removeprefix(PREFIX) if isinstance(inner, ast.Attribute) else ""
         name = (inner.attr if isinstance(inner, ast.Attribute) else call.func.attr).removeprefix(PREFIX)
         label = f"{word.name}.{name}"
-        known = self.names.entries.get(word.section, {})
-        if name not in known:
-            hint = nearest(name, known) or f"a [{word.section}] section, and [{word.section}.{name[:64]}]"
+        entries = self.names.entries.get(word.section, {})
+        if name not in entries:
+            hint = nearest(name, entries) or f"a [{word.section}] section, and [{word.section}.{name[:64]}]"
             fault = f"{word.name}.{name[:64]}: there are no {word.section} {shown(name)} [E1538]"
             raise self.error(call, fault, hint)
-        item = known[name]
+        item = entries[name]
         if word.scope:
             self.allow(call, word.scope, label)
         if any(Symbol("time") in symbols(formula) for formula in word.added(item)):
             self.allow(call, "time", f"{label}, which depends on time,")
         count = len(word.arguments_of(item))
         if len(call.args) != count or call.keywords or any(isinstance(item, ast.Starred) for item in call.args):
-            given = len(call.args) + len(call.keywords)
-            fault = f"{label}() takes {counted(count, 'argument')}, not {given} [E1542]"
+            number = len(call.args) + len(call.keywords)
+            fault = f"{label}() takes {counted(count, 'argument')}, not {number} [E1542]"
             raise self.error(call, fault, word.call(name[:64], item, part))
         named = self.part(call, word, item, part)
         index = self.component_of_entry(word, node, item)
-        place = [self.convert(argument, depth + 1) for argument in call.args]
-        quantity = quantity_of(word, item, tuple(place), named or index)
+        arguments = [self.convert(argument, depth + 1) for argument in call.args]
+        quantity = quantity_of(word, item, tuple(arguments), named or index)
         if quantity.curves():
             self.allow(call, "curve", label)
         return quantity

@@ -193,19 +193,19 @@ def read_equation(
         hint = "velocities of points and joints, and no first and second"
         report.add(f"{key}.velocity_equation", "an equation between two frames holds positions alone [E1610]", hint)
         return UNKNOWN, "m"
-    place = f"{key}.velocity_equation" if at_velocity else f"{key}.equation"
-    formula = values.formula(place, text, VELOCITIES if at_velocity else BETWEEN_FRAMES if framed else POSITIONS)
+    equation_key = f"{key}.velocity_equation" if at_velocity else f"{key}.equation"
+    formula = values.formula(equation_key, text, VELOCITIES if at_velocity else BETWEEN_FRAMES if framed else POSITIONS)
     if formula is UNKNOWN:
         return UNKNOWN, "m"
     still = {name for name, point in points.items() if point.body in (BASE, WORLD)}
-    if not _holds(place, formula, values, still, framed=framed, at_velocity=at_velocity):
+    if not _holds(equation_key, formula, values, still, framed=framed, at_velocity=at_velocity):
         return UNKNOWN, "m"
-    _check_smooth(place, formula, values, 1 if at_velocity else 2)
+    _check_smooth(equation_key, formula, values, 1 if at_velocity else 2)
     return formula, _unit(key, formula, entry.unit, values, at_velocity=at_velocity)
 
 
 def _holds(
-    place: str, formula: Formula, values: Values, still: Collection[str], *, framed: bool, at_velocity: bool
+    key: str, formula: Formula, values: Values, still: Collection[str], *, framed: bool, at_velocity: bool
 ) -> bool:
     """Return whether an equation constrains a motion: the equation names a coordinate (at velocity level a velocity),
     not of fixed points alone, and is linear in velocities. Faults are reported.
@@ -220,44 +220,44 @@ def _holds(
     report = values.report
     if at_velocity and not kinds.intersection(_VELOCITIES):
         if kinds.intersection(("q", "position")):
-            report.add(place, "the equation names no velocity [E1611]", "equation = ... for positions")
+            report.add(key, "the equation names no velocity [E1611]", "equation = ... for positions")
         else:
             fault = "the equation names no velocity, so it holds no motion [E1612]"
-            report.add(place, fault, "v.JOINT or velocity.POINT[0]")
+            report.add(key, fault, "v.JOINT or velocity.POINT[0]")
         return False
     if at_velocity and degree(formula) >= _NONLINEAR:
         hint = "a sum of velocities times factors of positions and time"
-        report.add(place, "the equation is not linear in velocities [E1613]", hint)
+        report.add(key, "the equation is not linear in velocities [E1613]", hint)
         return False
     if not at_velocity and not kinds.intersection(("q", "position", "local")):
         hint = "x, y or z" if framed else "q.JOINT or position.POINT[0]"
-        report.add(place, "the equation names no coordinate, so it holds no motion [E1614]", hint)
+        report.add(key, "the equation names no coordinate, so it holds no motion [E1614]", hint)
         return False
     named = {symbol for symbol in symbols(formula) if symbol.kind in ("q", "v", "position", "velocity", "local")}
     if all(symbol.kind in ("position", "velocity") and symbol.name in still for symbol in named):
         fault = "the equation names points of the base and of the world alone, so it holds no motion [E1615]"
-        report.add(place, fault, "a point of a moving body")
+        report.add(key, fault, "a point of a moving body")
         return False
     return True
 
 
-def _check_smooth(place: str, formula: Formula, values: Values, derivatives: int) -> None:
+def _check_smooth(key: str, formula: Formula, values: Values, derivatives: int) -> None:
     """Report curves and functions in a formula that have fewer than ``derivatives`` derivatives; add a note on choices,
-    whose branches have to fit. ``place`` is the dotted key of the formula."""
-    noun = "surface" if place.endswith(".surface") else "equation"
+    whose branches have to fit. ``key`` is the dotted key of the formula."""
+    noun = "surface" if key.endswith(".surface") else "equation"
     needs = f"a constraint needs {_COUNTS[derivatives]} of its {noun}"
     for name, does in rough_curves(formula, derivatives).items():
-        values.report.add(place, f"{needs}, and {name} {does} [E1616]", 'interpolation = "quintic"')
+        values.report.add(key, f"{needs}, and {name} {does} [E1616]", 'interpolation = "quintic"')
     for name in dict.fromkeys(_rough(formula)):
         if derivatives == 1 and _ROUGH[name] == "a corner":
             continue
         hint = "a smooth function, such as sqrt(x**2 + d**2) for abs(x), or two constraints"
         fault = f"{needs}, and {'a comparison' if name in ('lt', 'le') else name} has {_ROUGH[name]} [E1617]"
-        values.report.add(place, fault, hint)
+        values.report.add(key, fault, hint)
     operations = [part for part in distinct_nodes(formula) if isinstance(part, Operation)]
     if any(part.name == "select" and changes(part.arguments[0]) for part in operations):
         equal = "values, slopes and curvatures" if derivatives > 1 else "values and slopes"
-        values.note([f"{place}: the {noun} has an if, whose branches have to meet with equal {equal} [W0299]"])
+        values.note([f"{key}: the {noun} has an if, whose branches have to meet with equal {equal} [W0299]"])
 
 
 def _rough(formula: Formula) -> Iterator[str]:
@@ -293,27 +293,27 @@ def degree(formula: Formula) -> int:
     return _NONLINEAR if any(degrees) else 0
 
 
-def _unit(key: str, formula: Formula, given: EquationUnit | None, values: Values, *, at_velocity: bool) -> EquationUnit:
-    """Return the unit of a constraint's equation: as ``given``, or by the formula, else m or m/s. Reported are terms
+def _unit(key: str, formula: Formula, label: EquationUnit | None, values: Values, *, at_velocity: bool) -> EquationUnit:
+    """Return the unit of a constraint's equation: as ``label``, or by the formula, else m or m/s. Reported are terms
     that disagree, a given unit that does not fit, and a missing unit that does not follow."""
     report = values.report
     choice: tuple[EquationUnit, EquationUnit] = ("m/s", "rad/s") if at_velocity else ("m", "rad")
-    place = f"{key}.velocity_equation" if at_velocity else f"{key}.equation"
+    field = f"{key}.velocity_equation" if at_velocity else f"{key}.equation"
     if terms := disagreement(formula, values.names):
-        report.add(place, terms.text.replace("the formula", "the equation"), FACTOR)
-        return given or choice[0]
+        report.add(field, terms.text.replace("the formula", "the equation"), FACTOR)
+        return label or choice[0]
     dimension = dimension_of_formula(formula, values.names)
-    known = "" if dimension is None or dimension.angle is None else str(dimension)  # of a product the user says it
+    own_unit = "" if dimension is None or dimension.angle is None else str(dimension)  # of a product the user says it
     by_choice = {unit: unit for unit in choice}
-    if given is not None and given not in choice:
+    if label is not None and label not in choice:
         level = "velocities" if at_velocity else "positions"
-        fault = f"an equation of {level} is in {' or '.join(choice)}, not in {given} [E1618]"
+        fault = f"an equation of {level} is in {' or '.join(choice)}, not in {label} [E1618]"
         report.add(f"{key}.unit", fault, choice[0])
-    elif known and known not in choice:
-        report.add(place, f"the equation is in {known} [E1619]", f"an equation in {' or '.join(choice)}")
-    elif given is not None and known and given != known:
-        report.add(f"{key}.unit", f"the equation is in {known}, not in {given} [E1620]", f'"{known}"')
-    elif given is None and not known:
+    elif own_unit and own_unit not in choice:
+        report.add(field, f"the equation is in {own_unit} [E1619]", f"an equation in {' or '.join(choice)}")
+    elif label is not None and own_unit and label != own_unit:
+        report.add(f"{key}.unit", f"the equation is in {own_unit}, not in {label} [E1620]", f'"{own_unit}"')
+    elif label is None and not own_unit:
         fault = "the unit of the equation does not follow from its text [E1621]"
         report.add(key, fault, f'unit = "{choice[0]}", or "{choice[1]}" of angles and numbers')
-    return given or by_choice.get(known, choice[0])  # type: ignore[call-overload]  # known is any text
+    return label or by_choice.get(own_unit, choice[0])  # type: ignore[call-overload]  # known is any text

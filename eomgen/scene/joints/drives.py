@@ -71,16 +71,16 @@ def read_smoothing(key: str, smooth: float | str | None, law: str, values: Value
     """
     if smooth is None:
         return None
-    place = f"{key}.smooth"
+    smooth_key = f"{key}.smooth"
     if law:
-        values.report.add(place, f"smooth needs a {law} over time [E1623]", f"no smooth, or a {law}")
+        values.report.add(smooth_key, f"smooth needs a {law} over time [E1623]", f"no smooth, or a {law}")
         return None
-    duration = values.constant(place, smooth)
+    duration = values.constant(smooth_key, smooth)
     if math.isnan(duration):
         return None
     if not 0.0 < duration < math.inf:
         fault = f"the duration is {duration:.6g} s, and has to be positive [E1624]"
-        values.report.add(place, fault, 'smooth = "10 ms"')
+        values.report.add(smooth_key, fault, 'smooth = "10 ms"')
         return None
     return duration
 
@@ -104,18 +104,18 @@ def read_drives(key: str, joint: written.JointEntry, values: Values) -> tuple[Fo
     if joint.drive is None:
         read_smoothing(key, joint.smooth, "drive", values)
         return ()
-    kind, place, report = JOINTS[joint.type], f"{key}.drive", values.report
+    kind, label, report = JOINTS[joint.type], f"{key}.drive", values.report
     meanings = tuple(kind.coordinates)
     if not meanings:
         fault = f"a {joint.type} joint has no coordinates that a drive could prescribe [E1625]"
-        report.add(place, fault, "a revolute joint")
+        report.add(label, fault, "a revolute joint")
         return ()
     if len(joint.drive) != len(meanings):
         count = f"{len(meanings)} values ({', '.join(meanings)})" if len(meanings) > 1 else "one value"
-        report.add(place, f"the drive of a {joint.type} joint needs {count}, not {len(joint.drive)} [E1626]")
+        report.add(label, f"the drive of a {joint.type} joint needs {count}, not {len(joint.drive)} [E1626]")
         return ()
     if joint.mimic is not None:
-        report.add(place, "a joint that follows another cannot be driven [E1627]", f"the drive of {joint.mimic.joint}")
+        report.add(label, "a joint that follows another cannot be driven [E1627]", f"the drive of {joint.mimic.joint}")
     for field in _STARTS:
         if getattr(joint.initial, field) is not None:
             fault = "a driven joint has no initial state of its own [E1628]"

@@ -61,9 +61,9 @@ def read_frame(key: str, title: str, frame: written.FrameEntry, need: Need, site
             report.add(key, "the frame belongs to no body [E1630]", f'body = "{BASE}", or a point')
             return Frame(BASE, position, orientation)
         check_reference(f"{key}.body", frame.body, [BASE, *site.bodies], "body", report)
-        given = position, orientation
+        placement = position, orientation
         return Frame(
-            frame.body, *read_placement(key, frame.given_in, frame.position is not None, frame.body, *given, values)
+            frame.body, *read_placement(key, frame.given_in, frame.position is not None, frame.body, *placement, values)
         )
     for name in ("body", "position"):
         if getattr(frame, name) is not None:
@@ -86,10 +86,10 @@ def _orientation(
     ``title`` uses."""
     report = values.report
     if frame.rotation is not None or frame.orientation is not None:
-        given = "orientation" if frame.rotation is None else "rotation"
+        field = "orientation" if frame.rotation is None else "rotation"
         for name in ("axis", "x_axis"):
             if getattr(frame, name) is not None:
-                report.add(f"{key}.{name}", f"{name} and {given} are both given [E1633]", "one of them")
+                report.add(f"{key}.{name}", f"{name} and {field} are both given [E1633]", "one of them")
         return read_orientation(key, frame.rotation, frame.orientation, values)
     if frame.axis is None:
         if frame.x_axis is not None:

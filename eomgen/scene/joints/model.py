@@ -108,9 +108,9 @@ class Constraint:
 
     def given_lengths(self) -> Iterator[tuple[str, Formula]]:
         """Yield the lengths that the scene gives, m, each with its key."""
-        given = [("length", self.length), ("radius", self.radius), ("tube_radius", self.tube_radius)]
-        given += [(f"semi_axes[{k}]", part) for k, part in enumerate(self.semi_axes)]
-        yield from ((name, formula) for name, formula in given if formula != ZERO)
+        lengths = [("length", self.length), ("radius", self.radius), ("tube_radius", self.tube_radius)]
+        lengths += [(f"semi_axes[{k}]", part) for k, part in enumerate(self.semi_axes)]
+        yield from ((name, formula) for name, formula in lengths if formula != ZERO)
 
     @property
     def moving(self) -> tuple[Symbol, ...]:

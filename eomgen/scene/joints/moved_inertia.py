@@ -118,7 +118,7 @@ class MovableInertia:
         """Return all possible causes of a singular M, each with flags of the values, numbers or batches, at which the
         cause applies, and as the end of a sentence."""
         bodies = _place_bodies(self.parts, numbers)
-        rotors = [numbers[place] for place in self.rotors] or [0.0]
+        rotors = [numbers[index] for index in self.rotors] or [0.0]
         mass, about_origin = sum((body.mass for body in bodies), 0.0), _about((0.0, 0.0, 0.0), bodies)
         nothing = _all_zero((mass, *chain.from_iterable(body.inertia for body in bodies), *rotors))
         causes: list[tuple[Flags, str]] = [(nothing, "it carries neither mass nor inertia")]
@@ -161,7 +161,7 @@ class MovableInertia:
         result: Flags = False
         for flags, _ in self._causes(numbers):
             result = result | flags
-        return result & _all_zero([numbers[place] for place in self.followers])
+        return result & _all_zero([numbers[index] for index in self.followers])
 
     def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
         cause = next(words for flags, words in self._causes(numbers) if flags)
@@ -209,11 +209,11 @@ class MimicInertia:
 
     def broken(self, numbers: Sequence[Numbers]) -> Flags:
         follows: Flags = np.asarray(False)
-        light = _all_zero([numbers[place] for place in self.leader])
+        light = _all_zero([numbers[index] for index in self.leader])
         for multiplier, beyond in self.followers:
             still = np.asarray(np.equal(numbers[multiplier], 0.0))
             follows = follows | ~still
-            light = light & (still | _all_zero([numbers[place] for place in beyond]))
+            light = light & (still | _all_zero([numbers[index] for index in beyond]))
         return light & follows
 
     def fault(self, numbers: Sequence[float]) -> tuple[str, str]:

@@ -46,27 +46,27 @@ class _Coordinates:
     def place(self, field: str, index: int) -> str:
         return f"{self.key}.{field}" if len(self.meanings) == 1 else f"{self.key}.{field}[{index}]"
 
-    def check_count(self, field: str, given: Given) -> Given:
+    def check_count(self, field: str, entries: Given) -> Given:
         """Return the values of the key ``field`` if there are as many as coordinates, or None is given; else None,
         after a report."""
-        if given is None or len(given) == len(self.meanings):
-            return given
+        if entries is None or len(entries) == len(self.meanings):
+            return entries
         count = f"{len(self.meanings)} values ({', '.join(self.meanings)})" if len(self.meanings) > 1 else "one value"
-        fault = f"a {self.kind} joint needs {count} here, not {len(given)} [E1644]"
+        fault = f"a {self.kind} joint needs {count} here, not {len(entries)} [E1644]"
         self.values.report.add(f"{self.key}.{field}", fault, "")
         return None
 
-    def formulas(self, field: str, given: Given) -> list[Formula | None]:
+    def formulas(self, field: str, values: Given) -> list[Formula | None]:
         """Return a formula for each coordinate from the values of the key ``field``; None for a coordinate without a
         value, and for all after a wrong number, which is reported."""
-        entries = self.check_count(field, given) or (None,) * len(self.meanings)
+        entries = self.check_count(field, values) or (None,) * len(self.meanings)
         return [
             None if entry is None else self.values.formula(self.place(field, index), entry, PARAMETERS)
             for index, entry in enumerate(entries)
         ]
 
-    def coefficients(self, field: str, given: Given) -> list[Formula]:
-        return [ZERO if formula is None else formula for formula in self.formulas(field, given)]
+    def coefficients(self, field: str, values: Given) -> list[Formula]:
+        return [ZERO if formula is None else formula for formula in self.formulas(field, values)]
 
 
 def read_stops(key: str, joint: written.JointEntry, values: Values) -> tuple[Stop, ...]:
@@ -86,8 +86,8 @@ def read_stops(key: str, joint: written.JointEntry, values: Values) -> tuple[Sto
     stops = []
     for index, (lower, upper) in enumerate(zip(lowers, uppers, strict=True)):
         if lower is not None and upper is not None:
-            place = key if len(units) == 1 else f"{key}[{index}]"
-            values.require(place, RELATIONS[f"limits in {units[index]}"], [lower, upper])
+            stop_key = key if len(units) == 1 else f"{key}[{index}]"
+            values.require(stop_key, RELATIONS[f"limits in {units[index]}"], [lower, upper])
         if lower is not None or upper is not None:
             stops.append(Stop(index, lower, upper, stiffness[index], damping[index], onset[index]))
     return tuple(stops)
@@ -102,9 +102,9 @@ def read_friction(key: str, joint: written.JointEntry, values: Values) -> tuple[
     each = _Coordinates(key, joint.type, values)
     coulomb, velocity = each.coefficients("coulomb", friction.coulomb), each.coefficients("velocity", friction.velocity)
     if (friction.static is None) != (friction.stribeck is None):
-        given, missing = ("static", "stribeck") if friction.stribeck is None else ("stribeck", "static")
+        field, missing = ("static", "stribeck") if friction.stribeck is None else ("stribeck", "static")
         example = "0.05" if missing == "stribeck" else "the effort that breaks it loose"
-        values.report.add(key, f"{given} also needs {missing} [E1647]", f"{missing} = {example}")
+        values.report.add(key, f"{field} also needs {missing} [E1647]", f"{missing} = {example}")
     if friction.static is None or friction.stribeck is None:
         pairs = enumerate(zip(coulomb, velocity, strict=True))
         return tuple(Friction(index, *pair) for index, pair in pairs if pair[0] != ZERO)
@@ -201,19 +201,19 @@ def _axes(key: str, joint: written.JointEntry, values: Values) -> tuple[Directio
 def _coefficients(key: str, field: str, joint: written.JointEntry, values: Values) -> Coefficients:
     """Return the coefficient ``field`` of a joint, such as stiffness: a tuple with a formula for each coordinate, a
     single formula for one coordinate; zero without the key, and after a reported fault."""
-    given: tuple[float | str, ...] | None = getattr(joint, field)
-    place, meaning = f"{key}.{field}", tuple(JOINTS[joint.type].coordinates)
-    if given is None:
+    parts: tuple[float | str, ...] | None = getattr(joint, field)
+    label, meaning = f"{key}.{field}", tuple(JOINTS[joint.type].coordinates)
+    if parts is None:
         return Number(0.0)
     if not meaning:
-        values.report.add(place, f"a {joint.type} joint has no {field} [E1654]", "an effort or a force")
+        values.report.add(label, f"a {joint.type} joint has no {field} [E1654]", "an effort or a force")
         return Number(0.0)
-    if len(given) != len(meaning):
+    if len(parts) != len(meaning):
         count = f"{len(meaning)} values ({', '.join(meaning)})" if len(meaning) > 1 else "one value"
-        values.report.add(place, f"the {field} of a {joint.type} joint needs {count}, not {len(given)} [E1661]", "")
+        values.report.add(label, f"the {field} of a {joint.type} joint needs {count}, not {len(parts)} [E1661]", "")
         return Number(0.0)
-    keys = [place] if len(given) == 1 else [f"{place}[{number}]" for number in range(len(given))]
-    formulas = tuple(values.formula(at, value, PARAMETERS) for at, value in zip(keys, given, strict=True))
+    keys = [label] if len(parts) == 1 else [f"{label}[{number}]" for number in range(len(parts))]
+    formulas = tuple(values.formula(at, value, PARAMETERS) for at, value in zip(keys, parts, strict=True))
     return formulas[0] if len(formulas) == 1 else formulas
 
 
@@ -231,57 +231,57 @@ def _mimic(key: str, joint: written.JointEntry, values: Values) -> Mimic | None:
 
 
 def _numbers(
-    key: str, given: Sequence[float | str] | None, count: int, quantity: str, values: Values
+    key: str, entries: Sequence[float | str] | None, count: int, quantity: str, values: Values
 ) -> list[float] | None:
     """Return ``count`` numbers of fixed parameters; None if not given, for another count, which is reported, or if
     unknown."""
-    if given is None:
+    if entries is None:
         return None
-    if len(given) != count:
-        values.report.add(key, f"{quantity} needs {count} number{'s' * (count != 1)}, not {len(given)} [E1664]", "")
+    if len(entries) != count:
+        values.report.add(key, f"{quantity} needs {count} number{'s' * (count != 1)}, not {len(entries)} [E1664]", "")
         return None
-    numbers = values.constants(key, given)
+    numbers = values.constants(key, entries)
     return None if any(math.isnan(number) for number in numbers) else numbers
 
 
 def _initial_position(key: str, joint: written.JointEntry, values: Values) -> tuple[float, ...]:
     """Return the initial coordinates q of a joint, for SO3 a quaternion (w, x, y, z), for SE3 quaternion and position;
     neutral without an entry, and after a fault, which is reported."""
-    initial, place, kind = joint.initial, f"{key}.initial", JOINTS[joint.type]
+    initial, table, kind = joint.initial, f"{key}.initial", JOINTS[joint.type]
     for field in ("orientation", "rotation", "position"):
         if getattr(initial, field) is not None and field not in kind.starts:
             hint = "" if field == "position" else "position"
-            values.report.add(f"{place}.{field}", f"a {joint.type} joint has no initial {field} [E1665]", hint)
+            values.report.add(f"{table}.{field}", f"a {joint.type} joint has no initial {field} [E1665]", hint)
     if not kind.moves:
         return ()
     if kind.group == "R":
-        given = _numbers(f"{place}.position", initial.position, kind.q_size, f"a {joint.type} joint", values)
-        return tuple(given or [0.0] * kind.q_size)
+        numbers = _numbers(f"{table}.position", initial.position, kind.q_size, f"a {joint.type} joint", values)
+        return tuple(numbers or [0.0] * kind.q_size)
     if kind.group == "SO3":
-        return _quaternion(place, "position", initial.position, initial, values)
+        return _quaternion(table, "position", initial.position, initial, values)
     position = (
-        _numbers(f"{place}.position", initial.position, 3, f"the position of a {joint.type} joint", values) or [0.0] * 3
+        _numbers(f"{table}.position", initial.position, 3, f"the position of a {joint.type} joint", values) or [0.0] * 3
     )
-    return (*_quaternion(place, "orientation", initial.orientation, initial, values), *position)
+    return (*_quaternion(table, "orientation", initial.orientation, initial, values), *position)
 
 
 def _quaternion(
-    place: str, field: str, given: Sequence[float | str] | None, initial: written.Initial, values: Values
+    key: str, field: str, entries: Sequence[float | str] | None, initial: written.Initial, values: Values
 ) -> tuple[float, ...]:
-    """Return the initial orientation as a unit quaternion (w, x, y, z), from the values ``given`` of the key ``field``,
-    or from rotations; the identity without both, and after a fault, which is reported under ``place``."""
+    """Return the initial orientation as a unit quaternion (w, x, y, z), from ``entries`` of the key ``field``,
+    or from rotations; the identity without both, and after a fault, which is reported under ``key``."""
     if initial.rotation is not None:
-        if given is not None:
+        if entries is not None:
             fault = f"{field} and rotation both give the orientation [E1666]"
-            values.report.add(f"{place}.rotation", fault, "one of them")
-        return quaternion_of(values.constant_rotations(f"{place}.rotation", initial.rotation) or [])
-    numbers = _numbers(f"{place}.{field}", given, 4, "a quaternion (w, x, y, z)", values)
+            values.report.add(f"{key}.rotation", fault, "one of them")
+        return quaternion_of(values.constant_rotations(f"{key}.rotation", initial.rotation) or [])
+    numbers = _numbers(f"{key}.{field}", entries, 4, "a quaternion (w, x, y, z)", values)
     if numbers is None:
         return _NEUTRAL
     norm = math.sqrt(sum(number * number for number in numbers))
     if abs(norm - 1.0) > _QUATERNION_TOLERANCE:
         unit = ", ".join(f"{number / norm:.9g}" for number in numbers) if 0.0 < norm < math.inf else "1, 0, 0, 0"
-        values.report.add(f"{place}.{field}", f"the quaternion has norm {norm:.6g}, not 1 [E1667]", f"[{unit}]")
+        values.report.add(f"{key}.{field}", f"the quaternion has norm {norm:.6g}, not 1 [E1667]", f"[{unit}]")
         return _NEUTRAL
     return tuple(number / norm for number in numbers)
 

@@ -161,6 +161,6 @@ class JointEntry(Table):
 
     @field_validator("type", mode="wrap")
     @classmethod
-    def _accept_joint_type(cls, written: object, own: ValidatorFunctionWrapHandler) -> Any:
+    def _accept_joint_type(cls, written: object, validator: ValidatorFunctionWrapHandler) -> Any:
         """Return the name of a joint type, eomgen's own or another distribution's."""
-        return written if isinstance(written, str) and written in JOINTS else own(written)
+        return written if isinstance(written, str) and written in JOINTS else validator(written)

@@ -51,7 +51,7 @@ def unresisted_motions(
     light : further joints that move no inertia; all such joints share one note
     """
     arbitrary = _arbitrary()
-    held = coupled_by_mimic(joints, values)
+    fixed_joints = coupled_by_mimic(joints, values)
     places = [np.array([values.value(entry) for entry in joint.position]) for joint in joints]
     size = _size([*places, *(inertia.center for inertia in inertias.values())])
     spans = _own(inertias, sections, size)
@@ -61,18 +61,18 @@ def unresisted_motions(
     notes: list[str] = []
     bare = list(light)
     solid = _solid(joints, spans)
-    for joint, place in zip(reversed(joints), reversed(places), strict=True):
+    for joint, offset in zip(reversed(joints), reversed(places), strict=True):
         if joint.child in solid:
             continue
         rotation, shift, S = _arbitrary_displacement(joint, values, arbitrary)
         S = S / np.array([1.0, 1.0, 1.0, size, size, size])[:, np.newaxis]
-        position = place / size + np.array(joint.orientation) @ shift
+        position = offset / size + np.array(joint.orientation) @ shift
         inertia, body = articulated[joint.child], joint.child
         X = twist_transform(np.array(joint.orientation) @ rotation, position)
         if not (np.all(np.isfinite(X)) and np.all(np.isfinite(inertia))):
             return []  # said elsewhere
         answer = np.zeros((S.shape[1], 6))
-        if S.shape[1] and joint.name not in held:
+        if S.shape[1] and joint.name not in fixed_joints:
             rotors = np.diag([values.value(formula) / size**2 for formula in joint.each(joint.rotor_inertia)])
             whole = np.diag(S.T @ together[body] @ S + rotors)
             scale = np.sqrt(np.where(whole > 0.0, whole, 1.0))
@@ -85,8 +85,8 @@ def unresisted_motions(
                 if _is_still(moved, spans[body]):
                     notes.append(_note(joint, moved, _beyond(body, answers), inertias))
                     break
-            kept = directions[:, resisted > _NOTHING] / scale[:, np.newaxis]
-            answer = -(kept / resisted[resisted > _NOTHING]) @ kept.T @ S.T @ inertia
+            free_directions = directions[:, resisted > _NOTHING] / scale[:, np.newaxis]
+            answer = -(free_directions / resisted[resisted > _NOTHING]) @ free_directions.T @ S.T @ inertia
             inertia = inertia + inertia @ S @ answer
         if joint.parent in articulated:
             articulated[joint.parent] += X.T @ inertia @ X

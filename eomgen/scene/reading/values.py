@@ -114,20 +114,20 @@ class Values:
         self.read: Mapping[str, Formula] = {}
         self.design = DesignPoses({})
 
-    def at(self, place: float) -> Values:
+    def at(self, s: float) -> Values:
         """Return a reader at a place along a beam, which adds problems, requirements and notes to this reader."""
         there = copy.copy(self)
-        there.place, there.varied = place, {}
+        there.place, there.varied = s, {}
         return there
 
-    def again_at(self, place: float, read: Mapping[str, Formula]) -> Values:
+    def again_at(self, s: float, read: Mapping[str, Formula]) -> Values:
         """Return a reader for one more place along a beam, which adds problems alone.
 
         Parameters
         ----------
         read : formulas of s by key, read at another place
         """
-        there = self.at(place)
+        there = self.at(s)
         there.read, there.requirements = read, []
         return there
 
@@ -218,22 +218,22 @@ class Values:
                 ]
                 self._check_order(key, item, dict(units))
         for argument, unit, formula_of in taken:
-            given = unit_of(formula_of, self.names)
-            if given in ("", "1", unit) or not unit:
+            argument_unit = unit_of(formula_of, self.names)
+            if argument_unit in ("", "1", unit) or not unit:
                 continue
             from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # imports pint
 
-            if unit_fault(given, read_unit(given), unit) is not None:
-                fault = f"{argument} is in {unit} by its own entry, and is given here in {given} [E1797]"
+            if unit_fault(argument_unit, read_unit(argument_unit), unit) is not None:
+                fault = f"{argument} is in {unit} by its own entry, and is given here in {argument_unit} [E1797]"
                 self.report.add(key, fault, f"the argument in {unit}, or another unit in that entry")
 
     def _check_order(self, key: str, item: EntryQuantity, units: Mapping[str, str]) -> None:
         """Report arguments of an entry's quantity that seem exchanged: one with a unit stands for a name without a
         unit, and the name with this unit is given a value without a unit. ``units`` has the declared unit of each
         argument by name."""
-        given = [unit_of(argument, self.names) for argument in item.arguments]
-        for name, here in zip(units, given, strict=False):
-            for unit, there in zip(units, given, strict=False):
+        argument_units = [unit_of(argument, self.names) for argument in item.arguments]
+        for name, here in zip(units, argument_units, strict=False):
+            for unit, there in zip(units, argument_units, strict=False):
                 if here and here == units[unit] and not units[name] and there in ("", "1"):
                     label = f"{item.word.name}.{item.item.name}"
                     fault = (
@@ -388,14 +388,14 @@ class Values:
         kind = kind or getattr(entry, choice)
         keys = {kind: dict(word.partition("=")[::2] for word in words.split()) for kind, words in taken.items()}
         for name in dict.fromkeys(name for keys_of_kind in keys.values() for name in keys_of_kind):
-            given = getattr(entry, name) != type(entry).model_fields[name].default
+            is_set = getattr(entry, name) != type(entry).model_fields[name].default
             example = keys.get(kind, {}).get(name)
-            if given and example is None:
+            if is_set and example is None:
                 hint = f"{choice} = {' or '.join(word for word, of in keys.items() if name in of)}"
                 near = [key for key in keys.get(kind, ()) if key.startswith(f"{name}_")]
                 fault = f"{name} has no meaning for {kind} [E1417]"
                 self.report.add(f"{key}.{name}", fault, f"{near[0]}, or {hint}" if len(near) == 1 else hint)
-            elif example and not given:
+            elif example and not is_set:
                 hint = f"{name} = {example.replace(',', ', ')}"
                 self.report.add(key, f"the {choice} {kind} needs the key {name} [E1418]", hint)
 
@@ -408,10 +408,10 @@ class Values:
         names : keys in the order of reading; all keys by default
         """
         meanings = fields_of(type(entry))
-        given = ((name, getattr(entry, name)) for name in names or meanings)
+        pairs = ((name, getattr(entry, name)) for name in names or meanings)
         return {
             name: self.by_scope(f"{key}.{name}", value, meanings[name][0].names)
-            for name, value in given
+            for name, value in pairs
             if value is not None
         }
 
@@ -421,12 +421,12 @@ class Values:
         if scope is None:
             return value
         if isinstance(value, tuple):
-            return tuple(self.by_scope(f"{key}[{place}]", part, scope) for place, part in enumerate(value))
+            return tuple(self.by_scope(f"{key}[{index}]", part, scope) for index, part in enumerate(value))
         return self.constant(key, value) if scope is FIXED_PARAMETERS else self.formula(key, value, scope)
 
     def vector(self, key: str, value: Sequence[float | str], scope: Scope) -> Vector:
         """Return three formulas."""
-        x, y, z = (self.formula(f"{key}[{place}]", entry, scope) for place, entry in enumerate(value))
+        x, y, z = (self.formula(f"{key}[{index}]", entry, scope) for index, entry in enumerate(value))
         return x, y, z
 
     def value(self, formula: Formula) -> float:
@@ -443,7 +443,7 @@ class Values:
 
     def constants(self, key: str, values: Sequence[float | str]) -> list[float]:
         """Return the numbers of a list of constants."""
-        return [self.constant(f"{key}[{place}]", value) for place, value in enumerate(values)]
+        return [self.constant(f"{key}[{index}]", value) for index, value in enumerate(values)]
 
     def axis(self, key: str, value: Sequence[float | str]) -> Array | None:
         """Return the (3,) unit vector along an axis of constants; None for an unknown component, and for an axis
@@ -460,9 +460,9 @@ class Values:
         """Return a key's rotations in order, each with a unit axis and an angle as a formula, rad; rotations with a
         faulty axis, which is reported, are left out."""
         result = []
-        for place, rotation in enumerate(value):
-            axis = self.axis(f"{key}[{place}].axis", rotation.axis)
-            angle = self.formula(f"{key}[{place}].angle", rotation.angle, scope)
+        for index, rotation in enumerate(value):
+            axis = self.axis(f"{key}[{index}].axis", rotation.axis)
+            angle = self.formula(f"{key}[{index}].angle", rotation.angle, scope)
             if axis is not None:
                 result.append(Rotation((float(axis[0]), float(axis[1]), float(axis[2])), angle))
         return tuple(result)

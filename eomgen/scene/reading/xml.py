@@ -160,17 +160,17 @@ def _mend(text: str) -> tuple[str, dict[str, int]]:
     faults: dict[str, int] = {}
     waiting: list[str] = []  # tags of open elements
     counts: dict[str, int] = {}  # of open elements by tag
-    place, line = 0, 1
-    while (start := text.find("<", place)) >= 0:
-        line += text.count("\n", place, start)
-        pieces.append(text[place:start])
+    position, line = 0, 1
+    while (start := text.find("<", position)) >= 0:
+        line += text.count("\n", position, start)
+        pieces.append(text[position:start])
         aside = next((pair for pair in (_CHARACTERS, *_ASIDE) if text.startswith(pair[0], start)), None)
         tag = None if aside else _ANY_TAG.match(text, start)
-        place = tag.end() if tag else start + 1
+        position = tag.end() if tag else start + 1
         if aside:
             end = text.find(aside[1], start + len(aside[0]))
-            place = len(text) if end < 0 else end + len(aside[1])
-        piece, fault = text[start:place], ""
+            position = len(text) if end < 0 else end + len(aside[1])
+        piece, fault = text[start:position], ""
         if aside and aside[0] == "<!--" and ("--" in piece[4:-3] or piece.endswith("--->")):
             piece, fault = f"<!--{piece[4:-3].replace('-', '=')}-->", "a comment with two hyphens"
         elif tag and tag[1] and not counts.get(tag[2]):
@@ -184,9 +184,9 @@ def _mend(text: str) -> tuple[str, dict[str, int]]:
             counts[tag[2]] = counts.get(tag[2], 0) + (not tag[3])
         if fault:
             faults.setdefault(fault, line)
-        line += text.count("\n", start, place)
+        line += text.count("\n", start, position)
         pieces.append(piece)
-    return "".join([*pieces, text[place:]]), faults
+    return "".join([*pieces, text[position:]]), faults
 
 
 def _close(tag: str, waiting: list[str], counts: dict[str, int]) -> None:
@@ -200,34 +200,34 @@ def _close(tag: str, waiting: list[str], counts: dict[str, int]) -> None:
 def root_tag(text: str) -> str:
     """Return the tag of the outermost element of an XML text, also if the text is broken further on; empty without an
     element."""
-    place = 1 if text.startswith("\ufeff") else 0
+    position = 1 if text.startswith("\ufeff") else 0
     while True:
-        blank = _BLANK.match(text, place)
+        blank = _BLANK.match(text, position)
         if blank:
-            place = blank.end()
-        ending = next((end for start, end in _ASIDE if text.startswith(start, place)), "")
+            position = blank.end()
+        ending = next((end for start, end in _ASIDE if text.startswith(start, position)), "")
         if not ending:
-            tag = _TAG.match(text, place)
+            tag = _TAG.match(text, position)
             return tag[1] if tag else ""
-        place = text.find(ending, place) + len(ending)
-        if place < len(ending):
+        position = text.find(ending, position) + len(ending)
+        if position < len(ending):
             return ""
 
 
 def _late_declaration(text: str) -> slice | None:
     """Return the range of an XML declaration that follows blanks or comments in a text; None without a declaration, and
     for a declaration at the start, as XML demands."""
-    first = place = 1 if text.startswith("\ufeff") else 0
-    while not _DECLARATION.match(text, place):
-        blank = _BLANK.match(text, place)
+    first = position = 1 if text.startswith("\ufeff") else 0
+    while not _DECLARATION.match(text, position):
+        blank = _BLANK.match(text, position)
         if blank:
-            place = blank.end()
-        elif text.startswith("<!--", place) and (end := text.find("-->", place + 4)) >= 0:
-            place = end + 3
+            position = blank.end()
+        elif text.startswith("<!--", position) and (end := text.find("-->", position + 4)) >= 0:
+            position = end + 3
         else:
             return None
-    end = text.find("?>", place)
-    return slice(place, end + 2) if place > first and end >= 0 else None
+    end = text.find("?>", position)
+    return slice(position, end + 2) if position > first and end >= 0 else None
 
 
 def _parse(text: str, file: str, deepest: int, *, lines_before: int = 0) -> Element:

@@ -131,14 +131,14 @@ class Curves:
     def curve(self, key: str, name: str, entry: written.CurveEntry) -> AnyCurve:
         """Return the curve of an entry of [curves], with the name ``name``; after a fault, which is reported at the
         dotted key, a curve that is zero."""
-        given = [kind for kind in KINDS if getattr(entry, kind) is not None]
-        if len(given) != 1:
-            got = " and ".join(given) or "none"
+        kinds = [kind for kind in KINDS if getattr(entry, kind) is not None]
+        if len(kinds) != 1:
+            got = " and ".join(kinds) or "none"
             message = f"a curve needs one of {', '.join(KINDS)}, not {got} [E1857]"
             self.report.add(key, message, "points = [[0, 0], [1, 0.5]]")
             return _empty(name)
-        if given[0] not in ("table", "points"):
-            self.refuse_options(key, entry, f"a {given[0]}")
+        if kinds[0] not in ("table", "points"):
+            self.refuse_options(key, entry, f"a {kinds[0]}")
         if entry.wave is not None:
             return self.wave(f"{key}.wave", name, entry.wave)
         if entry.bump is not None:
@@ -160,9 +160,9 @@ class Curves:
                 message = f"there are {len(entry.points)} points, more than {MOST_ROWS} [E1858]"
                 self.report.add(key, message, "every tenth point, or the part that is needed")
                 return _empty(name)
-            points = [self.values.constants(f"{key}[{place}]", pair) for place, pair in enumerate(entry.points)]
+            points = [self.values.constants(f"{key}[{k}]", pair) for k, pair in enumerate(entry.points)]
             x, y = np.array([*zip(*points, strict=True)]) if points else np.zeros((2, 0))
-            places = [self.report.where(f"{key}[{place}]") for place in range(len(points))] or [self.report.where(key)]
+            places = [self.report.where(f"{key}[{k}]") for k in range(len(points))] or [self.report.where(key)]
             outside = entry.outside or ("error" if interpolation == "quintic" else "hold")
         else:
             key = f"{key}.table"
@@ -277,13 +277,13 @@ class Curves:
     def signal(self, key: str, entry: written.InputEntry) -> list[Formula]:
         """Return the table, points or wave of an input as a list of one formula, a curve at the time t; empty if the
         input has none of these. More than one is reported."""
-        given = [kind for kind in ("table", "points", "wave") if getattr(entry, kind) is not None]
-        if len(given) > 1:
-            message = f"an input takes one of table, points, wave, not {' and '.join(given)} [E1863]"
+        kinds = [kind for kind in ("table", "points", "wave") if getattr(entry, kind) is not None]
+        if len(kinds) > 1:
+            message = f"an input takes one of table, points, wave, not {' and '.join(kinds)} [E1863]"
             self.report.add(key, message, "a curve for each, and a formula")
-        if not ({"table", "points"} & set(given)):
+        if not ({"table", "points"} & set(kinds)):
             self.refuse_options(key, entry, "an input without points or a table")
-        if not given:
+        if not kinds:
             return []
         if entry.wave is not None:
             return [Application(self.wave(f"{key}.wave", key, entry.wave), Symbol("time"))]
@@ -301,12 +301,12 @@ class Curves:
         """Return the height of a road under a wheel over time, m: harmonics for a road of a class at a fixed speed,
         else a formula; no harmonics after a fault, which is reported."""
         shapes = {"class": road.road_class, **{kind: getattr(road, kind) for kind in _ROADS}}
-        given = [kind for kind, shape in shapes.items() if shape]
-        if len(given) != 1:
-            got = " and ".join(given) or "none"
+        kinds = [kind for kind, shape in shapes.items() if shape]
+        if len(kinds) != 1:
+            got = " and ".join(kinds) or "none"
             self.report.add(key, f"a road needs one of class, {', '.join(_ROADS)}, not {got} [E1865]", 'class = "C"')
         travelled = self.travel(key, road)
-        if len(given) != 1 or travelled is None:
+        if len(kinds) != 1 or travelled is None:
             return ()
         speed, offset = travelled
         if road.road_class is not None:
@@ -314,13 +314,13 @@ class Curves:
             at = {"seed": road.seed, "harmonics": road.harmonics}
             if isinstance(speed, float):
                 return road_harmonics(road.road_class, speed, offset=offset, **at)
-            made: AnyCurve = Waves(key, road_harmonics(road.road_class, 1.0, **at))
+            curve: AnyCurve = Waves(key, road_harmonics(road.road_class, 1.0, **at))
         elif road.bump is not None:
             self.refuse_options(key, road, "a bump")
-            made = self.bump(f"{key}.bump", key, road.bump)
+            curve = self.bump(f"{key}.bump", key, road.bump)
         else:
-            made = self.through_points(key, key, road, ("m", "m"))
-        return Application(made, speed * Symbol("time") - offset)
+            curve = self.through_points(key, key, road, ("m", "m"))
+        return Application(curve, speed * Symbol("time") - offset)
 
     def under_wheel(self, key: str, road: written.RoadEntry) -> RoadUnderWheel | None:
         """Return the data of a road of a class under a wheel at a fixed speed; None for another road."""

@@ -131,15 +131,15 @@ def read_sampled_state(name: str, entry: WrittenState, values: Values) -> list[S
     """Return a sampled state of an entry of [states], preceded by states that hold the value during the delay; empty
     for a faulty clock. Faults, and a quantum in another unit than the formula, are reported."""
     key = key_of("states", name)
-    place = values.report.where(f"{key}.formula")
+    location = values.report.where(f"{key}.formula")
     initial = values.constant(f"{key}.initial", entry.initial)
     formula = ZERO if entry.formula is None else values.formula(f"{key}.formula", entry.formula, LOAD)
     clock = read_clock(key, entry, values)
     if clock is None:
         return []
-    step, known = dimension_of(values.units.get(f"{key}.quantum", "")), dimension_of_formula(formula, values.names)
-    if step is not None and known is not None and step.powers != known.powers:
-        fault = f"the quantum is in {step}, and the formula in {known} [E1871]"
-        hint = f"a difference of two neighbouring values of the formula, in {known}"
+    step, dimension = dimension_of(values.units.get(f"{key}.quantum", "")), dimension_of_formula(formula, values.names)
+    if step is not None and dimension is not None and step.powers != dimension.powers:
+        fault = f"the quantum is in {step}, and the formula in {dimension} [E1871]"
+        hint = f"a difference of two neighbouring values of the formula, in {dimension}"
         values.report.add(f"{key}.quantum", fault, hint)
-    return held_states(HeldValue(name, formula, initial, entry.unit, entry.description, key, place), clock, values)
+    return held_states(HeldValue(name, formula, initial, entry.unit, entry.description, key, location), clock, values)

@@ -134,12 +134,12 @@ def read_state(name: str, entry: schema.StateEntry, values: Values) -> list[Stat
     delay. Empty after a fault, which is reported: neither a rate nor a sample with a formula."""
     key = key_of("states", name)
     if entry.rate is None or entry.sample is not None:
-        given = [word for word in ("rate", "sample", "formula") if getattr(entry, word) is not None]
-        if given == ["sample", "formula"]:
+        words = [word for word in ("rate", "sample", "formula") if getattr(entry, word) is not None]
+        if words == ["sample", "formula"]:
             return read_sampled_state(name, entry, values)
         fault = (
             f"a state needs its rate, or a sample and a formula, and has"
-            f" {' and '.join(given) or 'none of them'} [E1874]"
+            f" {' and '.join(words) or 'none of them'} [E1874]"
         )
         values.report.add(key, fault, 'rate = "..."; or sample = "1 ms" and formula = "..."')
         return []
@@ -148,9 +148,9 @@ def read_state(name: str, entry: schema.StateEntry, values: Values) -> list[Stat
             fault = f"{word} belongs to a sampled state, and this state has a rate [E1875]"
             values.report.add(f"{key}.{word}", fault, 'sample = "1 ms" in place of the rate')
     rate = values.formula(f"{key}.rate", entry.rate, STATE)
-    known, label = dimension_of(unit_of_formulas((rate,), values.names)), dimension_of(entry.unit)
+    dimension, label = dimension_of(unit_of_formulas((rate,), values.names)), dimension_of(entry.unit)
     expected = label and label.times(SECOND, -1.0)
-    if not values.note_unit(f"{key}.rate", known, expected):
+    if not values.note_unit(f"{key}.rate", dimension, expected):
         values.note_hidden_unit(f"{key}.rate", rate, expected, by_time=True)
     initial = values.constant(f"{key}.initial", entry.initial)
     return [State(name, rate, initial, entry.unit, entry.description)]
@@ -178,7 +178,7 @@ def _formulas(key: str, kind: str, output: schema.OutputEntry, reading: Reading)
         if not output.formula:
             values.report.add(f"{key}.formula", "the list of formulas is empty [E1876]", "a formula")
         written = enumerate(output.formula)
-        return tuple(values.formula(f"{key}.formula[{place}]", entry, EVERYTHING) for place, entry in written)
+        return tuple(values.formula(f"{key}.formula[{number}]", entry, EVERYTHING) for number, entry in written)
     if output.energy is not None:
         report.check_reference(f"{key}.energy", output.energy, ENERGIES, "energy", values.report)
         return (Symbol("energy", output.energy),)
@@ -199,17 +199,17 @@ def read_output(name: str, output: schema.OutputEntry, reading: Reading) -> Outp
     reported; an entry without exactly one kind of output has no formulas."""
     key, values = key_of("outputs", name), reading.values
     kinds = (*_UNITS, "formula", "energy")
-    given = [kind for kind in kinds if getattr(output, kind) is not None]
+    output_kinds = [kind for kind in kinds if getattr(output, kind) is not None]
     formulas: tuple[Formula, ...] = ()
-    if len(given) != 1:
-        got = " and ".join(given) or "none"
+    if len(output_kinds) != 1:
+        got = " and ".join(output_kinds) or "none"
         values.report.add(key, f"an output needs one of {', '.join(kinds)}, not {got} [E1880]", 'position = "tip"')
     else:
-        formulas = _formulas(key, given[0], output, reading)
-    if output.at is not None and not any(kind.startswith("section") for kind in given):
+        formulas = _formulas(key, output_kinds[0], output, reading)
+    if output.at is not None and not any(kind.startswith("section") for kind in output_kinds):
         fault = "at is a place on a beam, of outputs of its sections [E1881]"
         values.report.add(f"{key}.at", fault, 'section_moment = "NAME"')
-    unit = _UNITS.get(given[0], "") if len(given) == 1 else ""
+    unit = _UNITS.get(output_kinds[0], "") if len(output_kinds) == 1 else ""
     if output.energy is not None:
         unit = "W" if output.energy.endswith("power") else "J"
     label = unit or unit_of_formulas(formulas, values.names)
@@ -251,18 +251,18 @@ class _Curves(Section):
         return {"curves": tuple(reading.tables["curves"].values())}
 
 
-def _unit_fault(label: str, known: Dimension) -> tuple[str, str] | None:
-    """Return the fault of a label that is a unit of another kind than ``known``, and a hint; None for a label of this
-    kind, and for a label that is not a unit."""
-    given = dimension_of(label)
-    if given is None or given == known or (known.angle is None and given.powers == known.powers):
+def _unit_fault(label: str, expected: Dimension) -> tuple[str, str] | None:
+    """Return the fault of a label that is a unit of another kind than ``expected``, and a hint; None for a label of
+    this kind, and for a label that is not a unit."""
+    unit = dimension_of(label)
+    if unit is None or unit == expected or (expected.angle is None and unit.powers == expected.powers):
         return None
-    if known.is_number:
+    if expected.is_number:
         return f"the unit {shown(label)} is not of a plain number, as its formula is [E1883]", "no unit"
     from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # imports pint
 
-    fault = unit_fault(label, read_unit(label), str(known))
-    return fault and (fault[0], f'"{known}", the unit of its formula in SI')
+    fault = unit_fault(label, read_unit(label), str(expected))
+    return fault and (fault[0], f'"{expected}", the unit of its formula in SI')
 
 
 class _Definitions(Section):

@@ -101,9 +101,9 @@ def read_columns(
         fault = f"the table has {len(body)} rows, more than {MOST_ROWS} [E1886]"
         raise TableError(f"{name}:{body[MOST_ROWS][0]}", fault, "every tenth row, or the part that is needed")
     _check_lengths(body, count, name)
-    x, y = (np.array([_number(row, place, words, name, decimal) for row in body]) for place in places)
+    x, y = (np.array([_number(row, index, words, name, decimal) for row in body]) for index in places)
     _check_index(chosen, titles, x, f"{name}:{head[0]}", quotes=quotes)
-    of_both = [titles[place] if titles else "" for place in places]
+    of_both = [titles[index] if titles else "" for index in places]
     if not quotes:
         of_both = [f"[{unit}]" if (unit := unit_of_title(title)) else "" for title in of_both]
     return Columns(x, y, np.array([line for line, _ in body]), (of_both[0], of_both[1]), count)
@@ -114,7 +114,7 @@ def _check_index(chosen: bool, titles: Sequence[str], x: Array, where: str, *, q
     by the first title or another column's. ``quotes``: whether the message may quote titles."""
     if chosen or len(titles) < 2 or not np.array_equal(x, np.arange(len(x)) + x[0]):
         return
-    times = [place for place, title in enumerate(titles[1:], 1) if _TIME.fullmatch(title)]
+    times = [index for index, title in enumerate(titles[1:], 1) if _TIME.fullmatch(title)]
     first = titles[0].lower()
     if not first and len(titles) > 2:
         fault = "the first column has no title and counts the rows, as an index that pandas writes [E1887]"
@@ -125,11 +125,11 @@ def _check_index(chosen: bool, titles: Sequence[str], x: Array, where: str, *, q
     else:
         return
     time = times[0] if times else 1
-    value = next((place for place in range(1, len(titles)) if place != time), None)
+    value = next((index for index in range(1, len(titles)) if index != time), None)
     if value is None:
         raise TableError(where, fault, "a column of times and one of values, or argument = 0 to take the count")
-    given = (f'"{titles[time]}"', f'"{titles[value]}"') if quotes else (str(time), str(value))
-    hint = f"argument = {given[0]}, value = {given[1]}"
+    columns = (f'"{titles[time]}"', f'"{titles[value]}"') if quotes else (str(time), str(value))
+    hint = f"argument = {columns[0]}, value = {columns[1]}"
     raise TableError(where, fault, f"{hint}; or the file written with index=False" if not first else hint)
 
 
@@ -151,9 +151,9 @@ class _Words:
         self.titles = titles
         self.quotes = quotes
 
-    def column(self, place: int) -> str:
+    def column(self, index: int) -> str:
         """Return the title of a column, or its number."""
-        return f"column {shown(self.titles[place])}" if self.titles and self.quotes else f"column {place}"
+        return f"column {shown(self.titles[index])}" if self.titles and self.quotes else f"column {index}"
 
     def cell(self, cell: str) -> str:
         """Return a cell unchanged."""
@@ -239,7 +239,7 @@ def _place(column: str | int, titles: Sequence[str], head: tuple[int, list[str]]
     if not titles:
         fault = f"there is no column {shown(column)}: the first row holds numbers, not titles [E1899]"
         raise TableError(f"{name}:{line}", fault, f"the number of the column, 0 to {len(cells) - 1}")
-    result = [place for place, title in enumerate(titles) if title == column]
+    result = [index for index, title in enumerate(titles) if title == column]
     if len(result) == 1:
         return result[0]
     if result:
@@ -255,15 +255,15 @@ def _place(column: str | int, titles: Sequence[str], head: tuple[int, list[str]]
     )
 
 
-def _number(row: tuple[int, list[str]], place: int, words: _Words, name: str, decimal: str) -> float:
-    """Return the number in the cell ``place`` of a row, pair of line and cells. Raises TableError for an empty cell or
+def _number(row: tuple[int, list[str]], index: int, words: _Words, name: str, decimal: str) -> float:
+    """Return the number in cell ``index`` of a row, pair of line and cells. Raises TableError for an empty cell or
     one that is not a finite number; ``name`` is the file's name, ``decimal`` the decimal mark."""
     line, cells = row
-    column = words.column(place)
-    if place >= len(cells) or not cells[place].strip():
-        got = "is empty" if place < len(cells) else f"is missing: the row has {len(cells)}"
+    column = words.column(index)
+    if index >= len(cells) or not cells[index].strip():
+        got = "is empty" if index < len(cells) else f"is missing: the row has {len(cells)}"
         raise TableError(f"{name}:{line}", f"{column} {got} [E1902]", "a number, or the row left out")
-    cell = cells[place].strip()
+    cell = cells[index].strip()
     if decimal == "," and "." in cell:
         fault = f"{column}: {words.cell(cell)} has a point, and the decimal mark is a comma [E1904]"
         raise TableError(f"{name}:{line}", fault, "numbers without separators of thousands")

@@ -115,36 +115,36 @@ def formats_with(source: Source, option: Option) -> str:
     return ", ".join(shared or [source.name])
 
 
-def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the values, by name, of the ``given`` options that a source has; options of other sources with default
+def checked_options(source: Source | None, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values, by name, of the ``options`` that a source has; options of other sources with default
     values are left out. ``source`` is None for nested data or a Scene. Raises UsageError for unknown options, options
     of other kinds of file, or invalid values."""
-    known = all_options()
-    if not given.keys() <= known.keys():
-        known = {option.name: (origin, option) for origin in sources() for option in origin.options}
-    if unknown := [name for name in given if name not in known]:
-        names = ["path", "strict", "coordinates", "task_frames", *known]
+    rows = all_options()
+    if not options.keys() <= rows.keys():
+        rows = {option.name: (origin, option) for origin in sources() for option in origin.options}
+    if unknown := [name for name in options if name not in rows]:
+        names = ["path", "strict", "coordinates", "task_frames", *rows]
         meant = {word: hint for source in own_sources() for word, hint in source.words.items()}
         hint = nearest(unknown[0], names, meant)
         raise UsageError(Problem("load", f"there is no argument {shown(unknown[0])} [E0105]", hint))
     of = {option.name: option for option in source.options} if source is not None else {}
-    specified = [name for name, value in given.items() if name not in of and _differs(value, known[name][1].default)]
+    specified = [name for name, value in options.items() if name not in of and _differs(value, rows[name][1].default)]
     if specified:
-        raise _other_source_error(source, specified, *known[specified[0]])
-    for name in of.keys() & given.keys():
-        _check_value(of[name], given[name])
-    return {name: value for name, value in given.items() if name in of}
+        raise _other_source_error(source, specified, *rows[specified[0]])
+    for name in of.keys() & options.keys():
+        _check_value(of[name], options[name])
+    return {name: value for name, value in options.items() if name in of}
 
 
-def _other_source_error(source: Source | None, specified: Sequence[str], other: Source, option: Option) -> UsageError:
-    """Return, without raising, the error for the options ``specified`` of another source than the file's, ``other``;
+def _other_source_error(source: Source | None, specified: Sequence[str], owner: Source, option: Option) -> UsageError:
+    """Return, without raising, the error for the options ``specified`` of another source than the file's, ``owner``;
     ``option`` is the first of them."""
     if source is None:
-        fault = f"{', '.join(specified)}: for {other.name} files only [E1934]"
-        return UsageError(Problem("load", fault, f"the path of {other.article}, or none of them"))
-    *first, last = (item.name for item in other.options)
+        fault = f"{', '.join(specified)}: for {owner.name} files only [E1934]"
+        return UsageError(Problem("load", fault, f"the path of {owner.article}, or none of them"))
+    *first, last = (item.name for item in owner.options)
     every = f"{', '.join(first)} and {last}" if first else last
-    fault = f"{every} are for {other.name} only [E1935]"
+    fault = f"{every} are for {owner.name} only [E1935]"
     return UsageError(fault, option.elsewhere or "keys of the joint in the scene file")
 
 

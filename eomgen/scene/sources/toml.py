@@ -182,19 +182,19 @@ def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
         return tomllib.loads(text), line_index(text)
     except ValueError as error:
         message = str(error)
-        place = _TOML_PLACE.search(message)
-        where, column = (f"{file}:{place[1]}", f" (column {place[2]})") if place else (file, "")
+        match = _TOML_PLACE.search(message)
+        where, column = (f"{file}:{match[1]}", f" (column {match[2]})") if match else (file, "")
         fault = _TOML_PLACE.sub("", message).encode("ascii", "backslashreplace").decode()
-        line = "".join(text.splitlines()[int(place[1]) - 1 : int(place[1])] if place else [])
+        line = "".join(text.splitlines()[int(match[1]) - 1 : int(match[1])] if match else [])
         key = _KEY.match(line)
         hint = _toml_hint(fault, line)
         if _OVERWRITTEN in fault and key:
             fault, column, hint = f"the key {key[1][:64]} is given twice", "", "one of them"
         if fault.startswith(_OPEN_ARRAY):
-            seen, at = map(int, place.groups()) if place else (text.count("\n") + 2, 1)
+            seen, at = map(int, match.groups()) if match else (text.count("\n") + 2, 1)
             number, hint = _unclosed_array(text, seen, at)
             where = f"{file}:{number}"
-            column = f" (line {seen} does not continue the array)" if place and number != seen else column
+            column = f" (line {seen} does not continue the array)" if match and number != seen else column
         problem = Problem(where, f"this is not TOML: {fault[:200]}{column} [E1971]", hint)
         raise DescriptionError(problem) from None
     except RecursionError:

@@ -38,7 +38,7 @@ def check_places(items: Mapping[str, Mapping[str, Any]], elements: Iterable[Forc
         places.append((key_of(section, point.name, "position"), point.body, point.position))
     for element in elements:
         places += [
-            (key_of(element.section, element.name, *parts), body, place) for parts, body, place in element.places()
+            (key_of(element.section, element.name, *parts), body, vector) for parts, body, vector in element.places()
         ]
     for constraint in constraints:
         for field, frame in zip(("first", "second"), constraint.frames, strict=False):

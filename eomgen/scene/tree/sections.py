@@ -201,8 +201,8 @@ class _Joints(Section):
         """Return the poses of the bodies with every joint at zero."""
         placements: dict[str, FramePlacement] = {}
         for name, joint in read.items():
-            given = FramePlacement(entries[name].given_in or joint.parent, joint.position, joint.orientation)
-            placements.setdefault(joint.child, given)
+            placement = FramePlacement(entries[name].given_in or joint.parent, joint.position, joint.orientation)
+            placements.setdefault(joint.child, placement)
         return DesignPoses(placements, reading.names.exact_beams, reading.document.table("base") is not None)
 
     def _place(self, joint: Joint, entry: joints.JointEntry, reading: Reading) -> Joint:
@@ -210,9 +210,9 @@ class _Joints(Section):
         on an exact beam the parent becomes the node at the place."""
         if entry.given_in is not None:
             positioned = "position" in entry.model_fields_set
-            place = joint.parent, joint.position, joint.orientation
+            placement = joint.parent, joint.position, joint.orientation
             position, orientation = read_placement(
-                key_of("joints", joint.name), entry.given_in, positioned, *place, reading.values
+                key_of("joints", joint.name), entry.given_in, positioned, *placement, reading.values
             )
             joint = replace(joint, position=position, orientation=orientation)
         parent, position = reading.attach(key_of("joints", joint.name, "position"), joint.parent, joint.position)
