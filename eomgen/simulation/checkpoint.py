@@ -128,8 +128,8 @@ class Checkpoint:
 def checkpoint_of(run: Run, library: Library, stepper: Stepper) -> Checkpoint:
     """Return a checkpoint of a run at the present state of its stepper, with copies of the stepper's memory. Inputs
     that are functions are noted by name only."""
-    given = run.signals.given
-    values = {name: np.asarray(signal, dtype=float) for name, signal in given.items() if not callable(signal)}
+    inputs = run.signals.given
+    values = {name: np.asarray(signal, dtype=float) for name, signal in inputs.items() if not callable(signal)}
     state, workspace = stepper.memory
     run_data = {
         "scene": run.model.name,
@@ -143,12 +143,12 @@ def checkpoint_of(run: Run, library: Library, stepper: Stepper) -> Checkpoint:
         "corrections": [sentence.line for sentence in run.corrections],
         "start": run.begun,
         "bounded_for": run.bounded_for,
-        "inputs": {name: kind_of(signal) for name, signal in given.items()},
+        "inputs": {name: kind_of(signal) for name, signal in inputs.items()},
         "fingerprint": library.layout["fingerprint"],
         "selection": library.layout["selection"],
         "build": library.digest,
     }
-    start = {name: state[place] for name, place in stepper.places.items() if name in ("t", "q", "v", "z")}
+    start = {name: state[index] for name, index in stepper.places.items() if name in ("t", "q", "v", "z")}
     return Checkpoint(run_data, state, workspace, values, start)
 
 

@@ -34,10 +34,10 @@ class Motions:
     """
 
     def __init__(self, model: CompiledModel) -> None:
-        places = {name: place for place, name in enumerate(model.parameters)}
+        places = {name: index for index, name in enumerate(model.parameters)}
         motions = model.description.motions
         self._columns = {item.name: [places[parameter] for parameter in item.parameters] for item in motions}
-        self.columns = np.array([place for columns in self._columns.values() for place in columns], dtype=int)
+        self.columns = np.array([index for columns in self._columns.values() for index in columns], dtype=int)
         self.reached: dict[str, Array] = {}
         ours = {parameter for item in motions for parameter in item.parameters}
         self.rough = any(
@@ -63,24 +63,24 @@ class Motions:
         """Return the motions between recorded rows at times (n,) with parameters (n, np); None if there are none."""
         return RecordedMotions(t, p, tuple(map(tuple, self._columns.values()))) if self._columns else None
 
-    def check(self, given: Mapping[str, Target] | None) -> Mapping[str, Target]:
+    def check(self, targets: Mapping[str, Target] | None) -> Mapping[str, Target]:
         """Return the targets given for motions, unchanged, or an empty mapping for None. Raises UsageError for anything
         but a mapping from names of motions."""
-        if given is None:
+        if targets is None:
             return {}
-        if not isinstance(given, Mapping):
+        if not isinstance(targets, Mapping):
             hint = 'motions={"lift": (position, rate, acceleration)}'
-            fault = f"a mapping from the names of motions is needed, not {type(given).__name__} [E2018]"
+            fault = f"a mapping from the names of motions is needed, not {type(targets).__name__} [E2018]"
             raise UsageError(Problem("motions", fault, hint))
-        for name in given:
+        for name in targets:
             check_name("motion", name, tuple(self._columns))
-        return given
+        return targets
 
-    def begin(self, p: Array, t: float, duration: float, given: Mapping[str, Target]) -> Array:
+    def begin(self, p: Array, t: float, duration: float, targets: Mapping[str, Target]) -> Array:
         """Return parameters (np,) with which all motions go from time t to their targets at t + `duration`, s, by
         quintics.
 
-        `given` has the targets by name. Motions with functions as targets keep their parameters, which ``go_on`` sets
+        `targets` has the targets by name. Motions with functions as targets keep their parameters, which ``go_on`` sets
         step by step; motions at rest without a target rest. `p` (np,) are the present parameters, which are not
         changed.
 
@@ -91,7 +91,7 @@ class Motions:
         """
         moved = p.copy()
         for name, columns in self._columns.items():
-            if callable(target := given.get(name)):
+            if callable(target := targets.get(name)):
                 continue
             start = self.now(name, p, t)
             if target is None and np.any(start[1:]):
@@ -116,12 +116,12 @@ class Motions:
             moved[self._columns[name]] = [t, *piece(self.now(name, p, t), ends[name], step)]
         return moved, ends
 
-    def start(self, p: Array, t: float, given: Mapping[str, Target]) -> Array:
+    def start(self, p: Array, t: float, targets: Mapping[str, Target]) -> Array:
         """Return parameters (np,) for motions that begin at given targets at time t in s, and keep the targets as
-        ``reached``. `given` has position, rate and acceleration by name, or functions of t that are evaluated at t. The
+        ``reached``. `targets` has position, rate and acceleration by name, or functions of t evaluated at t. The
         acceleration stays constant until ``begin`` or ``go_on`` sets the next piece."""
         moved = p.copy()
-        for name, target in given.items():
+        for name, target in targets.items():
             x, v, a = self.reached[name] = value_at(name, target, t)
             moved[self._columns[name]] = [t, x, v, 0.5 * a, 0.0, 0.0, 0.0]
         return moved
@@ -198,10 +198,10 @@ def read_target(name: str, target: ArrayLike, when: str = "") -> Array:
     return array.copy()
 
 
-def refuse_as_inputs(given: object, motions: Collection[str]) -> None:
-    """Raise UsageError if `given` is a mapping of inputs that has the name of a motion."""
+def refuse_as_inputs(inputs: object, motions: Collection[str]) -> None:
+    """Raise UsageError if `inputs` is a mapping of inputs that has the name of a motion."""
     for name in motions:
-        if isinstance(given, Mapping) and name in given:
+        if isinstance(inputs, Mapping) and name in inputs:
             fault = "this is a motion, which its caller gives with rate and acceleration from step to step [E2022]"
             hint = f"run = model.start(...), then run.step(motions={{{name!r}: (position, rate, acceleration)}})"
             raise UsageError(Problem(f"input {name}", fault, hint))

@@ -125,7 +125,7 @@ class JudgedRun(FinishedRun):
         if beginning is not None:
             of_scene = [*map(Message, starts_beyond_limits(model, model.initial_q, model.parameter_array()))]
             notes = [note for note in notes if note not in of_scene]
-            at_start, of_call = (map(str, self._verdict.notes(place)) for place in ("start", "call"))
+            at_start, of_call = (map(str, self._verdict.notes(label)) for label in ("start", "call"))
             notes += [*at_start, *beginning.notes, *of_call, *UNCHECKED]
         profile = self.stepper.library.profile
         return {
@@ -166,8 +166,8 @@ def recorded_solution(
         np.array([getattr(row, name) for row in rows]) for name in ("q", "v", "a", "z", "multipliers", "u", "p")
     )
     base = model.base(t, parameters=p) if model.evaluator.moving_base else None
-    given: dict[str, Any] = {"z": z, "multipliers": multipliers if model.multipliers else None}
-    given |= {"parameters": p, "base": base}
+    arguments: dict[str, Any] = {"z": z, "multipliers": multipliers if model.multipliers else None}
+    arguments |= {"parameters": p, "base": base}
     inputs = u if model.nu else None
     between = {name: partial(np.interp, xp=t, fp=u[:, k]) for k, name in enumerate(model.inputs)}
     signals = replace(run.signals, given=between)
@@ -181,8 +181,8 @@ def recorded_solution(
         a=a,
         z=z,
         multipliers=multipliers,
-        outputs=model.outputs(q, v, a, t, inputs, **given) if "outputs" in model.functions else {},
-        energy=model.energy(q, v, a, t, inputs, **given) if "energy" in model.functions else {},
+        outputs=model.outputs(q, v, a, t, inputs, **arguments) if "outputs" in model.functions else {},
+        energy=model.energy(q, v, a, t, inputs, **arguments) if "energy" in model.functions else {},
         stats=dict(statistics),
         message=f"{last}; the motion was {stopped}" if stopped else last,
         metadata=metadata,

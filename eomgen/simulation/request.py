@@ -96,11 +96,11 @@ class RunRequest(NamedTuple):
         model = self.model
         if inputs is not None:
             refuse_as_inputs(inputs, [motion.name for motion in model.description.motions])
-        given = read_signals(inputs, model.inputs, grid.steps, model.input_units)
+        caller_inputs = read_signals(inputs, model.inputs, grid.steps, model.input_units)
         if chosen.method.inputs == "series":
-            check_held(chosen.name, given)
+            check_held(chosen.name, caller_inputs)
         formulas = scene_inputs(model, self.p)
-        signals = InputSignals(model.inputs, given, formulas, self.step, self.t, chosen.left_to_stepper)
+        signals = InputSignals(model.inputs, caller_inputs, formulas, self.step, self.t, chosen.left_to_stepper)
         settings = chosen.settings_at(self.step)
         begun = self.start_description
         return Run(model, chosen.name, chosen.method, settings, self.p, signals, grid, every, [], begun, controllers)

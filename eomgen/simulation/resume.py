@@ -125,10 +125,10 @@ def resume(
         return execution.outcome(run, None, resumed=stepper).solution(at_once=True)
 
 
-def _controllers(library: Library, given: Mapping[str, Controller] | None) -> CallerControllers | None:
+def _controllers(library: Library, controllers: Mapping[str, Controller] | None) -> CallerControllers | None:
     """Return the caller's controller functions, checked against the library; None without sampled controllers of the
     caller. Raises UsageError if a function may keep data outside of the internal states, which no checkpoint holds."""
-    functions = read_controllers(given, library.layout)
+    functions = read_controllers(controllers, library.layout)
     if functions is not None and (names := functions.undeclared_names):
         fault = f"the function of {names} may keep something that no checkpoint holds [E2004]"
         hint = "memory = 0, or how many numbers it keeps, in the scene's controller"
@@ -136,13 +136,13 @@ def _controllers(library: Library, given: Mapping[str, Controller] | None) -> Ca
     return functions
 
 
-def _same_parameters(model: CompiledModel, known: Array, given: Parameters) -> None:
-    """Raise UsageError for each parameter in `given` that differs from `known` (np,), the parameters of the first part.
-    `given` is a mapping of some parameters, an array of all, or None."""
-    if given is None:
+def _same_parameters(model: CompiledModel, p: Array, values: Parameters) -> None:
+    """Raise UsageError for each parameter in `values` that differs from `p` (np,), of the first part.
+    `values` is a mapping of some parameters, an array of all, or None."""
+    if values is None:
         return
     whole = (
-        {**dict(zip(model.parameters, known.tolist(), strict=True)), **given} if isinstance(given, Mapping) else given
+        {**dict(zip(model.parameters, p.tolist(), strict=True)), **values} if isinstance(values, Mapping) else values
     )
     asked = model.parameter_array(whole)
     problems = [
@@ -151,18 +151,18 @@ def _same_parameters(model: CompiledModel, known: Array, given: Parameters) -> N
             f"the run has {old:.9g}, not {new:.9g} [E2005]",
             "a run of its own for other parameters",
         )
-        for name, old, new in zip(model.parameters, known, np.broadcast_to(asked, known.shape), strict=True)
+        for name, old, new in zip(model.parameters, p, np.broadcast_to(asked, p.shape), strict=True)
         if old != new
     ]
     if problems:
         raise UsageError(problems)
 
 
-def _inputs(saved: Checkpoint, given: Mapping[str, Signal] | None) -> dict[str, Signal]:
+def _inputs(saved: Checkpoint, inputs: Mapping[str, Signal] | None) -> dict[str, Signal]:
     """Return the inputs of a resumed run by name: tables and numbers from the checkpoint, and functions from the
     caller. Raises UsageError for functions that are missing, for numbers and tables that differ from the checkpoint's,
     and for inputs that the first part left to the scene. A longer table that begins with the stored one replaces it."""
-    asked = dict(given or {})
+    asked = dict(inputs or {})
     kinds = saved.run["inputs"]
     problems = []
     for name, kind in kinds.items():
@@ -183,12 +183,12 @@ def _inputs(saved: Checkpoint, given: Mapping[str, Signal] | None) -> dict[str, 
     return {**{name: value if value.ndim else float(value) for name, value in saved.inputs.items()}, **asked}
 
 
-def _goes_on(known: Array, given: Signal) -> bool:
-    """Return whether the input `given` agrees with the stored one `known`: an equal number, or a table that begins with
+def _goes_on(stored: Array, signal: Signal) -> bool:
+    """Return whether the input `signal` agrees with the `stored` one: an equal number, or a table that begins with
     the stored table. False for anything that is not numbers."""
     try:
-        again = np.asarray(given, dtype=float)
+        again = np.asarray(signal, dtype=float)
     except (TypeError, ValueError):
         return False
-    beginning = again[: len(known)] if again.ndim == 1 and known.ndim == 1 else again
-    return bool(np.array_equal(beginning, known))
+    beginning = again[: len(stored)] if again.ndim == 1 and stored.ndim == 1 else again
+    return bool(np.array_equal(beginning, stored))

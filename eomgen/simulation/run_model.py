@@ -73,21 +73,21 @@ class StepsBetween:
         stepper = Stepper(self.library, self.settings, self.parameters(rows.t[0]), self.controllers)
         record = np.empty((len(t), stepper.sizes["row"]))
         q, v, a, z = (record[:, stepper.row_places.get(name, slice(0))] for name in ("q", "v", "vdot", "z"))
-        for place, (time, before) in enumerate(zip(t, index, strict=True)):
+        for k, (time, before) in enumerate(zip(t, index, strict=True)):
             row = before + 1 if time >= rows.t[before + 1] else before
             start = float(rows.t[row])
             if time <= start:
-                q[place], v[place], a[place], z[place] = rows.q[row], rows.v[row], rows.a[row], rows.z[row]
+                q[k], v[k], a[k], z[k] = rows.q[row], rows.v[row], rows.a[row], rows.z[row]
                 continue
             stepper.settings[0] = float(time) - start
             present = self.parameters(rows.t[row])
             stepper.parameters[: len(present)] = present
             times = start + stepper.settings[0] * stepper.input_times
-            held = stepper.layout["method"]["inputs"] != "sampled"
-            table = None if self.signals is None else self.signals.table(np.full(2, start) if held else times)
+            is_constant = stepper.layout["method"]["inputs"] != "sampled"
+            table = None if self.signals is None else self.signals.table(np.full(2, start) if is_constant else times)
             status = stepper.initialize(start, rows.q[row], rows.v[row], table, rows.z[row])
             if not status:
-                status, _ = stepper.run(1, 1, table, record[place : place + 1])
+                status, _ = stepper.run(1, 1, table, record[k : k + 1])
             if status:
                 raise NumericalError(
                     f"no state at t = {time:.9g} s: {stepper.status_text(status)} [E2023]", "times of rows"
@@ -166,8 +166,8 @@ class RunModel:
         """Return strains and loads along the geometrically exact beams by name, at states with constraint multipliers
         (nt, rows)."""
         u, p = self.given_at(state)
-        given = {"a": state.a, "z": state.z, "multipliers": multipliers, "parameters": p}
-        return section_loads(self.model, state.q, state.v, state.t, u, **given)
+        arguments = {"a": state.a, "z": state.z, "multipliers": multipliers, "parameters": p}
+        return section_loads(self.model, state.q, state.v, state.t, u, **arguments)
 
     def present(self, state: StateArrays) -> Array:
         """Return the parameters at the times of a state, with modes."""
@@ -230,11 +230,11 @@ def attach(model: CompiledModel, solution: Solution, inputs: Mapping[str, Signal
         )
         raise UsageError(Problem("attach", fault, "a solution of simulate"))
     if data["fingerprint"] != model.library.layout.get("fingerprint"):
-        other = f"another model {model.name!r}: the scene or eomgen changed"
+        origin = f"another model {model.name!r}: the scene or eomgen changed"
         if data["scene"] != model.name:
-            other = f"the scene {data['scene']!r}, the model is {model.name!r}"
+            origin = f"the scene {data['scene']!r}, the model is {model.name!r}"
         raise ModelError(
-            Problem("attach", f"this is a solution of {other} [E2025]", "the model that made it, or a new run")
+            Problem("attach", f"this is a solution of {origin} [E2025]", "the model that made it, or a new run")
         )
     method = method_named(data["method"], **data["method_parameters"])
     library = stepper_library(model, data["method"], method)
@@ -242,22 +242,22 @@ def attach(model: CompiledModel, solution: Solution, inputs: Mapping[str, Signal
     return solution.with_model(run_model(run, library, solution.events if solution.events.counts else None))
 
 
-def _inputs(known: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Signal]:
-    """Return the inputs of a run by name, from the solution and from the caller. `known` has, by name, the number that
-    the solution holds, or the kind (``function`` or ``table``) of an input that the caller has to give again in
-    `given`. Raises UsageError for all inputs that are missing, differ from the run's number, or were left to the scene
-    in the run."""
+def _inputs(run_inputs: Mapping[str, Any], caller_inputs: Mapping[str, Any]) -> dict[str, Signal]:
+    """Return the inputs of a run by name, from the solution and from the caller. `run_inputs` has, by name, the number
+    that the solution holds, or the kind (``function`` or ``table``) of an input that the caller has to give again in
+    `caller_inputs`. Raises UsageError for all inputs that are missing, differ from the run's number, or were left to
+    the scene in the run."""
     problems = []
-    for name, value in known.items():
-        if isinstance(value, str) and name not in given:
+    for name, value in run_inputs.items():
+        if isinstance(value, str) and name not in caller_inputs:
             fault = f"the run had a {value} here, which a solution does not hold [E2026]"
             problems.append(Problem(f"input {name}", fault, f"the same again: inputs={{{name!r}: ...}}"))
-        elif not isinstance(value, str) and name in given and not np.array_equal(given[name], value):
+        elif not isinstance(value, str) and name in caller_inputs and not np.array_equal(caller_inputs[name], value):
             problems.append(Problem(f"input {name}", f"the run had {value:.9g} here [E2027]", "leave it out"))
-    of_scene = [name for name in given if name not in known]
+    of_scene = [name for name in caller_inputs if name not in run_inputs]
     problems += [
         Problem(f"input {name}", "the run followed the scene here [E2008]", "leave it out") for name in of_scene
     ]
     if problems:
         raise UsageError(problems)
-    return {**{name: value for name, value in known.items() if not isinstance(value, str)}, **given}
+    return {**{name: value for name, value in run_inputs.items() if not isinstance(value, str)}, **caller_inputs}

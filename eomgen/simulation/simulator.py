@@ -348,13 +348,13 @@ class Simulator(NamedAttributes):
         now = {"q": self.q, "v": self.v, **({"z": self.z} if self.model.nz else {})}
         grid = TimeGrid(time, time, self.step_size, 0, 0.0)
         begun = replace(self._run, parameters=p, grid=grid)
-        given, notes, _ = start_of(begun, {**now, **(state or {})}, equilibrium_start=False, changed=True)
+        start, notes, _ = start_of(begun, {**now, **(state or {})}, equilibrium_start=False, changed=True)
         signals = begun.signals if begun.takes_rows else None
-        doubts = [*angles_of_several_turns(self.model, state), *doubts_of_start(self.model, time, given.q, p, signals)]
+        doubts = [*angles_of_several_turns(self.model, state), *doubts_of_start(self.model, time, start.q, p, signals)]
         before = self._stepper.parameters.copy()
         self._stepper.parameters[: len(p)] = p
         try:
-            self.begin(time, given, [*notes, *doubts])
+            self.begin(time, start, [*notes, *doubts])
         except EomgenError:
             self._stepper.parameters[:] = before
             raise
@@ -659,11 +659,11 @@ class Simulator(NamedAttributes):
         >>> run.t, other.t
         (0.0, 0.01)
         """
-        other = Simulator(self._run, self._library, Motions(self.model))
-        other.restore(self.state)
-        other._signals, other._stopped, other.notes = self._signals, self._stopped, self.notes
-        other._recorded = list(self._recorded)
-        return other
+        duplicate = Simulator(self._run, self._library, Motions(self.model))
+        duplicate.restore(self.state)
+        duplicate._signals, duplicate._stopped, duplicate.notes = self._signals, self._stopped, self.notes
+        duplicate._recorded = list(self._recorded)
+        return duplicate
 
     __copy__ = copy
 
@@ -707,8 +707,8 @@ class Simulator(NamedAttributes):
         all names. Raises UsageError, with the argument's `name`, if inputs are missing, of another shape or not
         finite."""
         if isinstance(u, Mapping):
-            given: Any = self._checked_signals(u)
-            u = [given[key] for key in self.model.inputs] if len(given) == self.model.nu else None
+            signals: Any = self._checked_signals(u)
+            u = [signals[key] for key in self.model.inputs] if len(signals) == self.model.nu else None
         if u is None:
             hint = f"u and end as lists of {self.model.nu}, in the order of model.inputs, or both by all names"
             raise UsageError(Problem(name, "inputs that move linearly need all of them at both ends [E2040]", hint))
@@ -766,7 +766,7 @@ class Simulator(NamedAttributes):
             self._judge(status)
 
     @contextmanager
-    def _moving(self, given: Mapping[str, Target] | None, duration: float) -> Iterator[Mapping[str, Target]]:
+    def _moving(self, motions: Mapping[str, Target] | None, duration: float) -> Iterator[Mapping[str, Target]]:
         """Set the parameters of prescribed motions so that motions reach their targets after `duration` in s: a context
         manager. The body of the context takes the steps; the yielded mapping has the targets that are functions of t,
         by name. Afterwards the values at the targets are kept for the next call, unless an event stopped the motion.
@@ -774,10 +774,10 @@ class Simulator(NamedAttributes):
         former state if rows of constraints that were left out do not follow from the others any more."""
         moves = self._motions
         if not moves:
-            moves.check(given)
+            moves.check(motions)
             yield {}
             return
-        targets = moves.check(given)
+        targets = moves.check(motions)
         if targets and self._run.method.chooses_steps:
             fault = f"{self.method} chooses its steps, which lie ahead of the time to which motions are known [E2045]"
             raise UsageError(Problem("motions", fault, "generalized_alpha, or another method with steps of one size"))
@@ -841,8 +841,8 @@ class Simulator(NamedAttributes):
             check_held(self.method, read)
         return read
 
-    def _look_ahead(self, n: int, given: Mapping[str, CheckedSignal]) -> None:
-        """Check that curves and prescribed laws of time last for the next n steps, with the inputs `given` by name.
+    def _look_ahead(self, n: int, inputs: Mapping[str, CheckedSignal]) -> None:
+        """Check that curves and prescribed laws of time last for the next n steps, with the inputs `inputs` by name.
         Many further steps are checked in advance if the laws last longer; then the next calls only count these down.
         Raises UsageError if a law does not last for n steps."""
         if self._cleared >= n:
@@ -851,7 +851,7 @@ class Simulator(NamedAttributes):
         run, t, step = self._run, self.t, self._stepper.step_size
         rough = self._motions.rough
         p = run.parameters if rough else self._motions.at_rest(run.parameters)
-        signals = replace(run.signals, given=given)
+        signals = replace(run.signals, given=inputs)
         for many in (n,) if rough else (n + self._ahead, n):
             grid = TimeGrid(t, t + many * step, step, many, 0.0)
             try:
@@ -879,7 +879,7 @@ class Simulator(NamedAttributes):
         self._cleared = 0
         if status in AT_EVENTS:
             raise NumericalError(ending(status, self._stepper), "another state, or other parameters of the event")
-        given = dict(zip(self.model.inputs, self._u.tolist(), strict=True)) if self._given else {}
-        signals = replace(self._signals, given={**self._signals.given, **given})
+        inputs = dict(zip(self.model.inputs, self._u.tolist(), strict=True)) if self._given else {}
+        signals = replace(self._signals, given={**self._signals.given, **inputs})
         run = replace(self._run, parameters=self._present(), signals=signals)
         raise NumericalError(failed_step(run, self._stepper, (self.t, self.q, self.v, self.a, self.z), status))

@@ -40,7 +40,7 @@ def test_waves_of_roads_are_refused_by_the_angle_that_they_have_reached(t: float
     found = large_angles(description, {("time", "", 0): t})
     expected = [f"cos({angle:.6g}) in the input {name}" for angle, name in zip(angles, waves, strict=False)]
     assert found == " and ".join(expected)
-    assert "front" not in large_angles(description, {("time", "", 0): t}, given=["front"])
+    assert "front" not in large_angles(description, {("time", "", 0): t}, inputs=["front"])
 
 
 @pytest.mark.slow

@@ -202,7 +202,7 @@ class ComparedMotion(NamedTuple):
         """Return the motion at some rows, without a copy if these are all rows, in order."""
         if np.array_equal(places, np.arange(len(self.rows))):
             return self
-        return self._replace(rows=self.rows[places], outputs={name: one[places] for name, one in self.outputs.items()})
+        return self._replace(rows=self.rows[places], outputs={key: rows[places] for key, rows in self.outputs.items()})
 
 
 class MotionDifference(NamedTuple):
@@ -318,14 +318,14 @@ class ComparisonRuns:
         """Return whether all differences are below rounding although the run moves."""
         return not self.size.still and float(shares(apart.kinds, self.size).max(initial=0.0)) < self.rounding
 
-    def same_count(self, other: ComparedMotion) -> bool:
+    def same_count(self, motion: ComparedMotion) -> bool:
         """Return whether another run took as many steps of the method's own; False if the method counts none."""
         count = self.own.statistics.get("own_steps")
-        return count is not None and count == other.statistics.get("own_steps")
+        return count is not None and count == motion.statistics.get("own_steps")
 
-    def tell(self, multiple: float, other: float) -> bool:
+    def tell(self, multiple: float, larger_multiple: float) -> bool:
         """Return whether runs at two multiples of the step, the second one the larger, are different runs all over."""
-        return self.parts.tell(multiple * self.step, other * self.step)
+        return self.parts.tell(multiple * self.step, larger_multiple * self.step)
 
     def ratio(self, multiple: float, times: Array) -> Array:
         """Return by how much the steps of a run at a multiple of the step are longer in effect, up to times (n,) s."""
@@ -341,11 +341,11 @@ class ComparisonRuns:
         result = result[times[1][after[result]] <= times[0][result] + self._same]
         for changes in (first.changes, second.changes):
             result = result[~_near(times[0][result], changes, _AT_EVENT * self.step)]
-        one, other = first.at(result), second.at(after[result])
+        ours, theirs = first.at(result), second.at(after[result])
         with np.errstate(all="ignore"):
-            kinds = differences(self.run.model, one.rows, other.rows, (one.outputs, other.outputs))
-        for name, values in one.outputs.items():  # if a formula has no value in both, the difference is 0
-            undefined = ~(np.isfinite(values) | np.isfinite(other.outputs[name]))
+            kinds = differences(self.run.model, ours.rows, theirs.rows, (ours.outputs, theirs.outputs))
+        for name, values in ours.outputs.items():  # if a formula has no value in both, the difference is 0
+            undefined = ~(np.isfinite(values) | np.isfinite(theirs.outputs[name]))
             kinds[f"output.{name}"][undefined.reshape(kinds[f"output.{name}"].shape)] = 0.0
         return MotionDifference(times[0][result], kinds)
 

@@ -359,20 +359,20 @@ def _with_first_rows(runs: ComparisonRuns, result: ErrorEstimate, order: float) 
     stops."""
     first = runs.beginning(_FIRST_ROWS)
     shorter = first.at(multiple=0.5)
-    apart = first.apart(first.own, shorter)
-    if shorter.stopped or not len(apart.t):
+    difference = first.apart(first.own, shorter)
+    if shorter.stopped or not len(difference.t):
         return result
-    start = estimate(first, Pair(apart, gain_by(first.ratio(0.5, apart.t)), result.method), order)
+    start = estimate(first, Pair(difference, gain_by(first.ratio(0.5, difference.t)), result.method), order)
     later = result.t > start.t[-1]
     rows = ("t", "q_at", "increment_at", "v_at", "z_at", "multipliers_at", "relative_at")
     joined: dict[str, Any] = {
         name: np.concatenate([getattr(start, name), getattr(result, name)[later]]) for name in rows
     }
-    outputs = {name: np.concatenate([start.outputs_at[name], one[later]]) for name, one in result.outputs_at.items()}
+    outputs = {name: np.concatenate([start.outputs_at[name], item[later]]) for name, item in result.outputs_at.items()}
     largest: dict[str, Any] = {}
     for name in ("largest", "largest_velocity", "largest_output"):
-        known = [one for one in (getattr(start, name), getattr(result, name)) if one is not None]
-        largest[name] = max(known, key=lambda one: one.share, default=None)
+        errors = [item for item in (getattr(start, name), getattr(result, name)) if item is not None]
+        largest[name] = max(errors, key=lambda item: item.share, default=None)
     relative = max(start.relative, result.relative)
     return replace(result, **joined, **largest, relative=relative, outputs_at=NamedResults("output", outputs))
 
@@ -406,14 +406,14 @@ def _by_prime_parts(runs: ComparisonRuns, twice: ComparedMotion) -> ErrorEstimat
 def _largest_of(differing: Sequence[tuple[MotionDifference, float]]) -> MotionDifference:
     """Return the largest, entry by entry, of differences times their factors. The last pair must cover all rows: its
     times are the times of the result."""
-    apart, gain = differing[-1]
-    kinds = {kind: gain * values for kind, values in apart.kinds.items()}
-    for other, factor in differing[:-1]:
-        places = np.searchsorted(apart.t, other.t)
-        known = (places < len(apart.t)) & np.isin(other.t, apart.t)
-        for kind, values in other.kinds.items():
-            kinds[kind][places[known]] = np.maximum(kinds[kind][places[known]], factor * values[known])
-    return MotionDifference(apart.t, kinds)
+    last, gain = differing[-1]
+    kinds = {kind: gain * values for kind, values in last.kinds.items()}
+    for difference, factor in differing[:-1]:
+        places = np.searchsorted(last.t, difference.t)
+        common = (places < len(last.t)) & np.isin(difference.t, last.t)
+        for kind, values in difference.kinds.items():
+            kinds[kind][places[common]] = np.maximum(kinds[kind][places[common]], factor * values[common])
+    return MotionDifference(last.t, kinds)
 
 
 def _smaller(runs: ComparisonRuns) -> str:
@@ -479,23 +479,23 @@ def _refinement(runs: ComparisonRuns, multiples: tuple[float, float, float]) -> 
     return float(((third - second) / (second - first)) ** (1.0 / order))
 
 
-def _passed_over(runs: ComparisonRuns, other: ComparedMotion) -> str:
+def _passed_over(runs: ComparisonRuns, motion: ComparedMotion) -> str:
     """Return a sentence on the first event that another run counts differently; empty if all counts agree, and for
     resumed runs, whose counts include earlier events. An event near the end of the run may be in only one of the two
     runs, because of errors as large as the differences of the times of common events. Events that are only counted have
     no times: a difference of one does not matter."""
-    ours, theirs = runs.own.events, other.events
+    ours, theirs = runs.own.events, motion.events
     if ours is None or theirs is None or runs.span.rows[0, 0] > runs.run.grid.start:
         return ""
     times = {name: (ours[name].t, theirs[name].t) for name in ours.counts}
-    apart = [np.abs(one[: len(two)] - two[: len(one)]).max(initial=0.0) for one, two in times.values()]
-    end = runs.end - max(runs.step, _LATER * max(apart, default=0.0))
+    shifts = [np.abs(a[: len(b)] - b[: len(a)]).max(initial=0.0) for a, b in times.values()]
+    end = runs.end - max(runs.step, _LATER * max(shifts, default=0.0))
     for name, count in ours.counts.items():
-        one, two = times[name]
-        listed = len(one) == count
-        more = (one if len(one) > len(two) else two)[min(len(one), len(two)) :]
+        a, b = times[name]
+        listed = len(a) == count
+        more = (a if len(a) > len(b) else b)[min(len(a), len(b)) :]
         if np.any(more < end) if listed else abs(count - theirs.counts[name]) > 1:
-            pair = (len(one), len(two)) if listed else (count, theirs.counts[name])
+            pair = (len(a), len(b)) if listed else (count, theirs.counts[name])
             return f"the event {name} comes {pair[0]} times, and {pair[1]} times in shorter steps"
     return ""
 

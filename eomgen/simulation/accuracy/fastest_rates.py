@@ -110,11 +110,11 @@ class _RateSearch:
         moves = bool(model.nv) and resisted and all(map(model.functions.for_runs, needed))  # compiles no other function
         decay = growth = passed = Rate()
         for step, column in self._steepest() if moves else ():
-            held, grows, passes = self._within(step, column)
-            decay, growth, passed = max(decay, held), max(growth, grows), max(passed, passes)
+            decays, grows, passes = self._within(step, column)
+            decay, growth, passed = max(decay, decays), max(growth, grows), max(passed, passes)
         spread = sorted(set(np.linspace(0, count - 1, min(count, _PLACES)).astype(int).tolist()))
         if moves:
-            decay = max([decay, *filter(None, map(self._lasting, spread))], key=lambda one: one.rate)
+            decay = max([decay, *filter(None, map(self._lasting, spread))], key=lambda item: item.rate)
         states = max([Rate(), *map(self._state_decay, spread)]) if model.nz else Rate()
         return FastestRates(decay, growth, passed, states)
 
@@ -160,8 +160,8 @@ class _RateSearch:
         order = np.argsort(-np.where(turned, 1.0 + kicks, kicks), axis=0)[:_PLACES]
         places = [(float(kicks[row, j]), int(row), j) for j in range(v.shape[1]) for row in order[:, j]]
         places.sort(reverse=True)
-        chosen = [one for one in places if turned[one[1], one[2]]][:_PLACES]
-        chosen += [one for one in places if not turned[one[1], one[2]]][:_PLACES]
+        chosen = [kick_place for kick_place in places if turned[kick_place[1], kick_place[2]]][:_PLACES]
+        chosen += [kick_place for kick_place in places if not turned[kick_place[1], kick_place[2]]][:_PLACES]
         return [(row, j) for kick, row, j in chosen if kick > 0.0]
 
     def _next_velocities(self) -> Array:
@@ -225,8 +225,8 @@ class _RateSearch:
         if here is None or here.rate * self._run.settings["step"] <= self._run.method.real_stability:
             return here
         last = len(self._states.t) - 1
-        other = self._at_row(row + 1 if row < last else max(row - 1, 0))
-        return here if other is None else min(here, other, key=lambda one: one.rate)
+        neighbour = self._at_row(row + 1 if row < last else max(row - 1, 0))
+        return here if neighbour is None else min(here, neighbour, key=lambda item: item.rate)
 
     def _at_row(self, row: int) -> Rate | None:
         """Return the fastest decay of velocities at a row: the largest -Re of eigenvalues of da/dv on the tangent, or
@@ -240,9 +240,9 @@ class _RateSearch:
         if slopes is None or not slopes.size or not np.all(np.isfinite(slopes)):
             return None
         values, vectors = np.linalg.eig(slopes)
-        place = int(np.argmin(values.real))
-        name = model.v_names[int(np.argmax(np.abs(basis @ vectors[:, place])))]
-        return Rate(max(0.0, float(-values[place].real)), float(self._states.t[row]), name)
+        index = int(np.argmin(values.real))
+        name = model.v_names[int(np.argmax(np.abs(basis @ vectors[:, index])))]
+        return Rate(max(0.0, float(-values[index].real)), float(self._states.t[row]), name)
 
     def _free_directions(self, row: int) -> Array:
         states = self._states
@@ -250,12 +250,12 @@ class _RateSearch:
 
     def _partials(self, row: int, basis: Array) -> Array | None:
         model, states = self._model, self._states
-        held = {"multipliers": states.multipliers[row]} if model.multipliers else {}
-        given: dict[str, Any] = {"z": states.z[row], "parameters": self._parameters(row), **held}
+        multipliers = {"multipliers": states.multipliers[row]} if model.multipliers else {}
+        arguments: dict[str, Any] = {"z": states.z[row], "parameters": self._parameters(row), **multipliers}
         q, v, t = states.q[row], states.v[row], float(states.t[row])
         self._left -= model.nv
         with np.errstate(all="ignore"):
-            _, C, M = residual_partials(model, q, v, np.zeros_like(v), t, self._inputs(row), **given)
+            _, C, M = residual_partials(model, q, v, np.zeros_like(v), t, self._inputs(row), **arguments)
             mass = basis.T @ M @ basis
             if not (np.all(np.isfinite(C)) and np.all(np.isfinite(mass)) and np.linalg.matrix_rank(mass) == len(mass)):
                 return None
@@ -279,8 +279,8 @@ class _RateSearch:
         if not model.functions.for_runs("internal_partials"):
             return Rate()
         t = float(states.t[row])
-        given = states.q[row], states.v[row], states.z[row], t, self._inputs(row)
-        by_state = model.internal_partials(*given, parameters=self._parameters(row)).rate_z
+        arguments = states.q[row], states.v[row], states.z[row], t, self._inputs(row)
+        by_state = model.internal_partials(*arguments, parameters=self._parameters(row)).rate_z
         if not np.all(np.isfinite(by_state)):
             return Rate()
         return Rate(float((-np.linalg.eigvals(by_state).real).max(initial=0.0)), t, "internal states")

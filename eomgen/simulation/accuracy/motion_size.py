@@ -67,12 +67,12 @@ def whole_turns(run: Run, rows: Array, parameters: Array) -> NDArray[np.bool_]:
     return result
 
 
-def _equations(run: Run, rows: Array, parameters: Array, place: int, shift: float) -> list[Array]:
+def _equations(run: Run, rows: Array, parameters: Array, index: int, shift: float) -> list[Array]:
     """Return forces, rates of internal states and constraints at rows (n, width) if q[place] is increased by `shift`. A
     list of arrays (n, size), one for each of the functions that the model has; `parameters` are (np,), or (n, np)."""
     model = run.model
     t, q, v, a, _, z = states_of(rows, model)
-    q[:, place] += shift
+    q[:, index] += shift
     u = None
     if model.nu:
         u = run.signals.rows(t) if run.takes_rows else model.input_values(t, parameters=parameters)
@@ -95,8 +95,8 @@ def _equations(run: Run, rows: Array, parameters: Array, place: int, shift: floa
 def _same(first: list[Array], second: list[Array]) -> bool:
     """Return whether values are equal up to rounding; non-finite values are unequal."""
     return all(
-        bool(np.all(np.abs(one - two) <= _ROUNDING * np.abs(one).max(initial=0.0)))
-        for one, two in zip(first, second, strict=True)
+        bool(np.all(np.abs(a - b) <= _ROUNDING * np.abs(a).max(initial=0.0)))
+        for a, b in zip(first, second, strict=True)
     )
 
 
@@ -181,22 +181,22 @@ def differences(
 
 
 def differences_of(
-    factors: Sequence[Factor], one: Kinds, other: Kinds, outputs: tuple[Mapping[str, Array], Mapping[str, Array]]
+    factors: Sequence[Factor], first: Kinds, second: Kinds, outputs: tuple[Mapping[str, Array], Mapping[str, Array]]
 ) -> Kinds:
-    """Return absolute differences between the columns of two runs, by kind as in ``differences``. `one` and `other`
+    """Return absolute differences between the columns of two runs, by kind as in ``differences``. `first` and `second`
     have q, v, z and multipliers as arrays (n, size), `outputs` the outputs of both runs at these rows. Quaternions of
     either sign are the same rotation."""
-    apart = {name: np.abs(one[name] - other[name]) for name in ("v", "z", "multipliers")}
-    increment = product.difference(factors, one["q"], other["q"])
-    apart["increment"] = np.abs(increment, out=increment)
-    apart["q"] = np.abs(one["q"] - other["q"])
+    result = {name: np.abs(first[name] - second[name]) for name in ("v", "z", "multipliers")}
+    increment = product.difference(factors, first["q"], second["q"])
+    result["increment"] = np.abs(increment, out=increment)
+    result["q"] = np.abs(first["q"] - second["q"])
     starts = np.array([factor.q_start for factor in factors if factor.group != "R"], int)
     quaternions = starts[:, np.newaxis] + np.arange(4)
-    row, turned = np.nonzero(np.sum(one["q"][:, quaternions] * other["q"][:, quaternions], axis=2) < 0.0)
+    row, turned = np.nonzero(np.sum(first["q"][:, quaternions] * second["q"][:, quaternions], axis=2) < 0.0)
     opposite = row[:, np.newaxis], quaternions[turned]
-    apart["q"][opposite] = np.abs(one["q"][opposite] + other["q"][opposite])
+    result["q"][opposite] = np.abs(first["q"][opposite] + second["q"][opposite])
     ours, theirs = outputs
-    return apart | {f"output.{name}": np.abs(_table(ours[name]) - _table(theirs[name])) for name in ours}
+    return result | {f"output.{name}": np.abs(_table(ours[name]) - _table(theirs[name])) for name in ours}
 
 
 class Extent(NamedTuple):
@@ -315,7 +315,7 @@ def size_of(
             extent = np.where(extent < _KEPT * energies, energies, extent)
         sizes[f"output.{name}"] = _measure(extent, floor=REST * least)
     moved = np.concatenate([size, np.ptp(column["z"], axis=0)])
-    own = moved >= np.concatenate([sizes["increment"], sizes["z"]])
+    is_own_size = moved >= np.concatenate([sizes["increment"], sizes["z"]])
     fallen = 0.0 if work is None else _BALANCED * work.fall
     least = np.where(np.array(units, dtype=str) == "m", np.maximum(_TREMBLING * reach, fallen), _TREMBLING * reach)
     least = np.concatenate([least, np.zeros(len(model.z_names))])
@@ -323,7 +323,7 @@ def size_of(
     of_turns = (*turns.tolist(), *[False] * len(model.z_names))
     travelled = np.concatenate([travelled, np.ptp(column["z"], axis=0)])
     labels = (*names, *model.z_names), (*units, *model.z_units)
-    return MotionSize(sizes, *labels, tuple(own.tolist()), of_turns, travelled, still)
+    return MotionSize(sizes, *labels, tuple(is_own_size.tolist()), of_turns, travelled, still)
 
 
 def _at_work(
@@ -370,8 +370,8 @@ def _measure(size: Array, units: Sequence[str] = (), floor: Array | float = 0.0)
     largest size with the same unit (`units`; without units, of all), and at least the floor; infinite if both are
     zero."""
     largest: dict[str, float] = {}
-    for one, unit in zip(size.tolist(), units, strict=True) if units else ():
-        largest[unit] = max(largest.get(unit, 0.0), one)
+    for component, unit in zip(size.tolist(), units, strict=True) if units else ():
+        largest[unit] = max(largest.get(unit, 0.0), component)
     least = (
         np.array([_SMALL * largest[unit] for unit in units]) if units else _SMALL * np.fmax.reduce(size, initial=0.0)
     )
@@ -416,8 +416,8 @@ def _coordinate_sizes(model: RunNames, increment: Array) -> Array:
     size 1."""
     size = np.ones(len(model.q_units))
     for factor in model.factors:
-        own = increment[factor.v]
-        size[factor.q] = own if factor.group == "R" else np.concatenate([np.full(4, own[0]), own[3:]])
+        sizes = increment[factor.v]
+        size[factor.q] = sizes if factor.group == "R" else np.concatenate([np.full(4, sizes[0]), sizes[3:]])
     return size
 
 

@@ -176,15 +176,15 @@ def _lost_increments(runs: ComparisonRuns, factor: Factor, times: Array) -> Arra
 
     def loss(every: int) -> Array:
         h = np.diff(t[::every])[:, np.newaxis]
-        one, two = slice(0, -every, every), slice(every, None, every)
-        parts = 0.5 * h * (v[one] + v[two]) + h**2 / 12.0 * (a[one] - a[two])
+        starts, ends = slice(0, -every, every), slice(every, None, every)
+        parts = 0.5 * h * (v[starts] + v[ends]) + h**2 / 12.0 * (a[starts] - a[ends])
         covered = len(parts) * every + 1
         result: Array = q[:covered:every][1:] - q[0] - np.cumsum(parts, axis=0)
         return result
 
     single, double = loss(1)[1::2], loss(2)
-    known = np.maximum(np.abs(single) - np.abs(single - double), 0.0)
-    columns = [np.interp(times, t[2::2], column, left=0.0) for column in known.T]
+    lost = np.maximum(np.abs(single) - np.abs(single - double), 0.0)
+    columns = [np.interp(times, t[2::2], column, left=0.0) for column in lost.T]
     return np.stack(columns, axis=1)
 
 
@@ -217,14 +217,14 @@ def _largest_velocity(runs: ComparisonRuns, errors: Array, times: Array) -> Larg
     if not errors.size or not len(moving):
         return None
     share = np.nan_to_num(errors[:, moving] / fastest[moving], nan=np.inf)
-    row, place = np.unravel_index(int(np.argmax(share)), share.shape)
-    column = int(moving[place])
+    row, index = np.unravel_index(int(np.argmax(share)), share.shape)
+    column = int(moving[index])
     unit, time, error = str(units[column]), float(times[row]), float(errors[row, column])
     measure = FASTEST.format(unit=unit or "its unit")
     if elastic[column]:
-        own = velocities[column] >= fastest[column]
-        measure = OWN_FASTEST if own else SMALL_RATE.format(least=f"{fastest[column]:.2g} {unit}")
-    return LargestError(model.v_names[column], error, unit, time, float(share[row, place]), measure)
+        is_fastest = velocities[column] >= fastest[column]
+        measure = OWN_FASTEST if is_fastest else SMALL_RATE.format(least=f"{fastest[column]:.2g} {unit}")
+    return LargestError(model.v_names[column], error, unit, time, float(share[row, index]), measure)
 
 
 def _largest_output(runs: ComparisonRuns, errors: Kinds, times: Array) -> LargestError | None:
@@ -239,11 +239,11 @@ def _largest_output(runs: ComparisonRuns, errors: Kinds, times: Array) -> Larges
         if not name or not array.size:
             continue
         share = shares(errors, runs.size, (kind,))
-        row, place = np.unravel_index(int(np.argmax(share)), share.shape)
-        label = f"output {name}{f'[{place}]' if array.shape[1] > 1 else ''}"
+        row, index = np.unravel_index(int(np.argmax(share)), share.shape)
+        label = f"output {name}{f'[{index}]' if array.shape[1] > 1 else ''}"
         result.append(
             LargestError(
-                label, float(array[row, place]), units[name], float(times[row]), float(share[row, place]), RANGE
+                label, float(array[row, index]), units[name], float(times[row]), float(share[row, index]), RANGE
             )
         )
     return max(result, key=lambda item: item.share, default=None)
@@ -282,9 +282,9 @@ def observed_orders(
         return result
     with np.errstate(all="ignore"):
         orders = np.log2(theirs / ours) / math.log2(ratio)
-    for place, floor in enumerate(floors):
-        known = (ours > floor) & (theirs > floor) & np.isfinite(theirs)
-        calm = known & (theirs < _SATURATED)
-        rows = np.where(calm.any(axis=0), len(calm) - 1 - np.argmax(calm[::-1], axis=0), np.argmax(known, axis=0))
-        result[place] = np.where(known.any(axis=0), np.take_along_axis(orders, rows[np.newaxis], axis=0)[0], math.nan)
+    for index, floor in enumerate(floors):
+        valid = (ours > floor) & (theirs > floor) & np.isfinite(theirs)
+        calm = valid & (theirs < _SATURATED)
+        rows = np.where(calm.any(axis=0), len(calm) - 1 - np.argmax(calm[::-1], axis=0), np.argmax(valid, axis=0))
+        result[index] = np.where(valid.any(axis=0), np.take_along_axis(orders, rows[np.newaxis], axis=0)[0], math.nan)
     return result

@@ -108,13 +108,13 @@ class StepPath:
     def fast_inputs(self) -> dict[int, Formula]:
         """Formulas of inputs that may change fast within a step, by column of the inputs, if evaluable along the path.
         Inputs that the caller gives are left out, and so are formulas of other inputs."""
-        known = {
+        formulas = {
             item.name: item.formula
             for item in self.run.model.description.inputs
             if item.formula is not None and item.name not in self.run.signals.given and may_be_fast(item.formula)
         }
-        columns = {k: known[name] for k, name in enumerate(self.run.model.inputs) if name in known}
-        return {k: one for k, one in columns.items() if self.knows(one) and not _uses_inputs(one)}
+        columns = {k: formulas[name] for k, name in enumerate(self.run.model.inputs) if name in formulas}
+        return {k: formula for k, formula in columns.items() if self.knows(formula) and not _uses_inputs(formula)}
 
     @cached_property
     def slopes(self) -> Array:
@@ -157,9 +157,9 @@ class StepPath:
     def knows(self, formula: Formula) -> bool:
         """Return whether a formula can be evaluated along the path. Its symbols have to be times, coordinates,
         velocities, states, inputs, parameters, points of bodies or places of loads."""
-        own = ("time", "parameter")
+        kinds = ("time", "parameter")
         return all(
-            symbol.kind in own or (symbol.kind, symbol.name) in self._places or self._on_body(symbol)
+            symbol.kind in kinds or (symbol.kind, symbol.name) in self._places or self._on_body(symbol)
             for symbol in symbols(formula)
         )
 
@@ -172,17 +172,17 @@ class StepPath:
         if "poses" not in model.functions or "twists" not in model.functions:
             return False
         if isinstance(symbol, LoadSymbol):
-            place = symbol.body, symbol.point, symbol.own_axes
+            body_point = symbol.body, symbol.point, symbol.own_axes
         elif symbol.kind in ("rotation", "angular_velocity"):
-            place = symbol.name, ZERO_VECTOR, False
+            body_point = symbol.name, ZERO_VECTOR, False
         else:
-            known = {point.name: point for point in model.description.drawing.points}
-            if symbol.kind not in ("position", "velocity") or symbol.name not in known:
+            points = {point.name: point for point in model.description.drawing.points}
+            if symbol.kind not in ("position", "velocity") or symbol.name not in points:
                 return False
-            place = known[symbol.name].body, known[symbol.name].position, False
-        if place[0] not in model.evaluator.bodies:
+            body_point = points[symbol.name].body, points[symbol.name].position, False
+        if body_point[0] not in model.evaluator.bodies:
             return False
-        self.points[symbol] = place
+        self.points[symbol] = body_point
         return True
 
     def motion(self, kind: str, body: str, point: tuple[Formula, ...], blocks: StepStates, *, own_axes: bool) -> Array:
@@ -193,16 +193,16 @@ class StepPath:
         on the body as formulas. Vectors are in inertial axes, or with `own_axes` in axes of the body, except rotations.
         """
         model, (q, v, _) = self.run.model, blocks.states
-        given: dict[str, Any] = {"t": blocks.t, "parameters": blocks.p}
-        pose = model.pose(body, q, **given)
+        arguments: dict[str, Any] = {"t": blocks.t, "parameters": blocks.p}
+        pose = model.pose(body, q, **arguments)
         if kind == "rotation":
             return log(SO3, pose[:, :4])
         back = pose[:, :4] * (1.0, -1.0, -1.0, -1.0)
         if kind == "angular_velocity":
-            omega = model.twist(body, q, v, **given)[:, :3]
+            omega = model.twist(body, q, v, **arguments)[:, :3]
             return omega if own_axes else rotated(pose[:, :4], omega)
         r = np.stack([self.values(entry, blocks) for entry in point], axis=-1)
-        motion = model.point(body, r, q, v if kind == "velocity" else None, **given)
+        motion = model.point(body, r, q, v if kind == "velocity" else None, **arguments)
         result = motion.position if motion.velocity is None else motion.velocity
         return rotated(back, result) if own_axes else result
 
@@ -223,8 +223,8 @@ class StepPath:
                 return fixed[symbol.name] if symbol.name in fixed else blocks.p[..., tunable.index(symbol.name)]
             if symbol in self.points:
                 return blocks.at_point(symbol)
-            place = self.place(symbol)
-            return blocks.u[:, place] if symbol.kind == "input" else blocks.states[letters[symbol.kind]][:, place]
+            column = self.place(symbol)
+            return blocks.u[:, column] if symbol.kind == "input" else blocks.states[letters[symbol.kind]][:, column]
 
         return np.broadcast_to(evaluate_batch(formula, value_of, along_motion=True), blocks.t.shape)
 
@@ -233,10 +233,10 @@ class StepPath:
         blocks. `states` are other q, v and z with m rows each; None: the states of the blocks."""
         model = self.run.model
         q, v, z = states or blocks.states
-        given = {"u": blocks.u if model.nu else None, "z": z, "parameters": blocks.p}
+        arguments = {"u": blocks.u if model.nu else None, "z": z, "parameters": blocks.p}
         with np.errstate(all="ignore"):
-            a = accelerations(model, q, v, blocks.t, **given)
-            return np.hstack([a, model.internal_rates(q, v, t=blocks.t, **given)]) if model.nz else a
+            a = accelerations(model, q, v, blocks.t, **arguments)
+            return np.hstack([a, model.internal_rates(q, v, t=blocks.t, **arguments)]) if model.nz else a
 
 
 def _uses_inputs(formula: Formula) -> bool:
@@ -295,10 +295,10 @@ class _Pieces(NamedTuple):
 
 def pieces(run: Run, rows: Array, statistics: Mapping[str, int | float], finer: float = 1.0) -> _Pieces:
     step, duration = run.settings["step"], float(rows[-1, 0] - rows[0, 0])
-    own = 0.0
+    own_steps = 0.0
     if run.method.chooses_steps:
-        own = float(statistics.get("own_steps") or statistics.get("expansions") or 0.0)
-    parts = max(1, math.ceil(finer * own * step / duration - 1e-9))
+        own_steps = float(statistics.get("own_steps") or statistics.get("expansions") or 0.0)
+    parts = max(1, math.ceil(finer * own_steps * step / duration - 1e-9))
     steps = duration / step * parts
     count = 1 if steps <= _MOST else _PIECES
     width = max(1, int((len(rows) - 1) * min(1.0, _MOST / steps) / count))
@@ -366,7 +366,7 @@ def crosses_corners(run: Run, rows: Array, parameters: Array) -> bool:
         return False
     try:
         path = StepPath(run, rows, parameters)
-        return any(len(_crossings(path, place)) for place in places if path.knows(place))
+        return any(len(_crossings(path, expression)) for expression in places if path.knows(expression))
     except (EomgenError, np.linalg.LinAlgError):  # states at which the equations give no numbers
         return False
 
@@ -393,13 +393,13 @@ def crosses_jumps(run: Run, rows: Array, parameters: Array, sizes: Array) -> boo
         change = rates[1:] - rates[:-1]
         bends[1:-1] = (np.abs(change[1:] - change[:-1]) / np.where(least > 0.0, least, np.inf)).max(axis=1, initial=0.0)
         bent = np.maximum(bends[:-1], bends[1:])
-        places = [place for place in _places(run, "jumps", jumps) if path.knows(place)]
-        known = [(place, _crossings(path, place)[:_EXAMINED]) for place in places]
+        places = [expression for expression in _places(run, "jumps", jumps) if path.knows(expression)]
+        crossings = [(expression, _crossings(path, expression)[:_EXAMINED]) for expression in places]
         order = np.argsort(bent)
         most = order[-_EXAMINED:]
         most = most[bent[most] > _STEEPER * bent[order[len(order) // 2]]]  # bends of all steps alike are rounding
-        examined = [*known, (None, np.sort(most))]
-        return any(_jumps(path, place, steps, least) for place, steps in examined if len(steps))
+        examined = [*crossings, (None, np.sort(most))]
+        return any(_jumps(path, expression, steps, least) for expression, steps in examined if len(steps))
     except (EomgenError, np.linalg.LinAlgError):
         return False
 
@@ -407,23 +407,23 @@ def crosses_jumps(run: Run, rows: Array, parameters: Array, sizes: Array) -> boo
 def _places(run: Run, key: str, places_of: Callable[[Formula], Iterator[Formula]]) -> list[Formula]:
     """Return the expressions at whose zeros formulas of a model have corners or jumps, except expressions of time
     alone. `places_of` lists these expressions of one formula. The result is kept in the library under `key`."""
-    kept = run.model.library.kept
-    if key not in kept:
-        every = [place for formula in run.model.description.formulas for place in places_of(formula)]
-        kept[key] = [place for place in every if any(symbol.kind != "time" for symbol in symbols(place))]
-    result: list[Formula] = kept[key]
+    store = run.model.library.kept
+    if key not in store:
+        every = [term for formula in run.model.description.formulas for term in places_of(formula)]
+        store[key] = [term for term in every if any(symbol.kind != "time" for symbol in symbols(term))]
+    result: list[Formula] = store[key]
     return result
 
 
-def _crossings(path: StepPath, place: Formula) -> NDArray[np.intp]:
+def _crossings(path: StepPath, expression: Formula) -> NDArray[np.intp]:
     """Return the indices of the rows after which an expression changes its sign before the next row."""
-    signs = np.sign(path.values(place, path.at_rows))
+    signs = np.sign(path.values(expression, path.at_rows))
     return np.flatnonzero(signs[1:] * signs[:-1] < 0.0)
 
 
-def _jumps(path: StepPath, place: Formula | None, steps: NDArray[np.intp], least: Array) -> bool:
+def _jumps(path: StepPath, expression: Formula | None, steps: NDArray[np.intp], least: Array) -> bool:
     """Return whether accelerations or rates of internal states jump within one of some steps. Each step, by the index
-    of its first row, is cut into smaller and smaller intervals: about a sign change of the expression `place`, or with
+    of its first row, is cut into smaller and smaller intervals: about a sign change of `expression`, or with
     None about the largest change of the rates. A jump has a change above `least` (nv + nz,) that is much steeper than
     the average over the step."""
     step, (low, high) = path.run.settings["step"], (path.states.t[steps + k] for k in (0, 1))
@@ -434,11 +434,11 @@ def _jumps(path: StepPath, place: Formula | None, steps: NDArray[np.intp], least
         rates = path.rates(there).reshape(*times.shape, -1)
         changes = np.abs(np.diff(rates, axis=1))
         with np.errstate(all="ignore"):
-            told = np.nan_to_num(changes / least, nan=0.0).max(axis=2)
-        if place is not None:
-            signs = np.sign(path.values(place, there)).reshape(times.shape)
-            told = signs[:, 1:] != signs[:, :1]
-        part = np.argmax(told, axis=1)
+            marks = np.nan_to_num(changes / least, nan=0.0).max(axis=2)
+        if expression is not None:
+            signs = np.sign(path.values(expression, there)).reshape(times.shape)
+            marks = signs[:, 1:] != signs[:, :1]
+        part = np.argmax(marks, axis=1)
         if not len(slopes) or np.max(high - low) > step:  # of the step, not of the interval between sparse rows
             slopes = changes.sum(axis=1) / (high - low)[:, np.newaxis]  # not the net change, 0 about an extremum
         low, high = times[rows, part], times[rows, part + 1]

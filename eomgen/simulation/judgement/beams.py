@@ -44,9 +44,9 @@ def _passage(model: CompiledModel, t: Array, q: Array, p: Array) -> Finding | No
     `t` (n,) are times in s, `q` (n, nq) configurations and `p` (np,) parameters."""
     beams = model.description.exact_beams
     quaternion = model.evaluate("poses", q, t=t, parameters=p)["pose"][..., :4]
-    place = {name: k for k, name in enumerate(model.bodies)}
+    index = {name: k for k, name in enumerate(model.bodies)}
     for nodes in beams:
-        of_nodes = quaternion[:, [place[name] for name in nodes]]
+        of_nodes = quaternion[:, [index[name] for name in nodes]]
         cosine = np.sum(of_nodes[:, :-1] * of_nodes[:, 1:], axis=-1)
         before, after = cosine[:-1], cosine[1:]
         passed = (before * after < 0.0) & (np.maximum(np.abs(before), np.abs(after)) < _NEAR)

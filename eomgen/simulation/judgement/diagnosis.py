@@ -75,13 +75,13 @@ def first_non_finite(
     """
     q, v, a, z = state
     a = np.where(np.isfinite(a), a, 0.0)
-    given = model
+    caller_model = model
     model = model.having([term for term, _ in _ORDER if term in model.functions or not TERMS[term].quadratic])
     with np.errstate(all="ignore"):
         for ahead in (False, True):
             if ahead:
-                u, known = signals.rows(np.array([t]))[0], "internal_rate" in model.functions
-                rate = model.internal_rates(q, v, z, t, u, parameters=p) if known else np.zeros_like(z)
+                u, has_rates = signals.rows(np.array([t]))[0], "internal_rate" in model.functions
+                rate = model.internal_rates(q, v, z, t, u, parameters=p) if has_rates else np.zeros_like(z)
                 q, v, z = (
                     product.update(model.factors, q, step * v + 0.5 * step * (step * a)),
                     v + step * a,
@@ -90,7 +90,7 @@ def first_non_finite(
             time = t + step if ahead else t
             block = _at(model, time, q, v, z, p, signals)
             if block:
-                causes = (cause(given, block, time, (q, v, z), p, signals) for cause in objects_of(CAUSES))
+                causes = (cause(caller_model, block, time, (q, v, z), p, signals) for cause in objects_of(CAUSES))
                 cause = next((pair for pair in causes if pair[0]), ("", ""))
                 return f"{block} at t = {time:.9g} s", not ahead, cause
     return "", False, ("", "")
@@ -136,12 +136,12 @@ def _at(model: CompiledModel, t: float, q: Array, v: Array, z: Array, p: Array, 
         if term in model.functions:
             value = calls[term]()
             if not np.all(np.isfinite(value)):
-                place = [int(index) for index in np.argwhere(~np.isfinite(value))[0]]
+                indices = [int(index) for index in np.argwhere(~np.isfinite(value))[0]]
                 names = {
                     "internal_rate": [item["name"] for item in model.library.layout["states"]],
                     "constraint": model.multipliers,
                 }.get(term, model.v_names)
-                return f"{label}, component {' and '.join(dict.fromkeys(names[index] for index in place))}"
+                return f"{label}, component {' and '.join(dict.fromkeys(names[index] for index in indices))}"
     return ""
 
 
@@ -185,24 +185,24 @@ def failed_controller(stepper: Stepper) -> Failure:
     """Return the failure of the sampled controller's function that stopped the last step: fault and remedy in words.
     For functions in C these follow from the returned code, or from the value that is not finite. Functions of Python
     raise errors of their own; if none could be raised, only the text of the status is known."""
-    told = stepper.statistics
-    number = int(told.get("failed_controller", 0))
+    statistics = stepper.statistics
+    number = int(statistics.get("failed_controller", 0))
     if not number:
         return Failure(stepper.status_text(CONTROLLER_FAILED), CONTROLLER_ADVICE)
     row = stepper.layout["method"]["samples"]["controllers"][number - 1]
     of = f"the function {row['function']} of {row['source']}" if row["function"] else "the function"
     who = f"{of}, the controller {row['name']},"
-    if code := int(told["controller_returned"]):
+    if code := int(statistics["controller_returned"]):
         return Failure(
             f"{who} returned {code}, and only 0 goes on [E1387]", f"the reason for which it returns {code}, or return 0"
         )
-    place = int(told["controller_not_finite"]) - 1
-    behind = place - len(row["outputs"])
+    position = int(statistics["controller_not_finite"]) - 1
+    behind = position - len(row["outputs"])
     if (beyond := behind - (size := len(row["memory_states"]))) >= 0:
         return _beyond(who, len(row["outputs"]), size, in_memory=beyond > 0)
-    which = f"memory[{behind}]" if behind >= 0 else f"values[{place}], {row['outputs'][place]},"
-    given = ", ".join(f"signals[{k}] = {name}" for k, name in enumerate(row["signals"])) or "it has no signals"
-    hint = f"a check of its divisions, roots and unset values; {given}"
+    which = f"memory[{behind}]" if behind >= 0 else f"values[{position}], {row['outputs'][position]},"
+    signals = ", ".join(f"signals[{k}] = {name}" for k, name in enumerate(row["signals"])) or "it has no signals"
+    hint = f"a check of its divisions, roots and unset values; {signals}"
     return Failure(f"{who} gave {which} a value that is not a finite number [E1388]", hint)
 
 

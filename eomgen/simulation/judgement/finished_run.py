@@ -104,11 +104,11 @@ class UnseenLaw(NamedTuple):
 def laws_between_steps(run: Run) -> list[Formula]:
     """Return the formulas of a scene that may act between the steps of a run: narrow or fast laws of time or state.
     Formulas of inputs that the caller gives are left out. The list is kept in the library of the model."""
-    known: dict[tuple[str, ...], list[Formula]] = run.model.library.kept.setdefault("laws between steps", {})
-    given = tuple(run.signals.given)
-    laws = known.get(given)
+    laws_by_inputs: dict[tuple[str, ...], list[Formula]] = run.model.library.kept.setdefault("laws between steps", {})
+    inputs = tuple(run.signals.given)
+    laws = laws_by_inputs.get(inputs)
     if laws is None:
-        laws = known[given] = run.model.description.fast_laws(given)
+        laws = laws_by_inputs[inputs] = run.model.description.fast_laws(inputs)
     return laws
 
 
@@ -310,7 +310,7 @@ class FinishedRun(EvaluatesOnce):
             epsilon=float(np.finfo(np.float32 if self.single else np.float64).eps),
         )
         off = balance.error is not None and balance.error > invariants.REPORTED_ENERGY
-        working = off and (self._works_between_rows or any(np.any(self.energy[one]) for one in ("power", "base_power")))
+        working = off and (self._works_between_rows or any(np.any(self.energy[key]) for key in ("power", "base_power")))
         if working and self.rows_are_sparse and untold_between_rows(self.states, self.run.model.factors):
             return invariants.EnergyBalance(None, invariants.APART)
         if working and self._small_error and self.passed_over is None:  # then the power at the rows is off
@@ -349,7 +349,7 @@ class FinishedRun(EvaluatesOnce):
         model, t, q = self.run.model, self.states.t, self.states.q
         largest = self.statistics.get("max_constraint", 0.0)
         result = largest_violation(model, t, q, self.run.parameters, largest), largest_stretch(model, t, q)
-        return max(filter(None, result), key=lambda one: one.share, default=None)
+        return max(filter(None, result), key=lambda item: item.share, default=None)
 
     @cached_property
     def bending(self) -> LargestBending | None:

@@ -400,12 +400,12 @@ def unbounded_growth(run: Run, states: States) -> Finding | None:
     )
     if not len(grown):
         return None
-    one = grown[np.argmax(overall[grown])]
-    name, unit = run.model.v_names[one], run.model.v_units[one]
+    entry = grown[np.argmax(overall[grown])]
+    name, unit = run.model.v_names[entry], run.model.v_units[entry]
     samples = ", or a shorter time between samples" if "samples" in run.model.library.layout["method"] else ""
     text = (
-        f"the motion grows without end: {name} by a factor of {overall[one]:.2g}, from at most {sizes[0, one]:.3g}"
-        f" {unit} in the first quarter of the run to {sizes[-1, one]:.3g} {unit} in the last one"
+        f"the motion grows without end: {name} by a factor of {overall[entry]:.2g}, from at most {sizes[0, entry]:.3g}"
+        f" {unit} in the first quarter of the run to {sizes[-1, entry]:.3g} {unit} in the last one"
     )
     hint = f"other signs or sizes of gains, damping and stiffnesses{samples}"
-    return Finding(value=float(overall[one]), text=text, hint=hint)
+    return Finding(value=float(overall[entry]), text=text, hint=hint)

@@ -45,8 +45,8 @@ class Verdict:
         are failures of a strict run."""
         quiet, strict, _ = self._settings
         every = chain.from_iterable(map(self.of, BY_NAME))
-        reported = (one for one in every if one.severity == FAILURE or one.name not in quiet)
-        return tuple(one.as_error() if strict and one.severity == WARNING else one for one in reported)
+        reported = (finding for finding in every if finding.severity == FAILURE or finding.name not in quiet)
+        return tuple(finding.as_error() if strict and finding.severity == WARNING else finding for finding in reported)
 
     @cached_property
     def success(self) -> bool:
@@ -68,9 +68,9 @@ class Verdict:
         checks = [check for check in CHECKS if check.alike and self._run.has({*check.needs} - {ESTIMATED})]
         return tuple(chain.from_iterable(map(self._evaluate, checks)))
 
-    def notes(self, place: str) -> tuple[Finding, ...]:
+    def notes(self, label: str) -> tuple[Finding, ...]:
         """Return the findings that are notes of the metadata at a place, ``start`` or ``call``."""
-        names = (check.name for check in CHECKS if check.noted == place and check.name not in self._settings.quiet)
+        names = (check.name for check in CHECKS if check.noted == label and check.name not in self._settings.quiet)
         return tuple(chain.from_iterable(map(self.of, names)))
 
     def of(self, name: str) -> tuple[Finding, ...]:
@@ -85,8 +85,8 @@ class Verdict:
         """Return the findings of a check on the run, with its name and severity; none if an earlier check makes this
         one superfluous, or if a finding of certain earlier checks is required and missing."""
         run, name = self._run, check.name
-        for other in check.unless:
-            if self._fails_before(name) if other == ANY_FAILURE else self.of(other):
+        for earlier in check.unless:
+            if self._fails_before(name) if earlier == ANY_FAILURE else self.of(earlier):
                 return ()
         if check.after and not any(map(self.of, check.after)):
             return ()
@@ -112,7 +112,7 @@ def message_of(opening: str, findings: Iterable[Finding]) -> str:
     for sentence in _sentences(findings):
         fails = _fails(sentence)
         joint = "" if not message else ", but " if fails and not failed else "; "
-        words = sentence[0].text + "".join(BY_NAME[one.name].continues + one.text for one in sentence[1:])
+        words = sentence[0].text + "".join(BY_NAME[finding.name].continues + finding.text for finding in sentence[1:])
         message += joint + str(Finding(text=words, hint=sentence[-1].hint))
         failed = failed or fails
     return message

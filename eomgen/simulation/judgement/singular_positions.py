@@ -148,8 +148,8 @@ def way_past(method: Method, step: float, *, at_start: bool) -> str:
     if at_start:
         return "a start elsewhere: the constraints do not say there in which branch the motion goes on"
     if method.passes_singularities:
-        other = "else lengths or a start with which the motion does not come so near it, or crosses it faster"
-        return f"a much smaller step where lengths fit all but exactly, {other}"
+        alternative = "else lengths or a start with which the motion does not come so near it, or crosses it faster"
+        return f"a much smaller step where lengths fit all but exactly, {alternative}"
     nearer = f"steps smaller than {step:.3g} s may come nearer to it"
     return f"rk4_partitioned, which passes such positions along the velocity; {nearer}"
 
@@ -184,9 +184,9 @@ def nearest(model: CompiledModel, t: Array, q: Array, p: Array, first: int) -> S
     values, largest = measured
     at_start = _SINGULAR_START * min(1.0, (_LONG / len(model.multipliers)) ** 2)
     measure, least = (largest, at_start) if len(t) == 1 else (values.max(), NEARLY)
-    place = first + int(np.argmin(values[first:]))
-    part = float(values[place] / measure) if measure > 0.0 else 1.0
-    return SingularPosition(float(t[place]), part) if part < least else None
+    row = first + int(np.argmin(values[first:]))
+    part = float(values[row] / measure) if measure > 0.0 else 1.0
+    return SingularPosition(float(t[row]), part) if part < least else None
 
 
 def _by_whole_matrices(model: CompiledModel, t: Array, q: Array, p: Array) -> tuple[Array, float] | None:

@@ -52,7 +52,7 @@ class CallerControllers:
     def single(self) -> str:
         """The names of the controllers that cannot be made anew for another run; empty: all can."""
         pairs = zip(self.rows, self.functions, strict=True)
-        return ", ".join(row["name"] for row, given in pairs if not row["declared"] and not _makes(given))
+        return ", ".join(row["name"] for row, function in pairs if not row["declared"] and not _makes(function))
 
     def on(self, library: Library) -> BoundControllers:
         """Return the functions for one stepper of a library, with new objects of classes.
@@ -62,11 +62,11 @@ class CallerControllers:
         UsageError
             A class cannot be called without arguments, or its objects cannot be called.
         """
-        made = [
-            _make_function(row["name"], given) if _makes(given) else given
-            for row, given in zip(self.rows, self.functions, strict=True)
+        functions = [
+            _make_function(row["name"], function) if _makes(function) else function
+            for row, function in zip(self.rows, self.functions, strict=True)
         ]
-        return BoundControllers(self.rows, made, library)
+        return BoundControllers(self.rows, functions, library)
 
 
 def called_by(layout: Mapping[str, Any]) -> list[Mapping[str, Any]]:
@@ -74,10 +74,10 @@ def called_by(layout: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     return [item for item in layout["method"].get("samples", {}).get("controllers", ()) if not item["function"]]
 
 
-def read_controllers(given: Mapping[str, Controller] | None, layout: Mapping[str, Any]) -> CallerControllers | None:
+def read_controllers(functions: Mapping[str, Controller] | None, layout: Mapping[str, Any]) -> CallerControllers | None:
     """Return the caller's functions for the sampled controllers of a stepper, checked; None if none are needed.
 
-    `given` has functions by the names of controllers, `layout` is the library's.
+    `functions` has functions by the names of controllers, `layout` is the library's.
 
     Raises
     ------
@@ -87,13 +87,13 @@ def read_controllers(given: Mapping[str, Controller] | None, layout: Mapping[str
     """
     rows = called_by(layout)
     names = tuple(str(row["name"]) for row in rows)
-    if given is not None and not isinstance(given, Mapping):
-        kind = "a function" if callable(given) else type(given).__name__
+    if functions is not None and not isinstance(functions, Mapping):
+        kind = "a function" if callable(functions) else type(functions).__name__
         hint = f'controllers={{"{names[0] if names else "name"}": function}}'
         raise UsageError(
             Problem("controllers", f"a mapping from names to functions is needed, not {kind} [E2054]", hint)
         )
-    for name, function in (given or {}).items():
+    for name, function in (functions or {}).items():
         if not names:
             fault = "no controller of the scene leaves its function to the caller [E2055]"
             hint = 'type = "sampled" without a source in the scene'
@@ -104,12 +104,12 @@ def read_controllers(given: Mapping[str, Controller] | None, layout: Mapping[str
             raise UsageError(Problem(f"controller {name}", fault, "def law(t, signals): return ..."))
     problems = []
     for row in rows:
-        if row["name"] not in (given or {}):
+        if row["name"] not in (functions or {}):
             hint = f"controllers={{{row['name']!r}: law}} in Python, where law({_arguments(row)}) gives {_numbers(row)}"
             problems.append(
                 Problem(f"controller {row['name']}", "the scene leaves its function to the caller [E2058]", hint)
             )
-        elif not _takes_arguments(given[row["name"]], row):  # type: ignore[index]  # a mapping, if a name is in it
+        elif not _takes_arguments(functions[row["name"]], row):  # type: ignore[index]  # a mapping, if a name is in it
             fault = (
                 f"the function does not take the {2 + bool(row['memory_states'])} arguments that it is called"
                 f" with [E2057]"
@@ -118,7 +118,7 @@ def read_controllers(given: Mapping[str, Controller] | None, layout: Mapping[str
             problems.append(Problem(f"controller {row['name']}", fault, hint))
     if problems:
         raise UsageError(problems)
-    return CallerControllers(tuple(rows), tuple((given or {})[name] for name in names)) if rows else None
+    return CallerControllers(tuple(rows), tuple((functions or {})[name] for name in names)) if rows else None
 
 
 class BoundControllers:
@@ -161,14 +161,14 @@ class BoundControllers:
         `signals`, `values` and `memory` are pointers to doubles."""
         row, began = self._rows[number], time.perf_counter()
         try:
-            given = self._array(signals, len(row["signal_states"]))
+            inputs = self._array(signals, len(row["signal_states"]))
             if row["memory_states"]:
-                kept = self._array(memory, len(row["memory_states"]))
-                result = self._functions[number](t, given, kept)
-                _check_finite(row, "leaves in its memory", kept, t)
-                memory[0 : len(kept)] = kept.tolist()
+                state = self._array(memory, len(row["memory_states"]))
+                result = self._functions[number](t, inputs, state)
+                _check_finite(row, "leaves in its memory", state, t)
+                memory[0 : len(state)] = state.tolist()
             else:
-                result = self._functions[number](t, given)
+                result = self._functions[number](t, inputs)
             outputs = _values(row, result, t)
             values[0 : len(outputs)] = outputs.tolist()
         except UsageError as error:
@@ -191,24 +191,24 @@ class BoundControllers:
         return np.frombuffer(self._ffi.buffer(numbers, 8 * size), dtype=np.float64).copy()
 
 
-def _makes(given: Controller) -> bool:
+def _makes(controller: Controller) -> bool:
     """Return whether a controller is a class, or a partial of a class, whose objects are functions."""
-    return isinstance(given.func if isinstance(given, functools.partial) else given, type)
+    return isinstance(controller.func if isinstance(controller, functools.partial) else controller, type)
 
 
-def _make_function(name: str, given: Controller) -> Controller:
-    kind = given.func if isinstance(given, functools.partial) else given
+def _make_function(name: str, controller: Controller) -> Controller:
+    kind = controller.func if isinstance(controller, functools.partial) else controller
     label = getattr(kind, "__name__", str(kind))
     try:
-        made = given()
+        result = controller()
     except Exception as error:
         fault = f"the class {label} makes no object: {type(error).__name__}: {error} [E2060]"
         hint = "a class without arguments, or functools.partial(...) with them"
         raise UsageError(Problem(f"controller {name}", fault, hint)) from error
-    if not callable(made):
+    if not callable(result):
         fault = f"objects of the class {label} cannot be called [E2059]"
         raise UsageError(Problem(f"controller {name}", fault, "def __call__(self, t, signals): return ..."))
-    function: Controller = made
+    function: Controller = result
     return function
 
 
@@ -224,13 +224,13 @@ def _meaning(row: Mapping[str, Any]) -> str:
     return f"t is in s, {order}{kept}"
 
 
-def _takes_arguments(given: Controller, row: Mapping[str, Any]) -> bool:
+def _takes_arguments(controller: Controller, row: Mapping[str, Any]) -> bool:
     """Return whether a controller can be called with (t, signals), or (t, signals, memory) if declared; True if
     unknown."""
-    if _makes(given):
+    if _makes(controller):
         return True
     try:
-        inspect.signature(given).bind(*[None] * (2 + bool(row["memory_states"])))
+        inspect.signature(controller).bind(*[None] * (2 + bool(row["memory_states"])))
     except TypeError:
         return False
     except ValueError:  # no signature is known of some functions in C
@@ -252,13 +252,13 @@ def _values(row: Mapping[str, Any], result: object, t: float) -> Array:
     except (TypeError, ValueError):
         array = np.zeros((0, 0))
     if result is None or array.shape not in ((size,), () if size == 1 else (size,)):
-        given = "nothing" if result is None else f"an array of shape {array.shape}"
+        label = "nothing" if result is None else f"an array of shape {array.shape}"
         if result is not None and array.shape == (0, 0):
-            given = f"{type(result).__name__}, which is not an array of numbers"
-        fault = f"the function gives {given} at t = {t:.9g} s, and has to give {_numbers(row)} [E2061]"
-        one = f"return value, the number that {row['outputs'][0]} holds"
+            label = f"{type(result).__name__}, which is not an array of numbers"
+        fault = f"the function gives {label} at t = {t:.9g} s, and has to give {_numbers(row)} [E2061]"
+        single = f"return value, the number that {row['outputs'][0]} holds"
         several = f"return {', '.join(row['outputs'])}"
-        raise UsageError(Problem(where, fault, one if size == 1 else several))
+        raise UsageError(Problem(where, fault, single if size == 1 else several))
     numbers = array.reshape(size)
     _check_finite(row, "gives", numbers, t)
     return numbers

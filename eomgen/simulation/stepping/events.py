@@ -94,7 +94,7 @@ def without_value(run: Run, rows: Array, events: Events | None) -> list[str]:
     if events is not None and len(events) and events.t[-1] > t:
         *_, event = events
         t, q, v, z, p = event.t, event.q, event.v, event.z, parameters_with(events, model, p, event.modes)
-    held = {"multipliers": multipliers} if model.multipliers else {}
+    arguments = {"multipliers": multipliers} if model.multipliers else {}
     a = np.where(np.isfinite(a), a, 0.0)
     names = [row["name"] for row in model.library.layout["method"]["events"]["rows"]]
     missing = np.zeros(len(names), dtype=bool)
@@ -103,9 +103,9 @@ def without_value(run: Run, rows: Array, events: Events | None) -> list[str]:
             time = share * step
             u = run.signals.rows(np.array([t + time]))[0] if model.nu else None
             ahead = product.update(model.factors, q, time * v + 0.5 * time**2 * a), v + time * a, a, t + time, u
-            functions = model.evaluate("events", *ahead, z=z, parameters=p, **held)
+            functions = model.evaluate("events", *ahead, z=z, parameters=p, **arguments)
             missing |= ~(np.isfinite(functions["event"]) & np.isfinite(functions["event_rate"]))
-    return [name for name, one in zip(names, missing, strict=True) if one]
+    return [name for name, is_missing in zip(names, missing, strict=True) if is_missing]
 
 
 def ending(status: int, stepper: Stepper, without_value: Sequence[str] = ()) -> str:

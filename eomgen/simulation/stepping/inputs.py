@@ -132,17 +132,17 @@ def jumps_known(library: Library) -> bool:
     """
     by_formulas = any(function["name"] == "inputs" for function in library.layout["functions"])
     method = library.layout["method"]
-    own = "jumps" in method or method.get("own_steps", False) or method.get("inputs") != "sampled"
-    return by_formulas and own
+    follows_jumps = "jumps" in method or method.get("own_steps", False) or method.get("inputs") != "sampled"
+    return by_formulas and follows_jumps
 
 
-def check_reach(layout: Mapping[str, Any], given: Mapping[str, CheckedSignal], start: float, end: float) -> None:
+def check_reach(layout: Mapping[str, Any], signals: Mapping[str, CheckedSignal], start: float, end: float) -> None:
     """Raise UsageError if a run, from start to end in s, leaves the points of a curve or the known time of a random
-    process. Curves of inputs in `given`, the caller's, do not count. `layout` is the library's."""
+    process. Curves of inputs in `signals`, the caller's, do not count. `layout` is the library's."""
     for item in layout["validity"]:
         first, last = float(item["start"]), float(item["end"])
         rounding = 1e-9 * (last - first)
-        if item["input"] in given or (start >= first - rounding and end <= last + rounding):
+        if item["input"] in signals or (start >= first - rounding and end <= last + rounding):
             continue
         early = start < first - rounding
         process, mode, _ = str(item["name"]).partition(" mode ")
@@ -164,10 +164,10 @@ def check_reach(layout: Mapping[str, Any], given: Mapping[str, CheckedSignal], s
         raise UsageError(Problem("t_end", fault, f"t_end = {last:.9g}, or {beyond}"))
 
 
-def check_held(method: str, given: Mapping[str, CheckedSignal]) -> None:
+def check_held(method: str, signals: Mapping[str, CheckedSignal]) -> None:
     """Raise UsageError if an input of the caller is not a number, for a method that expands inputs in series of
     time."""
-    for name, signal in given.items():
+    for name, signal in signals.items():
         if not isinstance(signal, float):
             kind = "a function" if callable(signal) else "a table"
             fault = f"{method} needs the time derivatives of inputs, which {kind} from outside does not have [E2065]"
@@ -193,9 +193,9 @@ def read_signals(
         Anything but a mapping; unknown names; arrays that do not fit the step grid; values that are not finite.
     """
     if inputs is not None and not isinstance(inputs, Mapping):
-        given = "a function" if callable(inputs) else type(inputs).__name__
+        kind = "a function" if callable(inputs) else type(inputs).__name__
         hint = f'inputs={{"{names[0] if names else "name"}": signal}}, each a number, a function of t, or a table'
-        raise UsageError(Problem("inputs", f"a mapping from the names of inputs is needed, not {given} [E2066]", hint))
+        raise UsageError(Problem("inputs", f"a mapping from the names of inputs is needed, not {kind} [E2066]", hint))
     read: dict[str, CheckedSignal] = {}
     for name, signal in (inputs or {}).items():
         if type(signal) is float and math.isfinite(signal) and name in names:  # optimisations give numbers
@@ -230,7 +230,7 @@ def _call_at(name: str, signal: Function, times: Array) -> Array:
     values = np.empty(len(times))
     for index, t in enumerate(times):
         try:
-            given = signal(float(t))
+            value = signal(float(t))
         except Exception as error:
             fault = f"the function failed at t = {t:.9g} s: {type(error).__name__}: {error} [E2020]"
             hint = "a function that gives a number at every time of the run"
@@ -238,14 +238,14 @@ def _call_at(name: str, signal: Function, times: Array) -> Array:
                 hint = "lambda t: ..., as inputs see the time only"
                 hint += "; feedback is a sampled controller, a formula of the scene, or model.start"
             raise UsageError(Problem(f"input {name}", fault, hint)) from error
-        if given is None:
+        if value is None:
             fault = f"the function returns None at t = {t:.9g} s [E2068]"
             raise UsageError(Problem(f"input {name}", fault, "a return statement with its value"))
         try:
-            values[index] = given
+            values[index] = value
         except (TypeError, ValueError):
-            shape = np.shape(given) if isinstance(given, np.ndarray | list | tuple) else ()
-            kind = f"{math.prod(shape)} numbers" if shape else type(given).__name__
+            shape = np.shape(value) if isinstance(value, np.ndarray | list | tuple) else ()
+            kind = f"{math.prod(shape)} numbers" if shape else type(value).__name__
             fault = f"the function gives {kind} at t = {t:.9g} s, and one real number is needed [E2069]"
             hint = "one function for each input" if shape else "float(...) of the value that is meant"
             raise UsageError(Problem(f"input {name}", fault, hint)) from None

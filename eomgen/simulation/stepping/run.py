@@ -90,9 +90,9 @@ def stored_run(
     p = model.parameter_array({name: data["parameters"][name] for name in model.parameters})
     start, step = float(data["t_start"]), settings["step"]
     grid = time_grid(start, end, step, library.real)
-    given = read_signals(inputs, model.inputs, grid.steps)
-    signals = InputSignals(model.inputs, given, scene_inputs(model, p), step, start, jumps_known(library))
+    caller_inputs = read_signals(inputs, model.inputs, grid.steps)
+    signals = InputSignals(model.inputs, caller_inputs, scene_inputs(model, p), step, start, jumps_known(library))
     every, corrections = int(data["record_every"]), [*map(Message, data.get("corrections", []))]
     begun = data.get("start", SCENE_START)
-    known = corrections, begun, controllers, data.get("bounded_for", "")
-    return Run(model, data["method"], method, settings, p, signals, grid, every, *known)
+    history = corrections, begun, controllers, data.get("bounded_for", "")
+    return Run(model, data["method"], method, settings, p, signals, grid, every, *history)

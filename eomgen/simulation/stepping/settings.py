@@ -33,19 +33,19 @@ REASON = (
 HINT = "an origin of time near the run, with the phase there in the formula"
 
 
-def large_angles(description: Description, values: SymbolValues, given: Collection[str] = ()) -> str:
+def large_angles(description: Description, values: SymbolValues, inputs: Collection[str] = ()) -> str:
     """Return the sines and cosines in formulas whose arguments are too large, in words; empty if there are none.
 
     Parameters
     ----------
     values : numbers by kind, name and index of a symbol; arguments that need further symbols are left out
-    given : inputs whose formulas are replaced
+    inputs : inputs whose formulas are replaced
     """
 
     t, value_of = values["time", "", 0], functools.partial(value_in, values)
     result: dict[str, None] = {}
     for item in description.inputs:
-        if item.name in given:
+        if item.name in inputs:
             continue
         beyond = [w * t for _, w, _ in item.harmonics if abs(w * t) > LARGEST_ANGLE]
         result |= dict.fromkeys(f"cos({angle:.6g}) in the input {item.name}" for angle in beyond[:1])
@@ -88,13 +88,13 @@ def large_joint_angles(names: list[str], units: list[str], q: Array) -> str:
 
 
 def check_angles(
-    description: Description, parameters: Mapping[str, float], given: Collection[str], start: float, end: float
+    description: Description, parameters: Mapping[str, float], inputs: Collection[str], start: float, end: float
 ) -> None:
     """Raise UsageError if formulas take sines of too large arguments at the times `start` or `end` of a run, s.
-    `parameters` has tunable parameters by name, `given` the inputs whose formulas the caller replaces."""
+    `parameters` has tunable parameters by name, `inputs` the inputs whose formulas the caller replaces."""
     fixed = {("parameter", name, 0): value for name, value in description.values(parameters).items()}
     for key, t in (("t_start", start), ("t_end", end)):
-        if too_large := large_angles(description, {**fixed, ("time", "", 0): t}, given):
+        if too_large := large_angles(description, {**fixed, ("time", "", 0): t}, inputs):
             raise UsageError(Problem(key, f"{too_large} would be taken at t = {t:.9g} s; {REASON} [E2071]", HINT))
 
 
@@ -113,21 +113,21 @@ def positive(name: str, value: object) -> float:
     return number
 
 
-def chosen_method(name: str, given: Mapping[str, float | None], scene: Mapping[str, Any], constrained: bool) -> Method:
+def chosen_method(name: str, values: Mapping[str, float | None], scene: Mapping[str, Any], constrained: bool) -> Method:
     """Return the method of a run by its name, with parameters from the caller or the scene.
 
-    `given` has the parameters by name, None for the scene's value in `scene`, the defaults of the library.
+    `values` has the parameters by name, None for the scene's value in `scene`, the defaults of the library.
     `constrained`: whether the model has constraints. Raises UsageError for parameters that the method does not have or
     cannot use, and for values that it refuses.
     """
-    for key, value in given.items():
+    for key, value in values.items():
         if value is not None:
             number_of(key, value, "number")
-    if given["rho_inf"] is not None and not 0.0 <= given["rho_inf"] <= 1.0:
+    if values["rho_inf"] is not None and not 0.0 <= values["rho_inf"] <= 1.0:
         raise UsageError(
-            Problem("rho_inf", f"rho_inf must lie between 0 and 1, not {given['rho_inf']:.9g} [E2073]", "0.8")
+            Problem("rho_inf", f"rho_inf must lie between 0 and 1, not {values['rho_inf']:.9g} [E2073]", "0.8")
         )
-    method = method_named(name, **method_parameters(name, given, scene))
+    method = method_named(name, **method_parameters(name, values, scene))
     for need in method.needs:
         if need.parameter and need.fact == "constraints" and constrained is not need.value:
             raise UsageError(
@@ -143,11 +143,11 @@ def stepper_settings(
     `extra`. `data` is the layout of the method, `step` in s, and `extra` the caller's settings. Raises UsageError for
     settings that the stepper does not have or refuses."""
     values = default_settings(data)
-    own = {name: float(value) for name, value in method.parameters.items()}
+    parameters = {name: float(value) for name, value in method.parameters.items()}
     for name, value in extra.items():
         values[name] = checked_setting(data, name, number_of(f"settings.{name}", value, "number"))
     values["step"] = step
-    return values | own
+    return values | parameters
 
 
 def stepper_library(model: CompiledModel, name: str, method: Method) -> Library:
@@ -155,8 +155,8 @@ def stepper_library(model: CompiledModel, name: str, method: Method) -> Library:
     UsageError if the model was built without terms that the method needs, and ModelError if the method cannot run on
     the scene."""
     layout = model.library.layout
-    own = name == canonical_name(layout["built_method"])
-    if own and layout["method"]:
+    is_built = name == canonical_name(layout["built_method"])
+    if is_built and layout["method"]:
         return model.library
     facts = layout["facts"]
     mass = "mass" in model.functions and not facts["ill_scaled"]
@@ -170,7 +170,7 @@ def stepper_library(model: CompiledModel, name: str, method: Method) -> Library:
         raise UsageError(
             Problem("simulate", fault, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, withheld))}])")
         )
-    library = model.library if own and not missing else model.stepper(name)
+    library = model.library if is_built and not missing else model.stepper(name)
     if not library.layout["method"]:
         refusal = library.layout["stepper_refused"].removeprefix(f"{method.family} ")
         unmet = [need for need in method.needs if bool(facts.get(need.fact, need.value)) is not need.value]
@@ -239,14 +239,14 @@ def _keep(kept: dict[K, T], key: K, value: T) -> None:
 
 
 def chosen_stepper(
-    model: CompiledModel, method: str | None, given: Mapping[str, float | None], settings: Mapping[str, float] | None
+    model: CompiledModel, method: str | None, options: Mapping[str, float | None], settings: Mapping[str, float] | None
 ) -> ChosenStepper:
     """Return the stepper for a run; a stepper other than the model's own is compiled at first use.
 
     Parameters
     ----------
     method : by default the method of the model's library
-    given : parameters of the method, None for the scene's value
+    options : parameters of the method, None for the scene's value
     settings : the caller's own
 
     Raises
@@ -254,17 +254,17 @@ def chosen_stepper(
     UsageError, ModelError
         As of ``chosen_method``, ``stepper_library`` and ``stepper_settings``; settings that are not a mapping.
     """
-    kept: dict[Hashable, ChosenStepper] = model.functions.library.kept.setdefault("chosen steppers", {})
-    values = (method, *given.values(), *(settings.items() if isinstance(settings, Mapping) else (settings,)))
+    store: dict[Hashable, ChosenStepper] = model.functions.library.kept.setdefault("chosen steppers", {})
+    values = (method, *options.values(), *(settings.items() if isinstance(settings, Mapping) else (settings,)))
     key = (values, tuple(map(type, values)))  # True differs from 1 here
     try:
-        if key in kept and kept[key].library.successor is None:
-            return kept[key]
+        if key in store and store[key].library.successor is None:
+            return store[key]
     except TypeError:  # values without a hash are not valid options either
         pass
     defaults = model.library.layout["defaults"]
-    name = canonical_name(model.library.layout["built_method"] if method is None else method, given["tolerance"])
-    stepped_by = chosen_method(name, given, defaults, bool(model.multipliers))
+    name = canonical_name(model.library.layout["built_method"] if method is None else method, options["tolerance"])
+    stepped_by = chosen_method(name, options, defaults, bool(model.multipliers))
     library = stepper_library(model, name, stepped_by)
     if settings is not None and not isinstance(settings, Mapping):
         fault = f"a mapping is needed, not {type(settings).__name__} [E0090]"
@@ -273,7 +273,7 @@ def chosen_stepper(
     bounded = "largest_step" in (settings or {}) or chosen.get("largest_step") != 0.0
     finds_bound = stepped_by.chooses_steps and not bounded and bool(model.description.fast_laws())
     result = ChosenStepper(name, stepped_by, library, chosen, jumps_known(library), finds_bound)
-    _keep(kept, key, result)
+    _keep(store, key, result)
     return result
 
 
@@ -285,12 +285,12 @@ def check_span(run: Run, library: Library) -> None:
     ----------
     library : library with the stepper
     """
-    model, given, p = run.model, run.signals.given, run.parameters
+    model, inputs, p = run.model, run.signals.given, run.parameters
     start, end = run.grid.start, run.grid.reached
-    check_reach(model.library.layout, given, start, end)
+    check_reach(model.library.layout, inputs, start, end)
     if refused := followed_laws(model, run.method, p, run.grid)[0]:
         raise UsageError(refused)
-    check_angles(model.description, dict(zip(model.parameters, p.tolist(), strict=True)), given, start, end)
+    check_angles(model.description, dict(zip(model.parameters, p.tolist(), strict=True)), inputs, start, end)
     check_jumps(library.layout["method"], run.grid.step)
 
 

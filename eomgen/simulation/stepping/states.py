@@ -56,8 +56,8 @@ def states_of(rows: Array, model: CompiledModel, *, views: bool = False) -> Stat
     parts = (rows[:, 0], rows[:, 1:v], rows[:, v:a], rows[:, a:multipliers], rows[:, multipliers:z], rows[:, z:])
     if views:
         return States(*parts)
-    one, two, three, four, five, six = parts  # without a loop, which costs a call
-    return States(one.copy(), two.copy(), three.copy(), four.copy(), five.copy(), six.copy())
+    t, positions, velocities, accelerations, lam, states = parts  # without a loop, which costs a call
+    return States(t.copy(), positions.copy(), velocities.copy(), accelerations.copy(), lam.copy(), states.copy())
 
 
 def inputs_at_rows(model: CompiledModel, t: Array, p: Array, signals: InputSignals | None) -> PrescribedInputs:
@@ -75,21 +75,21 @@ def inputs_at_rows(model: CompiledModel, t: Array, p: Array, signals: InputSigna
     return PrescribedInputs(u, model.evaluator.functions("base", drivers)[0] if model.evaluator.moving_base else None)
 
 
-def row_values(name: str, model: CompiledModel, states: States, given: PrescribedInputs, p: Array) -> dict[str, Array]:
+def row_values(name: str, model: CompiledModel, states: States, inputs: PrescribedInputs, p: Array) -> dict[str, Array]:
     """Return the outputs, or the energies, at all rows by name, (n, ...); empty if the model was built without the
     term.
 
     Parameters
     ----------
     name : ``outputs`` or ``energy``
-    given : inputs and base at the rows
+    inputs : inputs and base at the rows
     p : (np,) or (n, np) parameters
     """
     if name not in model.functions:
         return {}
     result: list[Mapping[str, Array]] = []
     t, q, v, a, multipliers, z = states
-    blocks = {"t": t, "q": q, "v": v, "a": a, "lam": multipliers, "z": z, "u": given.u, "base": given.base, "p": p}
+    blocks = {"t": t, "q": q, "v": v, "a": a, "lam": multipliers, "z": z, "u": inputs.u, "base": inputs.base, "p": p}
     for start in range(0, len(t), _BATCH):
         part = slice(start, start + _BATCH)
         there = {
@@ -100,23 +100,23 @@ def row_values(name: str, model: CompiledModel, states: States, given: Prescribe
         result.append(motion_values(model, name, there))
     if len(result) == 1:
         return dict(result[0])
-    return {key: np.concatenate([one[key] for one in result]) for key in result[0]} if result else {}
+    return {key: np.concatenate([batch[key] for batch in result]) for key in result[0]} if result else {}
 
 
-def starts_at_equilibrium(start: str | None, given: bool, of_scene: str) -> bool:
+def starts_at_equilibrium(start: str | None, has_state: bool, of_scene: str) -> bool:
     """Return whether a run starts at static equilibrium.
 
     Parameters
     ----------
     start, of_scene : of the run, if any, and of the scene
-    given : whether an initial state was
+    has_state : whether an initial state was given
 
     Raises
     ------
     UsageError
         The run can start at neither.
     """
-    chosen = start if start is not None else "initial" if given else of_scene
+    chosen = start if start is not None else "initial" if has_state else of_scene
     if chosen not in ("initial", "equilibrium"):
         hint = "initial={...}, for a state" if isinstance(chosen, Mapping) else "initial or equilibrium"
         raise UsageError(Problem("start", f"a run cannot start at {chosen!r} [E2077]", hint))
@@ -135,9 +135,9 @@ def start_of(
     changed : whether the state or the parameters differ from the values that the model was built with
     """
     model, p, t = run.model, run.parameters, run.grid.start
-    own = not initial and p.tolist() == list(model.parameters.values())
-    state, sentences = initial_state(model, initial, p, asked=not (own or equilibrium_start)), list[str]()
-    if own:
+    is_scene_start = not initial and p.tolist() == list(model.parameters.values())
+    state, sentences = initial_state(model, initial, p, asked=not (is_scene_start or equilibrium_start)), list[str]()
+    if is_scene_start:
         sentences = [note for note in model.notes if note.code in (CORRECTED, LOST, STRAINED)]
     notes: list[str] = []
     if equilibrium_start:
@@ -150,8 +150,8 @@ def start_of(
         notes = [f"the start at rest: {Message(note).line}" for note in rest.notes]
     if model.multipliers and (equilibrium_start or changed or t != 0.0):
         starts = () if equilibrium_start else starts_of(model, initial)
-        kept = kept_components(model.factors, starts)
-        consistent = consistent_state(model, state.q, state.v, t, p, kept=kept)
+        components = kept_components(model.factors, starts)
+        consistent = consistent_state(model, state.q, state.v, t, p, kept=components)
         names, units = (model.q_names, model.v_names), (model.q_units, model.v_units)
         freedoms = model.nv - len(model.multipliers)
         guess = (state.q, state.v)

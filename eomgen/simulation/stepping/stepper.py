@@ -169,7 +169,7 @@ class Stepper:
     def statistics(self) -> dict[str, int | float]:
         """Counts of the stepper since its last initialization."""
         state = self.state.tolist()
-        return {name: int(state[place]) if whole else state[place] for name, place, whole in self.plan.counted}
+        return {name: int(state[index]) if whole else state[index] for name, index, whole in self.plan.counted}
 
     @property
     def count(self) -> int:
@@ -278,7 +278,7 @@ class LaneStepper:
         self.width = sum(int(size) for _, size in method["row"])
         self.places, self.row_places = state_layout(method), row_layout(method)
         self._modes = len(method.get("events", {"modes": ()})["modes"])
-        self._size = max(place.stop for place in self.places.values())
+        self._size = max(index.stop for index in self.places.values())
         self._lib, self._ffi = library.lib, library.ffi
         self._settings = np.array([*settings.values(), 0.0])
         self._state, self._workspace = on_cache_lines(library.state_size), on_cache_lines(library.workspace_size)
@@ -357,14 +357,14 @@ class LaneStepper:
         record = np.full((count, 1 + rows + (rest > 0) + (shorter > 0.0), self.width), np.nan)
         modes = np.full((*record.shape[:2], self._modes), np.nan)
         flat, statuses = np.empty((count, self._size)), np.zeros(count, dtype=np.intc)
-        given = [np.ascontiguousarray(part, dtype=float) for part in (parameters, states)]
+        arrays = [np.ascontiguousarray(part, dtype=float) for part in (parameters, states)]
         beside = None if tables is None else self._beside(tables)
         self._lib.eomgen_lanes_groups(
-            self._doubles(np.append(given[0].ravel(), 0.0)),
+            self._doubles(np.append(arrays[0].ravel(), 0.0)),
             self._doubles(self._settings),
             self._doubles(None if inputs is None else np.ascontiguousarray(inputs, dtype=float)),
             self._doubles(beside),
-            self._doubles(given[1]),
+            self._doubles(arrays[1]),
             self._doubles(self._state),
             self._doubles(self._workspace),
             count // self.lanes,

@@ -149,27 +149,27 @@ class StepParts:
     end: float
     order: float
 
-    def ratio(self, step: float, other: float, times: Array) -> Array:
-        """Return at times (n,), s, the effective ratio of steps, (error with steps ``other`` / error with steps
+    def ratio(self, step: float, larger: float, times: Array) -> Array:
+        """Return at times (n,), s, the effective ratio of steps, (error with steps ``larger`` / error with steps
         ``step``)^(1/order); other/step without jumps, 1 if both runs have the same parts."""
         if not len(self.ends):
-            return np.full(len(times), other / step)
-        last = min(self.end, self.start + _MOST * min(step, other))
+            return np.full(len(times), larger / step)
+        last = min(self.end, self.start + _MOST * min(step, larger))
         places = np.clip(times, min(self.start + step, last), last)
-        own, others = (np.interp(places, *self._errors(one, last)) for one in (step, other))
-        result: Array = (others / own) ** (1.0 / self.order)
+        errors, others = (np.interp(places, *self._errors(h, last)) for h in (step, larger))
+        result: Array = (others / errors) ** (1.0 / self.order)
         return result
 
-    def tell(self, step: float, other: float) -> bool:
-        """Return whether a run in steps of ``step`` and one in longer steps ``other``, s, differ enough for an error
+    def tell(self, step: float, larger: float) -> bool:
+        """Return whether a run in steps of ``step`` and one in longer steps ``larger``, s, differ enough for an error
         estimate. The ratio of their errors has to be clear in all windows of the run with a considerable error."""
         if not len(self.ends):
             return True
-        last = min(self.end, self.start + _MOST * min(step, other))
+        last = min(self.end, self.start + _MOST * min(step, larger))
         windows = np.linspace(self.start, last, _WINDOWS + 1)[1:]
-        own = np.interp(windows, *self._errors(step, last))
-        there = own > _HARDLY * own[-1]
-        return bool(np.all(self.ratio(step, other, windows)[there] ** self.order >= _TOLD))
+        errors = np.interp(windows, *self._errors(step, last))
+        there = errors > _HARDLY * errors[-1]
+        return bool(np.all(self.ratio(step, larger, windows)[there] ** self.order >= _TOLD))
 
     def longest(self, step: float) -> float:
         """Return the longest part of steps of a length, s."""
