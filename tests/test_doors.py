@@ -217,7 +217,7 @@ DOORS: dict[str, set[str]] = {
     },
     "products.optimisers": {
         *("base", "codegen", "compiled", "errors", "integrators", "lie", "pipeline", "symbolic", "system"),
-        "toolchain",
+        *("products.derivatives", "toolchain"),
     },
     "products.laws": {"base", "cli", "errors", "formula", "scene", "symbolic", "system", "toolchain"},
     "products.linear": {
@@ -354,11 +354,12 @@ ORDER: dict[str, tuple[str, ...]] = {
         "simulate",
     ),
     "products.derivatives": (
-        "equations functionals linear_steps motion",
-        "start",
+        "equations functionals linear_steps motion steps",
+        "momenta start",
         "linear_run",
-        "alpha_run crossings jump_motion jump_partials transition_run",
-        "jump_run stage_run variational_run",
+        "alpha_run crossings jump_motion jump_partials linear_operations",
+        "jump_run partitioned_steps",
+        "transition_run",
         "second_order",
         "stationary_run",
         "run_sensitivities",

@@ -9,4 +9,4 @@ PRODUCT = Product(
     rows={"eomgen.verbs": (Verb("sensitivities", methods=("eomgen.products.derivatives.linearise:sensitivities",)),)}
 )
 #: Open to the other parts of ``products`` as well.
-WITHIN = ["crossings", "functionals", "linearise", "run_sensitivities", "stationary_run"]
+WITHIN = ["crossings", "functionals", "linearise", "run_sensitivities", "stationary_run", "steps"]

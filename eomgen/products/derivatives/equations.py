@@ -280,6 +280,20 @@ class StepEquations:
             zeros = self._known_zeros[shape] = np.broadcast_to(np.zeros(()), shape)
         return zeros
 
+    def forced_changes(self, blocks: Mapping[str, Array], partials: EquationPartials) -> Array:
+        """Return changes of accelerations and multipliers with q, v, z and parameters at n states, (n, nv + nl, size +
+        parameters). `blocks` are input blocks with these accelerations and multipliers, `partials` the partials of e
+        there."""
+        e, nv, nl, count = partials, self.nv, self.nl, len(partials.Jq)
+        right = np.concatenate([e.Jq, e.Jv, e.Jz, e.P], axis=2)[:, :nv]
+        if not nl:
+            return solve(e.Ja[:, :nv], right, blocks["t"])
+        by_state = self.of("acceleration_partials", blocks)
+        none = np.zeros((count, nl, self.nz))
+        below = np.concatenate([by_state["Aq"], by_state["Av"], none, self.acceleration_parameters(blocks)], axis=2)
+        matrix = bordered_matrix(e.Ja[:, :nv], e.Jv[:, -nl:])
+        return solve(matrix, np.concatenate([right, below], axis=1), blocks["t"])
+
     def output_partials(self, values: Mapping[str, Array]) -> tuple[Array, Array]:
         """Return the partials of the chosen outputs at n rows of a run.
 

@@ -26,9 +26,9 @@ from eomgen.products.derivatives.jump_motion import JumpMotion
 from eomgen.products.derivatives.jump_run import JumpRun
 from eomgen.products.derivatives.linear_run import DerivativeVariables, LinearRun, Start
 from eomgen.products.derivatives.motion import ReplayedRun
+from eomgen.products.derivatives.partitioned_steps import PartitionedMotion
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
-from eomgen.products.derivatives.stage_run import PartitionedMotion, StageRun
-from eomgen.products.derivatives.variational_run import VariationalRun
+from eomgen.products.derivatives.transition_run import TransitionRun
 from eomgen.simulation.option_types import KNOWN_ELSEWHERE
 from eomgen.simulation.request import read_request
 from eomgen.simulation.stepping.inputs import Signal
@@ -218,7 +218,7 @@ def _linear_run(
     else:
         of_step = 32 * (2 * (model.nv + len(model.multipliers)) + model.nz) ** 2
         motion = PartitionedMotion if step.b and model.multipliers else ReplayedRun
-        linear = StageRun if step.b else VariationalRun
+        linear = TransitionRun
     return linear(motion(run, stepper, state, of_step), start, by, rows)
 
 

@@ -10,15 +10,15 @@ the constraints:
 
 from __future__ import annotations
 
-from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.formula.evaluate import symbols
-from eomgen.products.derivatives.equations import EquationPartials, bordered_matrix, solve
+from eomgen.integrators.families.family import LinearTransitions
+from eomgen.lie.product import difference
+from eomgen.products.derivatives.linear_operations import LinearOperations, StepEnds
 from eomgen.products.derivatives.linear_run import (
     DerivativeVariables,
     LinearPart,
@@ -27,30 +27,10 @@ from eomgen.products.derivatives.linear_run import (
     undefined_derivatives,
 )
 from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
+from eomgen.products.derivatives.partitioned_steps import PartitionedOperations
 from eomgen.products.derivatives.start import on_constraints
+from eomgen.products.derivatives.steps import runge_kutta, variational
 from eomgen.simulation.stepping.states import PrescribedInputs, States
-
-
-@dataclass(frozen=True)
-class StepEnds:
-    """States at both ends of n consecutive steps, with partials at the n + 1 rows.
-
-    Attributes
-    ----------
-    before, after : states
-    at_start, at_end : inputs and base
-    blocks : input blocks at the rows
-    partials : of e at the rows
-    forced : (n + 1, nv + nl, 2 nv + nz + parameters), changes of vdot and multipliers of the rows
-    """
-
-    before: States
-    after: States
-    at_start: PrescribedInputs
-    at_end: PrescribedInputs
-    blocks: dict[str, Array]
-    partials: EquationPartials
-    forced: Array
 
 
 @dataclass(frozen=True)
@@ -69,8 +49,7 @@ class TransitionPart(LinearPart):
 
 
 class TransitionRun(LinearRun[TransitionPart]):
-    """A run whose steps map q, v and z, made linear as matrices from state to state; subclasses give
-    ``transitions``."""
+    """A run whose steps map q, v and z, made linear as matrices from state to state."""
 
     def __init__(self, motion: ReplayedRun, start: Start, by: DerivativeVariables, rows: Sequence[int]) -> None:
         super().__init__(motion, start, by, rows)
@@ -80,16 +59,28 @@ class TransitionRun(LinearRun[TransitionPart]):
         _, self.record = self.beginning.tangents(self.along, self.beginning.stages(self.along))
         self.state = np.concatenate([self.along.dq, self.along.dv, self.along.dz])
 
-    @abstractmethod
     def transitions(self, part: RunSegment, ends: StepEnds) -> Array:
         """Return the derivatives of q, v and z at the ends of the steps, (steps, size, size + parameters)."""
+        method, equations, unknowns = self.run.method.linear_step, self.equations, dict[str, Array]()
+        assert isinstance(method, LinearTransitions)  # for mypy
+        if not method.b:
+            theta = difference(equations.model.factors, ends.before.q, ends.after.q)
+            unknowns = {"mean": theta / self.run.grid.step, "v_next": ends.after.v, "z_next": ends.after.z}
+            unknowns |= {name: np.zeros((len(theta), equations.nl)) for name in ("first", "last")}
+        kind = PartitionedOperations if method.b and equations.nl else LinearOperations
+        step = kind(self, part, ends, unknowns)
+        if method.b:
+            runge_kutta(step, method)
+        else:
+            variational(step)
+        return step.transitions()
 
     def linearise_part(self, part: RunSegment) -> TransitionPart:
         """Return a part of the run made linear. Raises NumericalError if derivatives of a step are not finite."""
         states, prescribed = self.states(part)
         blocks = self.blocks(states, prescribed)
         partials = self.equations.partials(blocks)
-        forced = self.forced_changes(blocks, partials)
+        forced = self.equations.forced_changes(blocks, partials)
         before, after = States(*(array[:-1] for array in states)), States(*(array[1:] for array in states))
         first, last = (
             PrescribedInputs(*(None if array is None else array[rows] for array in prescribed))
@@ -101,32 +92,6 @@ class TransitionRun(LinearRun[TransitionPart]):
             t = float(states.t[1:][int(np.argmin(finite))])
             raise undefined_derivatives(self.run.model, f"at t = {t:.6g} s")
         return TransitionPart(part.first, states, blocks, transitions, forced)
-
-    def forced_changes(self, blocks: Mapping[str, Array], partials: EquationPartials) -> Array:
-        """Return changes of accelerations and multipliers with q, v, z and parameters at n states, (n, nv + nl, size +
-        parameters). `blocks` are input blocks with these accelerations and multipliers, `partials` the partials of e
-        there."""
-        equations, e = self.equations, partials
-        nv, nz, nl, count = equations.nv, equations.nz, equations.nl, len(e.Jq)
-        right = np.concatenate([e.Jq, e.Jv, e.Jz, e.P], axis=2)[:, :nv]
-        if not nl:
-            return solve(e.Ja[:, :nv], right, blocks["t"])
-        by_state = equations.of("acceleration_partials", blocks)
-        none = np.zeros((count, nl, nz))
-        below = np.concatenate(
-            [by_state["Aq"], by_state["Av"], none, equations.acceleration_parameters(blocks)], axis=2
-        )
-        matrix = bordered_matrix(e.Ja[:, :nv], e.Jv[:, -nl:])
-        return solve(matrix, np.concatenate([right, below], axis=1), blocks["t"])
-
-    def by_formulas(self) -> bool:
-        """Return whether inputs follow formulas with parameters among the directions."""
-        model = self.run.model
-        chosen = {list(model.parameters)[column] for column in self.equations.chosen}
-        formulas = [item.formula for item in model.description.inputs if item.formula is not None]
-        return any(
-            symbol.kind == "parameter" and symbol.name in chosen for formula in formulas for symbol in symbols(formula)
-        )
 
     def tangents(self, part: TransitionPart, dp: Array, state: Array) -> Array:
         size, equations = self.size_of_state, self.equations

@@ -16,6 +16,7 @@ PRODUCT = Product(
             "eomgen.products.optimisers.acados_code:ACADOS",
         )
     },
+    needs=("derivatives",),
 )
 #: Open to all parts of ``products``.
 WITHIN = ["casadi_functions", "jax_functions", "torch_functions"]

@@ -24,6 +24,14 @@ from eomgen.codegen.program import Program
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.families.family import LinearStep
 from eomgen.integrators.families.register import canonical_name, method_named
+from eomgen.products.derivatives.steps import (
+    StepOperations,
+    StepTerm,
+    composition,
+    runge_kutta,
+    variational,
+    variational_unknowns,
+)
 from eomgen.products.optimisers.functions import Exported, dense_pattern, exported_group_function, lower_pattern
 from eomgen.products.optimisers.group_functions import GroupFunction, group_function
 
@@ -69,14 +77,6 @@ class Slot(NamedTuple):
         return Slot(self.place + start, size)
 
 
-class StepTerm(NamedTuple):
-    """The term factor h^power times some values in a sum, with h the length of the step."""
-
-    factor: float
-    value: Slot
-    power: int = 0
-
-
 class ChainNode(NamedTuple):
     """One operation of a step: a function of the chain, by number, or with the number -1 a sum.
 
@@ -91,7 +91,7 @@ class ChainNode(NamedTuple):
     function: int
     result: Slot
     arguments: tuple[Slot, ...]
-    terms: tuple[StepTerm, ...]
+    terms: tuple[StepTerm[Slot], ...]
 
 
 class ChainFunction(NamedTuple):
@@ -116,7 +116,7 @@ class ChainFunction(NamedTuple):
         return [index for size in self.exported.sizes.values() for index in range(size)]
 
 
-class StepChain:
+class StepChain(StepOperations[Slot]):
     """One step of a method as a chain of nodes on an array of numbered values.
 
     Parameters
@@ -200,7 +200,7 @@ class StepChain:
         self.nodes.append(ChainNode(names.index(function.name), slot, tuple(arguments), ()))
         return slot
 
-    def sum(self, *terms: StepTerm, into: Slot | None = None) -> Slot:
+    def sum(self, *terms: StepTerm[Slot], into: Slot | None = None) -> Slot:
         """Append a sum of terms of equal size, and return its values, new ones or `into`. No node is appended for size
         0."""
         slot = self._new(terms[0].value.size) if into is None else into
@@ -265,18 +265,19 @@ class StepChain:
             return vector
         return self._by_factor(name, self.nv, increment, vector, of_q=False)
 
-    def ends_with(self, q: Slot, v: Slot, z: Sequence[StepTerm]) -> None:
-        """Set the end of the step from q, v and a sum of terms for z."""
-        self.end = self._new(self.nx)
-        self.sum(StepTerm(1.0, q), into=self.end.part(0, self.nq))
-        self.sum(StepTerm(1.0, v), into=self.end.part(self.nq, self.nv))
-        self.sum(*z, into=self.end.part(self.nq + self.nv, self.nz))
+    def balance(self, state: Mapping[str, Slot], impulse: Slot, *terms: StepTerm[Slot]) -> None:
+        """Add the equation that the sum of terms and the reactions of an impulse at a state is zero. Reactions are the
+        difference of residuals with the impulse as multipliers, and without."""
+        still = {**state, "v": self.zero.part(0, self.nv)}
+        pushed, free = self.call("residual", **still, lam=impulse), self.call("residual", **still)
+        self.equations.append(self.sum(*terms, StepTerm(1.0, pushed), StepTerm(-1.0, free)))
 
-    def rate_of_states(self, **slots: Slot) -> Slot:
-        """Append the call of the rates of the internal states and return its values; no call and no values without
-        states.
-        """
-        return self.call("internal_rate", **slots) if self.nz else Slot(0, 0)
+    def ends_with(self, q: Slot, v: Slot, z: Slot) -> None:
+        """Set the end of the step."""
+        self.end, first = self._new(self.nx), 0
+        for part in (q, v, z):
+            self.sum(StepTerm(1.0, part), into=self.end.part(first, part.size))
+            first += part.size
 
     # -- patterns and data of the C ----------------------------------------------------------------------------------
 
@@ -447,8 +448,8 @@ def chain_of(
     name = canonical_name(default_method(program) if method is None else method)
     made: Any = method_named(name)
     recorders = {
-        "composition": (_EXPLICIT, not rows, _composition),
-        "runge_kutta": (_EXPLICIT, not rows, _runge_kutta),
+        "composition": (_EXPLICIT, not rows, _explicit),
+        "runge_kutta": (_EXPLICIT, not rows, _explicit),
         "rattlie": (_VARIATIONAL, 0 < rows == holonomic, _variational),
     }
     needed: tuple[str, ...]
@@ -486,46 +487,17 @@ def _reason(method: Any, recorded: bool, rows: int, holonomic: int) -> str:
 _Functions = Mapping[str, Exported]
 
 
-def _runge_kutta(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> StepChain:
-    """Return the chain of an explicit Runge-Kutta step in the Lie algebra, whose increments start at zero."""
-    chain = StepChain(program, functions, method.title(constrained=False), along, {})
-    slopes: list[tuple[Slot, Slot, Slot]] = []
-
-    def state_after(weights: Sequence[Any]) -> tuple[Slot, Slot, list[StepTerm]]:
-        """Return the increment, the velocity and terms of the internal states for weights of the slopes so far."""
-        used = [(float(weight), slope) for weight, slope in zip(weights, slopes, strict=False) if weight]
-        if not used:
-            return chain.zero.part(0, chain.nv), chain.v, [StepTerm(1.0, chain.z)]
-        theta, v, z = ([StepTerm(weight, slope[k], 1) for weight, slope in used] for k in range(3))
-        return chain.sum(*theta), chain.sum(StepTerm(1.0, chain.v), *v), [StepTerm(1.0, chain.z), *z]
-
-    for row, share in zip(method.A, method.c, strict=True):
-        theta, v, of_z = state_after(row)
-        state = {"q": chain.update(chain.q, theta) if slopes else chain.q, "v": v, "t": chain.time(float(share))}
-        state["z"] = chain.sum(*of_z) if slopes else chain.z
-        rate = chain.increment_rate(theta, v) if slopes else v
-        slopes.append((rate, chain.call("forward_dynamics", **state), chain.rate_of_states(**state)))
-    theta, v, of_z = state_after(method.b)
-    chain.ends_with(chain.update(chain.q, theta), v, of_z)
-    return chain
-
-
-def _composition(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> StepChain:
-    """Return the chain of a step of a symplectic composition of kicks and drifts. Raises ModelError if accelerations
-    depend on velocities."""
+def _explicit(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> StepChain:
+    """Return the chain of an explicit step of q, v and z. Raises ModelError if kicks have accelerations that depend on
+    velocities."""
     accelerations = functions["forward_dynamics"]
     of_v = accelerations.slices.get("v", slice(0, 0))
-    if np.any((of_v.start <= accelerations.jacobian.columns) & (accelerations.jacobian.columns < of_v.stop)):
+    depends = np.any((of_v.start <= accelerations.jacobian.columns) & (accelerations.jacobian.columns < of_v.stop))
+    if method.family == "composition" and depends:
         fault = f"accelerations of {program.prefix} depend on velocities, so that kicks are not symplectic [E0944]"
         raise ModelError(Problem("method", fault, RUNGE_KUTTA))
-    chain, parts = StepChain(program, functions, method.title(constrained=False), along, {}), method.composition
-    q, v, times = chain.q, chain.v, list(parts.kick_times)
-    for number, kick in enumerate(parts.kicks):
-        a = chain.call("forward_dynamics", q=q, v=v, t=chain.time(float(times[number])))
-        v = chain.sum(StepTerm(1.0, v), StepTerm(float(kick), a, 1))
-        if number < len(parts.drifts):
-            q = chain.update(q, chain.sum(StepTerm(float(parts.drifts[number]), v, 1)))
-    chain.ends_with(q, v, [StepTerm(1.0, chain.z)])
+    chain = StepChain(program, functions, method.title(constrained=False), along, {})
+    (composition if method.family == "composition" else runge_kutta)(chain, method)
     return chain
 
 
@@ -581,7 +553,7 @@ def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence
         chain.equations.append(chain.call("constraint_velocity", **state))
     if nz:
         _add_rates(chain, step, rates, rate_share, state)
-    chain.ends_with(state["q"], v, [StepTerm(1.0, state["z"])])
+    chain.ends_with(state["q"], v, state["z"])
     return chain
 
 
@@ -655,37 +627,10 @@ def _stabilise(chain: StepChain, weighed: Sequence[int]) -> Slot:
 
 
 def _variational(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> StepChain:
-    """Return the chain of a RATTLie step: momenta are moved along half an increment from each end to the middle, and
-    constraints have impulses at both ends. Unknowns are mean velocity, velocity at the end, both impulses and z."""
-    nv, nz, rows = program.sizes["v"], program.sizes["z"], program.sizes["lam"]
-    unknowns = {"mean": nv, "first": rows, "v": nv, "last": rows, "z": nz}
+    """Return the chain of a RATTLie step."""
+    unknowns = variational_unknowns(program.sizes["v"], program.sizes["lam"], program.sizes["z"])
     chain = StepChain(program, functions, method.title(constrained=True), along, unknowns)
-    mean, v, z = (chain.unknowns[name] for name in ("mean", "v", "z"))
-    chain.guesses += [(mean, chain.v), (v, chain.v), (z, chain.z)]
-    increment = chain.sum(StepTerm(1.0, mean, 1))
-    start, end = {"q": chain.q, "z": chain.z}, {"q": chain.update(chain.q, increment), "z": z, "t": chain.time(1.0)}
-    momenta = [chain.call("momenta", **state) for state in ({**start, "v": mean}, {**end, "v": mean})]
-    middle = chain.sum(*(StepTerm(0.5, momentum.part(0, nv)) for momentum in momenta))
-    back = chain.cotangent(chain.sum(StepTerm(-1.0, mean, 1)), middle)
-    for state, velocity, moved, rate, impulse, sign in (
-        (start, chain.v, back, momenta[0], chain.unknowns["first"], -1.0),
-        (end, v, chain.cotangent(increment, middle), momenta[1], chain.unknowns["last"], 1.0),
-    ):
-        momentum = chain.call("momenta", **{**state, "v": velocity}).part(0, nv)
-        still = {**state, "v": chain.zero.part(0, nv)}
-        pushed, free = chain.call("residual", **still, lam=impulse), chain.call("residual", **still)
-        terms = (
-            StepTerm(-sign, moved),
-            StepTerm(-0.5, rate.part(nv, nv), 1),
-            StepTerm(1.0, pushed),
-            StepTerm(-1.0, free),
-        )
-        chain.equations.append(chain.sum(StepTerm(sign, momentum), *terms))
-    chain.equations += [chain.call("constraint", **end), chain.call("constraint_velocity", **{**end, "v": v})]
-    if nz:
-        slopes = [chain.rate_of_states(**{**state, "v": mean}) for state in (start, end)]
-        chain.equations.append(
-            chain.sum(StepTerm(1.0, chain.z), StepTerm(-1.0, z), *(StepTerm(0.5, slope, 1) for slope in slopes))
-        )
-    chain.ends_with(end["q"], v, [StepTerm(1.0, z)])
+    starts = {"mean": chain.v, "v_next": chain.v, "z_next": chain.z}
+    chain.guesses += [(chain.unknowns[name], start) for name, start in starts.items()]
+    variational(chain)
     return chain
