@@ -177,11 +177,11 @@ class LinearOperations(StepOperations[Moved]):
         q, v, z, t = state["q"], state["v"], state.get("z", self.z), state.get("t", self.start)
         assert isinstance(t, Instant)  # for mypy
         if name == "momenta":
-            return self._moved(*momenta(self.of, self.blocks(q.value, v.value, z.value, t)), (q, v, z))
+            return self._chain_rule(*momenta(self.of, self.blocks(q.value, v.value, z.value, t)), (q, v, z))
         values, e = self._evaluate(q, v, z, t)
         if name == "forward_dynamics":
             forced = self.ends.forced[:-1] if q is self.q and v is self.v else self.of.forced_changes(values, e)
-            return self._moved(values["a"], forced[:, :nv], (q, v, z))
+            return self._chain_rule(values["a"], forced[:, :nv], (q, v, z))
         rows = {
             "internal_rate": slice(nv, nv + nz),
             "constraint": slice(nv + nz, nv + nz + nh),
@@ -189,9 +189,9 @@ class LinearOperations(StepOperations[Moved]):
         }[name]
         J = np.concatenate([block[:, rows] for block in (e.Jq, e.Jv, e.Jz, e.P)], axis=2)
         if name == "internal_rate" and not self.unknowns:
-            return self._moved(self.of.of(name, values)["zdot"], -J, (q, v, z))
+            return self._chain_rule(self.of.of(name, values)["zdot"], -J, (q, v, z))
         # of unknowns derivatives alone are needed
-        return self._moved(np.zeros(J.shape[:2]), -J if name == "internal_rate" else J, (q, v, z))
+        return self._chain_rule(np.zeros(J.shape[:2]), -J if name == "internal_rate" else J, (q, v, z))
 
     def blocks(self, q: Array, v: Array, z: Array, t: Instant) -> dict[str, Array]:
         """Return input blocks at states, with zeros for accelerations and multipliers."""
@@ -199,7 +199,7 @@ class LinearOperations(StepOperations[Moved]):
         return self.run.blocks(States(t.value, q, v, *none, z), t.prescribed)
 
     def _evaluate(self, q: Moved, v: Moved, z: Moved, t: Instant) -> tuple[dict[str, Array], EquationPartials]:
-        """Return input blocks and partials of the equations at states: those of the run's rows at both ends."""
+        """Return input blocks and partials of the equations at states. Rows of the run have their own at both ends."""
         if self._last is not None and self._last[0] is q and self._last[1] is v:
             return self._last[2:]
         ends, at_start = self.ends, q is self.q and v is self.v
@@ -215,7 +215,7 @@ class LinearOperations(StepOperations[Moved]):
         self._last = q, v, values, partials
         return values, partials
 
-    def _moved(self, value: Array, J: Array, arguments: Sequence[Moved]) -> Moved:
+    def _chain_rule(self, value: Array, J: Array, arguments: Sequence[Moved]) -> Moved:
         """Return values with the derivatives J (n, size, ...) in q, v, z and the parameters."""
         if not self.unknowns:
             every = (_dense(moved.along["y"]) for moved in (*arguments, self.p))

@@ -197,8 +197,8 @@ def _not_modelled(
     """Return line and text of warnings on transmissions of unknown types, and to joints that the file lacks.
     ``missing`` has the line by name of such a joint, ``by_written`` the names of all joints in the file."""
     warnings = [
-        (1, f"not modelled: transmissions of the type {shown(kind)} ({len(those)}: {listed(those)}) [W0197]")
-        for kind, those in transmissions.unknown.items()
+        (1, f"not modelled: transmissions of the type {shown(kind)} ({len(names)}: {listed(names)}) [W0197]")
+        for kind, names in transmissions.unknown.items()
     ]
     if missing:
         close = [name for written in missing for name in close_names(written, by_written, 1)]
