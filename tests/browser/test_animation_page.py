@@ -289,6 +289,7 @@ def test_a_run_that_failed_says_so_and_one_row_is_enough(browser: Browser, tmp_p
     assert re.search(r'<input id="slider"[^>]*disabled', document) and browser.said == []
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("faces", ["see-through", "solid"])
 def test_a_beam_is_drawn_along_its_bent_axis(browser: Browser, tmp_path: Path, faces: str) -> None:

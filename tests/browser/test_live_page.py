@@ -117,6 +117,7 @@ told.top = motion.q[1];
 """
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_picture_follows_a_start_outside_of_it(browser: Browser, tmp_path: Path) -> None:
     scene = eomgen.load(EXAMPLES / "bouncing_ball" / "scene.toml")
@@ -147,6 +148,7 @@ told.marks = ticksOf(-45, 45, 2.6).ticks;
 """
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("width", [500, 1280])
 def test_no_text_of_a_plot_is_cut_and_every_curve_is_named(width: int, browser: Browser, tmp_path: Path) -> None:

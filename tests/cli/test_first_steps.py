@@ -147,6 +147,7 @@ def test_bash_takes_the_script(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert done.returncode == 0 and "_eomgen_completion" in done.stdout, done.stderr
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", ["README", "new"])
 def test_first_commands_have_no_notes(

@@ -128,6 +128,7 @@ def test_not_a_number_passes_through_and_selection_does_not_mix(tmp_path: Path) 
         assert np.isnan(found[2, 1])
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow_except("quick-double")
 @pytest.mark.parametrize("real", ["double", "float", "complex", "lanes"])
 @pytest.mark.parametrize("profile", ["quick", "fast"])

@@ -49,6 +49,7 @@ def rows_of(folder: Path) -> Array:
     return np.array([[float(text) for text in line.split(",")] for line in result.stdout.splitlines()[1:]])
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow_cases("tree")
 @pytest.mark.parametrize(
     ("make", "name", "value"),

@@ -26,6 +26,7 @@ def test_every_folder_belongs_to_a_scene() -> None:
     assert strangers() == []
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", ["1", "20261120"])
 def test_hash_seeds_do_not_change_a_byte(seed: str) -> None:

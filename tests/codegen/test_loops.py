@@ -70,6 +70,7 @@ def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("cache")
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("real", ["double", "lanes", "complex", "float"])
 def test_loop_equals_unrolled_and_the_tape(real: str, cache: Path, rng: np.random.Generator) -> None:
@@ -106,6 +107,7 @@ def waves_system(count: int) -> System:
     )
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow_except("12-4-double")
 @pytest.mark.parametrize("real", ["double", "lanes", "complex", "float"])
 @pytest.mark.parametrize(("count", "lanes"), [(5, 1), (6, 2), (12, 4), (40, 8)])

@@ -117,7 +117,7 @@ def numbers_of_corners(program: Program) -> set[float]:
     return {number for text, *_, numbers in calls if program.shared[text].calls >= CORNERS for number in numbers}
 
 
-@pytest.mark.long_except_every(3)
+@pytest.mark.long_except_every(9)
 @pytest.mark.slow
 @pytest.mark.long_cases("lanes-False")
 @pytest.mark.parametrize("uneven", [False, True])

@@ -43,6 +43,7 @@ def run(program: Path, *words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([str(program), *words], check=False, capture_output=True, text=True)
 
 
+@pytest.mark.long_except_every(5)
 @pytest.mark.slow
 @pytest.mark.long_cases("generalized_alpha-False")
 @pytest.mark.parametrize("formula", [True, False])

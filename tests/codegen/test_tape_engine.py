@@ -199,6 +199,7 @@ def _bits(model: Model) -> dict[str, bytes]:
     return bits | {"steps": solution.q.tobytes() + solution.v.tobytes() + solution.z.tobytes()}
 
 
+@pytest.mark.long_except_every(7)
 @pytest.mark.slow
 @pytest.mark.long_cases(*_REST, "hanging_chain")
 @pytest.mark.parametrize("example", [*KINDS, *_REST])

@@ -68,6 +68,7 @@ def given_to(model: eomgen.Model, manifest: dict[str, Any]) -> dict[str, Array]:
     }
 
 
+@pytest.mark.long_except_every(4)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "held"),

@@ -44,6 +44,7 @@ def compiled_evaluator(system: System, library: Library) -> Evaluate:
     return run
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow_except("panda")
 @pytest.mark.parametrize("name", ROBOTS)
 def test_compiled_robots_against_pinocchio(name: str, tmp_path: Path, rng) -> None:
@@ -77,6 +78,7 @@ def _scene(name: str) -> Scene:
     return load(EXAMPLES / name / "scene.toml")
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow
 @pytest.mark.long_cases("random 6", "random 1")
 @pytest.mark.parametrize(

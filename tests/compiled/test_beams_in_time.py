@@ -130,6 +130,7 @@ def test_noodles_are_of_order_2_at_steps_that_resolve_them(
 # -- right-angle cantilever --------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_right_angle_cantilever_takes_long_steps() -> None:
     """0.2 s are 1/30 of a slow swing and 30 periods of stretch; relative and absolute tolerances are ODIN's."""

@@ -86,7 +86,7 @@ def test_the_folder_compiles_strictly_and_runs_under_sanitizers_as_python_does(s
     assert np.abs(last - expected.q[-1]).max() <= 1e-9 * scale
 
 
-@pytest.mark.long_except_every(3)
+@pytest.mark.long_except_every(24)
 @pytest.mark.slow
 @pytest.mark.long_cases(
     "active_vehicle/scene.toml",

@@ -280,6 +280,7 @@ def pinned() -> eomgen.Model:
     return eomgen.build(crank("absolute"))
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.parametrize(
     ("method", "steps", "order", "tolerance"),
     [

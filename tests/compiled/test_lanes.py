@@ -67,6 +67,7 @@ def same(one: tuple[Array, ...], other: tuple[Array, ...]) -> None:
         np.testing.assert_array_equal(first.view(np.int64), second.view(np.int64))
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.long_except("active_vehicle/scene.toml", "half_car_on_measured_road/scene.toml")
 @pytest.mark.slow
 @pytest.mark.parametrize(

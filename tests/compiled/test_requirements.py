@@ -89,6 +89,7 @@ def calls() -> Iterator[str]:
             yield name
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", list(calls()))
 def test_every_call_that_takes_parameters_refuses_them(name: str) -> None:

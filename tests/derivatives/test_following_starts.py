@@ -99,6 +99,7 @@ def resting_controller() -> SceneBuilder:
     return builder.output("y", formula=["q.a", "a.a", "other"]).simulation(start="equilibrium")
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.parametrize(
     ("builder", "method", "by"),
     [
@@ -212,6 +213,7 @@ def test_rest_that_nothing_determines_or_beside_what_moves() -> None:
     )
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.parametrize(
     ("method", "initial"),
     [

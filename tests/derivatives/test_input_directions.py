@@ -106,6 +106,7 @@ def test_hessians_of_a_controlled_arm() -> None:
     hold_hessian(model, found, "sum(y[0])", options)
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.parametrize(
     "builder",
     [lambda: tree().input("push").effort("pushed", "b", "push*(1 + q.a) + 0.3*push**2"),
@@ -163,6 +164,7 @@ def pushed(builder: Any) -> Any:
     return builder().input("push").effort("pushed", "a", "push*(1 + 0.1*push)")
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("builder", "method", "output"),

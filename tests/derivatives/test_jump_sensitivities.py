@@ -187,7 +187,7 @@ CASES: dict[str, tuple[Callable[[], Model], Sequence[str], float, str]] = {
 }
 
 
-@pytest.mark.long_except_every(2)
+@pytest.mark.long_except_every(10)
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_derivatives_across_jumps_are_differences_of_runs(case: str) -> None:
@@ -263,6 +263,7 @@ def cart(**event: Any) -> SceneBuilder:
     return builder.event("first", **event) if event else builder
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_events_without_derivatives_name_their_cause() -> None:
     text = refused(eomgen.build(cart(when="q.rail - 0.3", action="stop").build()))

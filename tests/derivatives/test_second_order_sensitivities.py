@@ -120,6 +120,7 @@ def test_a_controller_with_internal_states() -> None:
     check(controlled(), "trapezoidal", by, {"a": 0.6}, ["final(y[0])", "mean(y[1])"])
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.long_except("0.01")
 @pytest.mark.parametrize("step", [0.001, 0.01])

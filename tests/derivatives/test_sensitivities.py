@@ -174,6 +174,7 @@ def test_a_tree_by_its_parameters_and_its_initial_state(method: str) -> None:
     check(tree(), method, ["mass", "stiffness", "damping", "length", "q.a", "v.b"], initial)
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["generalized_alpha", "trapezoidal"])
 def test_bodies_that_turn_in_space_on_a_base_that_moves_by_a_parameter(method: str) -> None:
@@ -234,6 +235,7 @@ def test_the_speed_on_a_road_of_a_class_has_derivatives() -> None:
     assert found.gradient("final(bounce)")["speed"] == pytest.approx(found.derivatives["bounce"][-1, 0], rel=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_steps_of_large_loops_have_one_order_of_pivots() -> None:
     """By a plan, and each step with pivots of its own; and a plan that is made again for new nonzeros."""
@@ -496,6 +498,7 @@ def test_steps_that_converge_in_halves_or_have_no_solution(monkeypatch: pytest.M
         found._run.linear._check(1, 3, np.array([0.01, 0.02, 0.03]))
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow_cases("loop-generalized_alpha_index3")
 @pytest.mark.parametrize(
     ("make", "method"),

@@ -15,6 +15,7 @@ from tests.models.cache import shared_cache
 __all__ = ["shared_cache"]
 
 
+@pytest.mark.long_except_every(20)
 @pytest.mark.slow
 @pytest.mark.long_cases(
     "page_for_a_colleague",

@@ -180,6 +180,7 @@ def test_places_between_two_values_are_the_places_of_every_period(period: float)
         assert last - first == len(inside)
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow_cases("rk45-box")
 @pytest.mark.long_cases(
     "generalized_alpha-box",
@@ -250,6 +251,7 @@ ESCAPES = {  # effort, velocity (m/s), method, end, rows (s), tolerance, true pl
 CHEAP = ("finer runs go another way", "barrier as long as a step", "slow behind a barrier")
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.parametrize(
     "escape", [pytest.param(name, marks=() if name in CHEAP else (pytest.mark.slow,)) for name in ESCAPES]
 )

@@ -51,6 +51,7 @@ def slip_stick(stribeck: float, velocity: float, times: Array) -> Array:
     return np.asarray(solve_ivp(rates, span, [0.0, BELT], "Radau", times, rtol=1e-8, atol=1e-11).y[0])
 
 
+@pytest.mark.long_except_every(4)
 @pytest.mark.slow
 @pytest.mark.slow_cases("rk4_partitioned-0.005-unresolved_damping-False", "generalized_alpha-0.01-passed_growth-True")
 @pytest.mark.parametrize("driven", [True, False])

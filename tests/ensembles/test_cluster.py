@@ -251,6 +251,7 @@ def test_workers_are_of_local_clusters_alone(cart: eomgen.Model, client: Any) ->
         cart.simulate_many(**OPTIONS, cluster=client, workers=2)
 
 
+@pytest.mark.long
 def test_without_dask_it_says_what_to_install(cart: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(UsageError, match=r"which is not installed; try: pip install 'eomgen\[dask\]'"):

@@ -271,6 +271,7 @@ def pushed(request: pytest.FixtureRequest) -> eomgen.Model:
     return eomgen.build(scene, method=request.param, profile="reproducible")
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow
 @pytest.mark.long_cases("lsrt2-function")
 @pytest.mark.parametrize(
@@ -296,6 +297,7 @@ def test_inputs_may_change_with_time(
     assert beside.deviation("q.hinge")[-1] > 1e-3
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["rk4", "generalized_alpha"])
 def test_inputs_by_formulas_are_those_of_each_sample(method: str, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -207,6 +207,7 @@ def test_a_changed_translator_translates_again(tmp_path: Path, monkeypatch: pyte
     assert refusal("a call") == "a call"
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.long_cases("rk45")
 @pytest.mark.parametrize("method", ["generalized_alpha", "rk45"])

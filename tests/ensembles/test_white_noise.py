@@ -48,6 +48,7 @@ def positions(model: eomgen.Model, bend: float, step: float) -> Array:
     return found
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.long_cases("0.0")
 @pytest.mark.slow
 @pytest.mark.parametrize("bend", [0.0, 0.1, 1.0, 2.0])

@@ -71,6 +71,7 @@ def knots_of(q: Array) -> Array:
     return q.reshape(-1, 7)[:, 4:]
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("drop", [0.0, 0.3])
 def test_a_cable_rests_on_its_polygon_of_forces(drop: float) -> None:
@@ -88,6 +89,7 @@ def test_every_cable_of_the_net_rests_as_one_alone() -> None:
     np.testing.assert_allclose(places[..., ::2], [polygon(10, 0.0, 0.02, 200.0, 0.095)] * 10, rtol=0.0, atol=1e-10)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_net_loses_the_energy_that_its_dampers_take() -> None:
     errors = []

@@ -55,6 +55,7 @@ def test_three_elastic_modes_have_the_published_frequencies(tmp_path: Path) -> N
     np.testing.assert_allclose(frequencies, FREQUENCIES[3], rtol=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.long_cases("passive", "skyhook")
 @pytest.mark.parametrize("suspension", SUSPENSIONS)

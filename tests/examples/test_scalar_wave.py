@@ -137,6 +137,7 @@ def error_of_pulse(method: str, steps: int) -> float:
     return float(np.sqrt((dq @ K @ dq + dv @ M @ dv) / (start @ K @ start)))
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow
 @pytest.mark.long_cases("trapezoidal")
 @pytest.mark.parametrize("key", PULSES, ids=lambda key: key[0])
@@ -165,6 +166,7 @@ def test_average_accelerations_keep_the_energy() -> None:
     assert np.ptp(run.energy["total"]) < 1e-8 * run.energy["total"][0]
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.long_cases("trapezoidal")
 @pytest.mark.parametrize("method", SHOCKS)

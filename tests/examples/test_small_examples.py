@@ -49,6 +49,7 @@ def test_each_folder_has_a_readme_with_its_picture_and_reference(name: str) -> N
     assert "## Reference" in readme
 
 
+@pytest.mark.long_except_every(10)
 @pytest.mark.slow
 @pytest.mark.long_cases(
     "active_quarter_car/scene.toml",
@@ -68,6 +69,7 @@ def test_each_scene_runs_as_it_says(scene: str) -> None:
     assert np.all(np.isfinite(run.q)) and run.outputs
 
 
+@pytest.mark.long_except_every(6)
 @pytest.mark.slow_except("quarter_car")
 @pytest.mark.long_cases(
     "cable_net",

@@ -41,6 +41,7 @@ def tunable(**values: float) -> dict[str, Any]:
     return {name: {"value": value, "tunable": True} for name, value in values.items()}
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.parametrize("joint", ["revolute", "helical", "cylindrical"])
 @pytest.mark.parametrize("beside", [[1e-9, 0, 1], [3e-10, 0, 1], [1e-8, 0, 1]])
 def test_1_an_axis_beside_a_coordinate_axis_turns_about_itself(joint: str, beside: list[float]) -> None:

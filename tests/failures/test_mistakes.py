@@ -20,6 +20,7 @@ def test_answers(mistake: Mistake) -> None:
     answered(mistake)
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow_except("a spring through zero length")
 @pytest.mark.parametrize("mistake", MOTIONS, ids=lambda each: each.what)
 def test_answers_of_runs(mistake: Mistake) -> None:

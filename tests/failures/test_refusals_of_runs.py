@@ -295,6 +295,7 @@ def stopping() -> eomgen.Model:
     return eomgen.build(slider(joint={"initial": {"velocity": 1.0}}, events=events), profile="quick")
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("made", "method", "number", "text"),

@@ -150,6 +150,7 @@ def test_the_first_trajectory_of_a_smooth_start_has_a_barrier(first: Literal["dr
     assert first_error(16, "leapfrog", first, 4) == pytest.approx(KAPPA["leapfrog", first][0], rel=0.06)
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "first"), KAPPA)
 def test_barriers_are_those_of_the_dossier(name: str, first: Literal["drift", "kick"]) -> None:

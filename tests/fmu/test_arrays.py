@@ -154,6 +154,7 @@ def test_sources_compile_without_warnings(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("dae", [False, True])
 def test_scenes_with_constraints_have_arrays(dae: bool) -> None:

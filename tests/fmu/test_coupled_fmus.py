@@ -20,6 +20,7 @@ def demo() -> ModuleType:
     return module
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_coupling_errors_have_the_orders_of_the_inputs() -> None:
     rows = np.array(demo().errors())

@@ -166,7 +166,7 @@ CASES = [(name, version) for name in (*SCENES, *ABSOLUTE, "gimbal") for version 
 
 @pytest.mark.long_cases("four_bar-3")
 @pytest.mark.slow_cases("gimbal-3")
-@pytest.mark.long_except_every(3)
+@pytest.mark.long_except_every(27)
 @pytest.mark.slow_except(*(f"{name}-3" for name in QUICK))
 @pytest.mark.long_cases(*(f"{name}-3" for name in LARGE))
 @pytest.mark.parametrize(("name", "version"), CASES, ids=[f"{name}-{version}" for name, version in CASES])

@@ -101,6 +101,7 @@ def sources_of(name: str, version: int) -> Path:
 @pytest.mark.slow
 @pytest.mark.long_cases(*LARGE)
 @in_turn
+@pytest.mark.long_except_every(5)
 def test_validators_have_no_findings(name: str, version: int) -> None:
     file = file_of(name, version).with_suffix(".fmu")
     assert validate_fmu(str(file)) == []
@@ -202,6 +203,7 @@ def gear_rows(times: Array) -> Rows:
 @pytest.mark.slow
 @pytest.mark.long_cases(*LARGE)
 @in_turn
+@pytest.mark.long_except_every(3)
 def test_model_exchange_meets_a_refined_run(name: str, version: int) -> None:
     simulation = scene_of(name).simulation
     interval = simulation.step

@@ -125,6 +125,7 @@ def rebuilt_by_bd2cmake(folder: Path) -> None:
         shutil.copy(made, target / made.name)
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize(("version", "builder"), [(2, rebuilt_by_fmpy), (3, rebuilt_by_fmpy), (3, rebuilt_by_bd2cmake)])
 def test_builders_make_libraries_with_the_same_bits(version: int, builder: object, tmp_path: Path) -> None:

@@ -63,6 +63,7 @@ class Minimal(Logged):
         return minimal_of(name, version)
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.long_cases("elastic_slider_crank/scene.toml")
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)

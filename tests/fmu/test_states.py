@@ -37,6 +37,7 @@ print(json.dumps(unit.get(*recorded(Path(file)))))
 """
 
 
+@pytest.mark.long
 @pytest.mark.long_cases("pi_servo/sampled.toml", "four_bar/scene.toml", "gear_with_backlash/scene.toml")
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", SCENES)

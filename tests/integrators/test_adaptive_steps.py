@@ -61,6 +61,7 @@ def errors(found: eomgen.Solution, true: eomgen.Solution) -> Array:
     return np.array([np.abs(ours - other).max() for ours, other in pairs if ours.size])
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow
 @pytest.mark.long_cases("rail", "rods_r3xso3", "rods_se3")
 @pytest.mark.parametrize("name", SCENES)
@@ -184,6 +185,7 @@ def test_so_it_is_at_small_tolerances(name: str) -> None:
     assert 2.0 * np.log10(coarse / fine) == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.long_except_every(5)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["pendulum", "flyer", "rods_se3", "rods_r3xso3", "controlled"])
 def test_steps_that_change_at_random_keep_order_two(name: str) -> None:

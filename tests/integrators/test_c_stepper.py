@@ -57,6 +57,7 @@ def rows_of(path):
 
 @pytest.mark.slow_except("shaken-rkmk")
 @METHODS
+@pytest.mark.long_except_every(2)
 @pytest.mark.parametrize("make", [heavy_top, tied_body, shaken])
 def test_c_gives_what_numpy_gives(built, method, make):
     model = make()

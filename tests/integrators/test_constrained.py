@@ -208,6 +208,7 @@ def test_errors_and_orders_of_the_heavy_top(compiled, group, form):
         )
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("variant", ["F1", "F2"])
 @pytest.mark.parametrize(("group", "form"), [("R3xSO3", "stabilised"), ("R3xSO3", "index3"), ("SE3", "stabilised")])
@@ -234,6 +235,7 @@ SPATIAL = {
 }
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize(("group", "form"), SPATIAL)
 def test_the_spatial_variant_is_of_second_order_with_small_constants(compiled, group, form):

@@ -50,6 +50,7 @@ def crept(c: float, t: float) -> float:
     return float(creep.y[0, -1])
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("c", [1e3, 1e6, 1e9, 1e12])
 @pytest.mark.parametrize(("method", "given"), METHODS)
@@ -60,6 +61,7 @@ def test_an_overdamped_hinge_creeps(method: str, given: dict[str, float], c: flo
     assert np.max(np.abs(run.outputs["angle"] - 0.5)) < 2.5 / c  # no throw in between
 
 
+@pytest.mark.long_except_every(4)
 @pytest.mark.slow
 @pytest.mark.long_cases("generalized_alpha-SE3")
 @pytest.mark.parametrize("group", ["SE3", "R3xSO3"])

@@ -88,6 +88,7 @@ def exact(name: str) -> tuple[Array, Array, Array]:
     return end.q[-1], end.v[-1], np.zeros(0)
 
 
+@pytest.mark.long_except_every(6)
 @pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", [*SCENES, "tumbler"])
@@ -240,6 +241,7 @@ def oscillator(frequency: float, damping: float) -> eomgen.Scene:
     return builder.joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0], **stiffness).build()
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("damping", [0.0, 0.3, 1e3])
 @pytest.mark.parametrize("method", METHODS)

@@ -129,6 +129,7 @@ def test_linear_acceleration_is_stable_up_to_its_published_phase():
 SECOND = [hht(alpha=0.1), wbz(alpha=0.2), trapezoidal(), newmark(0.3, 0.5)]
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow_except("R-hht-121/400")
 @pytest.mark.long_cases(
     "SE3-hht-121/400",

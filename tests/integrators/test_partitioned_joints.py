@@ -55,7 +55,7 @@ def scene(kind: str, coordinates: str, seed: int) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.long_except_every(3)
+@pytest.mark.long_except_every(18)
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("kind", ["prismatic", *OTHERS])
 def test_partitioned_methods_run_on_every_joint(kind: str, seed: int, tmp_path: Path) -> None:

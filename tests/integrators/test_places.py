@@ -36,6 +36,7 @@ def motion(method: str, place: float) -> Motion:
     )
 
 
+@pytest.mark.long_except_every(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_a_loop_moves_far_away_as_near_by(method: str) -> None:

@@ -255,6 +255,7 @@ def top_of_the_oracle(group: str) -> tuple[oracle.Motion, oracle.Place, Array]:
     return motion, (np.eye(3), CENTER.copy()), np.concatenate([omega, np.cross(omega, CENTER)])
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("group", PUBLISHED)
 def test_steps_of_the_top_are_those_of_the_oracle(group: str) -> None:

@@ -113,6 +113,7 @@ def error_of_a_step(made: eomgen.Model, name: str, kappa: float, loads: Sequence
     return float(worst / max(map(abs, exact)))
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.long_cases("grid")
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_matrices_are_solved_to_the_last_digits_at_any_stiffness(name: str) -> None:

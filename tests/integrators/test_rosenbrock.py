@@ -275,6 +275,7 @@ def test_a_checkpoint_goes_on_with_the_same_bits(method: str, tmp_path: Path) ->
     assert all(np.array_equal(getattr(whole, name), getattr(one, name)) for name in ("q", "v", "a", "z"))
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_its_c_stands_alone_and_gives_the_same_rows(method: str, tmp_path: Path) -> None:

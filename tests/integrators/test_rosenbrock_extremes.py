@@ -26,6 +26,7 @@ def oscillator() -> eomgen.Model:
     return eomgen.build(builder.build(), profile="quick")
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("damping", [0.0, 1.0, 1e3, 1e6])
 @pytest.mark.parametrize("method", METHODS)

@@ -104,6 +104,7 @@ def reference(name: str) -> eomgen.Solution:
     return model(name).simulate(end, end / 4000, method="rk4_partitioned", record_every=4000, error_estimate=False)
 
 
+@pytest.mark.long_except_every(6)
 @pytest.mark.slow
 @pytest.mark.long_cases(
     "jump_and_impact-lsrt2",

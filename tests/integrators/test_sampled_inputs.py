@@ -86,6 +86,7 @@ int main(void)
 """
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.parametrize("method", TREE_METHODS)
 def test_a_free_mass_moves_exactly_under_a_random_held_force(method: str, tmp_path: Path) -> None:
     scene = (
@@ -233,6 +234,7 @@ def exact(model: Model, start: tuple[np.ndarray, ...], samples: np.ndarray, peri
     return y
 
 
+@pytest.mark.long_except_every(4)
 @pytest.mark.parametrize("method", TREE_METHODS)
 def test_an_arm_keeps_the_order_of_its_method_under_sampled_torques(method: str, rng: np.random.Generator) -> None:
     model, period = model_of("arm"), 0.01
@@ -249,6 +251,7 @@ def test_an_arm_keeps_the_order_of_its_method_under_sampled_torques(method: str,
         assert np.log2(errors[1] / errors[2]) == pytest.approx(order, abs=0.25 if order < 5 else 0.4), errors
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.parametrize("method", LOOP_METHODS)
 def test_a_loop_keeps_the_order_of_its_method_under_a_sampled_torque(method: str, rng: np.random.Generator) -> None:
     model, period = model_of("loop"), 0.01
@@ -264,6 +267,7 @@ def test_a_loop_keeps_the_order_of_its_method_under_a_sampled_torque(method: str
     assert np.log2(errors[0] / errors[2]) / 2.0 == pytest.approx(order, abs=0.25), errors
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.parametrize("method", TREE_METHODS)
 def test_inputs_may_jump_beside_forces_that_jump(method: str, rng: np.random.Generator) -> None:
     model, step = model_of("jumps"), 2e-3

@@ -47,7 +47,7 @@ def motion(name: str, scene: str, units: UnitsOf, steps: int = STEPS_OF_RUN) -> 
     return similar(scene).motion(units, method, STEPS.get(scene, 2e-3), steps, **given)
 
 
-@pytest.mark.long_except_every(3)
+@pytest.mark.long_except_every(33)
 @pytest.mark.slow
 @pytest.mark.long_cases(
     "adaptive-driven",
@@ -78,7 +78,7 @@ def test_powers_of_two_leave_the_bits(name, scene):
     assert not changed
 
 
-@pytest.mark.long_except_every(3)
+@pytest.mark.long_except_every(18)
 @pytest.mark.slow_except("index3-four_bar")
 @pytest.mark.long_cases(
     "adaptive-driven",

@@ -133,6 +133,7 @@ def amplification(
 BY_ROUNDING = {"rosenbrock": 1e10}
 
 
+@pytest.mark.long_except_every(5)
 @pytest.mark.slow
 @pytest.mark.parametrize(("method", "given"), fixed_steps(constrained=True), ids=named)
 def test_spectral_radius_on_a_constraint_is_at_most_one(method: str, given: Mapping[str, float]) -> None:
@@ -149,6 +150,7 @@ def test_spectral_radius_on_a_constraint_is_at_most_one(method: str, given: Mapp
     assert measured >= 12
 
 
+@pytest.mark.long_except_every(4)
 @pytest.mark.slow
 @pytest.mark.parametrize(("method", "given"), fixed_steps(constrained=False), ids=named)
 def test_spectral_radius_is_at_most_one(method: str, given: Mapping[str, float]) -> None:

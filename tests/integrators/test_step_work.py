@@ -45,6 +45,7 @@ def operations(text: str, name: str) -> tuple[int, int, int]:
     return tuple(len(re.findall(rf"\s{sign}\s", code)) for sign in ("[-+]", r"\*", "/"))  # type: ignore[return-value]
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow_except("free_spinning_body-lsrt2")
 @pytest.mark.parametrize("method", ["rosenbrock", "lsrt2"])
 @pytest.mark.parametrize(
@@ -86,6 +87,7 @@ CHOSEN = (
 )
 
 
+@pytest.mark.long_except_every(5)
 @pytest.mark.slow_except(
     *("shear_frame_with_pendulum-tdg2s", "free_spinning_body-tdg1", "pi_servo-tdg1", "pi_servo-corrected_predictor")
 )

@@ -73,6 +73,7 @@ def free_body():
     )
 
 
+@pytest.mark.long_except_every(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS, ids=label)
 def test_order_on_a_fast_free_body(method):
@@ -103,6 +104,7 @@ def test_spatial_momentum_of_a_free_body_by_the_spatial_variant():
     assert slope([400, 800], errors) == pytest.approx(2.0, abs=0.2)
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("method", [METHODS[0], METHODS[3], SPATIAL], ids=label)
 def test_order_on_the_fast_heavy_top(method):
@@ -151,6 +153,7 @@ def test_order_on_a_body_on_se3_with_a_slider(method):
     )
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("method", [METHODS[0], METHODS[3], SPATIAL], ids=label)
 def test_order_on_a_body_on_r3xso3(method):

@@ -45,6 +45,7 @@ def row_of_masses(rates: tuple[float, ...]) -> eomgen.Model:
     return eomgen.build(builder.build(), profile="quick")
 
 
+@pytest.mark.long_except_every(7)
 @pytest.mark.parametrize("method", GAMMA)
 @pytest.mark.parametrize(
     "rates",
@@ -68,6 +69,7 @@ def test_a_run_ends_where_growth_is_lost_and_says_what_to_do(method: str) -> Non
     assert "try: a step smaller than 0.7 s, or stop_at_growth = 0" in run.message
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.parametrize("method", GAMMA)
 def test_what_would_be_lost_without_it(method: str) -> None:
     """x = h lambda = 100: true growth by e^100 a step, of which next to nothing is left."""

@@ -79,6 +79,7 @@ def test_a_tyre_in_python_is_the_tyre_by_definitions(folder: Path) -> None:
     assert np.array_equal(again.forward_dynamics(q, v), model.forward_dynamics(q, v))
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["rk4", "rosenbrock", "generalized_alpha", "dopri5"])
 def test_runs_by_a_law_are_runs_by_the_formula(folder: Path, method: str) -> None:

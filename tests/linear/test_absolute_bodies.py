@@ -91,6 +91,7 @@ def check_equal(joint: Linearization, absolute: Linearization) -> None:
 SEEDS = [0, 5, 8, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 3, 9, 10, 11))]
 
 
+@pytest.mark.long_except_every(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_any_tree_about_any_motion(seed: int, rng: np.random.Generator) -> None:

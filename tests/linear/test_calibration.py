@@ -384,6 +384,7 @@ speed = { joint = "axle", effort = "speed" }
     assert model.parameters["speed_reference_rate"] == 20.0
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new", "kind", "message"),

@@ -108,7 +108,7 @@ HARDWARE: dict[str, dict[str, Any]] = {
 
 
 @pytest.mark.slow_cases("all-0.005-True")
-@pytest.mark.long_except_every(3)
+@pytest.mark.long_except_every(21)
 @pytest.mark.filterwarnings("ignore:delay of (place|x)")
 @pytest.mark.parametrize(
     ("kind", "delay", "estimated"),

@@ -120,6 +120,7 @@ def test_feedback_of_an_estimate_moves_as_the_matrix_says(car: StateSpace) -> No
     np.testing.assert_allclose(again.A, law.closed_loop.A, rtol=1e-9, atol=1e-7)
 
 
+@pytest.mark.long_except_every(4)
 @pytest.mark.slow
 @pytest.mark.long_cases("False-0.0007")
 @pytest.mark.parametrize("delay", [0.0, 0.0007, 0.002, 0.0035])

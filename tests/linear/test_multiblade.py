@@ -127,6 +127,7 @@ stiffness = {LAG}
 """
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.parametrize("speed", [1.0, 3.0, 5.0, 8.0])
 @pytest.mark.parametrize("count", [3, pytest.param(4, marks=pytest.mark.slow), pytest.param(5, marks=pytest.mark.slow)])
 def test_the_eigenvalues_are_roots_of_the_equation_of_ground_resonance(count: int, speed: float) -> None:
@@ -145,6 +146,7 @@ def test_the_eigenvalues_are_roots_of_the_equation_of_ground_resonance(count: in
     assert max(np.min(np.abs(eigenvalues - alone - 1j * shift)) for shift in shifts) < 1e-12
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.long_cases("3-True-60.0")
 @pytest.mark.slow_cases("3-False-60.0")
 @pytest.mark.parametrize(

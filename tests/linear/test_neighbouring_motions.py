@@ -192,6 +192,7 @@ def driven_arm() -> eomgen.Scene:
     return builder.output("felt", formula=["acceleration.tip[0]", "acceleration.tip[2]"]).build()
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["drone", "drone on a cord", "driven arm"])
 def test_outputs_of_neighbouring_states(name: str, rng: np.random.Generator) -> None:
@@ -228,6 +229,7 @@ def test_outputs_of_neighbouring_states(name: str, rng: np.random.Generator) -> 
         assert np.max(np.abs(lin.partials.Ylam)) > 0.1
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_given_accelerations_have_their_multipliers() -> None:
     model = eomgen.build(slider_crank(), profile="quick")

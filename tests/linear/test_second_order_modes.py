@@ -180,6 +180,7 @@ def test_uncertainties_bound_the_effect_of_rounding(rng: np.random.Generator) ->
     assert np.all(modes.uncertainty <= 1e-7 * np.abs(modes.eigenvalues))
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_net_is_decomposed_by_its_symmetries(decomposed: list[int]) -> None:
     model = eomgen.build(EXAMPLES / "cable_net/scene.toml", profile="quick")

@@ -98,6 +98,7 @@ def check_same_motion(joint: System, absolute: System, state: dict[str, Array], 
         np.testing.assert_allclose(moved["lam"][:, -own:], state["lam"], rtol=1e-8, atol=1e-8)
 
 
+@pytest.mark.long_except_every(8)
 @pytest.mark.slow_except("3-R3xSO3-resting")
 @pytest.mark.parametrize("base", ["resting", "translating", "turning"])
 @pytest.mark.parametrize("groups", GROUPS)
@@ -148,6 +149,7 @@ def test_angles_count_turns_wherever_they_are_numbers(seed: int, rng) -> None:
 LOOPS = [("distance", False), ("point_on_line", False), ("cylindrical", True), ("rolling", False)]
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow_except("point_on_line-False-R3xSO3")
 @pytest.mark.parametrize("groups", GROUPS)
 @pytest.mark.parametrize("kind, driven", LOOPS)
@@ -240,6 +242,7 @@ def test_there_are_fixed_joints_among_the_scenes() -> None:
     assert any(parent == BASE for _, parent in fixed)
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow_except("2-R3xSO3")
 @pytest.mark.parametrize("groups", GROUPS)
 @pytest.mark.parametrize("seed", range(4))

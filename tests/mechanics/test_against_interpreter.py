@@ -33,6 +33,7 @@ def test_more_random_scenes_agree(kind: str, monkeypatch: pytest.MonkeyPatch, tm
     assert {seed: wrong for seed, wrong in found.items() if wrong} == {}
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("key, factor", [("mass", 1 + 1e-9), ("center_of_mass", 1 + 1e-9), ("inertia", 1 + 1e-9)])
 def test_the_comparison_sees_a_change_of_a_billionth(

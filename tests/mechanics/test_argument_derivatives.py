@@ -150,7 +150,7 @@ def of_taken(matrix: Array, model: eomgen.Model, taken: tuple[str, ...], state: 
 
 
 @pytest.mark.long_cases("drone-outputs")
-@pytest.mark.long_except_every(2)
+@pytest.mark.long_except_every(12)
 @pytest.mark.slow
 @pytest.mark.parametrize(("scene", "term"), CASES)
 def test_jacobian_and_hessian_are_those_of_complex_steps(scene: str, term: str, rng: np.random.Generator) -> None:

@@ -104,6 +104,7 @@ def matrix_scenes() -> dict[str, Scene]:
 SCENES = matrix_scenes()
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow_except("random 200")
 @pytest.mark.parametrize("name", SCENES)
 def test_matrices_and_their_derivatives(name: str, rng: np.random.Generator) -> None:

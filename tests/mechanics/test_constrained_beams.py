@@ -44,6 +44,7 @@ def states(system: System, rng: np.random.Generator) -> dict[str, Array]:
     return states_near(system, rng) | {"lam": 100.0 * rng.normal(size=(6, len(system.multipliers)))}
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.parametrize("joint", JOINTS)
 @pytest.mark.parametrize("elements", [1, 3])
 @pytest.mark.parametrize("model", list(WITHOUT))
@@ -80,6 +81,7 @@ def test_what_follows_from_the_rows_are_their_derivatives(model: str, joint: str
     assert relative_error(loaded - free, np.einsum("nij,ni->nj", B, state["lam"])) < 1e-12
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.parametrize("joint", JOINTS)
 @pytest.mark.parametrize(("model", "elements"), [("kirchhoff", 1), ("kirchhoff", 4), ("inextensible", 3)])
 def test_tangents_with_multipliers_are_exact(model: str, elements: int, joint: str, rng: np.random.Generator) -> None:

@@ -248,6 +248,7 @@ def _with_points(seed: int, *, base: bool, coordinates: str) -> Scene:
     return replace(scene, points=points, coordinates=coordinates, groups=groups, elements=())
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow_except("0-joint-False")
 @pytest.mark.parametrize("base", [False, True])
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
@@ -313,6 +314,7 @@ def _by_formula(scene: Scene, *, at_velocity: bool) -> Scene:
     return replace(scene, constraints=(item,))
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow_except("0-joint-False")
 @pytest.mark.parametrize("at_velocity", [False, True])
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])

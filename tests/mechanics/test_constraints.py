@@ -113,6 +113,7 @@ def check_derivatives(system: System, state: dict[str, Array]) -> None:
         np.testing.assert_allclose(full, dense, rtol=0, atol=1e-12)
 
 
+@pytest.mark.long_except_every(8)
 @pytest.mark.slow_except("prismatic-True-disc-base and body-absolute")
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 @pytest.mark.parametrize("place", PLACES)
@@ -236,6 +237,7 @@ def test_rolling_without_slip(shape: str, rng) -> None:
     assert np.linalg.matrix_rank(evaluate("constraint_jacobian", {"q": q, "v": v})["B"]) == 3
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow_except("1-translating-joint")
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 @pytest.mark.parametrize("base", ["resting", "translating", "turning"])

@@ -130,6 +130,7 @@ def check_by_complex_steps(scene: Scene, rng: np.random.Generator, reach: float 
             assert relative_error(found, np.einsum("sij,sj->si", rate, v), floor=1e-3) <= 1e-11, (name, ending)
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.long_cases("2-joint")
 @pytest.mark.parametrize("absolute", [False, True], ids=["joint", "absolute"])

@@ -71,6 +71,7 @@ def test_chains_of_three_keep_their_digits(masses, lengths, limit: float) -> Non
     assert worst_error(tree, derive(tree.scene(), ["forward_dynamics"])) < limit
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.parametrize("seed", [*range(12), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(12, 120))])
 def test_random_trees_are_as_exact_as_pinocchio(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -177,6 +178,7 @@ def test_accelerations_without_any_digit_are_refused(tmp_path: Path) -> None:
     assert refused
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_series_keep_their_digits(tmp_path: Path) -> None:
     """Steppers that factored M were wrong by 2e-5 (Taylor)."""

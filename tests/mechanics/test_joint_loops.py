@@ -71,6 +71,7 @@ def values(system: System, seed: int = 3) -> dict[str, np.ndarray]:
     return found
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.long_cases("kind2", "kind5")
 @pytest.mark.slow_except("kind0")
 @pytest.mark.parametrize(

@@ -129,6 +129,7 @@ def test_a_light_rod_acts_as_a_distance(mass: float, step: float) -> None:
     np.testing.assert_allclose(run.q[:, light.q_names.index("q.rail")], other.q[:, 1], atol=tolerance)
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow
 @pytest.mark.slow_cases("rattlie", "rk4_partitioned")
 @pytest.mark.parametrize("method", [*IMPLICIT[1:], PARTITIONED[0]])
@@ -164,6 +165,7 @@ def test_statics_and_linear_models_are_those_of_the_machine_without_the_jack(pas
     np.testing.assert_allclose(steady.q[0], expected.q[0], atol=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.slow_cases("generalized_alpha")
 @pytest.mark.long_cases("rattlie")
 @pytest.mark.parametrize("method", ["generalized_alpha", "rattlie"])

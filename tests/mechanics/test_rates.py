@@ -153,6 +153,7 @@ def small(system: System, state: dict[str, Array]) -> dict[str, Array]:
     return state
 
 
+@pytest.mark.long_except_every(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 def test_every_derivative_is_that_of_the_one_before(name: str, rng: np.random.Generator) -> None:
@@ -179,6 +180,7 @@ def test_every_derivative_is_that_of_the_one_before(name: str, rng: np.random.Ge
         assert relative_error(found[f"{block}_ddot"], second, axes, floor) <= 1e-12, block
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow_except("random 0", "random 1", "states, absolute")
 @pytest.mark.parametrize("name", [name for name in SCENES if name != "elastic"])
 def test_recursion_against_jets_of_the_operations_of_tau(name: str, rng: np.random.Generator) -> None:
@@ -200,6 +202,7 @@ def test_recursion_against_jets_of_the_operations_of_tau(name: str, rng: np.rand
 FREE = [name for name in SCENES if "absolute" not in name]
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow_except("loaded 11")
 @pytest.mark.parametrize("name", [*FREE, "long chain"])
 def test_forward_dynamics_along_its_own_motion(name: str, rng: np.random.Generator) -> None:

@@ -109,6 +109,7 @@ class RollingSphere:
         return np.concatenate([moved, np.linalg.solve(matrix, moment)])
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.long_cases("0.1 * x * y + 0.2 * cos(x)")
 @pytest.mark.slow_cases("1.5 - sqrt(2.25 - x**2 - y**2)")
@@ -210,6 +211,7 @@ def contact(shape: str, q: Any) -> tuple[Any, Any, Any]:
     return at(root(off, q[4:6], tol=1e-13).x)
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.long_cases("disc")
 @pytest.mark.parametrize("shape", TIERS)
 def test_other_shapes_roll_by_newton_and_euler_about_their_contact(shape: str) -> None:

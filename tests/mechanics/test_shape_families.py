@@ -43,6 +43,7 @@ KINDS: list[tuple[DeformationKind, Ends]] = [
 ]
 
 
+@pytest.mark.long_except_every(4)
 @pytest.mark.parametrize(("kind", "ends"), KINDS)
 @pytest.mark.parametrize("shapes", ["polynomial", "finite_elements"])
 def test_frequencies_of_uniform_beams(kind: DeformationKind, ends: Ends, shapes: Any) -> None:

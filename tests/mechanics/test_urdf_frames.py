@@ -53,7 +53,7 @@ def off(found: Array, expected: Array) -> float:
     return float(np.linalg.norm(found - expected)) / (size if size > 1e-9 else 1.0)
 
 
-@pytest.mark.long_except_every(3)
+@pytest.mark.long_except_every(21)
 @pytest.mark.slow_except("solo_description/robots/solo12.urdf", "ur_description/urdf/ur5_robot.urdf")
 @pytest.mark.long_cases("tiago_description/robots/tiago.urdf", "tiago_description/robots/tiago_dual.urdf")
 @pytest.mark.parametrize("name", robot_files())

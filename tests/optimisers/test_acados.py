@@ -210,7 +210,7 @@ def test_functions_are_those_of_acados_formulas(family: str, tmp_path: Path, rng
     compared("double_pendulum_on_shaking_base/scene.toml", family, tmp_path, rng)
 
 
-@pytest.mark.long_except_every(3)
+@pytest.mark.long_except_every(15)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("example", "family"),
@@ -258,6 +258,7 @@ def solved(folder: Path, kind: str, hessian: str, model: Any, solver: Any) -> tu
 
 @pytest.mark.long_cases("ERK-GAUSS_NEWTON")
 @needs_acados
+@pytest.mark.long_except_every(4)
 @pytest.mark.parametrize(
     ("kind", "hessian"),
     [
@@ -327,6 +328,7 @@ def test_an_integrator_of_acados_follows_a_loop_with_its_multipliers_as_algebrai
 
 
 @needs_acados
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["ERK", "IRK"])
 def test_an_integrator_of_acados_follows_a_rotation(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

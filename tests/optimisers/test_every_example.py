@@ -263,7 +263,7 @@ class Variational:
         return self.equations(unknown, state)[1]
 
 
-@pytest.mark.long_except_every(6)
+@pytest.mark.long_except_every(24)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "example", [pytest.param(name, marks=pytest.mark.long) if name in LONG_STEPS else name for name in TESTED]
@@ -325,7 +325,7 @@ def consistent(model: eomgen.Model, rng: np.random.Generator) -> tuple[Array, Ar
     return state.q, state.v
 
 
-@pytest.mark.long_except_every(6)
+@pytest.mark.long_except_every(30)
 @pytest.mark.slow
 @pytest.mark.long_cases("elastic_pendulum", *LARGE)
 @pytest.mark.parametrize("example", SCENES)

@@ -183,7 +183,7 @@ def along(function: Callable[[Array], Array], y: Array, step: float) -> Array:
     return np.stack(rows, axis=-1)
 
 
-@pytest.mark.long_except_every(2)
+@pytest.mark.long_except_every(12)
 @pytest.mark.long_cases("double_pendulum-generalized_alpha")
 @pytest.mark.slow_cases("four_bar-rattlie")
 @pytest.mark.slow
@@ -199,7 +199,7 @@ def test_a_step_ends_as_the_stepper_does(scene: str, method: str, rng: np.random
         assert np.max(np.abs(model.evaluate("constraint_velocity", q, v)["w"])) < 1e-11
 
 
-@pytest.mark.long_except_every(2)
+@pytest.mark.long_except_every(10)
 @pytest.mark.slow_except(*FAST)
 @pytest.mark.parametrize(("scene", "method"), CASES)
 def test_derivatives_of_a_step_are_differences(scene: str, method: str, rng: np.random.Generator) -> None:
@@ -221,6 +221,7 @@ def test_derivatives_of_a_step_are_differences(scene: str, method: str, rng: np.
     assert np.max(np.abs(hessian - by_gradients)) < 2e-11 * np.max(np.abs(by_gradients))
 
 
+@pytest.mark.long_except_every(4)
 @pytest.mark.slow_cases("generalized_alpha")
 @pytest.mark.parametrize("method", ["generalized_alpha", *(pytest.param(m, marks=pytest.mark.slow) for m in KIN)])
 def test_the_jacobian_is_that_of_the_derivatives_of_a_run(method: str, rng: np.random.Generator) -> None:

@@ -58,6 +58,7 @@ def test_clamped_free_shapes_are_the_published_ones(mode: int) -> None:
         assert abs(found[3] * found[0] ** 2 - 2) < mpf(10) ** -30 and abs(found[4] - found[0] ** 4) < mpf(10) ** -25
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow_except("pair0")
 @pytest.mark.parametrize("pair", PAIRS)
 def test_stiffening_integrals_are_the_published_ones(pair: tuple[int, int]) -> None:
@@ -106,6 +107,7 @@ def test_samples_are_the_shapes() -> None:
     )
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow_except("0")
 @pytest.mark.parametrize("speed", list(ROTATING))
 def test_rotating_beam_has_the_published_frequencies(speed: int) -> None:

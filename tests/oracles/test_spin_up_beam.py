@@ -14,6 +14,7 @@ PUBLISHED = {
 }
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.long_cases("5")
 @pytest.mark.slow
 @pytest.mark.parametrize("modes", list(PUBLISHED))
@@ -24,6 +25,7 @@ def test_set_a_moves_as_published(modes: int) -> None:
     assert run.residual == pytest.approx(residual, abs=6e-7)
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.long_cases("5--0.534419")
 @pytest.mark.slow
 @pytest.mark.parametrize(("modes", "peak"), [(1, -0.537892), (2, -0.533847), (3, -0.534471), (5, -0.534419)])

@@ -67,7 +67,7 @@ def numbers(texts: list[str]) -> np.ndarray:
     return np.array([float(text) for text in texts])
 
 
-@pytest.mark.long_except_every(3)
+@pytest.mark.long_except_every(12)
 @pytest.mark.slow
 @pytest.mark.long_cases("elastic_slider_crank")
 @pytest.mark.parametrize("name", SCENES)
@@ -106,6 +106,7 @@ def page_data(page: Path) -> Any:
     return json.loads(text[text.index(begin) + len(begin) :].partition("</script>")[0])["live"]
 
 
+@pytest.mark.long
 @pytest.mark.long_cases("spin_up_beam", "double_pendulum_on_shaking_base")
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["elastic_slider_crank", "spin_up_beam", "double_pendulum_on_shaking_base"])
@@ -199,6 +200,7 @@ def test_ranges_of_sliders_keep_the_requirements_and_the_value() -> None:
     assert range_of(3.0, "", lambda value: value == 3.0) == (3.0, 3.0)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_vehicle_steps_faster_than_real_time(tmp_path: Path) -> None:
     model, solution = run_of("active_vehicle")

@@ -53,6 +53,7 @@ def test_a_clamp_transmits_what_the_first_section_bears() -> None:
         np.testing.assert_allclose(outputs[name], -outputs[f"transmitted_{name}"], atol=1e-6 * size)
 
 
+@pytest.mark.long
 def test_outputs_are_the_loads_along_the_axis() -> None:
     solution = run()
     loads = solution.section_loads["rope"]

@@ -55,6 +55,7 @@ def test_a_straight_beam_that_does_not_stretch_is_named_where_both_ends_are_held
     )
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("place", "what", "hint"),

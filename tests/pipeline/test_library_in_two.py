@@ -126,6 +126,7 @@ def test_another_process_finds_the_library_of_runs_and_compiles_the_rest_when_it
     assert np.array_equal(model.coupling(*batch)[2], coupling)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_checkpoint_of_the_library_of_runs_is_resumed_by_the_whole_one(
     build: Build, release: threading.Event, tmp_path: Path

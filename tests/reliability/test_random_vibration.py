@@ -95,6 +95,7 @@ def study(model: eomgen.Model, output: str = "x", **options: Any) -> RandomVibra
     return random_vibration(model, output, 15.0, 0.05, method="trapezoidal", **options)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_moments_and_tails_at_the_mean_are_those_of_the_oracle(duffing: eomgen.Model) -> None:
     found = study(duffing, thresholds=[-0.7159, 1.1862], points=False)

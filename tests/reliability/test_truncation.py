@@ -141,6 +141,7 @@ def test_a_band_far_above_the_resonance_loses_more_of_the_output_than_of_itself(
     assert vars(found.costs["truncation"]) == {"runs": 1, "adjoints": 1, "tangents": 0}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.long_cases("variables")
 @pytest.mark.parametrize("varied", ["variables", "seed"])

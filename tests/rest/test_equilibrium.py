@@ -95,6 +95,7 @@ def test_a_pendulum_hangs_or_stands() -> None:
     assert np.sin(held.q[0]) * MASS * G * LENGTH == pytest.approx(2.0, rel=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_chain_of_rods_hangs_by_its_polygon_of_forces_and_nears_the_catenary() -> None:
     depths = []

@@ -152,6 +152,7 @@ def test_section_forces_have_the_geometric_part_of_the_tangent(beam: Model, rng:
     np.testing.assert_allclose(tangent, expected, atol=1e-10 * np.abs(expected).max())
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.parametrize("closed", [False, True])
 def test_small_scenes_rest_by_whole_matrices_as_large_ones_by_sparse_ones(
     closed: bool, monkeypatch: pytest.MonkeyPatch

@@ -230,6 +230,7 @@ def test_generated_code_carries_the_notes(tmp_path: Path) -> None:
 # -- other units -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.long_except("False-servo", "True-tree", "True-servo")
 @pytest.mark.parametrize("make", [tree, servo, four_bar])
 @pytest.mark.parametrize("any_kind", [False, True])

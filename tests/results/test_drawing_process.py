@@ -134,6 +134,7 @@ def test_work_of_a_copy_ends_with_an_interrupted_caller(tmp_path: Path, monkeypa
     assert [path.name for path in tmp_path.iterdir()] == ["cleaned"]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_pictures_of_a_run_are_the_same_from_a_copy(tmp_path: Path) -> None:
     import eomgen.cli

@@ -196,6 +196,7 @@ def file(tmp_path: Path) -> Path:
 _LONGER = ("site against site", "sites on one chain", "slider and crank", "ellipsoids in a medium", "servos of balls")
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.long_cases("muscle", "site against site")
 @pytest.mark.slow_except(*(name for name in CASES if name not in _LONGER))
 @pytest.mark.parametrize("name", CASES)
@@ -221,6 +222,7 @@ def scaled(text: str, factor: float) -> str:
 _SMALL = ("ellipsoids in a medium", "medium", "slider and crank")
 
 
+@pytest.mark.long_except_every(6)
 @pytest.mark.long_cases("0.1-site against site", "0.01-site against site")
 @pytest.mark.slow_except(*(f"{factor}-{name}" for factor in (0.1, 0.01) for name in _SMALL))
 @pytest.mark.parametrize("name", CASES)

@@ -72,6 +72,7 @@ def _is_silent(file: Path, text: str, unchanged: Scene, *, scene_alone: bool, **
     return not all(np.allclose(ours, others, rtol=1e-9, atol=1e-10) for ours, others in pairs)
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.long_except(*_SECOND)
 @pytest.mark.parametrize("key", [key for key in elements(ET.fromstring(BASE)) if STATUSES.get(key)])

@@ -273,6 +273,7 @@ def test_no_part_of_some_elements_is_silent(folder: Path) -> None:
     assert parts(QUICK, NEWEST) - met == set()
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_no_part_is_silent(folder: Path) -> None:
     met, wrong = tried(STATUSES, NEWEST, folder, 1)

@@ -151,6 +151,7 @@ def test_settings_that_cannot_be(options: dict[str, Any], text: str) -> None:
     assert text in str(caught.value)
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.long_cases("prior-scipy-double")
 @pytest.mark.parametrize(
     ("start", "transforms", "precision"),

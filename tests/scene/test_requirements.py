@@ -107,7 +107,7 @@ def compare(place: Path, kind: str, X: float) -> bool:
     return bool(at_run)
 
 
-@pytest.mark.long_except_every(4)
+@pytest.mark.long_except_every(32)
 @pytest.mark.slow_except("beams.section.elastic_modulus")
 @pytest.mark.parametrize("key", dict.fromkeys(key_at(place) for place in OF_RUNS))
 def test_a_call_refuses_what_the_scene_refuses_in_the_same_words(key: str, rng: np.random.Generator) -> None:

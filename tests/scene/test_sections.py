@@ -109,6 +109,7 @@ def test_a_body_falls_with_a_drag_of_another_distribution() -> None:
     assert np.allclose(run.outputs["pull"], COEFFICIENT * run.v[:, 0] ** 2, rtol=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_section_with_its_own_force_law_is_two_files_and_a_line(tmp_path: Path) -> None:
     """Drags in a copy of the package, the motion as above: v = v_t tanh(g t / v_t)."""

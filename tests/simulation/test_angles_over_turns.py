@@ -55,6 +55,7 @@ def started(angle: float, speed: float) -> dict[str, np.ndarray]:
     return {"q": q, "v": speed * np.concatenate([axis, np.cross(axis, center)])}
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_a_spring_winds_up_over_several_turns(method: str) -> None:

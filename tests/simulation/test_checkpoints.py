@@ -55,6 +55,7 @@ CASES = [
 ]
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow_except("pendulum-generalized_alpha")
 @pytest.mark.long_cases("absolute-rattlie", "absolute-rk4_partitioned")
 @pytest.mark.parametrize(

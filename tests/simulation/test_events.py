@@ -53,6 +53,7 @@ def ball() -> Model:
     return eomgen.build(BALL, profile="quick")
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "method",
@@ -442,6 +443,7 @@ def test_in_absolute_coordinates_the_impacts_are_the_same() -> None:
     np.testing.assert_allclose(events.v, -0.5 * events.v_before, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("reset", "text"),

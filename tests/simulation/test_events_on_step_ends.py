@@ -60,6 +60,7 @@ def found_and_true(
     return sorted(run.events.t.tolist()), sorted(counted)
 
 
+@pytest.mark.long_except_every(9)
 @pytest.mark.long_cases("rk45_partitioned")
 @pytest.mark.slow
 @pytest.mark.parametrize("method", _METHODS.values())
@@ -123,6 +124,7 @@ def speeds_after_impacts(balls: int, restitution: float) -> tuple[list[float], i
     return v, count
 
 
+@pytest.mark.long_except_every(4)
 @pytest.mark.slow_except("3-0.9-1.0-0.0-rk4", "5-1.0-0.1-0.0-rk45")
 @pytest.mark.parametrize("method", ["rk4", "rk45", "generalized_alpha"])
 @pytest.mark.parametrize(

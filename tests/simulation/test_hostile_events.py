@@ -69,6 +69,7 @@ def test_roots_that_steps_pass_over_are_told_of(method: str) -> None:
     assert not fine.error.passed_over and fine.events is not None and fine.events.counts["wave"] == 3183
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.parametrize("method", ["rk4", "generalized_alpha", "taylor"])
 @pytest.mark.parametrize(("direction", "share"), [("both", 1.0), ("rising", 0.5)])
 @pytest.mark.parametrize("action", ["count", pytest.param("record", marks=pytest.mark.slow)])
@@ -99,6 +100,7 @@ SEEN: dict[str, dict[str, Any]] = {
 }
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.parametrize("name", SEEN)
 @pytest.mark.parametrize("method", ["rk4", "rk45"])
 def test_events_that_steps_see_are_not_told_of(name: str, method: str) -> None:

@@ -165,6 +165,7 @@ def test_inputs_that_are_given_too() -> None:
     assert np.max(np.abs(solution.q[:, 0] - free(solution.t))) < 1e-3
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3", "rk4_partitioned", "rattlie"])
 def test_constraints_and_multipliers_across_a_jump(method: str) -> None:

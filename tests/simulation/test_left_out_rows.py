@@ -71,6 +71,7 @@ def test_a_shift_along_the_hinges_is_refused_by_scene_and_run(form: Any) -> None
         assert "; try: parameters with which the constraints can be met together, or a scene with these values" in said
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.long_cases("form2-1e-09")
 @pytest.mark.parametrize("off", [1e-9, 1e-7, 1e-6])
 @pytest.mark.parametrize("form", FORMS)

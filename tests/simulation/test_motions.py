@@ -47,6 +47,7 @@ def followed(method: str = "generalized_alpha", **options: Any) -> Any:
     return cart("lift").start(START, method=method, step=1e-3, motions={"lift": sine}, **options)
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_a_motion_moves_the_machine_as_the_same_law_as_a_formula(method: str) -> None:

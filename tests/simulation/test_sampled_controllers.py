@@ -105,6 +105,7 @@ def position(one: Solution) -> Any:
     return one.q[:, 0]
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.long_cases("0.01-generalized_alpha", "0.01-generalized_alpha_f1", "0.0037-generalized_alpha_f1")
 @pytest.mark.parametrize("name", METHODS)

@@ -109,6 +109,7 @@ def digital_by_hand(samples: int) -> tuple[float, float]:
     return q, v
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow_except("0.007-generalized_alpha")
 @pytest.mark.parametrize("name", METHODS)
 @pytest.mark.parametrize("step", [0.01, 0.0025, 0.007, 0.05])
@@ -123,6 +124,7 @@ def test_a_held_force_is_that_of_a_controller_by_hand(name: str, step: float) ->
         assert np.array_equal(solution.z[1:5, 0], [40.0] * 4), "a row at a sample has what held until then"
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", METHODS)
 @pytest.mark.parametrize("step", [0.01, 0.004])
@@ -154,6 +156,7 @@ def test_a_simulator_a_checkpoint_and_parameters_go_with_samples(name: str, tmp_
     assert np.array_equal(rest.q[-1], whole.q[-1])
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow_except("True-taylor")
 @pytest.mark.parametrize("name", ["rk4", "rk45", "taylor", "generalized_alpha"])
 @pytest.mark.parametrize("events", [False, True])

@@ -108,6 +108,7 @@ def rows_over(solution: eomgen.Solution) -> np.ndarray:
     return np.column_stack([solution.t, solution.q, solution.v, solution.a, solution.multipliers, solution.z])
 
 
+@pytest.mark.long_except_every(5)
 @pytest.mark.slow_except("generalized_alpha-absolute")
 @pytest.mark.parametrize(("name", "coordinates"), CASES)
 def test_steps_are_those_of_simulate_to_the_bit(name: str, coordinates: str) -> None:
@@ -154,6 +155,7 @@ def test_steps_are_those_of_simulate_to_the_bit(name: str, coordinates: str) -> 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow
 @pytest.mark.long_cases("elastic_vehicle-full_car", "misaligned_four_bar-scene", "spin_up_beam-exact")
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*/*.toml")), ids=lambda path: f"{path.parent.name}-{path.stem}")

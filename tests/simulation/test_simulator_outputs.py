@@ -139,7 +139,7 @@ HOLDING = ("taylor",)
 
 @pytest.mark.slow_cases("formulas-rk4")
 @pytest.mark.long_cases("linear-rk4", "ramps-rk4")
-@pytest.mark.long_except_every(3)
+@pytest.mark.long_except_every(15)
 @pytest.mark.parametrize("method", ["rk4", *(pytest.param(name, marks=pytest.mark.slow) for name in OTHERS + HOLDING)])
 @pytest.mark.parametrize("inputs", list(INPUTS))
 def test_outputs_are_those_of_python(method: str, inputs: str, tmp_path: Path) -> None:
@@ -184,6 +184,7 @@ def test_outputs_have_the_modes_that_events_left(tmp_path: Path) -> None:
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.long_cases("four_bar/scene.toml-rattlie")
 @pytest.mark.parametrize(
     ("scene", "method"),

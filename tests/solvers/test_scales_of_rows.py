@@ -97,6 +97,7 @@ equation = "{equation}"
 """
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow_cases(
     'rk4_partitioned-coordinates = "absolute"', "generalized_alpha-", 'generalized_alpha-coordinates = "absolute"'
 )
@@ -160,6 +161,7 @@ second = {{ body = "rod", axis = [0, 1, 0] }}
 """
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow_cases('1e-09-coordinates = "absolute"')
 @pytest.mark.slow_cases('0.001-coordinates = "absolute"', '1e-08-coordinates = "absolute"')
 @pytest.mark.parametrize("coordinates", ["", 'coordinates = "absolute"'])

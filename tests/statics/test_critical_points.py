@@ -272,6 +272,7 @@ def test_the_end_of_a_cantilever_sinks_too_far_under_its_weight(elements: int) -
     assert 8.0 * sunk / 0.01 - 1.0 == pytest.approx(1.0 / (3.0 * elements**2), rel=0.01)
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.long_cases("32-deflections3-frequencies3")
 @pytest.mark.slow
 @pytest.mark.parametrize(

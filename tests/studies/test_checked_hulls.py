@@ -45,6 +45,7 @@ def test_all_forms_of_a_platform_with_a_pendulum_agree(coordinates: str) -> None
     assert report.passed, str(report)
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("angle", [0.0, 0.2, math.pi / 2])
 def test_all_forms_of_a_wide_buoy_agree(angle: float) -> None:

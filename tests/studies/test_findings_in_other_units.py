@@ -284,7 +284,7 @@ def test_every_check_has_a_case_or_a_reason_for_none() -> None:
     assert not told & NOT_HERE.keys()
 
 
-@pytest.mark.long_except_every(3)
+@pytest.mark.long_except_every(12)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_findings_are_the_same_but_for_last_digits_in_units_that_are_powers_of_two(name: str) -> None:
@@ -309,6 +309,7 @@ def test_findings_are_the_same_in_units_in_use(name: str) -> None:
         same(run_of(CASES[name], units)[1], expected, math.inf if CASES[name].rough else 1e-3)
 
 
+@pytest.mark.long_except_every(4)
 @pytest.mark.long_cases("bouncing")
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["tumbling", "tumbling well", "crank", "slow crank", "spring", "bouncing", "behind"])

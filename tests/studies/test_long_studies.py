@@ -40,6 +40,7 @@ def pendulum(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("scene.toml").write_text(PENDULUM_TOML, encoding="utf-8")
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.long_cases("savings")
 @pytest.mark.slow
 @pytest.mark.parametrize("verb", VERBS)
@@ -68,6 +69,7 @@ def _interrupted(title: str) -> Iterator[Reporter]:
     yield Reporter(report, lambda _: None, stage)
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("verb", "told"),

@@ -217,7 +217,7 @@ def planted(monkeypatch: pytest.MonkeyPatch, term: str, output: str, change: Cal
     monkeypatch.setattr(Functions, "__call__", wrong)
 
 
-@pytest.mark.long_except_every(6)
+@pytest.mark.long_except_every(72)
 @pytest.mark.slow_except("rod-elastic-K_geo-elastic.K_geo-1")
 @pytest.mark.long_cases(
     "drone-mass-M-mass.M-0",

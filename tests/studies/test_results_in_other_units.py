@@ -113,7 +113,7 @@ def test_paths_of_equilibria_are_the_same(units: SceneUnits) -> None:
     alike(*ends)
 
 
-@pytest.mark.long_except_every(5)
+@pytest.mark.long_except_every(15)
 @pytest.mark.slow_except("gears-rk4_partitioned-length 1e-06", "crank-rosenbrock-time 1e-06")
 @pytest.mark.parametrize("units", SCALES, ids=NAMES)
 @pytest.mark.parametrize("method", ["rk4_partitioned", "rk45_partitioned", "generalized_alpha", "rosenbrock"])
@@ -155,7 +155,7 @@ def test_buckling_loads_are_the_same(units: SceneUnits) -> None:
     alike(np.asarray(loads.values) / units.size("N"), expected)
 
 
-@pytest.mark.long_except_every(3)
+@pytest.mark.long_except_every(9)
 @pytest.mark.slow_except("estimate-length 1e-06")
 @pytest.mark.parametrize("units", [SceneUnits(), *SCALES], ids=["none", *NAMES])
 @pytest.mark.parametrize("estimated", [False, True], ids=["state", "estimate"])

@@ -281,6 +281,7 @@ def test_formulations_of_one_scene_have_one_motion() -> None:
         assert "multipliers" not in apart
 
 
+@pytest.mark.long
 @pytest.mark.slow_cases("four_bar/scene.toml")
 @pytest.mark.parametrize("example", ["four_bar/scene.toml"])
 def test_formulations_of_a_loop_begin_in_one_state(example: str) -> None:

@@ -78,6 +78,7 @@ def test_errors_over_steps_fall_with_their_order_down_to_rounding() -> None:
     assert check._best(bent)[2] == pytest.approx(2.0, abs=0.02)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.long_cases("0")
 @pytest.mark.parametrize("seed", [0, 3])

@@ -554,6 +554,7 @@ def muscle(tendon: Any) -> tuple[Any, Any, dict[Any, float], dict[Any, float]]:
     return system, biceps, values, {pin.coordinates[0]: 0.3} | dict.fromkeys(biceps.x, 0.6)
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.long_cases("rigid_tendon")
 @pytest.mark.slow
 @pytest.mark.parametrize("tendon", list(MusculotendonFormulation)[:3], ids=lambda item: item.name.lower())
