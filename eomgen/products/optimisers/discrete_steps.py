@@ -448,8 +448,8 @@ def chain_of(
     name = canonical_name(default_method(program) if method is None else method)
     made: Any = method_named(name)
     recorders = {
-        "composition": (_EXPLICIT, not rows, _explicit),
-        "runge_kutta": (_EXPLICIT, not rows, _explicit),
+        "composition": (_EXPLICIT, not rows, _composition),
+        "runge_kutta": (_EXPLICIT, not rows, _runge_kutta),
         "rattlie": (_VARIATIONAL, 0 < rows == holonomic, _variational),
     }
     needed: tuple[str, ...]
@@ -487,17 +487,23 @@ def _reason(method: Any, recorded: bool, rows: int, holonomic: int) -> str:
 _Functions = Mapping[str, Exported]
 
 
-def _explicit(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> StepChain:
-    """Return the chain of an explicit step of q, v and z. Raises ModelError if kicks have accelerations that depend on
-    velocities."""
+def _runge_kutta(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> StepChain:
+    """Return the chain of an explicit Runge-Kutta step of q, v and z."""
+    chain = StepChain(program, functions, method.title(constrained=False), along, {})
+    runge_kutta(chain, method)
+    return chain
+
+
+def _composition(program: Program, functions: _Functions, method: Any, along: Sequence[str]) -> StepChain:
+    """Return the chain of kicks and drifts of q and v. Raises ModelError if accelerations depend on velocities."""
     accelerations = functions["forward_dynamics"]
-    of_v = accelerations.slices.get("v", slice(0, 0))
-    depends = np.any((of_v.start <= accelerations.jacobian.columns) & (accelerations.jacobian.columns < of_v.stop))
-    if method.family == "composition" and depends:
+    velocities = accelerations.slices.get("v", slice(0, 0))
+    columns = accelerations.jacobian.columns
+    if np.any((velocities.start <= columns) & (columns < velocities.stop)):
         fault = f"accelerations of {program.prefix} depend on velocities, so that kicks are not symplectic [E0944]"
         raise ModelError(Problem("method", fault, RUNGE_KUTTA))
     chain = StepChain(program, functions, method.title(constrained=False), along, {})
-    (composition if method.family == "composition" else runge_kutta)(chain, method)
+    composition(chain, method)
     return chain
 
 
