@@ -304,9 +304,8 @@ class LoopWriter(Writer):
         return slot
 
     def _share(self, stretch: Occurrence) -> None:
-        """Write the call of a shared stretch, and note the places of the results: slots of the workspace, some with
-        negated values. Results that go to outputs in only this occurrence (``stretch.left``) are stored after the
-        call."""
+        """Write the call of a shared stretch, and note the places of the results: slots of the workspace. Results that
+        go to outputs in only this occurrence (``stretch.left``) are stored after the call."""
         number = self._text_of(stretch)
         places = tuple([self.slot(node) for node in stretch.reads])
         results = tuple([self._slot_of(node) for node in stretch.results])
@@ -314,8 +313,8 @@ class LoopWriter(Writer):
         outputs = tuple(dict.fromkeys(output for output, _ in stretch.body.stores))
         self.open.outputs |= set(outputs)
         self._emit("share", number, (*places, *results, *stretch.components), outputs, stretch.numbers)
-        for node, slot, sign in zip(stretch.results, results, stretch.signs, strict=True):
-            self.expressions[node] = ("w", slot) if sign > 0 else ("neg", ("w", slot))
+        for node, slot in zip(stretch.results, results, strict=True):
+            self.expressions[node] = ("w", slot)
         self._store_all(stretch.left)
 
     def _text_of(self, stretch: Occurrence) -> int:

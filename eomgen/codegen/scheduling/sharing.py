@@ -5,14 +5,13 @@ Recursions record the same operations for each body of a kind, so sequences of o
 any distance. Repeats are found by ranks of windows (prefix doubling: Karp, Miller and Rosenberg 1972). Operands within
 a stretch are locals; all others are workspace entries, whose places stand in tables of the calls, as numbers do.
 
-Left and right sides differ by signs. A stretch may compute negatives of values: signs pass through products and
-sums, and the conditions of all sums are linear over GF(2). A sign that remains is a factor 1 or -1 in the table of
-numbers, which changes no bit of a product.
+Left and right sides differ by signs: signs of constants stand in the table of numbers, and an operand whose sign
+differs is multiplied by a factor 1 or -1 from that table, which changes no bit of a product.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -21,7 +20,7 @@ from numpy.typing import NDArray
 from eomgen.base.data import dataclass, field
 from eomgen.codegen.scheduling.rerolling import ARITY, READ, Unmatched, operands
 from eomgen.symbolic.map import record
-from eomgen.symbolic.operations import EVEN, ODD, Op
+from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import Ref, Tape
 
 #: Least number of operations of a function in which stretches are looked for, and part of the operations below which
@@ -71,7 +70,6 @@ class Occurrence:
     nodes : operations that the call computes, in order
     reads : operations or inputs whose values the call reads, one per component of ``READ``
     results : operations whose values are stored in the workspace
-    signs : -1 for results that are stored as negatives
     components : of the outputs, one for each of the body's ``stores``
     left : results that the caller copies to outputs: output number, component, sign, operation
     numbers : components of ``NUMBER``
@@ -81,7 +79,6 @@ class Occurrence:
     nodes: tuple[int, ...]
     reads: tuple[int, ...]
     results: tuple[int, ...]
-    signs: tuple[int, ...]
     components: tuple[int, ...]
     left: tuple[Unmatched, ...]
     numbers: tuple[float, ...]
@@ -101,7 +98,7 @@ def find_stretches(tape: Tape, live: Sequence[int], outputs: Sequence[Sequence[R
     groups = search.groups()
     if sum((len(starts) - 1) * length for length, starts in groups) < (1.0 - SHARED_PART) * len(live):
         return []
-    return _Signs(tape, live, groups, outputs).stretches()
+    return _Occurrences(tape, live, groups, outputs).stretches()
 
 
 # -- repeats ----------------------------------------------------------------------------------------------------------
@@ -246,40 +243,7 @@ def _outside(tape: Tape, live: Sequence[int]) -> set[int]:
     return paired | {node for node in live if tape.op[node] in _OUTSIDE}
 
 
-# -- signs and columns ------------------------------------------------------------------------------------------------
-
-
-@dataclass
-class _System:
-    """Linear conditions over GF(2): numbers whose bit 0 is a constant and whose further bits are unknowns.
-
-    Attributes
-    ----------
-    rows : for each unknown that was eliminated, the bit and the condition that gives the unknown
-    """
-
-    rows: dict[int, int] = field(default_factory=dict)
-    _eliminated: int = 0
-
-    def require(self, condition: int) -> bool:
-        """Add the condition that the sum of a constant (bit 0) and unknowns (further bits) is zero; return False for a
-        contradiction to earlier conditions, which changes no row."""
-        while both := condition & self._eliminated:
-            condition ^= self.rows[both & -both]
-        if condition <= 1:
-            return condition == 0
-        bit = 1 << (condition.bit_length() - 1)
-        self.rows[bit] = condition
-        self._eliminated |= bit
-        return True
-
-    def solution(self) -> int:
-        """Return the solution of all conditions as bits, with bit 0 set; undetermined unknowns are zero."""
-        known = 1
-        for bit, row in reversed(self.rows.items()):
-            if ((row ^ bit) & known).bit_count() & 1:
-                known |= bit
-        return known
+# -- occurrences -------------------------------------------------------------------------------------------------------
 
 
 @dataclass
@@ -290,17 +254,12 @@ class _Group:
     taken: list[list[list[Ref]]]  # by operation, operand and occurrence
     columns: dict[tuple[int, ...], int] = field(default_factory=dict)  # nodes read from outside -> component of READ
     exports: list[int] = field(default_factory=list)
-    signs: list[int] = field(default_factory=list)  # by occurrence: bits of values that are computed as negatives
-    factors: list[int] = field(default_factory=list)  # by occurrence: bits of columns that are read with a factor -1
-    moved: list[dict[tuple[int, int], int]] = field(default_factory=list)  # by occurrence: signs of constants, flips
-    kinds: list[list[tuple[bool, int]]] = field(default_factory=list)  # see ``_Signs._kinds``
 
 
-class _Signs:
-    """Decides which values each occurrence of a shared stretch computes as negatives, and makes the occurrences.
-    ``groups`` of the constructor are (length, starts) of each repeat among the live operations. Attributes: ``owner``
-    (operation to group, occurrence, offset), ``stores`` (operation to output number, component and sign), ``negative``
-    (operations whose negatives are stored)."""
+class _Occurrences:
+    """Makes the occurrences of shared stretches. ``groups`` of the constructor are (length, starts) of each repeat
+    among the live operations. Attributes: ``owner`` (operation to group, occurrence, offset), ``stores`` (operation to
+    output number, component and sign)."""
 
     def __init__(
         self,
@@ -330,7 +289,6 @@ class _Signs:
                 if abs(ref) in self.owner:
                     self.stores.setdefault(abs(ref), []).append((number, component, 1 if ref > 0 else -1))
         self._find_exports()
-        self.negative: set[int] = set()  # nodes whose negatives are stored
 
     def _pair(self, group: _Group) -> None:
         """Fill ``taken`` and ``columns`` of a group: the operands of all occurrences in the order of the first
@@ -385,108 +343,18 @@ class _Signs:
             group.exports = sorted(offsets)
 
     def stretches(self) -> list[Occurrence]:
-        """Return all occurrences of all groups in the order of the tape; signs are solved occurrence by occurrence."""
+        """Return all occurrences of all groups in the order of the tape."""
         order = sorted(
             (self.position[nodes[0]], number, occurrence)
             for number, group in enumerate(self.groups)
             for occurrence, nodes in enumerate(group.nodes)
         )
-        for group in self.groups:
-            group.signs = [0] * len(group.nodes)
-            group.factors = [0] * len(group.nodes)
-            group.moved = [{} for _ in group.nodes]
-        for _, number, occurrence in order:
-            self._solve(self.groups[number], occurrence)
         made = [self._make_stretches(group) for group in self.groups]
         return [made[number][occurrence] for _, number, occurrence in order]
 
-    def _stored_sign(self, column: Sequence[int], occurrence: int) -> int:
-        return int(column[occurrence] in self.negative)
-
-    def _solve(self, group: _Group, occurrence: int) -> None:
-        """Find which values occurrence number ``occurrence`` of a group computes as negatives of the shared operations'
-        values. Sets ``signs``, ``factors`` and ``moved`` of the group and extends ``negative``. The first occurrence is
-        the reference and has no negatives."""
-        if occurrence == 0:
-            return
-        tape, system = self.tape, _System()
-        flips = group.moved[occurrence]
-        reads: list[int] = []
-        for index, nodes in enumerate(group.columns):
-            reads.append((self._stored_sign(nodes, occurrence) ^ self._stored_sign(nodes, 0)) | 1 << (index + 1))
-        unknown = 1 << (len(reads) + 1)
-        constants: dict[tuple[int, int], int] = {}
-        values: list[int] = []
-        if not group.kinds:
-            group.kinds = self._kinds(group)
-        for offset, (node, kinds) in enumerate(zip(group.nodes[0], group.kinds, strict=True)):
-            parts: list[int] = []
-            for operand, column in enumerate(group.taken[offset]):
-                differs = (column[0] < 0) ^ (column[occurrence] < 0)
-                within, index = kinds[operand]
-                if within:
-                    parts.append(values[index] ^ differs)
-                elif index < 0:
-                    constants[offset, operand] = unknown
-                    parts.append(unknown ^ differs)
-                    unknown <<= 1
-                else:
-                    parts.append(reads[index] ^ differs)
-            values.append(self._value(tape.op[node], parts, offset, system, flips))
-        solved = system.solution()
-        for key, bit in constants.items():
-            if solved & bit:
-                flips[key] = flips.get(key, 0) ^ 1
-        for index in range(len(reads)):
-            if solved >> (index + 1) & 1:
-                group.factors[occurrence] |= 1 << index
-        for offset, value in enumerate(values):
-            if (value & solved).bit_count() & 1:
-                group.signs[occurrence] |= 1 << offset
-                self.negative.add(group.nodes[occurrence][offset])
-
-    def _kinds(self, group: _Group) -> list[list[tuple[bool, int]]]:
-        """Return, for each operation and operand of the first occurrence, (is inside, index). The index is the offset
-        of an operand inside, the column of one from outside, or -1 for a constant."""
-        offsets = {node: offset for offset, node in enumerate(group.nodes[0])}
-
-        def kind(column: Sequence[Ref]) -> tuple[bool, int]:
-            node = abs(column[0])
-            if node in offsets:
-                return True, offsets[node]
-            return False, -1 if self.tape.op[node] is _CONST else group.columns[tuple(map(abs, column))]
-
-        return [[kind(column) for column in taken] for taken in group.taken]
-
-    @staticmethod
-    def _value(code: Op, parts: Sequence[int], offset: int, system: _System, flips: dict[tuple[int, int], int]) -> int:
-        """Return the sign of an operation's value as a sum over GF(2) of unknowns, from the signs ``parts`` of its
-        operands. Conditions on the operands are added to ``system``; an operand whose condition contradicts gets a
-        factor -1: its (offset, operand) is set in ``flips``."""
-        if code in (_MUL, _DIV):
-            return parts[0] ^ parts[1]
-        if code in (_ADD, _SUB):
-            if not system.require(parts[0] ^ parts[1]):
-                flips[offset, 1] = 1
-            return parts[0]
-        if code in ODD:
-            return parts[0]
-        if code in EVEN:
-            return 0
-        if code is Op.SELECT:
-            if not system.require(parts[1] ^ parts[2]):
-                flips[offset, 2] = 1
-            if not system.require(parts[0]):
-                flips[offset, 0] = 1
-            return parts[1]
-        for operand, part in enumerate(parts):
-            if not system.require(part):
-                flips[offset, operand] = 1
-        return 0
-
     def _make_stretches(self, group: _Group) -> list[Occurrence]:
         """Return the occurrences of a group, in order, which share one recorded body."""
-        recorder = _BodyRecorder(self.tape, group, self.negative)
+        recorder = _BodyRecorder(self.tape, group)
         known = recorder.record()
         stores, left = self._stores(group)
         exports = sorted({*group.exports, *(offset for items in left for offset, _ in items)})
@@ -501,7 +369,6 @@ class _Signs:
                 tuple(nodes),
                 tuple(column[k] for column in group.columns),
                 tuple(nodes[offset] for offset in exports),
-                tuple(-1 if group.signs[k] >> offset & 1 else 1 for offset in exports),
                 tuple(components[k] for _, _, _, components in stores),
                 tuple(item for _, item in left[k]),
                 tuple(values[k] for values in recorder.numbers),
@@ -517,11 +384,8 @@ class _Signs:
         left: list[list[tuple[int, Unmatched]]] = [[] for _ in group.nodes]
         for offset in range(len(group.nodes[0])):
             stored = [
-                sorted(
-                    (output, -sign if signs >> offset & 1 else sign, component)
-                    for output, component, sign in self.stores.get(nodes[offset], ())
-                )
-                for nodes, signs in zip(group.nodes, group.signs, strict=True)
+                sorted((output, sign, component) for output, component, sign in self.stores.get(nodes[offset], ()))
+                for nodes in group.nodes
             ]
             if len({tuple(item[:2] for item in items) for items in stored}) == 1:
                 for index, (output, sign, _) in enumerate(stored[0]):
@@ -550,14 +414,12 @@ class _BodyRecorder:
     numbers : columns of numbers, one for each occurrence, in order of their components of ``NUMBER``
     """
 
-    def __init__(self, tape: Tape, group: _Group, negative: Collection[int]) -> None:
+    def __init__(self, tape: Tape, group: _Group) -> None:
         self.kernel = Tape()
         self.numbers: dict[tuple[float, ...], Ref] = {}
         self._tape = tape
         self._group = group
-        self._negative = negative
         self._offsets = {node: offset for offset, node in enumerate(group.nodes[0])}
-        self._read: dict[tuple[int, ...], Ref] = {}
 
     def record(self) -> list[Ref]:
         """Record the operations of the first occurrence on ``kernel``, and return the reference of each, by offset.
@@ -565,9 +427,9 @@ class _BodyRecorder:
         known: list[Ref] = []
         for offset, node in enumerate(self._group.nodes[0]):
             taken: list[Ref] = []
-            for operand, column in enumerate(self._group.taken[offset]):
-                flips = [moved.get((offset, operand), 0) for moved in self._group.moved]
-                value = self._operand(column, [-1.0 if flip else 1.0 for flip in flips], known)
+            for column in self._group.taken[offset]:
+                signs = [1.0 if (ref > 0) == (column[0] > 0) else -1.0 for ref in column]
+                value = self._operand(column, signs, known)
                 taken.append(value if column[0] > 0 else -value)
             code = self._tape.op[node]
             known.append(record(self.kernel, _ADD if code is _SUB else code, taken))
@@ -581,7 +443,7 @@ class _BodyRecorder:
         if tape.op[first] is _CONST:
             values = [sign * tape.constants[tape.a[abs(ref)]] for ref, sign in zip(column, signs, strict=True)]
             return self.kernel.constant(values[0]) if len(set(values)) == 1 else self._number_input(values)
-        value = known[self._offsets[first]] if first in self._offsets else self._column(tuple(map(abs, column)))
+        value = known[self._offsets[first]] if first in self._offsets else self._input(column)
         return self.kernel.mul(self._number_input(signs), value) if -1.0 in signs else value
 
     def _number_input(self, values: Sequence[float]) -> Ref:
@@ -591,13 +453,6 @@ class _BodyRecorder:
             self.numbers[key] = self.kernel.input(NUMBER, len(self.numbers))
         return self.numbers[key]
 
-    def _column(self, column: tuple[int, ...]) -> Ref:
-        """Return the reference on ``kernel`` of a value from outside, with the sign in each occurrence. ``column`` has
-        the operation that each occurrence reads. Values stored as negatives are negated again."""
-        if column not in self._read:
-            index = self._group.columns[column]
-            value = self.kernel.input(READ, index)
-            signs = [-1.0 if factors >> index & 1 else 1.0 for factors in self._group.factors]
-            value = self.kernel.mul(self._number_input(signs), value) if -1.0 in signs else value
-            self._read[column] = -value if column[0] in self._negative else value
-        return self._read[column]
+    def _input(self, column: Sequence[Ref]) -> Ref:
+        """Return the input for a value from outside, read by the operands of a column."""
+        return self.kernel.input(READ, self._group.columns[tuple(map(abs, column))])
