@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import subprocess
 
 import pytest
 
@@ -45,6 +46,17 @@ def test_no_function_is_too_complex() -> None:
         if number > HIGHEST
     }
     assert not worst, "decompose into functions with one job each, or replace branches by a table"
+
+
+def test_tracked_files_are_small() -> None:
+    root = PACKAGE.parent
+    listed = subprocess.run(["git", "ls-files"], cwd=root, capture_output=True, text=True, check=True).stdout.split(
+        "\n"
+    )
+    sizes = {name: (root / name).stat().st_size for name in listed if (root / name).is_file()}
+    assert {name: size for name, size in sizes.items() if size > 300_000} == {}
+    drawn = sum(size for name, size in sizes.items() if name.endswith((".png", ".svg", ".gif", ".jpg")))
+    assert drawn < 1_500_000, "save photographs and plots with a palette of 256 colours: Image.quantize(256) of Pillow"
 
 
 SOURCE = '''"""Text of the

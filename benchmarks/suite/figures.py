@@ -122,7 +122,8 @@ def _draw_row(axes: Any, history: Sequence[Measurement], row: Row) -> None:
     for name, color, marker in ((own, AHEAD, "o"), (peer, PEER, "s")):
         # Each machine has a line of its own, since times of different processors are not one series.
         for points in series(history, row.name, name).values() if name else ():
-            axes.plot(*zip(*points, strict=True), color=color, marker=marker, markersize=3, linewidth=1.0)
+            line = axes.plot(*zip(*points, strict=True), color=color, linewidth=1.0)[0]
+            line.set(marker=marker, markersize=3, markevery=[-1])
             seen += (seconds for _, seconds in points)
     # Each panel spans two decades at least, so that 3 % look like 3 % in all of them.
     middle = (min(seen) * max(seen)) ** 0.5
@@ -133,7 +134,7 @@ def _draw_row(axes: Any, history: Sequence[Measurement], row: Row) -> None:
     axes.set_ylabel("\n".join(textwrap.wrap(f"time of a {row.per}", 18)), fontsize=6)
     axes.yaxis.set_major_locator(LogLocator(base=10, numticks=5))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: shown(value)))
-    axes.yaxis.set_minor_formatter(NullFormatter())
+    axes.minorticks_off()
     axes.xaxis.set_major_locator(AutoDateLocator(minticks=2, maxticks=6))
     axes.xaxis.set_major_formatter(ConciseDateFormatter(axes.xaxis.get_major_locator(), show_offset=False))
     if peer:
