@@ -28,16 +28,18 @@ def driven_by(space: StateSpace, source: StateSpace) -> StateSpace:
 
     Parameters
     ----------
-    space : StateSpace or Linearization
-        The driven model.
+    space : StateSpace
+        The driven model; ``state_space()`` of a ``Linearization``.
     source : StateSpace
         A filter, a delay, an actuator. Inputs and disturbances of equal names in both models are one and the same.
+        Units of the two models are not compared.
 
     Returns
     -------
     StateSpace
-        States of the model, then of the source; the source's inputs replace the driven inputs. Outputs of the source
-        are also outputs of the whole, for weights and measurements.
+        States of the model, then of the source; the source's inputs and disturbances replace the driven signals.
+        Outputs of the source with names that no output of the model has are also outputs of the whole, for weights and
+        measurements.
 
     Raises
     ------
@@ -110,7 +112,8 @@ def shaping_filter(
     unit : str, optional
         Unit of the output.
     states : str, optional
-        Name of the filter's states, ``filter.NAME[0]``; the output's name by default.
+        NAME in the names of several states, ``filter.NAME[0]``, or of a single state, ``filter.NAME``; the output's
+        name by default.
 
     Returns
     -------
@@ -120,7 +123,7 @@ def shaping_filter(
     Raises
     ------
     UsageError
-        Coefficients that are not numbers, or a numerator of higher degree.
+        Coefficients that are not finite, a denominator of zeros, or a numerator of higher degree.
 
     Examples
     --------
@@ -150,13 +153,13 @@ def delay(input: str, output: str, time: float | str, order: int = 4, unit: str 
     Parameters
     ----------
     input, output : str
-        Names of the undelayed and of the delayed signal.
+        Names of the undelayed signal, the only disturbance of the result, and of the delayed signal, the only output.
     time : float or str
         Delay in s, or a text with a unit.
     order : int, optional
         Order of the Padé approximation; the phase is accurate up to about ``order`` rad.
     unit : str, optional
-        Unit of both signals.
+        Unit of the delayed signal; the undelayed signal has an empty unit.
 
     Returns
     -------
@@ -166,7 +169,7 @@ def delay(input: str, output: str, time: float | str, order: int = 4, unit: str 
     Raises
     ------
     UsageError
-        A time that is not positive, or an order that is not 1 to 12.
+        A time that is not a positive finite number or text with a unit, or an order that is not 1 to 12.
 
     Examples
     --------
@@ -188,18 +191,16 @@ def delay(input: str, output: str, time: float | str, order: int = 4, unit: str 
 def delay_line(input: str, output: str, samples: int, sample: float | str, unit: str = "") -> StateSpace:
     """Return the exact delay of a sampled model by whole samples, as a model that can drive another model.
 
-    Raises UsageError if the number of samples is not 1 or more.
-
     Parameters
     ----------
     input, output : str
-        Names of the undelayed and of the delayed signal.
+        Names of the undelayed signal, the only disturbance of the result, and of the delayed signal, the only output.
     samples : int
         Delay in samples, 1 or more.
     sample : float or str
         Time between two samples in s, or a text with a unit.
     unit : str, optional
-        Unit of both signals.
+        Unit of the delayed signal; the undelayed signal has an empty unit.
 
     Returns
     -------
@@ -209,7 +210,7 @@ def delay_line(input: str, output: str, samples: int, sample: float | str, unit:
     Raises
     ------
     UsageError
-        A number of samples below 1, or a time that is not positive.
+        Samples that are not a whole number from 1 on, or a time that is not a finite number or text with a unit.
 
     Examples
     --------

@@ -86,8 +86,9 @@ def with_controller(
     Returns
     -------
     dict
-        For ``eomgen.build``, ``eomgen.load`` or ``toml_text``. Files that the scene names are looked for from the
-        current folder. Readings of sensors with limits, quantum or delay are states ``sensor_NAME``.
+        For ``eomgen.build``, ``eomgen.load`` or ``toml_text``; neither checked nor written to a file. The driven inputs
+        are now controllers or states of the same names. Files that the scene names are looked for from the current
+        folder. Readings of sensors with a quantum or a delay are states ``sensor_NAME``.
 
     Raises
     ------
@@ -95,8 +96,8 @@ def with_controller(
         A model or a Scene in place of the scene's data; inputs that are not the scene's own, feedback of states
         without names in the scene (shaping filters, coordinates of absolute bodies), measured signals that formulas
         cannot use (accelerations), names that are taken. Limits, quanta or delays of names that are neither inputs
-        nor measured, that are not finite or negative; limits without the value at the reference; a quantum or a delay
-        in continuous time.
+        nor measured; a quantum that is not positive, a negative delay, limits that do not increase or are without the
+        value at the reference; a quantum or a delay in continuous time.
     FileError, DescriptionError
         A scene file that cannot be read.
 

@@ -84,7 +84,8 @@ class Observer:
 
     @property
     def deviations(self) -> dict[str, float]:
-        """Standard deviation of the error of each state's estimate; none of placed eigenvalues."""
+        """Standard deviation of the error of each state's estimate, by name of the state and in its unit; of a sampled
+        observer right after a measurement. An empty dict for placed eigenvalues."""
         if self.covariance is None:
             return {}
         return dict(zip(self.space.states, np.sqrt(np.maximum(np.diag(self.covariance), 0.0)).tolist(), strict=True))
@@ -107,32 +108,33 @@ def kalman(
     space : StateSpace or Linearization
         The linear model.
     noise : mapping or array_like
-        Intensities of white noise by disturbance, input or state: two-sided spectral densities, unit^2 s, half of the
-        one-sided ones per Hz. Or a matrix (nw, nw) of intensities over the disturbances. For a sampled model: variances
-        of values held over a sample.
+        Intensities of white noise by disturbance, input or state, zero for others: two-sided spectral densities, unit^2
+        s, half of the one-sided ones per Hz. Or a matrix (nw, nw) of intensities, or its diagonal, over the
+        disturbances, then the inputs that the observer does not know. If ``space`` is sampled already: variances of
+        values held over a sample.
     measurement_noise : mapping
         Measurements, outputs or states by name, and the intensity of the noise of each; of a sampled observer the
         variance of the error of each sample.
     inputs : sequence of str, optional
-        Inputs known to the observer; all by default.
+        Inputs known to the observer; all by default. Other inputs become disturbances.
     sample : float or str, optional
-        Of a sampled observer: the time between two measurements, s, or a text with a unit.
+        Of a sampled observer: the time between two measurements, s, or a text with a unit. By default the observer is
+        continuous or sampled as ``space`` is.
     delay : float or str, optional
-        From a sample to when inputs take effect, as of the regulator.
+        From a sample to when inputs take effect, as of the regulator; without effect if ``sample`` is not given.
 
     Returns
     -------
     Observer
-        Gains, covariance of the error, and the observer as a state space.
+        Gains, covariance of the error, the observed model as ``space``, and the motion of the error as ``error``.
 
     Raises
     ------
     UsageError
-        Unknown names, negative intensities, measurements without noise, or, for a sampled observer, measurements that
-        contain white noise.
+        Unknown names, negative intensities, or measurements without noise. For a sampled observer, measurements that
+        contain white noise or follow an input at once; a ``sample`` for a model that is sampled already.
     ModelError
-        A motion that does not decay and is unobservable; one that neither grows nor decays without
-        noise.
+        A motion that does not decay and is unobservable; one that neither grows nor decays without noise.
     NumericalError
         No solution of Riccati's equation with a relative residual below 1e-10.
 
@@ -191,7 +193,7 @@ def place_observer(
     space : StateSpace or Linearization
         The linear model.
     poles : sequence of complex
-        Eigenvalues of the error, as of ``place``.
+        Eigenvalues of the error, as of ``place``, but none more often than the number of measured signals.
     measured : sequence of str
         Names of outputs or states.
     inputs : sequence of str, optional
@@ -202,16 +204,16 @@ def place_observer(
     Returns
     -------
     Observer
-        Gains, and the observer as a state space.
+        Gains, the observed model as ``space``, and the motion of the error as ``error``; no covariance.
 
     Raises
     ------
     UsageError
-        Names that there are not; poles as of ``place``.
+        Names that there are not; poles as of ``place``; a sampled measurement that follows an input at once.
     ModelError
-        An unobservable motion.
+        An unobservable motion, or a sampled model with delays, whose error has zero eigenvalues.
     NumericalError
-        Poles that are not reached to 1e-6, or a sampled model with delays, whose error has zero eigenvalues.
+        Poles that are not reached to 1e-6 of their size.
 
     Examples
     --------

@@ -98,7 +98,7 @@ class Regulator(NamedAttributes):
         Returns
         -------
         float
-            Unit of the input per unit of the state; the input is minus gain times deviation of the state.
+            Unit of the input per unit of the state; minus gain times deviation of the state adds to the input.
 
         Raises
         ------
@@ -192,16 +192,17 @@ def lqr(
     Parameters
     ----------
     space : StateSpace or Linearization
-        The linear model.
+        The linear model; of a sampled model the cost is the sum over samples in place of the integral.
     Q : mapping or array_like
         Weights of the squares of outputs and states by name, including accelerations; or a matrix (ns, ns), or a
         diagonal.
     R : mapping or array_like
-        Weights of the squares of inputs by name, or (nu, nu). Inputs without a weight are not used.
+        Weights of the squares of inputs by name, or (nu, nu), or a diagonal. Inputs without a name in R are not used;
+        rows of the gains are in the order of the names in R.
     N : array_like, optional
         Weights (ns, nu) of products of states and inputs.
     inputs : sequence of str, optional
-        The controlled inputs, if R has no names; all by default.
+        The controlled inputs, in the order of rows of the gains, if R has no names; all by default.
     sample : float or str, optional
         Of a sampled regulator: the time for which inputs are held, s, or a text with a unit. The cost remains the
         integral.
@@ -211,12 +212,13 @@ def lqr(
     Returns
     -------
     Regulator
-        Gains, closed loop and margins.
+        Gains, remaining cost, closed loop and margins.
 
     Raises
     ------
     UsageError
-        Names that there are not; weights that are negative, of other sizes, or zero for all that an input does.
+        Names that there are not; weights that are negative, of other sizes, or zero for all that an input does. A model
+        without inputs; a delay without ``sample``, or a ``sample`` for a model that is sampled already.
     ModelError
         A motion that does not decay and that no input moves; one that neither grows nor decays and has no cost.
     NumericalError
@@ -256,6 +258,8 @@ def place(
 ) -> Regulator:
     """Return the feedback of the whole state for which the closed loop has given eigenvalues (SciPy's placement).
 
+    Warns of eigenvalues that grow.
+
     Parameters
     ----------
     space : StateSpace or Linearization
@@ -271,16 +275,17 @@ def place(
     Returns
     -------
     Regulator
-        Gains, closed loop and margins.
+        Gains, closed loop and margins; no ``cost_left``.
 
     Raises
     ------
     UsageError
-        Poles of another number, without complex conjugates, repeated too often, or not finite.
+        Poles of another number, without complex conjugates, repeated too often, or not finite; other arguments as of
+        ``lqr``.
     ModelError
-        A motion that no input moves.
+        A motion that no input moves, decaying or not.
     NumericalError
-        Poles that are not reached to 1e-6.
+        Poles that are not reached to 1e-6 of their size.
 
     Examples
     --------

@@ -80,7 +80,8 @@ def root_mean_squares(space: StateSpace | HasStateSpace, noise: Mapping[str, flo
     Returns
     -------
     dict
-        By name of the output, in its unit; infinite if the output contains white noise.
+        By name of the output, in its unit, about the reference; infinite if an output of a model in continuous time
+        contains white noise.
 
     Raises
     ------
