@@ -182,8 +182,8 @@ class Campbell:
 
     @property
     def rows(self) -> list[tuple[str, ...]]:
-        """The crossings as tuples of texts: order, speed in rad/s, speed in 1/min, damped frequency in Hz, mode number,
-        whirl."""
+        """Each crossing as a tuple of texts: order, speed in rad/s, speed in 1/min, damped frequency in Hz, mode number
+        by ``number``, whirl (may be empty). An empty list without crossings."""
         return [
             (
                 f"{item.order:g}",
@@ -222,21 +222,22 @@ class Campbell:
         """Draw frequencies over the speed, orders as rays, crossings as dots; return matplotlib's axes, a list of one.
 
         Forward whirl is blue, backward whirl is dashed in orange. Crossings are labelled with their speeds, if there is
-        room; modes have their numbers at the right, counted from 1 as in ``rows``.
+        room; modes have their numbers by ``number``, as in ``rows``, at the right if there is room.
 
         Parameters
         ----------
         axes : matplotlib Axes
             A new figure of pyplot if none are given.
         frequencies : pair of float
-            Limits of the frequency axis, Hz. By default the picture ends above the highest ray and the lowest mode,
-            and says how many modes lie higher.
+            Limits of the frequency axis, Hz. By default the picture ends above all modes, or, if these lie far above
+            the rays, above the highest ray and the lowest mode, and says how many modes lie higher.
         modes : sequence of int
             Numbers of the modes drawn, columns of ``eigenvalues`` from 0 on; all by default.
         orders : sequence of float
             Rays and crossings drawn, some of ``orders``; all by default.
         speed_unit : str
-            ``rad/s``, ``rpm`` or ``Hz`` of the speed axis and of the labels of crossings; rad/s by default.
+            ``rad/s``, ``rpm`` or ``Hz`` of the speed axis and of the labels of crossings; the parameter's own unit by
+            default.
 
         Returns
         -------
@@ -247,7 +248,7 @@ class Campbell:
         ------
         UsageError
             An object that is not axes, or more than one; limits that do not increase; numbers of no modes; orders
-            without a search for crossings; a unit of a parameter that is not a speed.
+            without a search for crossings; an unknown unit, or a unit for a parameter that is not in rad/s.
         """
         return plot_campbell(self, axes, CampbellView(frequencies, modes, orders, speed_unit))
 
@@ -279,6 +280,8 @@ class RootLocus:
 
     def plot(self, axes: object = None) -> list[Any]:
         """Draw the upper half plane of roots, coloured by the parameter, and return matplotlib's axes, a list of one.
+
+        Crosses are the roots at the first value, rings at the last. The figure gets a colour bar, on axes of its own.
 
         Parameters
         ----------

@@ -64,9 +64,10 @@ class Floquet:
 
     @property
     def exponents(self) -> Complex:
-        """(ns,) log(multipliers) / period, 1/s: growth, and rad/s from -pi / period to pi / period.
+        """(ns,) complex, log(multipliers) / period, in the order of ``multipliers``.
 
-        Imaginary parts are known but for whole multiples of 2 pi / period.
+        Real parts are growth in 1/s, minus infinity for a multiplier of zero. Imaginary parts in rad/s, from -pi /
+        period to pi / period, are known but for whole multiples of 2 pi / period.
         """
         with np.errstate(divide="ignore"):
             return np.asarray(np.log(self.multipliers.astype(complex)) / self.period)
@@ -78,8 +79,8 @@ class Floquet:
 
     @property
     def stability(self) -> str:
-        """``stable`` if all multipliers are within the unit circle, ``unstable`` if one is outside, else
-        ``marginal``."""
+        """``stable`` if all multipliers are within the unit circle by more than their ``uncertainty``, ``unstable`` if
+        a multiplier is outside by more, else ``marginal``, as an orbit of free phase with its multiplier 1 is."""
         excess = np.abs(self.multipliers) - 1.0
         if np.any(excess > self.uncertainty):
             return "unstable"
@@ -92,8 +93,8 @@ class Floquet:
 
     @property
     def rows(self) -> list[tuple[str, ...]]:
-        """Tuples of texts: multiplier, magnitude, uncertainty, growth (1/s), frequency (Hz); one row for a conjugate
-        pair."""
+        """Tuples of texts: multiplier, magnitude, uncertainty, growth (1/s), damped frequency (Hz); one tuple for each
+        real multiplier and for each conjugate pair."""
         columns = (self.multipliers, self.uncertainty, self.exponents, self.frequencies)
         return [
             (
@@ -121,7 +122,8 @@ class Floquet:
         """Draw the multipliers with frequencies and the unit circle; return matplotlib's axes, a list of one.
 
         Growing multipliers are red. Multipliers nearer than 0.03 to each other have one label, of two frequencies at
-        most, or of the number of real multipliers. Labels without a free place are left out.
+        most, or of the number of real multipliers; a single real multiplier has no label. Labels without a free place
+        are left out.
 
         Parameters
         ----------

@@ -211,7 +211,8 @@ class Linearization(NamedAttributes):
     def state_space(self) -> StateSpace:
         """Return sdot = A s + B u + E w, y = C s + D u + F w; s holds coordinates, velocities and internal states.
 
-        All are changes from the reference; sampled states are among the inputs u.
+        All are changes from the reference, of the independent coordinates and velocities alone. Sampled states are not
+        in s: they are the last of the inputs u, by name without ``z.``.
 
         Returns
         -------
@@ -249,12 +250,14 @@ class Linearization(NamedAttributes):
         Returns
         -------
         StateSpace
-            From one common sampling period to the next; ``sample`` is the period in s.
+            From one common sampling period to the next, with the outputs of ``state_space`` and without inputs and
+            disturbances; ``sample`` is the period in s.
 
         Raises
         ------
         ModelError
-            No state is sampled, or the periods have no common multiple.
+            No state is sampled, the periods have no common multiple within 10,000 samples, or the inertia matrix is
+            singular along a free direction.
         """
         if self.sampled is None:
             fault = "no states are sampled [E0438]"
@@ -282,10 +285,17 @@ class Linearization(NamedAttributes):
     def modes(self) -> Modes:
         """Return the modes with the shapes of all coordinates, including dependent coordinates.
 
+        Sampled states are held at the reference; ``sampled_loop`` has the eigenvalues with sampled control.
+
         Returns
         -------
         Modes
             Eigenvalues in 1/s, undamped and damped frequencies in Hz, damping ratios and complex shapes, slowest first.
+
+        Raises
+        ------
+        ModelError
+            The inertia matrix is singular along a free direction.
 
         Examples
         --------
@@ -342,10 +352,9 @@ class Linearization(NamedAttributes):
         Parameters
         ----------
         input, output : str
-            Names of an input or a disturbance, and of an output.
+            Names of an input or a disturbance, and of an output or a state.
         frequencies : array_like, optional
-            Frequencies (n,), Hz; from a tenth of the lowest frequency of a mode to ten times the highest if none are
-            given.
+            Frequencies (n,), Hz, increasing; 500 over ``modes().band`` if none are given.
         axes : sequence of matplotlib Axes, optional
             Two axes; a new figure of pyplot if none are given.
 
@@ -357,7 +366,10 @@ class Linearization(NamedAttributes):
         Raises
         ------
         UsageError
-            An input or an output that there is not; frequencies that are not positive numbers; other than two axes.
+            An input or an output that there is not; fewer than two frequencies, or not positive numbers; other than
+            two axes.
+        NumericalError
+            A frequency equal to an undamped mode's, to machine precision.
 
         Examples
         --------
@@ -386,11 +398,12 @@ class Linearization(NamedAttributes):
         Parameters
         ----------
         output : str
-            Name of the output.
+            Name of an output or a state.
         excitation : RoadExcitation or InputSpectrum
             Random inputs, of ``eomgen.spectra``.
         frequencies : array_like, optional
-            Frequencies (n,), Hz; over the band of the excitation, close about resonances, if none are given.
+            Frequencies (n,), Hz; over the band of the excitation, close about resonances, if none are given. The
+            density is zero outside this band.
 
         Returns
         -------
@@ -402,7 +415,9 @@ class Linearization(NamedAttributes):
         UsageError
             An input or an output that there is not; frequencies that are not positive and increasing.
         ModelError
-            A mode grows, so that there is no stationary motion.
+            A mode grows, so that there is no stationary motion; a mode without damping is accepted.
+        NumericalError
+            A frequency equal to an undamped mode's, to machine precision.
 
         Examples
         --------
@@ -427,7 +442,8 @@ class Linearization(NamedAttributes):
         band: tuple[float, float] | None = None,
         weighting: str | None = None,
     ) -> float:
-        """Return the root mean square of an output under random inputs, integrated over frequency to 1e-8.
+        """Return the root mean square of an output about its reference under random inputs, integrated over frequency
+        to a relative error of 1e-8.
 
         Parameters
         ----------
@@ -436,7 +452,7 @@ class Linearization(NamedAttributes):
         excitation : RoadExcitation or InputSpectrum
             Random inputs, of ``eomgen.spectra``.
         band : tuple of float, optional
-            The part that counts, Hz; all of the excitation's if none is given.
+            The part that counts, Hz, cut to the excitation's band; all of this band if none is given.
         weighting : str, optional
             ``Wk`` or ``Wd`` of ISO 2631-1, for an acceleration in m/s^2: the part that people feel.
 
@@ -448,7 +464,8 @@ class Linearization(NamedAttributes):
         Raises
         ------
         UsageError
-            An input, an output or a weighting that there is not; a band outside the excitation's.
+            An input, an output or a weighting that there is not; a weighting of an output with another unit than m/s^2
+            (an unknown unit passes); a band outside the excitation's.
         ModelError
             A mode grows, or one within the band has no damping.
         NumericalError
@@ -477,7 +494,7 @@ class Linearization(NamedAttributes):
         output : str
             Name of an output or a state.
         excitation : RoadExcitation
-            A road of exponent 2 under wheels at a constant speed.
+            A road of exponent 2 under wheels at a constant speed; its band is not used.
 
         Returns
         -------
@@ -487,7 +504,8 @@ class Linearization(NamedAttributes):
         Raises
         ------
         UsageError
-            Another exponent, or tracks with a coherence that depends on frequency.
+            An input or an output that there is not; another exponent or a measured road; several tracks of isotropic
+            coherence, which depends on frequency.
         ModelError
             A mode does not decay, or the output follows the elevation of the road, which has an unbounded variance.
 
@@ -517,13 +535,15 @@ class Linearization(NamedAttributes):
         excitation : RoadExcitation
             A road under wheels, whose exponents and band all classes take.
         outputs : sequence of str or mapping, optional
-            Names, or weightings (``Wk``, ``Wd``, None) by name; all outputs if none are given.
+            Names of outputs or states, or weightings (``Wk``, ``Wd``, None) by name; all outputs, unweighted, if none
+            are given.
         classes : sequence of str, optional
-            Road classes of ISO 8608, ``A`` to ``H``; the road of the excitation itself if none are given.
+            Road classes of ISO 8608, ``A`` to ``H``; an empty sequence for the road of the excitation itself, the only
+            choice for a measured road.
         speeds : sequence of float or str, optional
             Speeds (n,) in m/s, or texts with a unit, ``"80 km/h"``; the speed of the excitation if none are given.
         band : tuple of float, optional
-            The part that counts, Hz; all of the excitation's if none is given.
+            The part that counts, Hz; all of the excitation's at each speed if none is given.
 
         Returns
         -------
@@ -533,7 +553,8 @@ class Linearization(NamedAttributes):
         Raises
         ------
         EomgenError
-            The errors of ``rms``: unknown names, unsuitable excitations, modes that do not decay.
+            The errors of ``rms``: unknown names, unsuitable excitations, modes that grow or lack damping. UsageError
+            for unknown classes, classes of a measured road, and a model without outputs if none are named.
 
         Examples
         --------

@@ -82,22 +82,25 @@ class Modes(NamedAttributes):
         return page(f"{len(self)} modes, {self.stability}", table(headings, rows))
 
     def plot(self, axes: object = None) -> list[Any]:
-        """Draw the shape of each mode (at most 12) and return matplotlib's axes, one for each.
+        """Draw the shapes of at most 12 modes and return matplotlib's axes, one for each drawn mode.
+
+        Modes that do not move coordinates, of internal states alone, are left out. Of more than 12 modes, decaying
+        modes without oscillation come last. At most 14 coordinates are drawn, with the most kinetic energy of the mode.
 
         Parameters
         ----------
         axes : sequence of matplotlib Axes, optional
-            One for each mode; a new figure of pyplot if none are given.
+            One for each drawn mode; a new figure of pyplot if none are given.
 
         Returns
         -------
         list of matplotlib Axes
-            One for each mode.
+            One for each drawn mode; may be empty.
 
         Raises
         ------
         UsageError
-            Another number of axes than of modes.
+            Another number of axes than of drawn modes.
 
         Examples
         --------
@@ -132,7 +135,8 @@ class Modes(NamedAttributes):
 
     @property
     def stability(self) -> str:
-        """``stable`` if all modes decay, ``unstable`` if one grows, else ``marginal``."""
+        """``stable`` if all modes decay by more than their ``uncertainty``, ``unstable`` if a mode grows by more, else
+        ``marginal``: also with a free rigid-body motion. Without modes ``stable``."""
         growth = self.eigenvalues.real
         if np.any(growth > self.uncertainty):
             return "unstable"
@@ -140,7 +144,8 @@ class Modes(NamedAttributes):
 
     @property
     def band(self) -> tuple[float, float]:
-        """Frequencies to plot, Hz: from a tenth of the lowest nonzero frequency of a mode to ten times the highest."""
+        """Frequencies to plot, Hz: from a tenth of the lowest nonzero undamped frequency of a mode, oscillating or not,
+        to ten times the highest; (0.01, 100) without such a frequency."""
         frequencies = self.frequency[np.abs(self.eigenvalues) > self.uncertainty]
         if not len(frequencies):
             return 0.01, 100.0
@@ -161,7 +166,8 @@ class Modes(NamedAttributes):
         Returns
         -------
         list of tuple of str and complex
-            Name and part of each coordinate, the largest first; left-trivialised, 1 for the largest.
+            Name and entry of ``shapes`` of each coordinate, the largest part first; the first entry need not be 1.
+            Parts below 0.05 of the largest are left out; empty for a mode that moves no coordinate.
 
         Raises
         ------

@@ -68,6 +68,8 @@ def seconds(name: str, value: float | str) -> float:
 def discretized(space: StateSpace, sample: float | str, delay: float | str = 0.0) -> StateSpace:
     """Return the exact model from sample to sample under inputs and disturbances that are held.
 
+    Warns of a time between two samples of 10 s or more that is given as a number.
+
     Parameters
     ----------
     space : StateSpace
@@ -80,13 +82,14 @@ def discretized(space: StateSpace, sample: float | str, delay: float | str = 0.0
     Returns
     -------
     StateSpace
-        Sampled; outputs are those right after a sample, when inputs that are not delayed are at work already.
+        Sampled; outputs are those right after a sample, when inputs that are not delayed are at work already. With a
+        delay, inputs that wait are additional states, ``NAME_before``, ``NAME_before_2`` and so on.
 
     Raises
     ------
     UsageError
         A model that is sampled already, a time that is not positive, a delay that is negative or of more than 1000
-        samples.
+        samples, motions that overflow within a sample.
 
     Examples
     --------
