@@ -212,7 +212,7 @@ class Linearization(NamedAttributes):
         """Return sdot = A s + B u + E w, y = C s + D u + F w; s holds coordinates, velocities and internal states.
 
         All are changes from the reference, of the independent coordinates and velocities alone. Sampled states are not
-        in s: they are the last of the inputs u, by name without ``z.``.
+        in s; the last of the inputs u are the sampled states, by name without ``z.``.
 
         Returns
         -------

@@ -86,8 +86,6 @@ class StateSpace(NamedAttributes):
     def unit(self, kind: str, name: str) -> str:
         """Return the unit of one of the ``states``, ``inputs``, ``disturbances`` or ``outputs``.
 
-        The unit is empty if the model has no units of this kind.
-
         Parameters
         ----------
         kind : str
@@ -98,12 +96,12 @@ class StateSpace(NamedAttributes):
         Returns
         -------
         str
-            Unit, empty if unknown.
+            Unit, empty if unknown; empty for any name if the model has no units of this kind, or no such kind.
 
         Raises
         ------
         ValueError
-            For a name that the model does not have.
+            For a name that the model does not have, if there are units of this kind.
 
         Examples
         --------
@@ -127,7 +125,12 @@ class StateSpace(NamedAttributes):
         Returns
         -------
         float
-            In the signal's unit.
+            In the signal's unit; not a number for any name if the model has no references of this kind.
+
+        Raises
+        ------
+        ValueError
+            For a name that the model does not have, if there are references of this kind.
 
         Examples
         --------
@@ -147,7 +150,7 @@ class StateSpace(NamedAttributes):
 
     @property
     def decay(self) -> float:
-        """Rate at which the slowest motion decays, 1/s; negative if one grows."""
+        """Rate at which the slowest motion decays, 1/s; negative if a motion grows, infinite without states."""
         if not len(self.A):
             return np.inf
         if self.sample is None:
@@ -157,7 +160,10 @@ class StateSpace(NamedAttributes):
 
     @property
     def stability(self) -> str:
-        """``stable`` if all motions decay, ``unstable`` if one grows, else ``marginal``."""
+        """``stable`` if all motions decay, ``unstable`` if a motion grows, else ``marginal``.
+
+        Rates up to 1e-9 of the largest eigenvalue, or of 1e-9 per sample, count as zero. Without states ``stable``.
+        """
         rate = 1.0 if self.sample is not None else float(np.max(np.abs(self.eigenvalues), initial=0.0))
         decay = self.decay if self.sample is None else self.decay * self.sample
         if decay > _ON_BORDER * rate or not len(self.A):
@@ -204,7 +210,7 @@ class StateSpace(NamedAttributes):
         Parameters
         ----------
         omega : array_like
-            Angular frequencies (...), rad/s.
+            Angular frequencies (...), rad/s; of a sampled model the response from sample to sample.
         inputs : sequence of str
             Names of inputs or disturbances.
         outputs : sequence of str
@@ -213,14 +219,14 @@ class StateSpace(NamedAttributes):
         Returns
         -------
         (..., outputs, inputs) complex ndarray
-            As of ``frequency_response``.
+            As of ``frequency_response``; unit of the output per unit of the input.
 
         Raises
         ------
         UsageError
-            An unknown input or output.
+            An unknown input or output, or a text as ``omega``.
         NumericalError
-            A frequency equal to an undamped mode's, to machine precision.
+            A frequency equal to an undamped mode's, to machine precision; zero for a motion without stiffness.
 
         Examples
         --------
@@ -247,7 +253,7 @@ class StateSpace(NamedAttributes):
         return np.asarray(left @ states + direct, dtype=complex)
 
     def output_rows(self, outputs: Sequence[str]) -> Array:
-        """Return the rows of C of outputs, and of the unit matrix for named states.
+        """Return the rows of C of outputs, and of the unit matrix for states that are not outputs by name.
 
         Parameters
         ----------
@@ -257,12 +263,12 @@ class StateSpace(NamedAttributes):
         Returns
         -------
         (outputs, ns) ndarray
-            One row for each name.
+            One row for each name, in the order of ``outputs``.
 
         Raises
         ------
         UsageError
-            An unknown output.
+            A name that is neither an output nor a state.
 
         Examples
         --------

@@ -73,7 +73,7 @@ def check_excitation(where: str, given: object) -> None:
     Raises
     ------
     UsageError
-        The value is not an excitation.
+        The value has no ``cross_spectra``; other attributes of an excitation are not checked.
     """
     if not hasattr(given, "cross_spectra"):
         letter = isinstance(given, str) and len(given) == 1
@@ -159,7 +159,7 @@ class InputSpectrum:
         Returns
         -------
         (nf, 1, 1) complex ndarray
-            In the input's unit squared per Hz.
+            In the input's unit squared per Hz; zero outside ``band``.
 
         Examples
         --------
@@ -299,7 +299,12 @@ class RoadExcitation:
         Returns
         -------
         RoadExcitation
-            Of the same wheels.
+            Of the same wheels, tracks, coherence and rates.
+
+        Raises
+        ------
+        UsageError
+            A speed that is not positive or a text without a unit of speed; a road that does not suit the coherence.
 
         Examples
         --------
@@ -317,12 +322,13 @@ class RoadExcitation:
         Parameters
         ----------
         frequencies : ndarray
-            Frequencies (nf,), Hz.
+            Frequencies (nf,), Hz, above zero.
 
         Returns
         -------
         (nf, m, m) ndarray
-            Real, 1 on the diagonal.
+            Real, without the delays of wheels, in the order of ``inputs``; 1 on the diagonal and between wheels in the
+            same track.
 
         Examples
         --------
@@ -346,7 +352,7 @@ class RoadExcitation:
         return np.asarray(np.where(same, 1.0, ratio))
 
     def phases(self, frequencies: Array) -> Complex:
-        """Return e^(-2 pi i f d / V) of each wheel, its delay in the frequency domain.
+        """Return e^(-2 pi i f d / V) of each wheel, its delay in the frequency domain: d / V is in ``delays``.
 
         Parameters
         ----------
@@ -356,7 +362,7 @@ class RoadExcitation:
         Returns
         -------
         (nf, m) complex ndarray
-            Of modulus 1.
+            Of modulus 1, in the order of ``inputs``.
 
         Examples
         --------
@@ -379,7 +385,8 @@ class RoadExcitation:
         Returns
         -------
         (nf, m, m) complex ndarray
-            In m^2/Hz.
+            In m^2/Hz, in the order of ``inputs``, zero outside ``band``. Entry [k, i, j] belongs to X_i conj(X_j), X
+            being the Fourier transforms.
 
         Examples
         --------

@@ -91,19 +91,19 @@ def weighting_response(name: str, frequencies: ArrayLike) -> Complex:
 
 
 def check_weighted(name: str, unit: str) -> None:
-    """Raise an error unless a quantity is an acceleration, by its unit.
+    """Raise an error unless the unit of a quantity is m/s^2 or not known.
 
     Parameters
     ----------
     name : str
         Name of the quantity, for the message.
     unit : str
-        Unit of the quantity; an empty unit is not known and passes.
+        Unit of the quantity, spelled ``m/s^2``; an empty unit is not known and passes.
 
     Raises
     ------
     UsageError
-        The unit is not an acceleration's.
+        Another unit, also of an acceleration, such as g.
     """
     if unit not in ("", "m/s^2"):
         fault = f"{name} is in {unit}, and weightings apply to accelerations in m/s^2 [E0472]"
@@ -119,7 +119,7 @@ def weighted_signal(name: str, t: Array, values: Array) -> Array:
     Parameters
     ----------
     name : str
-        Name of the weighting.
+        ``Wk`` or ``Wd``.
     t : ndarray
         Times (n,), s, increasing, evenly spaced or not.
     values : ndarray
@@ -235,7 +235,8 @@ class RideTable:
 
     @property
     def rows(self) -> list[tuple[str, ...]]:
-        """Class, speed and root mean squares as texts."""
+        """A tuple of texts for each class and speed, all speeds of the first class first: class, speed in m/s, root
+        mean squares of the outputs."""
         return [
             (name, f"{speed:.6g}", *(f"{value:.6g}" for value in self.values[i, k]))
             for i, name in enumerate(self.classes)
@@ -281,7 +282,7 @@ class PowerSpectrum:
 
     @property
     def unit(self) -> str:
-        """Unit of the density: ``(m/s^2)^2/Hz``."""
+        """Unit of the density: ``(m/s^2)^2/Hz``; empty if the unit of the quantity is unknown."""
         unit = self.quantity_unit
         if unit in ("", "1"):
             return "1/Hz" if unit else ""
@@ -295,19 +296,19 @@ class PowerSpectrum:
         Parameters
         ----------
         low, high : float, optional
-            Ends of the part, Hz.
+            Ends of the part, Hz, cut to the first and the last of ``frequencies``; all of these by default.
         weighting : str, optional
             ``Wk`` or ``Wd`` of ISO 2631-1, for an acceleration in m/s^2: the part that people feel.
 
         Returns
         -------
         float
-            In the unit of the quantity.
+            In the unit of the quantity; 0 for a part outside ``frequencies``.
 
         Raises
         ------
         UsageError
-            There is no such weighting, or the quantity is not an acceleration.
+            There is no such weighting, or the quantity has another unit than m/s^2 (an unknown unit passes).
 
         Examples
         --------
@@ -332,7 +333,7 @@ class PowerSpectrum:
         axes : matplotlib Axes, optional
             A new figure of pyplot if none are given; several spectra may go onto the same axes.
         label : str
-            For a legend.
+            For a legend; no legend by default.
 
         Returns
         -------

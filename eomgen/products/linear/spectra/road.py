@@ -242,6 +242,8 @@ class MeasuredRoad(Road):
     ) -> Self:
         """Return the road of a profile, by Welch's method: Hann windows with an overlap of one half, without trends.
 
+        Elevations are interpolated linearly at even distances. Warns of a road that is rougher than 4 times class H.
+
         Parameters
         ----------
         distance : array_like
@@ -249,21 +251,23 @@ class MeasuredRoad(Road):
         elevation : array_like
             Elevations (n,), m.
         segments : int
-            More segments: less scatter, coarser frequencies; short profiles have fewer.
+            More segments: less scatter, coarser frequencies; short profiles have fewer, of 32 samples at the least.
         widest : float
             Largest distance of measured points, m, if different from ``distance``: a bound of the frequencies, too.
         source : str
-            For titles.
+            For titles; length, segments and resolution are added.
 
         Returns
         -------
         MeasuredRoad
-            With the spectrum of the profile.
+            With the spectrum of the profile without the two lowest frequencies of a segment and the highest, and up to
+            half a cycle in the widest gap between points.
 
         Raises
         ------
         UsageError
-            Arrays that are not a profile, or fewer than 32 samples.
+            Arrays that are not a profile, fewer than 32 samples, segments that are not a whole number from 1 on, or a
+            gap that leaves fewer than two frequencies.
         """
         x, y = (np.asarray(array, dtype=float) for array in (distance, elevation))
         if x.ndim != 1 or x.shape != y.shape or not (np.all(np.isfinite(x)) and np.all(np.isfinite(y))):
