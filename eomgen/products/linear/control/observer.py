@@ -84,7 +84,7 @@ class Observer:
 
     @property
     def deviations(self) -> dict[str, float]:
-        """Standard deviation of the error of each state's estimate, by name of the state and in its unit; of a sampled
+        """Standard deviations of the errors of estimated states, by name of the state, in its unit; for a sampled
         observer right after a measurement. An empty dict for placed eigenvalues."""
         if self.covariance is None:
             return {}
