@@ -80,12 +80,12 @@ class Assembly:
     extent: float = 1.0
     strained: StrainedStart | None = None
 
-    def corrections(self, *, has_caller_values: bool = False) -> list[str]:
+    def corrections(self, *, given: bool = False) -> list[str]:
         """Return a sentence for each row that the guess violated, for strained beams, and for each violated rate.
 
         Parameters
         ----------
-        has_caller_values : bool
+        given : bool
             Whether the guess has values of a caller: a sentence says if a drive overrides them.
 
         Returns
@@ -93,7 +93,7 @@ class Assembly:
         list of str
             On the violation before the correction.
         """
-        driven = filter(is_driven, (*self.violations, *self.rate_violations) if has_caller_values else ())
+        driven = filter(is_driven, (*self.violations, *self.rate_violations) if given else ())
         ends = dict.fromkeys(driven, ": its drive prescribes it, and the initial value is not taken [W0307]")
         at_position = [
             f"initial position corrected: {name} was off by {value:.3g}{ends.get(name, ' [W0286]')}"

@@ -157,7 +157,7 @@ def start_of(
         guess = (state.q, state.v)
         changes = corrected_start(consistent, guess, names, units, freedoms=freedoms, starts=starts)
         state = InitialState(consistent.q, consistent.v, state.z)
-        sentences += [*consistent.corrections(has_caller_values=bool(initial)), *changes, *consistent.deviations]
+        sentences += [*consistent.corrections(given=bool(initial)), *changes, *consistent.deviations]
     elif changed:  # all rows may be left out
         sentences += model.check_left_out(state.q, state.v, t, p)
     corrections = [*map(Message, sentences)]
