@@ -66,7 +66,10 @@ class ActuatorEfforts:
 
     @property
     def internal(self) -> tuple[str, ...]:
-        """The null space in words, column by column, of the first state: ``left 0.71, right -0.71``."""
+        """The null space in words, a text for each column, at the first state of a batch: ``left 0.707, right -0.707``.
+
+        Empty if the efforts are unique; actuators that take no part in an internal effort are left out.
+        """
         first = self.null_space[(0,) * (self.null_space.ndim - 2)]
         result = []
         for column in first.T:
@@ -104,22 +107,24 @@ def actuator_efforts(
     actuators : sequence of str
         Joints of one coordinate, or components such as ``ball[0]`` and ``slider``, that carry one actuator each, as in
         ``model.v_names`` without ``v.``; by default the inputs of the scene that the scene does not prescribe, each
-        with the generalized force of the input. Prescribed inputs keep the prescribed values.
+        with the generalized force of the input. Prescribed inputs keep the prescribed values, all others are zero.
     tolerance : float, optional
         Residual of the constraints at the accelerations, as a share of the summands, up to which accelerations are
-        replaced by the nearest in the metric of the inertia matrix that meet the constraints; ``1e-2`` for rows of an
-        implicit run, whose accelerations meet them to the order of the step.
+        taken: up to ``1e-6`` as given; with a larger tolerance, such as ``1e-2`` for states of an implicit run, the
+        nearest accelerations in the metric of the inertia matrix that meet the constraints are taken in their place.
 
     Returns
     -------
     ActuatorEfforts
-        ``efforts`` (..., n) in N m or N, ``multipliers`` (..., rows) and ``null_space`` (..., n, k).
+        ``names`` of the n actuators; ``efforts`` (..., n) in N m or N, of inputs in the unit of the input, the least in
+        norm if several give the motion; ``multipliers`` (..., rows) of the constraints with these efforts;
+        ``null_space`` (..., n, k), with k = 0 if the efforts are unique.
 
     Raises
     ------
     UsageError
         Names that are not there; no actuators; forces that are not linear in the inputs; accelerations that do not meet
-        the constraints.
+        the constraints within the tolerance.
     NumericalError
         The actuators cannot produce the motion; names the remaining force. In some states of a batch more internal
         efforts exist than in others.

@@ -143,7 +143,8 @@ class SectionLoads:
     def at(self, x: float) -> tuple[Array, Array]:
         """Return the loads of the section at a place of the axis, linear between the ends of an element.
 
-        At a node the loads are taken on the element beyond the node, at the end on the last element.
+        The part of the beam beyond the section, of larger x, exerts the loads on the part before. At a node the loads
+        are taken on the element beyond the node, at the end on the last element.
 
         Parameters
         ----------
@@ -213,14 +214,15 @@ def section_loads(
         At rest if no v is given.
     a : (..., nv), optional
         Accelerations for the inertia forces on the elements: by default zero at rest, and computed by forward dynamics
-        if v is given.
+        if v is given. If a beam has suppressed strains and no multipliers are given, ``a`` is not taken: accelerations
+        and multipliers are both computed by forward dynamics, at rest as well.
     multipliers : (..., constraints), optional
         Constraint forces of suppressed strains; by default computed by forward dynamics.
 
     Returns
     -------
     mapping
-        ``SectionLoads`` by the name of the beam.
+        ``SectionLoads`` by the name of the beam, with the leading axes of the arguments.
 
     Raises
     ------

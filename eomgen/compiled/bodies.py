@@ -73,7 +73,7 @@ def pose(
     Raises
     ------
     UsageError
-        No body and no frame has this name.
+        No body and no frame has this name; a frame away from the origin of a body that deforms.
 
     Examples
     --------
@@ -124,7 +124,7 @@ def twist(
     Raises
     ------
     UsageError
-        No body and no frame has this name.
+        No body and no frame has this name; a frame away from the origin of a body that deforms.
 
     Examples
     --------
@@ -162,7 +162,7 @@ def point(
     body : str
         Body or frame, by name.
     r : array_like
-        Position of the point (..., 3) in the axes of the body, m.
+        Position of the point (..., 3) in the axes of the body or frame, from the origin of the body or frame, m.
     q : array_like
         Configuration (..., nq).
     v : array_like, optional
@@ -179,13 +179,13 @@ def point(
     Returns
     -------
     PointMotion
-        ``position``, m, ``velocity``, m/s, and ``acceleration``, m/s^2, (..., 3) each; None for derivatives whose ``v``
-        and ``a`` are not given.
+        ``position``, m, ``velocity``, m/s, and ``acceleration``, m/s^2, (..., 3) each, with the motion of the base. The
+        velocity is None without ``v``, the acceleration without ``v`` or without ``a``.
 
     Raises
     ------
     UsageError
-        No body and no frame has this name; a point away from the frame of a beam.
+        No body and no frame has this name; a point away from the origin of a body that deforms.
 
     Examples
     --------
@@ -217,8 +217,7 @@ def point(
 def body_jacobian(model: ExtensibleModel, body: str, q: ArrayLike, *, parameters: Parameters = None) -> Array:
     """Return the Jacobian of a body or a frame in the axes of the body or frame.
 
-    The inertial twist is ``body_jacobian(body, q) @ v`` plus the twist of the moving base at the body. Columns belong
-    to the components of v, so the columns are left-trivialised.
+    The inertial twist is ``body_jacobian(body, q) @ v`` plus the twist of the moving base at the body.
 
     Parameters
     ----------
@@ -233,6 +232,11 @@ def body_jacobian(model: ExtensibleModel, body: str, q: ArrayLike, *, parameters
     -------
     J : (..., 6, nv) ndarray
         Rows: angular, then linear; columns: components of v, left-trivialised.
+
+    Raises
+    ------
+    UsageError
+        No body and no frame has this name; a frame away from the origin of a body that deforms.
 
     Examples
     --------
@@ -265,14 +269,14 @@ def point_jacobian(
     """Return the Jacobian of a point of a body or a frame, in world axes.
 
     The point's velocity in world axes is ``point_jacobian(body, r, q, t) @ v`` plus the velocity of the moving base
-    at the point; a force f on the point adds ``point_jacobian(...).T @ f`` to Q.
+    at the point; a force f on the point, in world axes, adds ``point_jacobian(...).T @ f`` to Q.
 
     Parameters
     ----------
     body : str
         Body or frame, by name.
     r : array_like
-        Position of the point (..., 3) in the axes of the body, m.
+        Position of the point (..., 3) in the axes of the body or frame, from the origin of the body or frame, m.
     q : array_like
         Configuration (..., nq).
     t : array_like, optional
@@ -286,6 +290,11 @@ def point_jacobian(
     -------
     J : (..., 3, nv) ndarray
         Rows: world axes; columns: components of v, left-trivialised.
+
+    Raises
+    ------
+    UsageError
+        No body and no frame has this name; a point away from the origin of a body that deforms.
 
     Examples
     --------
@@ -419,7 +428,7 @@ def jacobian(
     Parameters
     ----------
     frame : str
-        Body or task frame, by name.
+        A body or frame in ``model.frames``: the scene's ``task_frames``, or all if the scene has none.
     q : array_like
         Configuration (..., nq).
     t : array_like, optional
@@ -471,7 +480,7 @@ def jacobian_rate(
     Parameters
     ----------
     frame : str
-        Body or task frame, by name.
+        A body or frame in ``model.frames``: the scene's ``task_frames``, or all if the scene has none.
     q, v : array_like
         Configuration (..., nq) and velocity (..., nv), left-trivialised.
     t : array_like, optional
@@ -517,14 +526,14 @@ def drift(
     """Return dJ/dt v, the part of the rate of a twist that does not depend on accelerations, by a recursion without
     matrices.
 
-    On a base at rest the rate of the twist is J a + drift. In ``local_world_aligned`` that is the angular
-    acceleration
-    and the acceleration of the origin. The term is ``frame_drifts`` (``_aligned``, ``_world``).
+    On a base at rest the rate of the twist is J a + drift: in ``local_world_aligned`` the angular acceleration and the
+    acceleration of the origin, else the rate of the twist's components. The term is ``frame_drifts`` (``_aligned``,
+    ``_world``).
 
     Parameters
     ----------
     frame : str
-        Body or task frame, by name.
+        A body or frame in ``model.frames``: the scene's ``task_frames``, or all if the scene has none.
     q, v : array_like
         Configuration (..., nq) and velocity (..., nv), left-trivialised.
     t : array_like, optional
@@ -582,7 +591,7 @@ def operational_inertia(
     Parameters
     ----------
     frame : str
-        Body or task frame, by name.
+        A body or frame in ``model.frames``: the scene's ``task_frames``, or all if the scene has none.
     q : array_like
         Configuration (..., nq).
     t : array_like, optional
@@ -592,19 +601,21 @@ def operational_inertia(
     base : array_like, optional
         State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
     rows : sequence of int
-        The directions of the task, all six by default.
+        The directions of the task, all six by default; a frame that cannot move in all six directions needs fewer.
 
     Returns
     -------
     (..., n, n) ndarray
-        Symmetric, n being the number of ``rows``.
+        Symmetric, n being the number of ``rows``, in the order of ``rows``.
 
     Raises
     ------
     NumericalError
-        A direction in which the frame cannot move: J has not full row rank there, or constraints hold the frame.
+        A direction among ``rows`` in which the frame cannot move, at one of the states: J has not full row rank there,
+        or constraints hold the frame.
     UsageError
-        Names that are not there, frames that are not task frames, wrong shapes.
+        Names that are not there, frames that are not task frames, wrong shapes; ``rows`` that are empty, repeated or
+        not 0 to 5.
 
     Examples
     --------

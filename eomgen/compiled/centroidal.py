@@ -159,7 +159,8 @@ def centroidal_momentum(
 ) -> Array:
     """Return the centroidal momentum matrix A: A v is the momentum about the centre of mass, relative to the base.
 
-    Orin, Goswami and Lee, Autonomous Robots 35 (2013) 161.
+    The momentum is of all bodies that move against the base, without the momentum of rotor inertias. Orin, Goswami and
+    Lee, Autonomous Robots 35 (2013) 161.
 
     Parameters
     ----------
@@ -197,7 +198,7 @@ def centroidal_momentum_rate(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return the time derivative of the centroidal momentum matrix along v, dA/dt.
+    """Return the time derivative of the centroidal momentum matrix along v and the motion of the base, dA/dt.
 
     Parameters
     ----------

@@ -56,7 +56,7 @@ def integrate(
     Warns
     -----
     RuntimeWarning
-        A third argument if no angle depends on t: the argument is a time, not a step.
+        A third argument other than 0 if the model counts no angles over turns: the argument is a time, not a step.
 
     Examples
     --------
@@ -77,7 +77,8 @@ def integrate(
 def difference(model: EvaluatedModel, first: ArrayLike, second: ArrayLike) -> Array:
     """Return the left-trivialised increment between two configurations.
 
-    ``integrate(first, dq)`` is ``second`` up to signs of quaternions; rotations turn by pi at most.
+    ``integrate(first, dq)`` is ``second`` up to signs of quaternions. Rotations between quaternions turn by pi at most;
+    angles of joints of one coordinate are subtracted as numbers, over turns as well.
 
     Parameters
     ----------
@@ -87,7 +88,7 @@ def difference(model: EvaluatedModel, first: ArrayLike, second: ArrayLike) -> Ar
     Returns
     -------
     dq : (..., nv) ndarray
-        Left-trivialised, body axes: angles in rad, lengths in m.
+        Left-trivialised, body axes of ``first``: angles in rad, lengths in m.
 
     Raises
     ------
@@ -107,8 +108,8 @@ def difference(model: EvaluatedModel, first: ArrayLike, second: ArrayLike) -> Ar
 def neutral(model: EvaluatedModel) -> Array:
     """Return the configuration in which every joint is at zero: unit quaternions (1, 0, 0, 0), else zeros.
 
-    In absolute coordinates every body is then at the world's origin, which constraints do not allow;
-    ``model.initial_q`` meets the constraints.
+    Constraints are not regarded: closed loops may be open, and in absolute coordinates the centre of mass of every body
+    is at the world's origin. ``model.initial_q`` meets the constraints.
 
     Returns
     -------
@@ -136,23 +137,28 @@ def random(
 ) -> Array:
     """Return random configurations.
 
-    Orientations are uniform; coordinates are uniform within the limits of their joints if the scene has limits, else in
-    -pi to pi rad or -1 to 1 m, and elastic coordinates in small deformations. Constraints are not regarded:
+    Orientations are uniform; coordinates are uniform within the limits of their joints, on sides without a limit up to
+    -pi or pi rad, or -1 or 1 m, and elastic coordinates in small deformations. Constraints are not regarded:
     ``model.consistent`` finds the nearest configuration that meets the constraints.
 
     Parameters
     ----------
     parameters : mapping or array_like, optional
-        Tunable parameters (..., np), SI units; defaults of the scene if not given.
+        Tunable parameters (np,), SI units, on which limits may depend; defaults of the scene if not given.
     size : int or sequence of int
-        Of the batch; one configuration by default.
+        Leading axes of the result; one configuration (nq,) by default.
     generator : numpy.random.Generator, or a seed
-        A new one, seeded by the system, by default.
+        A new generator, seeded by the system, by default.
 
     Returns
     -------
     q : (..., nq) ndarray
         Configurations with quaternions (w, x, y, z) of unit length; rad and m.
+
+    Raises
+    ------
+    UsageError
+        A size or a generator that cannot be taken.
 
     Examples
     --------

@@ -161,7 +161,7 @@ def force(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return the generalized force Q: gravity, springs, dampers, actuators, formulas.
+    """Return the generalized force Q: gravity, springs, dampers, actuators, formulas; without forces of constraints.
 
     Parameters
     ----------
@@ -216,7 +216,12 @@ def base_motion(
     Returns
     -------
     b : (..., nv) ndarray
-        N m along angles, N along lengths.
+        N m along angles, N along lengths; zeros if the scene's base is at rest.
+
+    Raises
+    ------
+    UsageError
+        ``base`` for a scene whose base is at rest.
 
     Examples
     --------
@@ -265,7 +270,8 @@ def inverse_dynamics(
     Warns
     -----
     RuntimeWarning
-        Accelerations that the constraints do not allow, in one of the first calls of a model.
+        Accelerations that the constraints do not allow, in one of the first 16 calls of a model with a single state;
+        batches are not checked.
 
     Examples
     --------
@@ -359,8 +365,6 @@ def forward_dynamics(
 ) -> Array:
     """Return the acceleration vdot = M^-1 (Q - h - b); with constraints the solution of ``constrained_dynamics``.
 
-    Warns of parameters with which digits are lost.
-
     Parameters
     ----------
     q, v : array_like
@@ -376,12 +380,19 @@ def forward_dynamics(
     Returns
     -------
     vdot : (..., nv) ndarray
-        Left-trivialised; rad/s^2 of angles, m/s^2 of lengths.
+        Left-trivialised; rad/s^2 of angles, m/s^2 of lengths. Not finite, without an error, for a motion that moves no
+        mass at the scene's own parameters.
 
     Raises
     ------
     NumericalError
-        Accelerations that are not finite at such parameters.
+        Accelerations that are not finite at ``parameters`` with which all digits are lost; with constraints, rows that
+        depend on each other at one of the states, or an allowed motion without inertia.
+
+    Warns
+    -----
+    RuntimeWarning
+        ``parameters`` with which accelerations lose digits, once for each set; not with constraints.
 
     Examples
     --------
@@ -428,6 +439,9 @@ def constrained_dynamics(
 ) -> tuple[Array, Array]:
     """Return accelerations and multipliers: M vdot + h + b + B^T lam = Q with B vdot = -g.
 
+    g is the term ``constraint_bias``. Constraints are met by the accelerations; q and v that violate the constraints
+    are neither refused nor corrected.
+
     Parameters
     ----------
     q, v : array_like
@@ -445,7 +459,14 @@ def constrained_dynamics(
     vdot : (..., nv) ndarray
         Accelerations, rad/s^2 and m/s^2.
     lam : (..., rows) ndarray
-        Multipliers, in the order of ``model.multipliers``.
+        Multipliers, in the order of ``model.multipliers``; the constraints add -B^T lam to Q.
+
+    Raises
+    ------
+    NumericalError
+        At one of the states rows depend on each other, or an allowed motion has no inertia.
+    UsageError
+        A scene without constraints.
 
     Examples
     --------
@@ -472,7 +493,8 @@ def partials(
 ) -> tuple[Array, Array, Array]:
     """Return the partials K, C, M of the residual in q (left-trivialised), v and a, exact to rounding.
 
-    The residual is M a + h + b - Q, plus B^T lam if there are constraints.
+    The residual is M a + h + b - Q, plus B^T lam if there are constraints. The term is ``partials``, which scenes with
+    many coordinates have only if ``terms`` of ``build`` names the term.
 
     Parameters
     ----------
@@ -637,7 +659,8 @@ def evaluate(
 ) -> dict[str, Array]:
     """Return the outputs of a term of the model.
 
-    Accelerations are computed by forward dynamics if the term needs ``a`` and none are given.
+    Accelerations are computed by forward dynamics if the term needs ``a`` and none are given; then so are multipliers
+    that are not given.
 
     Parameters
     ----------
@@ -651,7 +674,7 @@ def evaluate(
         Inputs (..., nu), internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if
         not given.
     multipliers : array_like, optional
-        Multipliers of the constraints (..., rows); zero if not given.
+        Multipliers of the constraints (..., rows); zero if neither given nor computed with the accelerations.
     base : array_like, optional
         State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
     **rates : array_like
@@ -660,7 +683,13 @@ def evaluate(
     Returns
     -------
     dict
-        Arrays by the names of the C code.
+        Arrays by the names of the C code; leading axes are the broadcast leading axes of the arguments that the term
+        depends on.
+
+    Raises
+    ------
+    UsageError
+        A term that the model was built without, arguments that the term needs and that are not given, wrong shapes.
 
     Examples
     --------
@@ -689,7 +718,8 @@ def energy(
 ) -> dict[str, Array]:
     """Return energies and powers relative to inertial space.
 
-    Accelerations are computed by forward dynamics if the power of the base needs them and the caller gives none.
+    Accelerations are computed by forward dynamics if the power of a moving base needs accelerations and the caller
+    gives none; then so are multipliers that are not given.
 
     Parameters
     ----------
@@ -701,7 +731,8 @@ def energy(
         Inputs (..., nu), internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if
         not given.
     multipliers : array_like, optional
-        Multipliers of the constraints (..., rows); zero if not given.
+        Multipliers of the constraints (..., rows); zero if neither given nor computed with the accelerations:
+        ``base_power`` is then without the power of prescribed motions of constraints.
     base : array_like, optional
         State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
 
@@ -709,7 +740,7 @@ def energy(
     -------
     dict
         ``kinetic``, ``potential`` and ``total`` in J, ``power`` of all non-conservative forces and ``base_power`` of
-        the reaction at the base in W; each (...).
+        the reaction at a moving base and of prescribed motions in W; each (...).
 
     Examples
     --------
@@ -756,14 +787,15 @@ def outputs(
         Inputs (..., nu), internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if
         not given.
     multipliers : array_like, optional
-        Multipliers of the constraints (..., rows).
+        Multipliers of the constraints (..., rows); of forward dynamics at the state if not given, even if ``a`` is.
     base : array_like, optional
         State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
 
     Returns
     -------
     dict
-        Arrays by name, in the units of the outputs: (...) for one component, (..., size) for several.
+        Arrays by name, in the units of the outputs: (...) for one component, (..., size) for several; empty if the
+        scene has no outputs.
 
     Examples
     --------
@@ -834,7 +866,8 @@ def internal_rates(
     Returns
     -------
     zdot : (..., nz) ndarray
-        In the order of ``model.states``, in the units of the states per second.
+        In the order of ``model.states``, in the units of the states per second; zeros for sampled states, which change
+        at samples only.
 
     Examples
     --------
@@ -879,6 +912,11 @@ def internal_partials(
     InternalPartials
         ``residual_z`` (..., nv, nz), ``rate_q`` (left-trivialised) and ``rate_v`` (..., nz, nv), ``rate_z`` (..., nz,
         nz).
+
+    Raises
+    ------
+    UsageError
+        A scene without internal states.
 
     Examples
     --------
