@@ -159,8 +159,10 @@ class CompiledModel(NamedAttributes):
         return compiled_or_same(library)
 
     def finish_compilation(self) -> None:
-        """Wait for the compiler that works in the background, for ``profile="instant"`` or for functions that no run
-        calls, and take the library with all functions.
+        """Wait for the compiler that works in the background, compile functions that no run calls, and take the library
+        with all functions.
+
+        Compilers work in the background for ``profile="instant"``. Nothing is done if all functions are compiled.
 
         Raises
         ------
@@ -383,17 +385,18 @@ class CompiledModel(NamedAttributes):
         """Return gains and references of the scene's calibrated controllers, at other values of tunable parameters.
 
         Gains and references are parameters themselves: ``simulate(parameters={**parameters,
-        **model.calibrate(parameters=parameters)})``. The result is empty if the scene gives all gains itself.
+        **model.calibrate(parameters=parameters)})``. The model keeps its defaults.
 
         Parameters
         ----------
         parameters : mapping, optional
-            Values of other tunable parameters, SI units.
+            Values of other tunable parameters, SI units, defaults of the scene for the rest; values of gains and
+            references that are calibrated are ignored.
 
         Returns
         -------
         dict
-            Values by the names of parameters; empty if the scene gives all gains.
+            Values by the names of parameters; empty if the scene gives all gains of its state feedback.
 
         Raises
         ------
@@ -442,6 +445,7 @@ class CompiledModel(NamedAttributes):
         Assembly
             ``q`` (nq,), ``v`` (nv,), and by name of a row, SI units, ``violations`` by the guess and
             ``rate_violations`` by its velocities at the position found, without rows that are met up to round-off.
+            ``deviations`` has a sentence for each row that the state does not meet exactly.
 
         Raises
         ------
@@ -449,8 +453,8 @@ class CompiledModel(NamedAttributes):
             The constraints contradict each other or the held coordinates from there, or rows that were left out because
             they follow from others at the default parameters do not follow at these; names the rows.
         UsageError
-            An unknown name in ``hold``, arrays or parameters that cannot be taken, or a model that was built without
-            the terms of the constraints and cannot be built again.
+            A scene without constraints, an unknown name in ``hold``, arrays or parameters that cannot be taken, or a
+            model that was built without the terms of the constraints and cannot be built again.
 
         Examples
         --------
@@ -510,7 +514,8 @@ class CompiledModel(NamedAttributes):
         """Return dy/dt of the state y = [q, v, z], as ``scipy.integrate.solve_ivp(model.rhs, ...)`` calls it.
 
         Quaternions are brought to unit length before the dynamics are evaluated; rates of quaternions belong to the
-        quaternions as given.
+        quaternions as given. Constraints hold at the level of accelerations alone, so q and v drift off. Events,
+        samples of controllers, whose states have zero rates, and discontinuities are left to the caller.
 
         Parameters
         ----------

@@ -60,7 +60,9 @@ def parameter_partials(
 ) -> ParameterPartials:
     """Return partials of the equations in tunable parameters, exact to rounding.
 
-    Without constraints ``residual`` is the partial of inverse dynamics, d tau / dp.
+    q, v, a, z, the multipliers and inputs that the scene does not prescribe are held; prescribed inputs and the motion
+    of the base change with the parameters by their laws. Without constraints ``residual`` is the partial of inverse
+    dynamics, d tau / dp.
 
     Parameters
     ----------
@@ -81,8 +83,9 @@ def parameter_partials(
     Returns
     -------
     ParameterPartials
-        ``residual``, ``rate``, ``constraint``, ``constraint_velocity`` and ``constraint_acceleration``, with one column
-        for each parameter.
+        ``residual`` (..., nv, n) of M a + h + b - Q + B^T lam, ``rate`` (..., nz, n) of zdot, ``constraint`` (...,
+        holonomic rows, n), ``constraint_velocity`` and ``constraint_acceleration`` (..., rows, n), with a column for
+        each of the n parameters in ``of``, per SI unit.
 
     Raises
     ------
@@ -122,6 +125,8 @@ def output_parameter_partials(
 ) -> dict[str, Array]:
     """Return partials of the scene's outputs in tunable parameters, with q, v, a, z and multipliers held.
 
+    Inputs that the scene prescribes and the motion of the base change with the parameters by their laws.
+
     Parameters
     ----------
     q, v, a : array_like
@@ -141,7 +146,8 @@ def output_parameter_partials(
     Returns
     -------
     dict
-        Arrays by output: (..., parameters), or (..., size, parameters) for outputs of several components.
+        Arrays by output: (..., parameters), or (..., size, parameters) for outputs of several components; empty if the
+        scene has no outputs.
 
     Raises
     ------
@@ -212,7 +218,8 @@ def regressor(
     """Return the regressor Y of inverse dynamics, and the remainder of tau.
 
     Columns are in the order of ``regressor_parameters``: mass, first moments and inertia of each moving body, in body
-    axes about the origin of the body's frame; rotor inertia, damping and levels of dry friction of joints.
+    axes about the origin of the body's frame; rotor inertia, damping and levels of dry friction of joints, without
+    coefficients that are 0 in the scene.
 
     Parameters
     ----------

@@ -20,7 +20,8 @@ _MOST_TIMES = 10_000_000
 def base(model: EvaluatedModel, t: ArrayLike = 0.0, *, parameters: Parameters = None) -> Array:
     """Return the prescribed state of the base.
 
-    An array of this kind can be handed to functions of the model as ``base``, in place of the scene's law.
+    An array of this kind can be handed to functions of the model as ``base``, in place of the scene's law, if the base
+    of the scene moves; components that the law keeps at zero at all times have to be zero.
 
     Parameters
     ----------
@@ -33,7 +34,7 @@ def base(model: EvaluatedModel, t: ArrayLike = 0.0, *, parameters: Parameters = 
     -------
     (..., 19) ndarray
         Unit quaternion (4) and position, m, in the world; angular velocity, velocity, and the time derivatives of the
-        components of both, in base axes (3 each).
+        components of both, in base axes (3 each); (1, 0, ..., 0) for a base at rest.
 
     Examples
     --------
@@ -76,10 +77,11 @@ def input_values(model: EvaluatedModel, t: ArrayLike = 0.0, *, parameters: Param
 
 
 def discontinuity_times(model: EvaluatedModel, start: float, end: float, *, order: int = 2) -> Array:
-    """Return the times of an interval at which derivatives of forces up to an order are known to jump.
+    """Return the times of an interval, with its ends, at which derivatives of forces up to an order are known to jump.
 
-    Steppers end steps at these times by themselves; for solvers of other packages the motion is smooth between these
-    times.
+    Times at which sampled states change belong to each order. Left out are jumps at times that depend on tunable
+    parameters or on the state, such as contacts and events. Steppers end steps by themselves at the times that matter
+    to the order of the method; solvers of other packages need to be stopped at these times.
 
     Parameters
     ----------

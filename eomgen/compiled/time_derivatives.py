@@ -42,18 +42,19 @@ def rates(
     ----------
     q, v, a, j, s : array_like
         Configuration (..., nq), velocity (..., nv), acceleration (..., nv), first time derivative of a (..., nv) and
-        second time derivative of a (..., nv), left-trivialised.
+        second time derivative of a (..., nv), left-trivialised; j is needed at each order, s from order 2 on.
     t : array_like, optional
         Time (...), s.
     u, z, parameters : mapping or array_like, optional
         Inputs (..., nu), internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if
         not given.
     u_dot, u_ddot : mapping or array_like, optional
-        Time derivatives of u (..., nu): by default the scene's own, zero for inputs that are given.
+        Time derivatives of u (..., nu): by default the scene's own, zero for inputs that ``u`` gives.
     base : array_like, optional
         State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
     base_rates : array_like, optional
-        Derivatives of the base's twist from the second on (..., order, 6), in base axes; needed with ``base``.
+        Derivatives of the base's twist from the second on (..., n, 6), in base axes, with n the highest order of the
+        terms that the model was built with; needed with ``base``.
     order : int, optional
         2 needs the term ``rates``, others ``rates_1``, ``rates_3``, ...; by default 2, or the lowest built order if
         that term is missing.
@@ -65,6 +66,11 @@ def rates(
     -------
     tuple of (..., nv) ndarray
         The order + 1 arrays tau, dtau/dt, ...; N m/s^k along angles, N/s^k along lengths.
+
+    Raises
+    ------
+    UsageError
+        A model that was built without the term; missing j, s, a_higher or base_rates; wrong shapes.
 
     Examples
     --------
@@ -113,7 +119,8 @@ def forward_rates(
 ) -> tuple[Array, Array, Array]:
     """Return vdot, the jerk and the time derivative of the jerk, along the motion that the forces cause.
 
-    The term is ``forward_rates``; scenes with constraints have none.
+    The term is ``forward_rates``, which scenes with constraints do not have; a model that was built without the term
+    raises UsageError.
 
     Parameters
     ----------
@@ -125,16 +132,17 @@ def forward_rates(
         Inputs (..., nu), internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if
         not given.
     u_dot, u_ddot : mapping or array_like, optional
-        Time derivatives of u (..., nu): by default the scene's own, zero for inputs that are given.
+        Time derivatives of u (..., nu): by default the scene's own, zero for inputs that ``u`` gives.
     base : array_like, optional
         State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
     base_rates : array_like, optional
-        Derivatives of the base's twist from the second on (..., order, 6), in base axes; needed with ``base``.
+        Derivatives of the base's twist from the second on (..., n, 6), in base axes, with n the highest order of the
+        terms that the model was built with; needed with ``base``.
 
     Returns
     -------
     a, j, s : (..., nv) ndarray
-        Accelerations and the first and second time derivative.
+        Acceleration, and the first and second time derivative of a, left-trivialised.
 
     Examples
     --------
@@ -153,6 +161,8 @@ def coriolis(
     model: EvaluatedModel, q: ArrayLike, v: ArrayLike, *, skew: bool = False, parameters: Parameters = None
 ) -> Array:
     """Return a matrix C with C v = h(q, v), base at rest.
+
+    A model that was built without the term raises UsageError; scenes with bodies that deform do not have the terms.
 
     Parameters
     ----------
@@ -185,7 +195,7 @@ def mass_rates(
 ) -> tuple[Array, Array]:
     """Return the first and second time derivative of M.
 
-    The term is ``mass_rates``.
+    The term is ``mass_rates``; a model that was built without the term raises UsageError.
 
     Parameters
     ----------
@@ -197,7 +207,7 @@ def mass_rates(
     Returns
     -------
     first, second : (..., nv, nv) ndarray
-        Time derivatives of M.
+        dM/dt and d2M/dt2 along the motion; the first does not depend on a.
 
     Examples
     --------
@@ -216,7 +226,7 @@ def coupling_rates(
 ) -> tuple[Array, Array]:
     """Return the first and second time derivative of h.
 
-    The term is ``coupling_rates``.
+    The term is ``coupling_rates``; a model that was built without the term raises UsageError.
 
     Parameters
     ----------
@@ -229,7 +239,7 @@ def coupling_rates(
     Returns
     -------
     first, second : (..., nv) ndarray
-        Time derivatives of h.
+        dh/dt and d2h/dt2 along the motion; N m/s^k along angles, N/s^k along lengths.
 
     Examples
     --------
@@ -260,7 +270,8 @@ def force_rates(
 ) -> tuple[Array, Array]:
     """Return the first and second time derivative of Q.
 
-    The term is ``force_rates``.
+    Internal states follow their own law. The term is ``force_rates``; a model that was built without the term raises
+    UsageError.
 
     Parameters
     ----------
@@ -273,16 +284,17 @@ def force_rates(
         Inputs (..., nu), internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if
         not given.
     u_dot, u_ddot : mapping or array_like, optional
-        Time derivatives of u (..., nu): by default the scene's own, zero for inputs that are given.
+        Time derivatives of u (..., nu): by default the scene's own, zero for inputs that ``u`` gives.
     base : array_like, optional
         State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
     base_rates : array_like, optional
-        Derivatives of the base's twist from the second on (..., order, 6), in base axes; needed with ``base``.
+        Derivatives of the base's twist from the second on (..., n, 6), in base axes, with n the highest order of the
+        terms that the model was built with; needed with ``base``.
 
     Returns
     -------
     first, second : (..., nv) ndarray
-        Time derivatives of Q.
+        dQ/dt and d2Q/dt2 along the motion; N m/s^k along angles, N/s^k along lengths.
 
     Examples
     --------
@@ -311,7 +323,8 @@ def base_motion_rates(
 ) -> tuple[Array, Array]:
     """Return the first and second time derivative of b.
 
-    The term is ``base_motion_rates``.
+    The term is ``base_motion_rates``, which scenes with a base at rest do not have; a model that was built without the
+    term raises UsageError.
 
     Parameters
     ----------
@@ -325,12 +338,13 @@ def base_motion_rates(
     base : array_like, optional
         State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
     base_rates : array_like, optional
-        Derivatives of the base's twist from the second on (..., order, 6), in base axes; needed with ``base``.
+        Derivatives of the base's twist from the second on (..., n, 6), in base axes, with n the highest order of the
+        terms that the model was built with; needed with ``base``.
 
     Returns
     -------
     first, second : (..., nv) ndarray
-        Time derivatives of b.
+        db/dt and d2b/dt2 along the motion; N m/s^k along angles, N/s^k along lengths.
 
     Examples
     --------
