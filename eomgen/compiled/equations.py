@@ -787,7 +787,8 @@ def outputs(
         Inputs (..., nu), internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if
         not given.
     multipliers : array_like, optional
-        Multipliers of the constraints (..., rows); of forward dynamics at the state if not given, even if ``a`` is.
+        Multipliers of the constraints (..., rows); of forward dynamics at the state if not given, even if ``a`` is
+        given.
     base : array_like, optional
         State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
 

@@ -207,7 +207,7 @@ def mass_rates(
     Returns
     -------
     first, second : (..., nv, nv) ndarray
-        dM/dt and d2M/dt2 along the motion; the first does not depend on a.
+        Along the motion, dM/dt and d2M/dt2; the first does not depend on a.
 
     Examples
     --------
@@ -239,7 +239,7 @@ def coupling_rates(
     Returns
     -------
     first, second : (..., nv) ndarray
-        dh/dt and d2h/dt2 along the motion; N m/s^k along angles, N/s^k along lengths.
+        Along the motion, dh/dt and d2h/dt2; N m/s^k along angles, N/s^k along lengths.
 
     Examples
     --------
@@ -294,7 +294,7 @@ def force_rates(
     Returns
     -------
     first, second : (..., nv) ndarray
-        dQ/dt and d2Q/dt2 along the motion; N m/s^k along angles, N/s^k along lengths.
+        Along the motion, dQ/dt and d2Q/dt2; N m/s^k along angles, N/s^k along lengths.
 
     Examples
     --------
@@ -344,7 +344,7 @@ def base_motion_rates(
     Returns
     -------
     first, second : (..., nv) ndarray
-        db/dt and d2b/dt2 along the motion; N m/s^k along angles, N/s^k along lengths.
+        Along the motion, db/dt and d2b/dt2; N m/s^k along angles, N/s^k along lengths.
 
     Examples
     --------
