@@ -162,7 +162,8 @@ class CompiledModel(NamedAttributes):
         """Wait for the compiler that works in the background, compile functions that no run calls, and take the library
         with all functions.
 
-        Compilers work in the background for ``profile="instant"``. The call returns at once if all functions are compiled.
+        Compilers work in the background for ``profile="instant"``. The call returns at once if all functions are
+        compiled.
 
         Raises
         ------
