@@ -191,12 +191,19 @@ class Sensitivities:
         Parameters
         ----------
         of : sequence of str or mapping
-            Functionals, as of ``gradient``.
+            Functionals, as of ``gradient``, of the outputs that ``model.sensitivities`` was called for.
 
         Returns
         -------
         (functionals, directions) ndarray
             In the order of ``of`` and ``by``.
+
+        Raises
+        ------
+        UsageError
+            As of ``gradient``; a single text, or an empty list.
+        NumericalError
+            Derivatives that are not finite.
 
         Examples
         --------
@@ -234,7 +241,10 @@ class Sensitivities:
         Raises
         ------
         UsageError
-            As of ``gradient``; scenes whose runs have no second derivatives here.
+            As of ``gradient``; steps of ``rattlie``, ``rk4`` or ``rk4_partitioned``; sampled states or events; an
+            initial state that depends on parameters of ``by``, or that is moved onto constraints.
+        NumericalError
+            Derivatives that are not finite.
 
         Examples
         --------
@@ -273,8 +283,8 @@ class Sensitivities:
     def expansions(self, of: Sequence[Functional]) -> tuple[Array, Array]:
         """Return the gradients and the second derivatives of several functionals.
 
-        Both come from the same adjoints: from the preceding call of ``gradients`` with the same functionals, if the run
-        keeps rows (``keeps_adjoints``), else from one adjoint of each functional.
+        Both come from the same adjoints: from the preceding call of ``gradients`` with the same functionals, all texts,
+        if the run keeps rows (``keeps_adjoints``), else from one adjoint of each functional.
 
         Parameters
         ----------
@@ -286,7 +296,12 @@ class Sensitivities:
         gradients : (functionals, directions) ndarray
             First derivatives.
         hessians : (functionals, directions, directions) ndarray
-            Second derivatives, symmetric.
+            Second derivatives, symmetric in the last two axes.
+
+        Raises
+        ------
+        UsageError
+            As of ``hessian``.
 
         Examples
         --------
@@ -307,9 +322,8 @@ class Sensitivities:
         return self._run.motion.kept
 
     def stationary(self, of: Sequence[str]) -> StationaryRun | None:
-        """Return derivatives of outputs at all rows of a run with a constant state, by one adjoint run per output.
-
-        None if the state at the start does not stay constant, or depends on variables of the derivatives.
+        """Return derivatives of outputs at the rows of all steps of a run with a constant state, by one adjoint run per
+        output.
 
         Parameters
         ----------
@@ -319,12 +333,15 @@ class Sensitivities:
         Returns
         -------
         StationaryRun or None
-            None if the state at the start does not stay constant, or depends on variables of the derivatives.
+            With times ``t``, ``outputs``, ``gradients`` (rows, outputs, parameters), and ``hessian(number, row)`` by
+            the numbers of output and row. None if the state changes or depends on parameters; if the equations
+            linearised in the state change with time; if ``by`` has other variables than parameters; for constraints,
+            rotations other than angles, methods and jumps that ``hessian`` refuses, and very many rows.
 
         Raises
         ------
         UsageError
-            Unknown outputs, outputs of several components.
+            Unknown outputs, outputs of several components, a single text, or an empty list.
 
         Examples
         --------
@@ -349,17 +366,19 @@ class Sensitivities:
         of : str or mapping
             A functional, as of ``gradient``.
         directions : array_like
-            Vectors (len(by),) or (len(by), vectors).
+            One vector (len(by),), or vectors (len(by), vectors) as columns.
 
         Returns
         -------
         (len(by),) or (len(by), vectors) ndarray
-            The Hessian times each vector.
+            The Hessian times each vector, in the shape of ``directions``.
 
         Raises
         ------
         UsageError
-            As of ``hessian``; vectors of another length.
+            As of ``hessian``; vectors of another length, or not finite.
+        NumericalError
+            Derivatives that are not finite.
 
         Examples
         --------
@@ -382,10 +401,10 @@ class Sensitivities:
     # -- inputs -------------------------------------------------------------------------------------------------------
 
     def input_gradient(self, of: Functional) -> dict[str, Array]:
-        """Return the derivatives of a functional in the value of each input at each row, (steps + 1,), by one adjoint.
+        """Return the derivatives of a functional in the values of inputs at the rows of all steps, by one adjoint run.
 
-        Inputs are given by the caller, have no formula, or are random processes; between rows inputs are linear, which
-        affects the start. The derivative in a constant input is the sum of the
+        Inputs that follow formulas of the scene are left out, unless the caller gives values; random processes are not.
+        Between rows inputs are linear, which affects the start. The derivative in a constant input is the sum of the
         derivatives over the rows.
 
         Parameters
@@ -396,12 +415,15 @@ class Sensitivities:
         Returns
         -------
         dict
-            By name of the input an array (steps + 1,), one entry for each row.
+            By name of the input an array (steps + 1,): one entry for the start and for each step, recorded or not.
 
         Raises
         ------
         UsageError
-            As of ``gradient``; scenes whose inputs all follow formulas, or have none.
+            As of ``gradient``; scenes without inputs, or whose inputs all follow formulas; steps of ``rattlie``,
+            ``rk4`` or ``rk4_partitioned``; sampled states or events.
+        NumericalError
+            Derivatives that are not finite.
 
         Examples
         --------

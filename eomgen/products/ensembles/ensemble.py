@@ -96,17 +96,24 @@ class Ensemble:
     # -- over time -----------------------------------------------------------------------------------------------------
 
     def mean(self, column: str) -> Array:
-        """Return the mean of a column over time.
+        """Return the mean of a column over the samples, at each time.
+
+        Failed samples are left out, and a sample that an event has stopped counts until the event.
 
         Parameters
         ----------
         column : str
-            Name, as in ``columns``.
+            Name, as in ``columns``; of an output also without ``output.``.
 
         Returns
         -------
         (nt,) ndarray
-            Of the times ``t``, in the column's unit.
+            At the times ``t``, in the column's unit; NaN at a time that no sample reaches.
+
+        Raises
+        ------
+        UsageError
+            An unknown column.
 
         Examples
         --------
@@ -141,17 +148,19 @@ class Ensemble:
         return np.array(self.reduction.deviation[self._place(column)])
 
     def envelope(self, column: str) -> tuple[Array, Array]:
-        """Return the smallest and the largest values of a column over time.
+        """Return the smallest and the largest value of a column among the samples, at each time.
+
+        Samples count as of ``mean``.
 
         Parameters
         ----------
         column : str
-            Name, as in ``columns``.
+            Name, as of ``mean``.
 
         Returns
         -------
         smallest, largest : (nt,) ndarray
-            Of the times ``t``, in the column's unit.
+            At the times ``t``, in the column's unit; NaN at a time that no sample reaches.
 
         Examples
         --------
@@ -194,25 +203,28 @@ class Ensemble:
         return self.reduction.covariance
 
     def quantile(self, column: str, probability: ArrayLike) -> Array:
-        """Return quantiles of a column over time: exact, or by 512 centroids at each time if there are more than 16
-        million numbers.
+        """Return quantiles of a column over the samples, at each time.
+
+        Quantiles are interpolated linearly between the sorted values of the samples, or approximate, by 512 centroids
+        at each time, if the ensemble has more than 16 million numbers (samples x columns x times). Samples count as of
+        ``mean``.
 
         Parameters
         ----------
         column : str
-            Name, as in ``columns``.
+            Name, as of ``mean``.
         probability : array_like
             One probability, or (n,), from 0 to 1.
 
         Returns
         -------
         (nt,) or (n, nt) ndarray
-            Of the times ``t``, in the column's unit.
+            At the times ``t``, in the column's unit; NaN at a time that no sample reaches.
 
         Raises
         ------
         UsageError
-            Probabilities outside 0 to 1.
+            An unknown column, or probabilities outside 0 to 1.
 
         Examples
         --------
@@ -229,28 +241,28 @@ class Ensemble:
         return result[0] if wanted.ndim == 0 else result
 
     def histogram(self, column: str, t: float, bins: int = 40) -> tuple[Array, Array]:
-        """Return the distribution of a column at one time as a histogram.
+        """Return the distribution of a column over the samples at one time, as a histogram with classes of equal width.
 
         Parameters
         ----------
         column : str
-            Name, as in ``columns``.
+            Name, as of ``mean``.
         t : float
-            Time, s; the recorded time next to it is taken.
+            Time, s; the nearest of the times ``t`` is taken, the first or the last for a time beyond the run.
         bins : int, optional
             Number of classes.
 
         Returns
         -------
         probabilities : (bins,) ndarray
-            With the sum 1.
+            Part of the samples in each class, with the sum 1; NaN if no sample reaches this time.
         edges : (bins + 1,) ndarray
-            Of the classes, in the column's unit.
+            Of the classes, in the column's unit, from just below the smallest to just above the largest value.
 
         Raises
         ------
         UsageError
-            ``bins`` below 1.
+            An unknown column, or ``bins`` that are not a whole number from 1 on.
 
         Examples
         --------
@@ -284,22 +296,23 @@ class Ensemble:
         """Return the shares of the varied quantities in the variance of a result, such as ``output.tip.max``.
 
         For the design ``saltelli`` these are Sobol' indices, of first order and total; for other designs squared
-        coefficients of regression of ranks.
+        coefficients of regression of ranks. The first call makes the runs of ``error``.
 
         Parameters
         ----------
         result : str
-            Name of a result of each sample, such as ``output.tip.max``.
+            Name of a result of each sample, as in ``results``: a column with ``.min``, ``.max`` or ``.final``.
 
         Returns
         -------
         Ranking
-            Shares by varied quantity, the largest first.
+            Shares by varied quantity, the largest first; of Sobol' indices the largest total index.
 
         Raises
         ------
         UsageError
-            An unknown result; too few samples; a design ``saltelli`` with failed samples or not to the end.
+            An unknown result; fewer than 8 successful samples for each varied quantity; a design ``saltelli`` with
+            failed samples or not to the end.
 
         Examples
         --------
@@ -334,7 +347,8 @@ class Ensemble:
 
     @property
     def message(self) -> str:
-        """Summary of the ensemble: numbers of samples and failures, the way of running, estimated error and notes."""
+        """Summary of the ensemble as one text: numbers of samples and failures, the way of running, estimated error and
+        notes. The first reading makes the runs of ``error``."""
         many = "samples" if self.asked > 1 else "sample"
         done = f"{self.done} {many}" if self.done == self.asked else f"{self.done} of {self.asked} {many}"
         failures = "all" if len(self.failed) == self.done > 1 else str(len(self.failed))
@@ -348,12 +362,15 @@ class Ensemble:
         return {"mean": self.mean(column), "deviation": self.deviation(column), "min": low, "max": high}
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the summary of the ensemble as JSON data.
+        """Return the summary of the ensemble as JSON data. The first call makes the runs of ``error``.
 
         Returns
         -------
         dict
-            Names, numbers of samples, statistics of each column at the end (``final``), errors and notes.
+            ``scene``, ``method``, ``design``, ``seed``, ``asked``, ``done``, ``interrupted``, the number ``failed``,
+            ``seconds``, ``how``, ``varied``, ``units``, ``t_end``, ``error``, ``notes``, and ``final``: by column
+            ``mean``, ``deviation``, ``min``, ``max`` and ``quantile 0.05`` to ``quantile 0.95`` over the samples at the
+            last time, which may be NaN.
         """
         last = {}
         for column in self.columns:
@@ -378,6 +395,9 @@ class Ensemble:
     def save(self, folder: str | Path) -> list[Path]:
         """Write ``statistics.csv`` over time, ``samples.csv``, ``failed.csv`` if some failed, and ``summary.json``.
 
+        Existing files of these names are replaced, but without failures an earlier ``failed.csv`` stays. The first call
+        makes the runs of ``error``.
+
         Parameters
         ----------
         folder : str or Path
@@ -386,12 +406,12 @@ class Ensemble:
         Returns
         -------
         list of Path
-            The written files.
+            The written files, in the order above.
 
         Raises
         ------
         FileError
-            A file cannot be written.
+            A file cannot be written, or the folder cannot be made.
 
         Examples
         --------
@@ -427,7 +447,11 @@ class Ensemble:
         return [*files, target / "summary.json"]
 
     def plot(self, folder: str | Path) -> list[Path]:
-        """Draw the fan chart of all columns, results against varied quantities, and the ranking.
+        """Draw the fan chart of the columns, the largest values against varied quantities, and the ranking.
+
+        ``fan.png`` shows up to 12 columns, ``scatter.png`` and ``sensitivity.png`` the largest values of up to 6.
+        Without varied quantities there is ``fan.png`` alone, with too few samples for a ranking no ``sensitivity.png``.
+        Existing files are replaced.
 
         Parameters
         ----------
@@ -437,7 +461,12 @@ class Ensemble:
         Returns
         -------
         list of Path
-            The PNG files.
+            The PNG files; none if no sample succeeded.
+
+        Raises
+        ------
+        FileError
+            A file cannot be written, or the folder cannot be made.
 
         Examples
         --------
