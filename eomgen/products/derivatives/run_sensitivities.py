@@ -403,7 +403,7 @@ class Sensitivities:
     def input_gradient(self, of: Functional) -> dict[str, Array]:
         """Return the derivatives of a functional in the values of inputs at the rows of all steps, by one adjoint run.
 
-        Inputs that follow formulas of the scene are left out, unless the caller gives values; random processes are not.
+        Inputs that follow formulas of the scene are left out, except random processes and inputs given by the caller.
         Between rows inputs are linear, which affects the start. The derivative in a constant input is the sum of the
         derivatives over the rows.
 

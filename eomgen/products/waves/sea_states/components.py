@@ -68,7 +68,7 @@ class DiscreteSpectrum:
     directions: int = 1
 
     def check_deep(self, where: str, hint: str) -> None:
-        """Raise an error if the water is shallower than half of the wave length at the peak.
+        """Raise an error if the water is shallower than half of the length of the wave with the most energy.
 
         Parameters
         ----------
@@ -80,7 +80,7 @@ class DiscreteSpectrum:
         Raises
         ------
         UsageError
-            The waves feel the bottom.
+            This wave feels the bottom; longer waves are not checked.
         """
         k = float(np.hypot(*self.vectors[np.argmax(self.energy)]))
         if k * self.depth < math.pi:
@@ -102,7 +102,7 @@ class DiscreteSpectrum:
         Parameters
         ----------
         seed : int
-            Of the random numbers.
+            Of the random numbers, a whole number from 0 on.
         amplitudes : str, optional
             ``gaussian``: cosine and sine amplitudes, which the tails of a sea need; ``fixed``: amplitudes sqrt(2 E)
             with phases alone at random.
@@ -110,7 +110,7 @@ class DiscreteSpectrum:
         Returns
         -------
         Components
-            With the wave vectors of the spectrum.
+            With the wave vectors of the spectrum; for fixed amplitudes with a single direction of each wave number.
         """
         if amplitudes not in ("gaussian", "fixed"):
             fault = f"there is no {amplitudes!r} [E1168]"
@@ -163,7 +163,7 @@ def discretized(
     band : tuple of float, optional
         Lowest and highest frequency in parts of the peak's.
     spreading : Spreading
-        Without one all waves run along ``heading`` (rad from x).
+        Directions, all for each wave number, about the heading of the spreading. None: all waves run along ``heading``.
     heading : float, optional
         Direction of all waves without ``spreading``, rad from x.
     height : float, m
@@ -177,7 +177,8 @@ def discretized(
     Raises
     ------
     UsageError
-        A band without components, or without energy.
+        A band without components, or without energy; more than a million wave numbers; a depth, gravity, length or
+        height that is not above 0.
 
     Examples
     --------
@@ -255,7 +256,7 @@ def frequency_and_group_velocity(k: Array, depth: float, gravity: float = STANDA
 
 @checked_call()
 def wave_number(frequency: float, depth: float = math.inf, gravity: float = STANDARD_GRAVITY) -> float:
-    """Return the wave number of an angular frequency, by Newton's method.
+    """Return the wave number k of an angular frequency w, from w^2 = g k tanh(k depth), by Newton's method.
 
     Parameters
     ----------
@@ -270,6 +271,11 @@ def wave_number(frequency: float, depth: float = math.inf, gravity: float = STAN
     -------
     float
         In rad/m.
+
+    Raises
+    ------
+    UsageError
+        A frequency, depth or gravity that is not above 0.
 
     Examples
     --------
@@ -305,17 +311,17 @@ def divided(
     heading: float = 0.0,
     height: float | None = None,
 ) -> DiscreteSpectrum:
-    """Return a spectrum as components whose frequencies have a constant ratio.
+    """Return a spectrum as components of parts of a band; the limits of the parts have a constant ratio.
 
     Motion at a place does not repeat itself, and few components resolve the peak. Each component has the energy of its
-    part of the band, at the mean frequency of this energy.
+    part of the band, at the mean frequency of this energy; parts without energy have none.
 
     Parameters
     ----------
     spectrum : Spectrum
         Density over angular frequency.
     components : int
-        Number of frequencies.
+        Number of parts, and of frequencies at most; with ``spreading`` each frequency has several directions.
     depth, gravity : float, optional
         As of ``discretized``.
     band : tuple of float, optional
@@ -333,7 +339,8 @@ def divided(
     Raises
     ------
     UsageError
-        A band without energy.
+        A band without energy, ``components`` that are not a whole number from 1 to a million, or a depth, gravity or
+        height that is not above 0.
     """
     _check_division("divided", band, depth, gravity, heading, height)
     check_whole("divided: components", components, 1, MOST_WAVES)

@@ -98,7 +98,7 @@ class Jonswap:
         Returns
         -------
         (...) ndarray
-            One-sided, m^2 s/rad.
+            One-sided, m^2 s/rad, with the integral ``height``^2/16; NaN at 0, and meaningless below 0.
 
         Examples
         --------
@@ -156,7 +156,7 @@ class PiersonMoskowitz:
         Returns
         -------
         (...) ndarray
-            One-sided, m^2 s/rad.
+            One-sided, m^2 s/rad, whose integral is the variance of elevation; NaN at 0, and meaningless below 0.
         """
         w = np.asarray(frequency, dtype=float)
         with np.errstate(under="ignore"):
@@ -254,14 +254,14 @@ class Spreading:
     def shares(self) -> tuple[Array, Array]:
         """Return directions and shares of the energy, of the middles of equal sectors.
 
-        Sectors with a density below 1e-4 of the largest are left out.
+        The sectors divide the angles about the heading at which the density is at least 1e-4 of the largest.
 
         Returns
         -------
         directions : (n,) ndarray
-            In rad from x.
+            In rad from x, n = ``directions``.
         shares : (n,) ndarray
-            With the sum 1.
+            In proportion to the densities at the middles, with the sum 1.
         """
         half = 2.0 * math.acos(min(1.0, 1e-4 ** (1.0 / (2.0 * self.exponent))))
         angles = self.heading + half * (2.0 * np.arange(self.directions) + 1.0 - self.directions) / self.directions

@@ -177,7 +177,8 @@ class SeaStatistics:
 
     @property
     def skewness(self) -> float:
-        """Of the elevation of second order: 3/sigma^3 sum of E_i E_j min(k_i, k_j)."""
+        """Skewness of the elevation of second order: 3/sigma^3 sum of E_i E_j min(k_i, k_j) over all i and j, with the
+        standard deviation sigma of first order in labels, sqrt(sum of E)."""
         order = np.argsort(self.wave_numbers)
         k, e = self.wave_numbers[order], self.energy[order]
         behind = e.sum() - np.cumsum(e)  # of higher wave numbers
@@ -189,7 +190,9 @@ class SeaStatistics:
         return 0.5 * math.erfc(1.0 / math.sqrt(2.0 * self.moment(2)))
 
     def slope_density(self, slope: ArrayLike) -> Array:
-        """Return the density of slopes of first order at points of the plane.
+        """Return the probability density of the slopes dz/dx of the surface of first order at points of the plane.
+
+        At folded places each sheet of the surface counts, so the integral then exceeds 1.
 
         Parameters
         ----------
@@ -207,12 +210,12 @@ class SeaStatistics:
         return np.asarray(level * np.exp(-(steep - 1.0) / (2.0 * m2 * steep)) / math.sqrt(2.0 * math.pi * m2))
 
     def specular_points(self, slope: ArrayLike) -> Array:
-        """Return the density of points of the surface of first order that have a slope, in 1/m.
+        """Return the mean number of points, per metre along the waves, at which the surface of first order has a slope.
 
         Parameters
         ----------
         slope : array_like
-            Slopes (...).
+            Slopes dz/dx (...).
 
         Returns
         -------
@@ -246,7 +249,7 @@ def statistics_of(spectrum: DiscreteSpectrum) -> SeaStatistics:
     Parameters
     ----------
     spectrum : DiscreteSpectrum
-        Of one direction, in deep water.
+        Of one direction, in water that is at least half as deep as the wave with the most energy is long.
 
     Returns
     -------
@@ -256,7 +259,7 @@ def statistics_of(spectrum: DiscreteSpectrum) -> SeaStatistics:
     Raises
     ------
     UsageError
-        Several directions, or water in which the waves feel the bottom.
+        Several directions, or water that is less deep.
     """
     k = np.hypot(*spectrum.vectors.T)
     along = spectrum.vectors @ spectrum.vectors[0] / k[0]

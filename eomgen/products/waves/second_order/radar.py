@@ -70,14 +70,14 @@ class Radar:
         sea : Sea
             The sea.
         labels : array_like
-            Labels (points, 2), m.
+            Labels (points, 2) of facets of the surface, m.
         time : float
             Time, s.
 
         Returns
         -------
         points : (points, 2) ndarray
-            Image points, m.
+            Image points along x (azimuth) and y (ground range), m.
         intensities : (points,) ndarray
             Infinite on caustics.
         """
@@ -112,12 +112,18 @@ class Radar:
         columns, rows : array_like
             Edges along x (azimuth) and y (ground range), increasing, equally spaced, m.
         labels_per_cell : int
-            Along each direction.
+            Labels of each cell along each direction.
 
         Returns
         -------
         (rows - 1, columns - 1) ndarray
             Intensities.
+
+        Raises
+        ------
+        UsageError
+            Edges that do not increase by equal widths, a time that is not finite, ``labels_per_cell`` that is not a
+            whole number from 1 to 1000, or more than 3e7 labels.
         """
         x, y = _edges("columns", columns), _edges("rows", rows)
         check_number("Radar.image: time", time, "s")
@@ -153,11 +159,11 @@ class Radar:
         Parameters
         ----------
         profile : Profile
-            Surface of the sea, along the direction of the waves.
+            Surface of the sea along the direction of the waves, which is taken to be along the flight.
         length : float
-            Length after which the sea repeats itself, m.
+            Length over which the labels of ``profile`` extend, m; not checked.
         cells : int
-            Number of cells.
+            Number of cells, of equal width from x = 0 on.
         direction : int, optional
             1 for waves that run with the platform, -1 for waves against the platform.
 
@@ -177,7 +183,7 @@ class Radar:
     # -- statistics of first order ----------------------------------------------------------------------------------
 
     def velocity_deviation(self, spectrum: DiscreteSpectrum, gravity: float = STANDARD_GRAVITY) -> float:
-        """Return the standard deviation of velocities towards the radar in deep water, in m/s.
+        """Return the standard deviation of the surface's velocities of first order towards the radar, in deep water.
 
         Parameters
         ----------
@@ -190,6 +196,11 @@ class Radar:
         -------
         float
             In m/s.
+
+        Raises
+        ------
+        UsageError
+            Waves that feel the bottom.
         """
         spectrum.check_deep("Radar.velocity_deviation", "velocities of realisations, by Sea.motion")
         k = np.hypot(*spectrum.vectors.T)
@@ -217,7 +228,7 @@ class Radar:
         return math.pi * self.range_to_velocity * self.velocity_deviation(spectrum, gravity)
 
     def fold_probability(self, spectrum: DiscreteSpectrum, gravity: float = STANDARD_GRAVITY) -> float:
-        """Return the part of labels at which the image of a deep sea along the flight is folded over.
+        """Return the part of labels at which the image of a deep sea of first order along the flight is folded over.
 
         Parameters
         ----------
@@ -229,12 +240,12 @@ class Radar:
         Returns
         -------
         float
-            From 0 to 1.
+            From 0 to 0.5.
 
         Raises
         ------
         UsageError
-            Waves that run across the flight, or that feel the bottom.
+            Waves that run not along x, forwards or backwards, or that feel the bottom.
         """
         k, change = self._along_the_flight(spectrum, gravity, "fold_probability")
         variance = float(np.sum(spectrum.energy * (k * change) ** 2))
@@ -267,12 +278,13 @@ class Radar:
         Returns
         -------
         (count,) ndarray
-            Mean of the squared amplitudes.
+            Mean over the realisations of the spectrum; without a unit, because intensities are 1 on average.
 
         Raises
         ------
         UsageError
-            Waves that run across the flight, or that do not repeat themselves after this length.
+            Waves that run not along x, forwards or backwards, that feel the bottom, or that do not repeat themselves
+            after this length; a ``count`` that needs too many terms.
         """
         k, change = self._along_the_flight(spectrum, gravity, "intensity_spectrum")
         check_number("Radar.intensity_spectrum: length", length, "m", above_zero=True)
@@ -303,7 +315,7 @@ class Radar:
     def critical_amplitude(
         self, wave_number: float, direction: Literal[1, -1] = 1, gravity: float = STANDARD_GRAVITY
     ) -> float:
-        """Return the amplitude from which on the image of one deep wave along the flight has caustics, in m.
+        """Return the amplitude from which on the image of one deep wave of first order along the flight has caustics.
 
         Parameters
         ----------
@@ -317,7 +329,7 @@ class Radar:
         Returns
         -------
         float
-            Amplitude, m.
+            Amplitude, m, without a check whether a wave of this length can be so high.
         """
         check_number("Radar.critical_amplitude: wave_number", wave_number, "rad/m", "0.04", above_zero=True)
         _check_direction("Radar.critical_amplitude", direction)
@@ -340,14 +352,14 @@ class Radar:
         return direction * self.range_to_velocity * w * math.cos(self.incidence) - 1.0
 
     def backscatter(self, slope_density: float, reflectivity: float = 1.0) -> float:
-        """Return the normalised cross section of specular points near the vertical, pi |R|^2 sec^4 f.
+        """Return the normalised cross section of specular points near the vertical, pi |R|^2 f / cos(incidence)^4.
 
         Parameters
         ----------
         slope_density : float
-            Density of slopes towards the radar, at tan(incidence): ``SeaStatistics.slope_density``.
+            Density f of slopes towards the radar, at tan(incidence): ``SeaStatistics.slope_density``. Not below 0.
         reflectivity : float, optional
-            |R|^2 of water at normal incidence.
+            |R|^2 of water at normal incidence, not below 0.
 
         Returns
         -------
@@ -374,7 +386,8 @@ class SpecularPoints:
 def specular_points(profile: Profile, slope: float) -> SpecularPoints:
     """Return the points of a profile that have a slope.
 
-    They are roots of dz - slope dx between labels, on the cubic through values and derivatives at both.
+    They are roots of dz - slope dx between labels, on the cubic through values and derivatives at both. No root is
+    sought between the last label and the repetition of the first, and two roots between adjacent labels are not seen.
 
     Parameters
     ----------
@@ -386,7 +399,7 @@ def specular_points(profile: Profile, slope: float) -> SpecularPoints:
     Returns
     -------
     SpecularPoints
-        Labels, places and curvatures.
+        Labels, places and curvatures, by increasing label; empty arrays if no point has the slope.
     """
     check_number("specular_points: slope", slope)
     value, rate = profile.za - slope * profile.xa, profile.zaa - slope * profile.xaa

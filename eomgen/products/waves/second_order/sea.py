@@ -111,9 +111,9 @@ class Sea:
         Parameters
         ----------
         wave_number : float
-            In rad/m.
+            In rad/m; negative for a wave along -x.
         amplitude : float
-            In m.
+            Of first order, m, not negative.
         depth : float, optional
             Of the water, m.
         order : int, optional
@@ -122,6 +122,11 @@ class Sea:
             As of ``Sea``.
         gravity : float, optional
             In m/s^2.
+
+        Raises
+        ------
+        UsageError
+            Numbers that cannot be, a wave that crosses itself, or at order 2 a wave that breaks.
 
         Examples
         --------
@@ -229,7 +234,12 @@ class Sea:
         Returns
         -------
         Motion
-            Of these particles.
+            Of these particles, with arrays by point; positions have the mean drift over ``time``.
+
+        Raises
+        ------
+        UsageError
+            Labels of another shape, numbers that are not finite, or a height outside of the water.
         """
         local_labels = self._own_labels(labels)
         columns, twice, table, level = self._surface_tables if c == 0.0 else self._tables(c)
@@ -266,7 +276,7 @@ class Sea:
         Returns
         -------
         Profile
-            Places, velocities and derivatives by the label.
+            Places, velocities and derivatives by the label, at ``count`` labels from 0 on, along the waves' direction.
 
         Raises
         ------
@@ -334,7 +344,8 @@ class Sea:
         Returns
         -------
         BoundWaves
-            By groups of pairs.
+            By groups of pairs: differences, and, in water of finite depth or with several directions, sums and doubles.
+            Numbers of components are in the order of ``vectors`` of the sea, by frequency.
 
         Raises
         ------
@@ -376,17 +387,17 @@ class Sea:
         Parameters
         ----------
         components : Components
-            Other amplitudes and phases of the same wave vectors.
+            Other amplitudes and phases of the same wave vectors, in the order that this sea was made with.
 
         Returns
         -------
         Sea
-            With the tables of this sea.
+            A new sea with the tables of this sea, which does not change.
 
         Raises
         ------
         UsageError
-            Other wave vectors.
+            Wave vectors that differ or are in another order, or amplitudes that ``Sea`` refuses.
         """
         check_sea(components, self.depth, self.order, self.gravity)
         vectors = np.asarray(components.vectors, dtype=float)
@@ -404,11 +415,11 @@ class Sea:
         Parameters
         ----------
         labels : array_like
-            Labels (points, 2), m.
+            Labels (points, 2), m, a along x and b along y.
         time : float
             Time, s.
         c : float, optional
-            Height of the particles in water at rest, m: 0 at the surface, negative below.
+            Height of the particles in water at rest, m: 0 at the surface, negative below, at least -``depth``.
 
         Returns
         -------
@@ -435,7 +446,7 @@ class Sea:
         return first, np.stack((second[:, :, 0, 0], second[:, :, 0, 1], second[:, :, 1, 1]), axis=2)
 
     def surface(self, labels: ArrayLike, time: float) -> Surface:
-        """Return the surface at labels (points, 2).
+        """Return the surface at labels.
 
         Parameters
         ----------
@@ -447,7 +458,8 @@ class Sea:
         Returns
         -------
         Surface
-            Places, slopes and curvatures.
+            Places, slopes along x and y, mean curvatures, and Jacobians of x and y by labels, with arrays by point. A
+            slope is infinite if the surface is upright.
         """
         first, second = self.derivatives(labels, time)
         along, across = first[:, :, 0], first[:, :, 1]
@@ -479,12 +491,14 @@ class Sea:
         Returns
         -------
         (points, 2) ndarray
-            Labels, m.
+            Labels, m; of a folded surface, with several particles above a point, any of them.
 
         Raises
         ------
+        UsageError
+            Points of another shape, or numbers that are not finite.
         NumericalError
-            The surface is folded there, or the search finds no particle.
+            The search finds no particle above a point, for instance near a fold.
         """
         targets = np.asarray(points, dtype=float)
         check_points("Sea: points", targets)

@@ -168,9 +168,9 @@ class SteppedSea:
             self._phi, self._rate, self._x, self._y = self._pair_sums(self.time)
 
     def step(self, size: float, steps: int = 1) -> None:
-        """Step the sea in time.
+        """Step the second order of the sea in time, which changes the object and its ``time``.
 
-        Oscillators are rotated exactly, so every step is stable.
+        Oscillators are rotated exactly, so every step is stable; the error still grows with the step.
 
         Parameters
         ----------
@@ -196,12 +196,14 @@ class SteppedSea:
         return self._labels(self._phi)
 
     def displacement(self) -> Array:
-        """Return displacements of second order at the labels.
+        """Return displacements of second order at the labels, at the present ``time``.
+
+        Displacements of first order are not included. After a start with a ramp x and y begin at 0, and z does not.
 
         Returns
         -------
-        (counts, 3) ndarray
-            In m.
+        (counts[0], counts[1], 3) ndarray
+            Along x, y and z, m.
         """
         products = self._products()
         up = (products[-1] - self._labels(self._rate) + self._sea.raised) / self._sea.restoring
