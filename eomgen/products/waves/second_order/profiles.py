@@ -177,7 +177,7 @@ class SeaStatistics:
 
     @property
     def skewness(self) -> float:
-        """Skewness of the elevation of second order: 3/sigma^3 sum of E_i E_j min(k_i, k_j) over all i and j, with the
+        """Second-order skewness of the elevation: 3/sigma^3 times the sum of E_i E_j min(k_i, k_j) over all i and j, with the
         standard deviation sigma of first order in labels, sqrt(sum of E)."""
         order = np.argsort(self.wave_numbers)
         k, e = self.wave_numbers[order], self.energy[order]
@@ -190,7 +190,7 @@ class SeaStatistics:
         return 0.5 * math.erfc(1.0 / math.sqrt(2.0 * self.moment(2)))
 
     def slope_density(self, slope: ArrayLike) -> Array:
-        """Return the probability density of the slopes dz/dx of the surface of first order at points of the plane.
+        """Return the probability density of slopes dz/dx of the first-order surface at points of the plane.
 
         At folded places each sheet of the surface counts, so the integral then exceeds 1.
 
