@@ -177,8 +177,8 @@ class SeaStatistics:
 
     @property
     def skewness(self) -> float:
-        """Second-order skewness of the elevation: 3/sigma^3 times the sum of E_i E_j min(k_i, k_j) over all i and j, with the
-        standard deviation sigma of first order in labels, sqrt(sum of E)."""
+        """Second-order skewness of the elevation: 3/sigma^3 times the sum over all i and j of
+        E_i E_j min(k_i, k_j), with sigma = sqrt(sum of E), the first-order standard deviation in labels."""
         order = np.argsort(self.wave_numbers)
         k, e = self.wave_numbers[order], self.energy[order]
         behind = e.sum() - np.cumsum(e)  # of higher wave numbers
