@@ -89,14 +89,15 @@ def poisson(mean: float, variance: float, bias: float = 1.0, response: bool = Fa
 
     1 + delta = exp(s - variance/2) is a lognormal field. Names: field ``s``, data ``counts`` and, with ``response``,
     ``response`` R from 0 to 1, the share of its objects that a cell is expected to show. Without terms that s does not
-    change, the energy is R exp(e) - counts e, e the logarithm of the mean at R = 1; cells with R = 0 drop out.
+    change, the energy is R exp(e) - counts e, e the logarithm of the mean at R = 1; cells with R = 0 drop out. A
+    ``FieldPosterior`` refuses data below 0 (ModelError), but neither R above 1 nor counts that are not whole numbers.
 
     Parameters
     ----------
     mean : float
         Mean number of objects in a cell with a response of 1, above 0.
     variance : float
-        Variance of s in a cell.
+        Variance of s in a cell, as of ``LinearOperator.variance``.
     bias : float
         Power of 1 + delta in the mean.
     response : bool
@@ -105,7 +106,7 @@ def poisson(mean: float, variance: float, bias: float = 1.0, response: bool = Fa
     Returns
     -------
     CellEnergy
-        With the data ``counts``.
+        With the data ``counts`` and, if ``response`` is true, ``response``.
 
     Raises
     ------
@@ -121,15 +122,15 @@ def negative_binomial(
 ) -> CellEnergy:
     """Return the energy of counts with a negative binomial distribution, whose variance is m + m^2/beta.
 
-    m = R mean (1 + delta)^bias/<(1 + delta)^bias> is the mean; for names and the other parameters see ``poisson``.
-    The energy is (counts + beta) ln(1 + m/beta) - counts e; cells with R = 0 drop out.
+    m = R mean (1 + delta)^bias/<(1 + delta)^bias> is the mean; for names, checks of data, e and the other parameters
+    see ``poisson``. The energy is (counts + beta) ln(1 + m/beta) - counts e; cells with R = 0 drop out.
 
     Parameters
     ----------
     mean, variance : float
         As of ``poisson``.
     beta : float
-        Number of failures, above 0; the distribution is Poisson's as beta grows.
+        Number of failures, above 0, which is not checked; the distribution is Poisson's as beta grows.
     bias : float, optional
         As of ``poisson``.
     response : bool, optional
@@ -138,7 +139,12 @@ def negative_binomial(
     Returns
     -------
     CellEnergy
-        With the data ``counts``.
+        With the data of ``poisson``.
+
+    Raises
+    ------
+    ModelError
+        The mean is not above 0.
     """
     plain = "(counts + beta)*log(1 + exp(e)/beta) - counts*e"
     partly_seen = "(observed + beta)*log(1 + response*exp(e)/beta) - observed*e"
@@ -149,14 +155,14 @@ def gaussian(mean: float, variance: float, deviation: float, bias: float = 1.0, 
     """Return the energy of ``counts`` with normal errors about R mean (1 + delta)^bias/<(1 + delta)^bias>.
 
     For names and the other parameters see ``poisson``. The energy is (m - counts)^2/(2 deviation^2) with this
-    mean m; cells with R = 0 drop out.
+    mean m; cells with R = 0 add a constant. Here ``counts`` may be below 0.
 
     Parameters
     ----------
     mean, variance : float
         As of ``poisson``.
     deviation : float
-        Standard deviation of the errors, the same in all cells, in objects.
+        Standard deviation of the errors, the same in all cells, in objects; above 0, which is not checked.
     bias : float, optional
         As of ``poisson``.
     response : bool, optional
@@ -165,7 +171,12 @@ def gaussian(mean: float, variance: float, deviation: float, bias: float = 1.0, 
     Returns
     -------
     CellEnergy
-        With the data ``counts``.
+        With the data of ``poisson``.
+
+    Raises
+    ------
+    ModelError
+        The mean is not above 0.
     """
     formulas = "(exp(e) - counts)**2/(2*deviation**2)", "(response*exp(e) - counts)**2/(2*deviation**2)"
     made = _counts_energy(formulas, response, mean, variance, bias=bias, deviation=deviation)

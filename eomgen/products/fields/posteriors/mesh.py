@@ -126,14 +126,14 @@ class Mesh:
     @overload
     def spectrum(self, field: Reals, *, overwrite: bool = False) -> Spectrum: ...
     def spectrum(self, field: Reals, *, overwrite: bool = False) -> Spectrum:
-        """Return the half spectrum of a real field, in the precision of the field.
+        """Return the half spectrum of a real field by an orthonormal transform, in the precision of the field.
 
         Parameters
         ----------
         field : ndarray
-            Field of cells, shape ``cells``.
+            One field of cells, shape ``cells``, which is not checked: all axes of an array are transformed.
         overwrite : bool, optional
-            Whether the memory of the argument may be used.
+            Whether the memory of the argument may be used, so that the argument has no meaning afterwards.
 
         Returns
         -------
@@ -156,16 +156,16 @@ class Mesh:
     @overload
     def field(self, spectrum: Spectrum, *, overwrite: bool = False) -> Reals: ...
     def field(self, spectrum: Spectrum, *, overwrite: bool = False) -> Reals:
-        """Return the real field of half a spectrum, in the precision of the spectrum.
+        """Return the real field of half a spectrum, the inverse of ``spectrum``, in the precision of the spectrum.
 
         SciPy allocates the result and, in more than one dimension, a spectrum for the transforms along the other axes.
 
         Parameters
         ----------
         spectrum : complex ndarray
-            Half spectrum, shape ``half``.
+            Half spectrum, shape ``half``, which is not checked: other shapes are cut or filled with zeros.
         overwrite : bool, optional
-            Whether the memory of the argument may be used.
+            Whether the memory of the argument may be used, so that the argument has no meaning afterwards.
 
         Returns
         -------
@@ -208,7 +208,10 @@ class Mesh:
         return self.spectrum(generator.standard_normal(self.cells))
 
     def power(self, spectrum: Complex, bins: int) -> tuple[Array, Array]:
-        """Return the mean of |amplitude|^2 in equal bins of |k| from above 0 to the largest along the axes.
+        """Return the mean of |amplitude|^2 in equal bins of |k| from above 0 to the least Nyquist wave number.
+
+        The Nyquist wave number of an axis is pi divided by the width of a cell. Amplitudes at k = 0 and above the bins
+        are left out; means are over the whole spectrum, of which the argument is the kept half.
 
         Parameters
         ----------
@@ -220,7 +223,7 @@ class Mesh:
         Returns
         -------
         (k, power) : (bins,) each
-            Mean |k| of the amplitudes in each bin; NaN if there are none.
+            Means of |k|, in radians per length, and of |amplitude|^2 in each bin; NaN in empty bins.
         """
         number, inside, count, mean = _bins(self, bins)
         weights = np.broadcast_to(self.weights, self.half)
@@ -229,7 +232,7 @@ class Mesh:
             return mean.copy(), result / count
 
     def require_memory(self, spectra: int, fields: int, purpose: str, numbers: int = 0) -> int:
-        """Return the bytes of half spectra of complex numbers, fields of doubles, and further numbers.
+        """Return the bytes of half spectra of complex numbers, fields of doubles, and further numbers, without an array.
 
         Parameters
         ----------
@@ -250,7 +253,7 @@ class Mesh:
         Raises
         ------
         ModelError
-            The machine has less memory than that.
+            The machine has less physical memory than that, free or in use. Not raised if the system does not tell.
         """
         needed = 16 * spectra * math.prod(self.half) + 8 * fields * self.size + 8 * numbers
         there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else needed

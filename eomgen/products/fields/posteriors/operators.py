@@ -44,12 +44,12 @@ class LinearOperator:
     note: str = ""
 
     def apply(self, spectrum: Complex) -> Array:
-        """Return the field of cells that a spectrum gives.
+        """Return the field of cells that a spectrum gives: filter, transform to the cells, and mask, in this order.
 
         Parameters
         ----------
         spectrum : complex ndarray
-            Half spectrum, shape ``mesh.half``.
+            Half spectrum, shape ``mesh.half``; of a white field for a field with the prior of the operator.
 
         Returns
         -------
@@ -75,7 +75,9 @@ class LinearOperator:
         return spectrum if self.symbol is None else self.symbol * spectrum
 
     def adjoint(self, field: Array) -> Complex:
-        """Return the spectrum that the adjoint makes of a field of cells.
+        """Return the spectrum that the adjoint makes of a field of cells: mask, transform, and conjugate filter.
+
+        Inner products are the sum over cells for fields, and ``Mesh.product`` for spectra.
 
         Parameters
         ----------
@@ -109,7 +111,9 @@ class LinearOperator:
 
     @property
     def variance(self) -> float:
-        """Variance, as a mean over cells, of the field that the operator makes of white noise."""
+        """Expected variance, as a mean over cells, of the field that the operator makes of white noise of variance 1;
+        infinite on overflow.
+        """
         if self.symbol is None:
             spread = 1.0
         else:
@@ -128,7 +132,7 @@ class LinearOperator:
         Returns
         -------
         float
-            Zero up to rounding for an adjoint that fits.
+            Zero up to rounding for an adjoint that fits; not for a filter whose a(-k) is not the conjugate of a(k).
 
         Examples
         --------
@@ -193,10 +197,10 @@ def amplitude(mesh: Mesh, power: Power) -> LinearOperator:
 def lognormal_amplitude(mesh: Mesh, power: Power, *, warn: bool = True) -> LinearOperator:
     """Return the filter of the Gaussian field s for which exp(s - variance/2) - 1 has the power spectrum P.
 
-    The covariance of s is ln(1 + C) with the covariance C that P has on the mesh (Coles and Jones, MNRAS 248
-    (1991) 1). Modes whose variance this does not make positive have 1e-12 of the largest: no lognormal field has such a
-    power spectrum. ``note`` of the filter states the share of such modes, and the share of the power that deviates from
-    P.
+    The covariance of s is ln(1 + C) with the covariance C that P has on the mesh (Coles and Jones, MNRAS 248 (1991) 1).
+    Modes whose variance would be below 1e-12 of the largest have 1e-12 of the largest: no lognormal field has a power
+    spectrum that makes variances negative. If the variance of s thereby grows by more than 0.1 %, ``note`` of the
+    filter states the share of such modes, the growth, and the share of the power that is off by more than a tenth.
 
     Parameters
     ----------
@@ -205,17 +209,17 @@ def lognormal_amplitude(mesh: Mesh, power: Power, *, warn: bool = True) -> Linea
     power : callable or array_like
         P of |k| in radians per length, or its values, shape ``mesh.half``.
     warn : bool
-        Whether the note is a RuntimeWarning, too.
+        Whether the note, if there is one, is a RuntimeWarning, too.
 
     Returns
     -------
     LinearOperator
-        A filter, with ``note``.
+        A filter; its ``note`` is empty for a smaller growth.
 
     Raises
     ------
     ModelError
-        P is negative or not finite at a wave number of the mesh, or C is -1 or less somewhere.
+        P is negative or not finite at a wave number of the mesh, 0 included, or C is -1 or less somewhere.
     """
     wanted = _values(mesh, power) / mesh.cell_volume
     covariance = mesh.field(wanted.astype(complex)) / math.sqrt(mesh.size)
@@ -284,16 +288,17 @@ def smoothing(mesh: Mesh, radius: float) -> LinearOperator:
 
 
 def difference(mesh: Mesh, axis: int) -> LinearOperator:
-    """Return the central difference of neighbouring cells along an axis, divided by the distance of the cells.
+    """Return the central difference of both neighbours of a cell along an axis, divided by two widths of a cell.
 
-    The adjoint of this operator is the negative operator. Raises UsageError for an axis that the mesh lacks.
+    The mesh is periodic. The adjoint of this operator is the negative operator. Raises UsageError for an axis that the
+    mesh lacks.
 
     Parameters
     ----------
     mesh : Mesh
         The mesh.
     axis : int
-        Number of the axis, from 0.
+        Number of the axis, from 0; negative numbers are refused.
 
     Returns
     -------
@@ -311,8 +316,8 @@ def difference(mesh: Mesh, axis: int) -> LinearOperator:
 
 
 def mask(mesh: Mesh, values: ArrayLike) -> LinearOperator:
-    """Return the product with a field of cells. Raises UsageError for another shape and for factors that are not
-    finite.
+    """Return the operator that multiplies a field of cells by factors. Raises UsageError for another shape, even if it
+    broadcasts, and for factors that are not finite.
 
     Parameters
     ----------
