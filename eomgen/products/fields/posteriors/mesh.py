@@ -232,7 +232,7 @@ class Mesh:
             return mean.copy(), result / count
 
     def require_memory(self, spectra: int, fields: int, purpose: str, numbers: int = 0) -> int:
-        """Return the bytes of half spectra of complex numbers, fields of doubles, and further numbers, without an array.
+        """Return the bytes of half spectra of complex numbers, fields of doubles, and further numbers.
 
         Parameters
         ----------
@@ -248,7 +248,7 @@ class Mesh:
         Returns
         -------
         int
-            Bytes.
+            Bytes; nothing is allocated.
 
         Raises
         ------

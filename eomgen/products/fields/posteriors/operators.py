@@ -112,8 +112,7 @@ class LinearOperator:
     @property
     def variance(self) -> float:
         """Expected variance, as a mean over cells, of the field that the operator makes of white noise of variance 1;
-        infinite on overflow.
-        """
+        infinite on overflow."""
         if self.symbol is None:
             spread = 1.0
         else:

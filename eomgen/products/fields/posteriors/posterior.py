@@ -141,7 +141,7 @@ class FieldPosterior:
         Parameters
         ----------
         spectrum : complex ndarray
-            White field as a half spectrum, shape ``mesh.half``.
+            White field as a half spectrum, shape ``mesh.half``; complex128, contiguous in C order (not checked).
 
         Returns
         -------
@@ -162,14 +162,14 @@ class FieldPosterior:
     def energy_and_gradient(self, spectrum: Complex, to: Complex) -> float:
         """Return U of a white field, and write the gradient into an existing spectrum.
 
-        One transform to the cells is made for each field.
+        One transform to the cells and one back are made for each field, in double precision for any ``precision``.
 
         Parameters
         ----------
         spectrum : complex ndarray
-            White field as a half spectrum, shape ``mesh.half``.
+            White field as of ``energy``.
         to : complex ndarray
-            Half spectrum, overwritten with the gradient.
+            Half spectrum, another array of the same kind; overwritten with the gradient, as of ``gradient``.
 
         Returns
         -------
@@ -254,7 +254,7 @@ class FieldPosterior:
         Returns
         -------
         callable
-            From a direction to the product, both half spectra.
+            From a direction to the product, a new array, both half spectra. Each call adds 1 to ``products``.
         """
         fields = [] if self.prior_alone else self._to_cells(np.ascontiguousarray(spectrum))
         if self._transforms.scale != 1.0:  # arrays of the plans, which products write to
@@ -284,12 +284,12 @@ class FieldPosterior:
         self._transforms.white(generator, to)
 
     def value(self, name: str, spectrum: Complex) -> Array:
-        """Return one field of cells of a white field.
+        """Return one field of cells of a white field, after filter and mask of the field, in double precision.
 
         Parameters
         ----------
         name : str
-            Name of the field.
+            Name of the field; KeyError for another name.
         spectrum : complex ndarray
             White field as a half spectrum, shape ``mesh.half``.
 
@@ -379,24 +379,28 @@ class FieldPosterior:
     # -- scales ------------------------------------------------------------------------------------------------------
 
     def mass(self, choice: str = "fisher") -> Array | None:
-        """Return masses by wave number, shape ``mesh.half``; None if all masses are 1.
+        """Return masses by wave number, shape ``mesh.half``; None stands for masses of 1.
 
         Parameters
         ----------
         choice : {"fisher", "prior", "unit"}
             ``fisher``: 1 + sum over fields of mean(h'') |a(k)|^2, with the mean of the curvature over cells and over
-            the prior. ``prior``: 1, which is the inverse of the prior's covariance in terms of fields. ``unit``:
-            |a(k)|^2 of the single field, which is 1 for the field after the filter.
+            the prior (``mean_curvature``), 0 in place of a negative mean. ``prior``: 1, which is the inverse of the
+            prior's covariance in terms of fields. ``unit``: |a(k)|^2 of the single field, which is 1 for the field
+            after the filter.
 
         Returns
         -------
         ndarray or None
-            Shape ``mesh.half``; None if all masses are 1.
+            Shape ``mesh.half``; None for ``prior``, and for ``fisher`` if there is no energy of cells.
 
         Raises
         ------
-        UsageError, ModelError
-            An unknown choice; ``unit`` with several fields, or with a filter that is 0 somewhere.
+        UsageError
+            An unknown choice.
+        ModelError
+            ``fisher`` with a mean curvature that is not finite; ``unit`` with several fields or none, or with a filter
+            that is 0 somewhere.
         """
         known = ("fisher", "prior", "unit")
         if choice not in known:
@@ -420,13 +424,14 @@ class FieldPosterior:
     def mean_curvature(self) -> list[float]:
         """Return the mean second derivative of the energy of a cell by each field.
 
-        Averaged over cells and over the normal distributions of the fields by the prior, taken as independent. Raises
-        ModelError for a mean that is not finite.
+        Averaged over cells and, by Gauss-Hermite quadrature with 12 nodes for each field, over the normal distributions
+        of the fields by the prior, taken as independent; the mask of a field is a part of the energy. Raises ModelError
+        for a mean that is not finite.
 
         Returns
         -------
         list of float
-            One for each field.
+            One for each field, in the order of ``fields``; may be negative.
         """
         nodes, weights = np.polynomial.hermite_e.hermegauss(_NODES)
         weights = weights / weights.sum()
@@ -451,8 +456,9 @@ class FieldPosterior:
     ) -> float:
         """Return the largest angular frequency of small motions about a white field, by power iteration.
 
-        The iteration converges from below, within a few per cent. Steps of a composition are stable up to
-        ``stability_limit`` divided by this frequency. Raises NumericalError for second derivatives that are not finite.
+        This is the square root of the largest magnitude of an eigenvalue, also if the eigenvalue is negative. The
+        iteration converges from below, by 40 products usually within a few per cent, which is not checked. Steps of a
+        composition are stable up to ``stability_limit`` divided by this frequency.
 
         Parameters
         ----------
@@ -469,6 +475,13 @@ class FieldPosterior:
         -------
         float
             In radians per unit of the trajectories' time.
+
+        Raises
+        ------
+        NumericalError
+            Second derivatives are not finite.
+        UsageError
+            The seed is not a whole number from 0 on.
         """
         hessian = self.hessian(spectrum)
         root = 1.0 if mass is None else 1.0 / np.sqrt(mass)
@@ -486,10 +499,10 @@ class FieldPosterior:
 
     @np.errstate(over="ignore", invalid="ignore")  # of an energy without a lower bound, which is reported
     def mode(self, start: Complex | None = None, *, tolerance: float = 1e-8, iterations: int = 60) -> Mode:
-        """Return the white field of least U, found by Newton's method with conjugate gradients from a start.
+        """Return a local minimum of U, found by Newton's method with conjugate gradients from a start.
 
-        If the descent ends at a saddle, the search continues below the saddle; of several minima the first reached is
-        returned.
+        If the descent ends at a saddle, the search continues below the saddle, if power iterations find a lower place
+        there; if not, the saddle is returned. Of several minima the first reached is returned.
 
         Parameters
         ----------
@@ -509,6 +522,8 @@ class FieldPosterior:
         ------
         NumericalError
             The gradient has not reached the tolerance, U is not finite at the start, or U has no lower bound.
+        ModelError
+            The energy of a cell has no finite mean curvature, as of ``mass``.
         """
         x = np.zeros(self.mesh.half, complex) if start is None else np.array(start, complex)
         mass = self.mass("fisher")

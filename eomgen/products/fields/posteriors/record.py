@@ -24,12 +24,17 @@ def split_r_hat(chains: ArrayLike) -> Array:
     Parameters
     ----------
     chains : array_like
-        Numbers (chains, samples, ...), four samples at least.
+        Numbers (chains, samples, ...), four samples at least; of an odd number the middle sample is left out.
 
     Returns
     -------
     (...) ndarray
-        Near 1 if the halves agree.
+        Near 1 if the halves agree; NaN where all numbers are equal, infinite where they change between halves alone.
+
+    Raises
+    ------
+    UsageError
+        Fewer than two axes, or fewer than four samples.
 
     Examples
     --------
@@ -56,18 +61,24 @@ def largest(values: Array) -> float:
 def autocorrelation_time(chains: ArrayLike) -> Array:
     """Return the integrated autocorrelation time of samples, 1 + 2 sum of the autocorrelation.
 
-    The sum has the smallest window of at least five lags that is five times this time (Sokal); autocorrelations are
-    averaged over chains first.
+    The sum has the smallest window of at least five lags that is five times this time (Sokal); autocovariances about
+    the mean of each chain are averaged over chains first. A time is thus a fifth of the samples of a chain at most: too
+    small for short chains, and 0 up to rounding for four or five samples.
 
     Parameters
     ----------
     chains : array_like
-        Numbers (chains, samples, ...).
+        Numbers (chains, samples, ...), four samples at least.
 
     Returns
     -------
     (...) ndarray
-        In samples.
+        In samples; below 1 if samples alternate, NaN if the samples of each chain are equal.
+
+    Raises
+    ------
+    UsageError
+        Fewer than two axes, or fewer than four samples.
 
     Examples
     --------
@@ -157,7 +168,8 @@ class Samples:
 
     @property
     def mean_weight(self) -> tuple[float, float]:
-        """Mean of exp(-dH), and the standard error of this mean: 1 at stationarity, for any step."""
+        """Mean of exp(-dH) over the trajectories of all chains, which is 1 at stationarity for any step, and the
+        standard error of this mean, as of independent trajectories; NaN for one trajectory."""
         weights = np.exp(-np.maximum(self.energy_errors, -700.0)).ravel()
         with np.errstate(over="ignore"):  # of an energy without a lower bound
             return float(weights.mean()), float(weights.std(ddof=1) / math.sqrt(weights.size))
@@ -188,7 +200,9 @@ class Samples:
 
     @property
     def gradients_per_sample(self) -> tuple[float, float]:
-        """Gradients for each independent sample: of the cells, and of the worst bin of k."""
+        """Gradients for each independent sample: the mean gradients of a trajectory times the autocorrelation time, but
+        at least 1, of the cells (mean) and of the worst bin of k. Raises UsageError for fewer than four samples of each
+        chain."""
         each = float(np.mean(self.gradients))
         of_cells, worst = self.autocorrelation
         return each * max(of_cells, 1.0), each * max(worst, 1.0)
@@ -237,12 +251,12 @@ class Record:
         return len(self._arrays["energy_errors"][0])
 
     def resize(self, samples: int) -> None:
-        """Make place for more samples of each chain.
+        """Make place for more samples of each chain; recorded samples stay.
 
         Parameters
         ----------
         samples : int
-            Samples of each chain.
+            Samples of each chain in all, recorded ones included; ``size`` at least.
         """
         shapes = {"cells": (len(self.watched),), "power": (self.bins,)}
         for name in ("energy_errors", "accepted", "gradients", "potential", "cells", "power"):
@@ -254,12 +268,12 @@ class Record:
     def add(
         self, chain: int, outcome: Outcome, potential: float, values: Array, amplitudes: Complex | None = None
     ) -> None:
-        """Add the next sample of a chain.
+        """Add the next sample of a chain, and take its field into mean and deviation of all chains.
 
         Parameters
         ----------
         chain : int
-            Number of the chain, from 0.
+            Number of the chain, from 0; IndexError if the record has no place for another sample of the chain.
         outcome : Outcome
             End of the trajectory.
         potential : float
@@ -267,7 +281,7 @@ class Record:
         values : ndarray
             The watched field, shape of the mesh.
         amplitudes : complex ndarray, optional
-            Its spectrum, if it is known.
+            The half spectrum of ``values``, for the power; by default it is computed.
         """
         at = (chain, int(self.counts[chain]))
         arrays = self._arrays
@@ -289,12 +303,13 @@ class Record:
         Parameters
         ----------
         steps : ndarray
-            Step size of each chain.
+            Step size of each chain, which the result keeps.
 
         Returns
         -------
         Samples
-            With first axes (chains, samples).
+            With first axes (chains, samples), where samples is the smallest number of a chain and may be 0. Wave
+            numbers are undefined before the first sample of any chain.
         """
         done = int(self.counts.min())
         cut: dict[str, Any] = {name: array[:, :done] for name, array in self._arrays.items()}
@@ -309,7 +324,10 @@ class Record:
         Returns
         -------
         dict
-            Arrays by name.
+            Arrays of doubles by name: ``energy_errors``, ``accepted``, ``gradients``, ``potential``, ``cells`` and
+            ``power`` with first axes (chains, samples), NaN where a chain has fewer samples than another; ``mean`` and
+            ``squares`` (sum of squares about the mean), shape of the mesh; ``wave_numbers`` and ``counts`` (samples of
+            each chain). Not copied, ``counts`` apart.
         """
         done = int(self.counts.max())
         kept = {name: array[:, :done] for name, array in self._arrays.items()}
@@ -317,12 +335,12 @@ class Record:
         return {**kept, **more, "counts": self.counts.astype(float)}
 
     def take(self, arrays: Mapping[str, Array]) -> None:
-        """Continue from ``arrays`` of a record, which must have room for the samples.
+        """Replace the samples of this record by ``arrays`` of a record with the same chains, watched cells and bins.
 
         Parameters
         ----------
         arrays : mapping
-            Arrays by name, of ``arrays``.
+            Arrays by name, of ``arrays``, of at most ``size`` samples of each chain; other names are ignored.
         """
         self.counts[:] = arrays["counts"].astype(np.int64)
         for name, array in self._arrays.items():

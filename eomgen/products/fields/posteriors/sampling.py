@@ -67,6 +67,8 @@ def follow(
 ) -> bool:
     """Move a white field and its momenta in place by steps of a composition.
 
+    Gradients are in the ``precision`` of the posterior; numbers that are no longer finite do not end the motion.
+
     Parameters
     ----------
     posterior : FieldPosterior
@@ -78,16 +80,16 @@ def follow(
     steps : int
         Number of steps.
     spectrum, momenta : complex ndarray
-        Half spectra, changed in place.
+        Half spectra, changed in place; complex128 and contiguous in C order, which is not checked.
     inverse_mass : ndarray, optional
-        One over the masses by wave number; 1 if not given.
+        One over the masses by wave number, shape ``mesh.half``; 1 if not given.
     stop : callable, optional
-        Called between two parts; the motion ends if it returns true.
+        Called before each drift and kick; the motion ends there if it returns true.
 
     Returns
     -------
     bool
-        Whether the end was reached.
+        Whether the end was reached; False if ``stop`` ended the motion.
     """
     return _follow(posterior, method.parts(steps), step, spectrum, momenta, inverse_mass, stop)
 
