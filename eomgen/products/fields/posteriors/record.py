@@ -21,6 +21,8 @@ _WINDOW = 5.0
 def split_r_hat(chains: ArrayLike) -> Array:
     """Return the potential scale reduction of the halves of chains (Gelman and Rubin), 1 if the halves agree.
 
+    Raises UsageError for fewer than two axes or four samples.
+
     Parameters
     ----------
     chains : array_like
@@ -30,11 +32,6 @@ def split_r_hat(chains: ArrayLike) -> Array:
     -------
     (...) ndarray
         Near 1 if the halves agree; NaN where all numbers are equal, infinite where they change between halves alone.
-
-    Raises
-    ------
-    UsageError
-        Fewer than two axes, or fewer than four samples.
 
     Examples
     --------
@@ -63,7 +60,7 @@ def autocorrelation_time(chains: ArrayLike) -> Array:
 
     The sum has the smallest window of at least five lags that is five times this time (Sokal); autocovariances about
     the mean of each chain are averaged over chains first. A time is thus a fifth of the samples of a chain at most: too
-    small for short chains, and 0 up to rounding for four or five samples.
+    small for short chains, and 0 up to rounding for four or five samples. Raises UsageError as ``split_r_hat``.
 
     Parameters
     ----------
@@ -74,11 +71,6 @@ def autocorrelation_time(chains: ArrayLike) -> Array:
     -------
     (...) ndarray
         In samples; below 1 if samples alternate, NaN if the samples of each chain are equal.
-
-    Raises
-    ------
-    UsageError
-        Fewer than two axes, or fewer than four samples.
 
     Examples
     --------
@@ -200,9 +192,9 @@ class Samples:
 
     @property
     def gradients_per_sample(self) -> tuple[float, float]:
-        """Gradients for each independent sample: the mean gradients of a trajectory times the autocorrelation time, but
-        at least 1, of the cells (mean) and of the worst bin of k. Raises UsageError for fewer than four samples of each
-        chain."""
+        """Gradients for each independent sample: the mean gradients of a trajectory times the autocorrelation time, 1
+        at least, of the cells (mean) and of the worst bin of k. Raises UsageError for fewer than four samples of
+        each chain."""
         each = float(np.mean(self.gradients))
         of_cells, worst = self.autocorrelation
         return each * max(of_cells, 1.0), each * max(worst, 1.0)

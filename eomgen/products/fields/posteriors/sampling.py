@@ -257,8 +257,9 @@ class Sampler:
     ) -> bool:
         """Make trajectories that are not kept, and change steps for an acceptance; 0: the best for the method's order.
 
-        Steps are halved until a trajectory is accepted, and then changed less and less. The step that is left is the
-        geometric mean of the second half.
+        The step of each chain is halved, at most 30 times, until a trajectory is accepted, and then changed less and
+        less, up to ``largest_step``. The step that is left is the geometric mean of the second half of these steps. The
+        chains move on, and ``frequency`` may grow, also without ``adapt``.
 
         Parameters
         ----------
@@ -271,13 +272,18 @@ class Sampler:
         goes_on : bool
             Whether a warm-up that was stopped goes on; ``trajectories`` is then the number of the whole warm-up.
         stop, seen : callables
-            ``stop`` is called between gradients and returns whether to stop; ``seen`` is called after each trajectory
-            with the chain, the end, and U.
+            ``stop`` is called before each drift and kick and returns whether to stop; ``seen`` is called after each
+            trajectory with the number of the chain, the end (an ``Outcome``), and U at the chain's place.
 
         Returns
         -------
         bool
-            Whether the warm-up is complete.
+            Whether the warm-up is complete; False if ``stop`` ended it, with the unfinished trajectory given up.
+
+        Raises
+        ------
+        NumericalError
+            U has no lower bound, or second derivatives are not finite at a chain's place.
         """
         target = acceptance or BEST_ACCEPTANCE.get(self.methods[0].order, 0.9)
         if not goes_on:
@@ -317,12 +323,12 @@ class Sampler:
         chain.tried.append(math.log(chain.step))
 
     def draw(self, samples: int, field: str = "") -> Samples:
-        """Return the next samples of all chains, of the first field or of the named field.
+        """Return the next samples of all chains, of the first field or of the named field. The chains move on.
 
         Parameters
         ----------
         samples : int
-            Samples of each chain.
+            Samples of each chain: trajectories, of which rejected ones repeat the sample before.
         field : str, optional
             Name of the watched field; the first by default.
 
@@ -335,6 +341,8 @@ class Sampler:
         ------
         UsageError
             No field has the name, or there are none.
+        NumericalError
+            U has no lower bound.
         """
         record = self.record(samples)
         self.fill(record, field)
@@ -361,7 +369,7 @@ class Sampler:
         return np.array([chain.step for chain in self.chains])
 
     def fill(self, record: Record, field: str = "", *, stop: Stop | None = None, seen: Seen | None = None) -> bool:
-        """Draw samples until a record is full, one sample of each chain in turn.
+        """Draw samples until a record is full, one sample of each chain in turn, after the samples already there.
 
         Parameters
         ----------
@@ -375,7 +383,12 @@ class Sampler:
         Returns
         -------
         bool
-            Whether the record is full.
+            Whether the record is full; False if ``stop`` ended the work, with the unfinished trajectory given up.
+
+        Raises
+        ------
+        UsageError, NumericalError
+            As of ``draw``.
         """
         posterior = self.posterior
         names = list(posterior.operators)
@@ -505,7 +518,8 @@ class Sampler:
         Parameters
         ----------
         path : str or Path
-            File to write, ``.npz``.
+            File to write, ``.npz`` (no ending is added); an existing file is replaced. Contents: ``state``, without
+            samples and without the arguments of the sampler other than the seed.
 
         Returns
         -------
@@ -527,9 +541,11 @@ class Sampler:
         Returns
         -------
         arrays : dict
-            Arrays by name.
+            Copies by name: ``spectra`` of white fields, doubles in place of complex numbers, (chains, ..., 2 n) for a
+            last axis of n; ``potential`` and ``steps``, (chains,).
         metadata : dict
-            JSON data.
+            JSON data: ``seed``, ``frequency``, and lists over chains: ``trajectories`` (number), ``warm_up``
+            (trajectories in it, halvings, logarithms of steps), ``slopes`` (whether the gradient is known).
         """
         arrays = {
             "spectra": np.array([chain.spectrum for chain in self.chains]).view(float),
@@ -548,6 +564,9 @@ class Sampler:
     def restore(self, path: str | os.PathLike[str]) -> None:
         """Go on from a file of ``save``, of a sampler of the same posterior with the same arguments.
 
+        Step sizes and ``frequency`` are then as in the file. Number of chains, seed and shape of the spectra are
+        compared, and nothing else.
+
         Parameters
         ----------
         path : str or Path
@@ -555,26 +574,30 @@ class Sampler:
 
         Raises
         ------
-        FileError, UsageError
-            The file cannot be read, or is of other chains.
+        FileError
+            The file cannot be read, or is not a file of ``save``.
+        UsageError
+            The file has another number of chains, another seed or another shape of spectra.
         """
         arrays, metadata = read_arrays(Path(path), "file of chains", "a file of Sampler.save")
         self.take(arrays, metadata, str(path))
 
     def take(self, arrays: Mapping[str, Array], metadata: Mapping[str, Any], where: str) -> None:
-        """Continue from ``state`` of a sampler.
+        """Continue from ``state`` of a sampler, as ``restore`` does.
 
         Parameters
         ----------
         arrays, metadata : mapping
-            Of ``state``.
+            Of ``state``. The sampler keeps the memory of ``spectra`` without a copy: as chains move, the array changes.
         where : str
             Origin of the state, for messages.
 
         Raises
         ------
-        FileError, UsageError
-            A state of other chains.
+        FileError
+            A name is missing in the state.
+        UsageError
+            A state with another number of chains, another seed or another shape of spectra.
         """
         try:
             spectra, potential, steps = (arrays[name] for name in ("spectra", "potential", "steps"))

@@ -104,7 +104,7 @@ class FieldProblem:
 
 
 def field_problem(system: FieldSystem, chains: int = 0) -> FieldProblem:
-    """Return the posterior that a file describes.
+    """Return the posterior that a file describes: read or draw the data, and compile the energy of a cell.
 
     Parameters
     ----------
@@ -116,16 +116,19 @@ def field_problem(system: FieldSystem, chains: int = 0) -> FieldProblem:
     Returns
     -------
     FieldProblem
-        The posterior with operators, truth and memory.
+        The posterior with operators, truth (None without random data) and memory.
 
     Raises
     ------
     ModelError
-        A mesh that does not fit the memory, negative power, data that cannot be.
-    DescriptionError, FileError
-        A file of data or of a power spectrum that cannot be taken.
+        A mesh that does not fit the memory, negative power, a field that is 0, data that cannot be or have another
+        shape than the mesh.
+    DescriptionError
+        A formula of the energy that cannot be taken.
+    FileError
+        A file of data or of a power spectrum that cannot be read, or is no such table or array.
     UsageError
-        Transforms or a precision that there are not.
+        Transforms or a precision that there are not, or FFTW without its package.
     """
     check_transforms(system.sampling.transforms, system.sampling.precision)
     memory = memory_of(system, chains)
@@ -169,12 +172,12 @@ def field_problem(system: FieldSystem, chains: int = 0) -> FieldProblem:
 
 
 def memory_of(system: FieldSystem, chains: int = 0) -> int:
-    """Return the largest number of bytes that sampling takes, without making an array.
+    """Return the largest number of bytes of all arrays that sampling takes, without making an array.
 
     Parameters
     ----------
     system : FieldSystem
-        The file.
+        The file; samples, trajectories of the warm-up and watched cells are as in its ``[sampling]``.
     chains : int, optional
         Number of chains; 0: the file's.
 
@@ -186,7 +189,7 @@ def memory_of(system: FieldSystem, chains: int = 0) -> int:
     Raises
     ------
     ModelError
-        The machine has less memory.
+        The machine has less physical memory, or the mesh cannot be.
     """
     chains = chains or system.sampling.chains
     filters = sum(2 if item.kind == "difference" else 1 for item in system.operators)  # twice half a field each
@@ -229,6 +232,12 @@ def at_settings(system: FieldSystem, given: Collection[str] = ()) -> Iterator[No
     ------
     None
         Within the statement.
+
+    Raises
+    ------
+    DescriptionError
+        In place of a UsageError about ``transforms``, ``precision``, ``method``, ``first`` or ``start`` in the file.
+        All other errors stay.
     """
     try:
         yield

@@ -91,7 +91,8 @@ class FieldSamples:
 
     @property
     def message(self) -> str:
-        """The end of the run in words: samples, warm-up, and doubts, or the interruption."""
+        """The end of the run in words: samples and warm-up, then ``cut``, ``lost``, ``rest``, ``doubt`` and notes on
+        the file; of an interrupted run in place of these the missing part."""
         chains, made = len(self.samples.accepted), f"{counted(self.count, 'sample')}"
         before = counted(self.warm_up.shape[1], "trajectory", "trajectories")
         whole = f"{made} of each of {counted(chains, 'chain')} after {before}"
@@ -111,7 +112,8 @@ class FieldSamples:
 
     @property
     def lost(self) -> str:
-        """A sentence on trajectories that ended since U is not finite; empty if there are none."""
+        """A sentence on trajectories, of the warm-up and of samples, whose ends were rejected because the energy H
+        there is not finite; empty if there are none."""
         errors = np.concatenate([self.warm_up[..., 0].ravel(), self.samples.energy_errors.ravel()])
         count = int(np.sum(~np.isfinite(errors)))
         if not count:
@@ -122,7 +124,8 @@ class FieldSamples:
 
     @property
     def rest(self) -> str:
-        """A sentence on chains whose watched cells change by rounding alone, which R-hat does not show; else empty."""
+        """A sentence on chains whose watched cells change by rounding alone, which R-hat does not show; else empty, and
+        also for fewer than two samples."""
         cells = self.samples.cells
         if self.count < 2 or not cells.size:
             return ""
@@ -136,7 +139,8 @@ class FieldSamples:
 
     @property
     def doubt(self) -> str:
-        """A sentence on chains that do not agree; empty for chains that agree, or are too short for a test."""
+        """A sentence on chains that do not agree, with a split R-hat above 1.3 in a watched cell or a bin; empty for
+        chains that agree, or have fewer than 50 samples each, which are too few for a test."""
         if self.count < DOUBTED:
             return ""
         worst = {"a cell": _quantile(self.r_hats(), 1.0), "a bin of scales": self.r_hat_of_scales}
@@ -148,8 +152,8 @@ class FieldSamples:
 
     @property
     def calibration(self) -> tuple[float, float] | None:
-        """Mean and deviation over cells of (truth - mean)/deviation: 0 and 1 if deviations are right; None without a
-        truth or samples."""
+        """Mean and deviation over cells of (truth - mean)/deviation: 0 and 1 if deviations are right. Cells without
+        deviation are left out, NaN if all are. None without a truth, or for fewer than two samples of a chain."""
         truth = self.problem.true_field()
         if truth is None or self.count < 2:
             return None
@@ -175,10 +179,13 @@ class FieldSamples:
     def scales(self) -> list[Scale]:
         """Return the bins that have wave numbers; empty without samples.
 
+        Bins are as of ``Mesh.power``. Values that need a truth, 4 samples of each chain, or, for the prior, a field
+        without a mask, are NaN otherwise.
+
         Returns
         -------
         list of Scale
-            In the order of wave numbers; empty without samples.
+            In the order of wave numbers; empty if a chain has no samples.
         """
         samples, problem = self.samples, self.problem
         if not self.count:
@@ -217,7 +224,11 @@ class FieldSamples:
         Returns
         -------
         dict
-            JSON data.
+            JSON data, NaN or infinite without a value: ``name``, ``success`` (false if interrupted), ``message``,
+            ``cells``, ``lengths``, ``field``, ``memory`` (bytes), ``settings`` (dict), ``chains``, ``samples`` (of each
+            chain), ``steps`` (list over chains), ``largest_step``, ``largest_frequency``, ``seconds`` and ``gradients``
+            (of all chains, with the warm-up). If each chain has a sample, ``acceptance``, figures of energy errors and
+            ``gradients_per_trajectory``, of samples alone; with ``calibration``, ``truth_over_deviation``.
         """
         samples, problem, settings = self.samples, self.problem, self.settings
         result: dict[str, Any] = {
@@ -277,12 +288,14 @@ class FieldSamples:
         return {**self.summary(), "scales": [vars(scale) for scale in self.scales()]}
 
     def trajectories(self) -> Array:
-        """Return a table with a row for each trajectory.
+        """Return a table with a row for each trajectory that all chains have, of warm-up and samples, one chain after
+        another.
 
         Returns
         -------
         (trajectories, 7) ndarray
-            Chain, number from the start, whether it is a sample, dH, whether the end was accepted, gradients, U.
+            Chain and number from the start, both from 0, whether it is a sample, dH (infinite if not finite), whether
+            the end was accepted, gradients, U of the chain after the trajectory.
         """
         samples, rows = self.samples, []
         for chain in range(len(samples.accepted)):
@@ -299,6 +312,9 @@ class FieldSamples:
     def save(self, folder: str | Path) -> list[Path]:
         """Write samples.npz, trajectories.csv, scales.csv and summary.json into a folder, and return the paths.
 
+        Existing files are replaced. samples.npz has the arrays of ``samples``, ``warm_up`` and, if there is one,
+        ``truth``; summary.json has ``to_dict``, with null for numbers that are not finite.
+
         Parameters
         ----------
         folder : str or Path
@@ -312,6 +328,7 @@ class FieldSamples:
         Raises
         ------
         FileError
+            The folder or a file cannot be written.
         """
         target = make_folder(Path(folder))
         samples, truth = self.samples, self.problem.true_field()
@@ -347,6 +364,9 @@ _CHAINS = (BLUE, VERMILION, GREEN, "#CC79A7", "#E69F00", "#56B4E9", "#000000")  
 def draw(result: FieldSamples, folder: str | Path) -> list[Path]:
     """Draw slices.png, power.png and chains.png into a folder, as far as samples allow.
 
+    slices.png and power.png need two samples of each chain, chains.png a sample or a trajectory of the warm-up of each.
+    Existing files are replaced, and files that are not drawn stay.
+
     Parameters
     ----------
     result : FieldSamples
@@ -357,11 +377,14 @@ def draw(result: FieldSamples, folder: str | Path) -> list[Path]:
     Returns
     -------
     list of Path
-        The written files.
+        The written files, in this order; may be empty.
 
     Raises
     ------
     FileError
+        The folder or a file cannot be written.
+    UsageError
+        The variable ``MPLBACKEND`` names no backend of matplotlib.
     """
     files, folder = [], make_folder(Path(folder))
     if result.count > 1:

@@ -47,39 +47,49 @@ def sample(
 ) -> FieldSamples:
     """Sample the fields of a file by Hamiltonian Monte Carlo.
 
-    Ctrl-C ends the run with the results so far; a second Ctrl-C stops at once.
+    Ctrl-C ends the run with the results so far (``interrupted``); a second Ctrl-C stops at once.
 
     Parameters
     ----------
     described : str, Path, mapping or FieldSystem
-        Path of a file with ``kind = "hamiltonian"`` and a ``[mesh]``, or the data of such a file.
+        Path of a ``.toml`` file with ``kind = "hamiltonian"`` and a ``[mesh]``, or the data of such a file.
     folder : path, optional
-        Folder of the checkpoint, which is written every ``checkpoint_every`` seconds, at the end, and at an
-        interruption.
+        Folder of the checkpoint, ``checkpoint.npz``, which is written every ``checkpoint_every`` seconds, at the end,
+        and at an interruption, in place of an earlier one. The folder is made if missing; None: no checkpoint.
     resume : bool
-        Go on from the checkpoint of the folder; of all settings only ``samples`` may differ from before.
+        Go on from the checkpoint of the folder; of all settings only ``samples`` may differ from before, and not below
+        the samples there.
     mass : {"fisher", "prior", "unit"}
         Mass matrix of the momenta; the file's by default.
     progress : callable or True
-        A function of (trajectories done, all trajectories), or True for a bar.
+        A function of (trajectories done, all trajectories), or True for a bar; none by default.
     checkpoint_every : float
         Time between checkpoints, s.
     **settings
-        In place of the settings in ``[sampling]``: ``method``, ``step`` (0: found by the warm-up), ``duration`` of a
-        trajectory, ``first`` (``random``, ``drift``, ``kick``), ``jitter``, ``guard``, ``chains``, ``start`` (``mode``,
-        ``prior``, ``zero``, or the path of a ``.npy`` file with white fields), ``warm_up`` and ``samples`` of each
-        chain, ``seed``, ``field``, ``watched`` (number of cells whose values are kept), ``bins`` of wave numbers,
-        ``transforms`` (``scipy``, or ``fftw`` by the package pyfftw) and ``precision`` of gradients (``double``,
-        ``single``).
+        In place of the settings in ``[sampling]``: ``method``, ``step`` (0: found by the warm-up; others are kept, and
+        cut by ``guard``), ``duration`` of a trajectory, ``first`` (``random``, ``drift``, ``kick``), ``jitter``,
+        ``guard``, ``chains``, ``start`` (``mode``, ``prior``, ``zero``, or the path of a ``.npy`` file with white
+        fields, from the current folder), ``warm_up`` and ``samples`` of each chain, ``seed``, ``field``, ``watched``
+        (number of cells whose values are kept), ``bins`` of wave numbers, ``transforms`` (``scipy``, or ``fftw`` by the
+        package pyfftw) and ``precision`` of gradients (``double``, ``single``).
 
     Returns
     -------
     FieldSamples
-        Samples with diagnostics.
+        Samples with diagnostics; chains that do not agree are no error, but a sentence in ``message``.
 
     Raises
     ------
-    DescriptionError, FileError, ModelError, NumericalError, UsageError
+    DescriptionError
+        The file is at fault.
+    FileError
+        A file, the checkpoint or the folder cannot be read or written.
+    ModelError
+        Memory, operators, data or the file of a start do not fit the mesh, or ``mass`` cannot be taken.
+    NumericalError
+        No mode is found, U or its second derivatives are not finite at a chain's place, or U has no lower bound.
+    UsageError
+        A path or setting cannot be taken, or the checkpoint is of other settings, another posterior or more samples.
     """
     system = _system(described)
     chosen = _settings(system.sampling, settings)
