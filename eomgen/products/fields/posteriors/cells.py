@@ -122,7 +122,7 @@ def negative_binomial(
 ) -> CellEnergy:
     """Return the energy of counts with a negative binomial distribution, whose variance is m + m^2/beta.
 
-    m = R mean (1 + delta)^bias/<(1 + delta)^bias> is the mean; for names, checks of data, e and the other parameters
+    m = R mean (1 + delta)^bias/<(1 + delta)^bias> is the mean; for names, checks of data, e and further parameters
     see ``poisson``. The energy is (counts + beta) ln(1 + m/beta) - counts e; cells with R = 0 drop out.
 
     Parameters

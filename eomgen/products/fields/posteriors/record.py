@@ -31,7 +31,7 @@ def split_r_hat(chains: ArrayLike) -> Array:
     Returns
     -------
     (...) ndarray
-        Near 1 if the halves agree; NaN where all numbers are equal, infinite where they change between halves alone.
+        Near 1 if the halves agree; NaN for equal numbers, infinite for numbers that change between halves alone.
 
     Examples
     --------
@@ -160,7 +160,7 @@ class Samples:
 
     @property
     def mean_weight(self) -> tuple[float, float]:
-        """Mean of exp(-dH) over the trajectories of all chains, which is 1 at stationarity for any step, and the
+        """Mean of exp(-dH) over all trajectories, which is 1 at stationarity for any step, and the
         standard error of this mean, as of independent trajectories; NaN for one trajectory."""
         weights = np.exp(-np.maximum(self.energy_errors, -700.0)).ravel()
         with np.errstate(over="ignore"):  # of an energy without a lower bound
@@ -192,7 +192,7 @@ class Samples:
 
     @property
     def gradients_per_sample(self) -> tuple[float, float]:
-        """Gradients for each independent sample: the mean gradients of a trajectory times the autocorrelation time, 1
+        """Gradients per independent sample: mean gradients of a trajectory times the autocorrelation time, 1
         at least, of the cells (mean) and of the worst bin of k. Raises UsageError for fewer than four samples of
         each chain."""
         each = float(np.mean(self.gradients))
@@ -300,7 +300,7 @@ class Record:
         Returns
         -------
         Samples
-            With first axes (chains, samples), where samples is the smallest number of a chain and may be 0. Wave
+            With first axes (chains, samples): samples is the smallest number of a chain and may be 0. Wave
             numbers are undefined before the first sample of any chain.
         """
         done = int(self.counts.min())
@@ -317,9 +317,9 @@ class Record:
         -------
         dict
             Arrays of doubles by name: ``energy_errors``, ``accepted``, ``gradients``, ``potential``, ``cells`` and
-            ``power`` with first axes (chains, samples), NaN where a chain has fewer samples than another; ``mean`` and
+            ``power`` with first axes (chains, samples), NaN for the missing samples of a shorter chain; ``mean`` and
             ``squares`` (sum of squares about the mean), shape of the mesh; ``wave_numbers`` and ``counts`` (samples of
-            each chain). Not copied, ``counts`` apart.
+            each chain). Not copied, except ``counts``.
         """
         done = int(self.counts.max())
         kept = {name: array[:, :done] for name, array in self._arrays.items()}

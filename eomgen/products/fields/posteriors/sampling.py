@@ -565,7 +565,7 @@ class Sampler:
         """Go on from a file of ``save``, of a sampler of the same posterior with the same arguments.
 
         Step sizes and ``frequency`` are then as in the file. Number of chains, seed and shape of the spectra are
-        compared, and nothing else.
+        compared, and no other property.
 
         Parameters
         ----------

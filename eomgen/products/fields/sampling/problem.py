@@ -126,7 +126,7 @@ def field_problem(system: FieldSystem, chains: int = 0) -> FieldProblem:
     DescriptionError
         A formula of the energy that cannot be taken.
     FileError
-        A file of data or of a power spectrum that cannot be read, or is no such table or array.
+        A file of data or of a power spectrum cannot be read, or holds another kind of table or array.
     UsageError
         Transforms or a precision that there are not, or FFTW without its package.
     """

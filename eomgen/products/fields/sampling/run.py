@@ -66,7 +66,7 @@ def sample(
     checkpoint_every : float
         Time between checkpoints, s.
     **settings
-        In place of the settings in ``[sampling]``: ``method``, ``step`` (0: found by the warm-up; others are kept, and
+        In place of the settings in ``[sampling]``: ``method``, ``step`` (0: found by the warm-up; another step is kept, and
         cut by ``guard``), ``duration`` of a trajectory, ``first`` (``random``, ``drift``, ``kick``), ``jitter``,
         ``guard``, ``chains``, ``start`` (``mode``, ``prior``, ``zero``, or the path of a ``.npy`` file with white
         fields, from the current folder), ``warm_up`` and ``samples`` of each chain, ``seed``, ``field``, ``watched``
@@ -76,7 +76,7 @@ def sample(
     Returns
     -------
     FieldSamples
-        Samples with diagnostics; chains that do not agree are no error, but a sentence in ``message``.
+        Samples with diagnostics; chains that do not agree raise no error, but have a sentence in ``message``.
 
     Raises
     ------
