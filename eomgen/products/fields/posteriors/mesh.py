@@ -253,7 +253,8 @@ class Mesh:
         Raises
         ------
         ModelError
-            The machine has less physical memory than that, free or in use. Not raised if the system does not report its memory.
+            The machine has less physical memory than that, free or in use. Not raised if the system
+            does not report its memory.
         """
         needed = 16 * spectra * math.prod(self.half) + 8 * fields * self.size + 8 * numbers
         there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") if hasattr(os, "sysconf") else needed

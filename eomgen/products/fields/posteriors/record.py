@@ -193,7 +193,7 @@ class Samples:
     @property
     def gradients_per_sample(self) -> tuple[float, float]:
         """Gradients per independent sample: mean gradients of a trajectory times the autocorrelation time, 1
-        at least, of the cells (mean) and of the worst bin of k. Raises UsageError for fewer than four samples of
+        at least, for the cells (mean) and for the worst bin of k. Raises UsageError for fewer than four samples of
         each chain."""
         each = float(np.mean(self.gradients))
         of_cells, worst = self.autocorrelation

@@ -66,8 +66,8 @@ def sample(
     checkpoint_every : float
         Time between checkpoints, s.
     **settings
-        In place of the settings in ``[sampling]``: ``method``, ``step`` (0: found by the warm-up; another step is kept, and
-        cut by ``guard``), ``duration`` of a trajectory, ``first`` (``random``, ``drift``, ``kick``), ``jitter``,
+        In place of the settings in ``[sampling]``: ``method``, ``step`` (0: found by the warm-up; another step is kept,
+        and cut by ``guard``), ``duration`` of a trajectory, ``first`` (``random``, ``drift``, ``kick``), ``jitter``,
         ``guard``, ``chains``, ``start`` (``mode``, ``prior``, ``zero``, or the path of a ``.npy`` file with white
         fields, from the current folder), ``warm_up`` and ``samples`` of each chain, ``seed``, ``field``, ``watched``
         (number of cells whose values are kept), ``bins`` of wave numbers, ``transforms`` (``scipy``, or ``fftw`` by the
