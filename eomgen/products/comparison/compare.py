@@ -42,22 +42,27 @@ def compare(
 ) -> Comparison:
     """Compare two descriptions of one machine: masses, places, joints, forces, and equations at random states.
 
-    Joints and bodies are matched by names. Quantities of bodies are compared in the frames of the first description,
-    whichever frames the second has; bodies that fixed joints hold count as parts of the carrying bodies.
-    Limits and dry friction of URDF and MJCF are read. No compiler is needed.
+    Joints are matched by their names, else by a body of the same name that both move; bodies by names. Quantities of
+    bodies are compared in the frames of the first description, whichever frames the second has; bodies that fixed
+    joints hold count as parts of the carrying bodies, and bodies fixed to the base are left out. Limits and dry
+    friction of URDF, MJCF and SDF are read, unless a ``reader`` is named. Equations are compared if all joints have
+    partners of the same types. No compiler is needed.
 
     Parameters
     ----------
     first, second : path, Scene, or mapping
-        As in ``load``; ``second`` may be left out with a ``reader``, and may be the result of ``from_sympy``, of which
-        the equations at random states are compared: coordinates are named as the joints, or ``q_JOINT``.
+        As in ``load``; ``second`` may be left out with a ``reader``, which then reads ``first``, and may be the result
+        of ``from_sympy``, of which the equations at random states are compared: coordinates are named as the joints,
+        or ``q_JOINT``.
     reader : str, optional
-        Program that reads the second description, which then is a file: ``mujoco`` or ``pinocchio``.
+        Program that reads the second description, which then is a file: ``mujoco`` or ``pinocchio``. Bodies, joints and
+        the equations are compared, force elements, constraints, limits and friction are not.
     tolerance : float
         Largest relative difference that counts as none; of positions relative to the largest distance between joints
         or centres of mass, of axes relative to 1.
     states : int
-        Number of random states at which mass matrix, bias and forces are compared.
+        Number of random states at which mass matrix, bias and forces are compared; with a ``reader`` or equations of
+        SymPy the mass matrix, and the sum of bias and forces.
     seed : int
         Of the random states.
     strict : bool
@@ -73,6 +78,7 @@ def compare(
     Raises
     ------
     FileError, DescriptionError, ModelError, UsageError
+        UsageError also if the package of the ``reader`` is not installed, or ``first`` is a result of ``from_sympy``.
 
     Examples
     --------

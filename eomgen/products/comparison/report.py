@@ -97,7 +97,7 @@ class Comparison:
 
     @property
     def summary(self) -> str:
-        """One sentence on the result."""
+        """One sentence: the number of differences and the first of these, or equality, and the ``errors``."""
         terms = ", ".join(f"{name} {error:.1e}" for name, error in self.errors.items())
         measured = f"; largest relative differences at {self.states} random states: {terms}" if terms else ""
         if self.first is None:

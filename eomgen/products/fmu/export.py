@@ -83,7 +83,7 @@ def fmu(
     scene : Scene, path, or mapping
         As in ``build``.
     file : path
-        NAME.fmu in the present folder by default.
+        NAME.fmu in the present folder by default. An existing file is replaced, and a missing folder is made.
     version : int
         Of FMI, 2 or 3; 2.0 and 3.0 as numbers or texts are the same.
     types : sequence of str
@@ -110,9 +110,10 @@ def fmu(
         Whether vectors (outputs, quaternions, positions, velocities of a joint) are arrays of FMI 3.0.
     minimal : bool
         Whether the states of model exchange are independent coordinates and velocities alone; the FMU then solves the
-        constraints for the others, and has no derivatives.
+        constraints for the others, and has no derivatives. For scenes with constraints, without ``dae``.
     initial : mapping
-        Initial values as of ``simulate``: the start values of the FMU, brought onto the constraints.
+        Initial values as of ``simulate``: the start values of the FMU, brought onto the constraints, which needs a
+        compiler.
     author, model_version, copyright, license : str
         Of the model, for the model description; ``license`` is a name, such as MIT or proprietary.
     license_file : path
@@ -128,7 +129,9 @@ def fmu(
     Raises
     ------
     UsageError, DescriptionError, ModelError, ToolchainError, FileError
-        ModelError for parts that an FMU cannot have: functions in Python, controllers and motions of the caller.
+        ModelError for parts that an FMU cannot have, controllers and motions of the caller, for a method that does not
+        run on the scene, and for ``minimal`` without constraints. UsageError also for laws in Python, and for options
+        that exclude each other, as ``arrays`` with FMI 2.0.
 
     Examples
     --------

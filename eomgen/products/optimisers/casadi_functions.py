@@ -50,7 +50,8 @@ def casadi(
     scene : Model, Scene, path, or mapping
         As in ``build``. Derivatives in quaternions are exact on the unit sphere: a change of the length does not count.
     terms : sequence of str, optional
-        Functions among these; all that the scene has by default. ``step`` comes with the functions of its method.
+        Functions among these without ``step``; all that the scene has by default, but ``frame_poses``. ``step`` comes
+        with the functions of its method; scenes with sampled states or counted turns have none.
     method : str, optional
         Of ``step``: ``rk4``, a symplectic composition as ``leapfrog`` or ``yoshida4``, ``generalized_alpha``, ``hht``,
         ``wbz``, ``newmark`` or ``trapezoidal``; with constraints the last five or ``rattlie``. By default ``rk4``, of
@@ -66,7 +67,10 @@ def casadi(
     Raises
     ------
     UsageError
-        The package casadi is not installed; a term without derivatives in all arguments, a method without such steps.
+        The package casadi is not installed; laws in Python; a term without derivatives in all arguments, a method
+        without such steps, or ``terms`` without the functions of a named method. As KeyError for an absent function.
+    ModelError
+        A named method, but the scene has no ``step``, or velocities change the accelerations of a composition.
     ToolchainError
         There is no compiler.
 

@@ -74,19 +74,19 @@ def jax(model: Model) -> JaxFunctions:
     Parameters
     ----------
     model : Model
-        A model of a scene without constraints, of real numbers. Missing derivatives are compiled once.
+        A model of real numbers. Missing derivatives are compiled once.
 
     Returns
     -------
     JaxFunctions
-        ``forward_dynamics`` and ``inverse_dynamics``.
+        ``forward_dynamics``, for models without constraints, ``inverse_dynamics`` and ``simulate``.
 
     Raises
     ------
     UsageError
         JAX is not installed, or is set to float32.
     ModelError
-        A model with constraints, or with force laws in Python.
+        A model with force laws in Python.
     ToolchainError
         There is no compiler.
 
@@ -139,22 +139,25 @@ class JaxFunctions:
         ----------
         q, v : (nq,) and (nv,) arrays
             Configuration and velocity, left-trivialised, of one sample; batches by ``jax.vmap``.
-        t : array, optional
+        t : () array, optional
             Time, s.
         u, z : (nu,) and (nz,) arrays, optional
             Inputs and internal states, SI units.
         parameters : (np,) array or mapping, optional
-            Tunable parameters, in order or by name, SI units.
+            Tunable parameters, all in order or some by name, SI units.
 
         Returns
         -------
-        (..., nv) array
+        (nv,) array
             Accelerations, left-trivialised; rad/s^2 and m/s^2.
 
         Raises
         ------
         UsageError
-            A wrong shape, or an unknown parameter.
+            A wrong shape, a batch without ``jax.vmap`` included, or an unknown parameter; a derivative in ``t`` or
+            ``parameters`` while ``u`` is not given and follows formulas of the scene; a third derivative.
+        ModelError
+            A scene with constraints.
         """
         self._scene.check_unconstrained()
         return self._evaluate("forward_dynamics", {"q": q, "v": v, "t": t, "u": u, "z": z, "p": parameters})
@@ -176,22 +179,23 @@ class JaxFunctions:
         ----------
         q, v, a : (nq,), (nv,) and (nv,) arrays
             Configuration, velocity and acceleration, left-trivialised, of one sample; batches by ``jax.vmap``.
-        t : array, optional
+        t : () array, optional
             Time, s.
         u, z : (nu,) and (nz,) arrays, optional
             Inputs and internal states, SI units.
         parameters : (np,) array or mapping, optional
-            Tunable parameters, in order or by name, SI units.
+            Tunable parameters, all in order or some by name, SI units.
 
         Returns
         -------
-        (..., nv) array
+        (nv,) array
             Generalized forces beyond the scene's own; N m along angles, N along lengths.
 
         Raises
         ------
         UsageError
-            A wrong shape, or an unknown parameter.
+            A wrong shape, a batch without ``jax.vmap`` included, or an unknown parameter; derivatives that are refused
+            as in ``forward_dynamics``.
         """
         return self._evaluate("inverse_dynamics", {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "p": parameters})
 
@@ -212,15 +216,16 @@ class JaxFunctions:
         """Return the outputs of a run, whose reverse derivatives are one adjoint of the discrete steps.
 
         Derivatives are taken in all arrays that are given here: the initial state, parameters, and inputs at every
-        step. Runs of loops, beams and trees are stepped in C outside of XLA, so a batch of ``vmap`` takes one run after
-        another. There is no forward mode: ``model.sensitivities`` has tangents and Hessians.
+        step; first reverse derivatives alone: ``model.sensitivities`` has tangents and Hessians. Each call makes a run at
+        the scene's values first, also when ``jax.jit`` traces the call. Runs are stepped in C outside of XLA, so a batch
+        of ``vmap`` takes one run after another.
 
         Parameters
         ----------
         t_end, step : float, optional
             End and step, s; values of the scene if not given.
         q, v : (nq,) and (nv,) arrays, optional
-            Initial state.
+            Initial state; the start of the scene if not given.
         parameters : mapping, optional
             Tunable parameters by name, SI units.
         inputs : mapping, optional
@@ -233,12 +238,15 @@ class JaxFunctions:
         Returns
         -------
         dict
-            Output -> (rows,) array, or (rows, size).
+            Output -> (rows,) array, or (rows, size), at the recorded rows: the start, and each ``record_every`` steps.
 
         Raises
         ------
         UsageError
-            As ``model.sensitivities``: no outputs, a method without derivatives, an event that ends the run.
+            As ``model.sensitivities``: no outputs, a method without derivatives, an event that ends the run; a wrong
+            shape; forward or second derivatives.
+        NumericalError
+            The run fails. Within ``jax.jit`` or ``jax.grad`` the failure of a run is an error of JAX.
 
         Examples
         --------

@@ -102,7 +102,7 @@ class TorchFunctions:
         u, z : (..., nu) and (..., nz) tensors, optional
             Inputs and internal states, SI units.
         parameters : (..., np) tensor, or mapping of (...) tensors, optional
-            Tunable parameters, in order or by name, SI units.
+            Tunable parameters, all in order or some by name, SI units.
 
         Returns
         -------
@@ -112,7 +112,8 @@ class TorchFunctions:
         Raises
         ------
         UsageError
-            A wrong shape, float32, a tensor of another device, or an unknown parameter.
+            A wrong shape, float32, a tensor of another device, or an unknown parameter; a derivative in ``t`` or
+            ``parameters`` while ``u`` is not given and follows formulas of the scene; a third derivative.
         ModelError
             A scene with constraints.
         """
@@ -141,7 +142,7 @@ class TorchFunctions:
         u, z : (..., nu) and (..., nz) tensors, optional
             Inputs and internal states, SI units.
         parameters : (..., np) tensor, or mapping of (...) tensors, optional
-            Tunable parameters, in order or by name, SI units.
+            Tunable parameters, all in order or some by name, SI units.
 
         Returns
         -------
@@ -151,7 +152,8 @@ class TorchFunctions:
         Raises
         ------
         UsageError
-            A wrong shape, float32, a tensor of another device, or an unknown parameter.
+            A wrong shape, float32, a tensor of another device, or an unknown parameter; derivatives that are refused as
+            in ``forward_dynamics``.
         """
         return self._evaluate("inverse_dynamics", {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "p": parameters})
 
@@ -172,14 +174,14 @@ class TorchFunctions:
         """Return the outputs of a run, whose reverse derivatives are one adjoint of the discrete steps.
 
         Derivatives are taken in all tensors that are given here: the initial state, parameters, and inputs at every
-        step. First derivatives only.
+        step. First derivatives only. ``vmap`` takes one run after another.
 
         Parameters
         ----------
         t_end, step : float, optional
             End and step, s; values of the scene if not given.
         q, v : (nq,) and (nv,) tensors, optional
-            Initial state.
+            Initial state; the start of the scene if not given.
         parameters : mapping, optional
             Tunable parameters by name, SI units.
         inputs : mapping, optional
@@ -192,12 +194,15 @@ class TorchFunctions:
         Returns
         -------
         dict
-            Output -> (rows,) tensor, or (rows, size).
+            Output -> (rows,) tensor, or (rows, size), at the recorded rows: the start, and each ``record_every`` steps.
 
         Raises
         ------
         UsageError
-            As ``model.sensitivities``: no outputs, or a method without derivatives.
+            As ``model.sensitivities``: no outputs, a method without derivatives, an event that ends the run; a wrong
+            shape; second derivatives.
+        NumericalError
+            The run fails.
         """
         arguments = run_arguments(q, v, parameters, inputs, self._array)
         options = {"t_end": t_end, "step": step, "of": of, "method": method, "record_every": record_every}
@@ -272,7 +277,7 @@ class TorchFunctions:
         return inputs
 
     def scene_inputs(self, t: Tensor, p: Tensor) -> Tensor:
-        """Evaluate the formulas that the scene gives for inputs.
+        """Evaluate the formulas that the scene gives for inputs; the result has no derivatives.
 
         Parameters
         ----------
@@ -332,16 +337,16 @@ class TorchFunctions:
         Parameters
         ----------
         name : str
-            Name of a term.
+            ``forward_dynamics`` or ``inverse_dynamics``.
         tensors : sequence of tensor
-            Arguments of the term in order.
+            q, v, a (of ``inverse_dynamics``), z, u, p and t (...) with equal leading axes.
         weights : tensor
             Weights (..., nv) of the components.
 
         Returns
         -------
         (..., directions) tensor
-            J^T weights.
+            J^T weights, by the arguments in the order of ``tensors``; in q left-trivialised, nv directions.
         """
         pattern, nonzeros = self._jacobian(name, tensors)
         return self._by_columns(name, pattern, nonzeros * weights.numpy(force=True)[..., pattern.rows])
@@ -352,11 +357,11 @@ class TorchFunctions:
         Parameters
         ----------
         name : str
-            Name of a term.
+            ``forward_dynamics`` or ``inverse_dynamics``.
         tensors : sequence of tensor
-            Arguments of the term in order.
+            Arguments of the term, as in ``gradient``.
         along : tensor
-            Direction (..., directions).
+            Direction (..., directions), a change of the arguments in the order of ``tensors``; of q left-trivialised.
 
         Returns
         -------
@@ -376,18 +381,18 @@ class TorchFunctions:
         Parameters
         ----------
         name : str
-            Name of a term.
+            ``forward_dynamics`` or ``inverse_dynamics``.
         tensors : sequence of tensor
-            Arguments of the term in order.
+            Arguments of the term, as in ``gradient``.
         weights : tensor
             Weights (..., nv) of the components.
         along : tensor
-            Direction (..., directions).
+            Direction (..., directions), as in ``tangent``.
 
         Returns
         -------
         (..., directions) tensor
-            Along each direction.
+            Change along each direction, in the order of ``gradient``.
         """
         pattern = self._model.sparsity(name, 2)
         nonzeros = self._model.hessian(name, weights.numpy(force=True), **self._keywords(name, tensors), sparse=True)
@@ -407,16 +412,16 @@ class TorchFunctions:
         Parameters
         ----------
         name : str
-            Name of a term.
+            ``forward_dynamics`` or ``inverse_dynamics``.
         tensors : sequence of tensor
-            Arguments of the term in order.
+            Arguments of the term, as in ``gradient``.
         gradient : tensor
-            Gradient (..., directions).
+            Gradient (..., directions), as of ``gradient``.
 
         Returns
         -------
         list of tensor
-            One for each argument.
+            The gradient in each argument, of the argument's shape: (..., nq) in q, (...) in t.
         """
         directions = self._scene.directions(arguments_of(name))
         parts = dict(zip(directions, gradient.split(list(directions.values()), -1), strict=True))
