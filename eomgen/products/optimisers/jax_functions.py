@@ -216,9 +216,9 @@ class JaxFunctions:
         """Return the outputs of a run, whose reverse derivatives are one adjoint of the discrete steps.
 
         Derivatives are taken in all arrays that are given here: the initial state, parameters, and inputs at every
-        step; first reverse derivatives alone: ``model.sensitivities`` has tangents and Hessians. Each call makes a run at
-        the scene's values first, also when ``jax.jit`` traces the call. Runs are stepped in C outside of XLA, so a batch
-        of ``vmap`` takes one run after another.
+        step; first reverse derivatives alone: ``model.sensitivities`` has tangents and Hessians. Each call first makes
+        a run at the scene's values, also when ``jax.jit`` traces the call. Runs are stepped in C outside of XLA, so a
+        batch of ``vmap`` takes one run after another.
 
         Parameters
         ----------

@@ -274,8 +274,9 @@ class Savings:
         Returns
         -------
         float or None
-            Cost of the variant over cost of the unchanged scene; None if one of them is not known, or if rounds scatter
-            more than the two times differ: if the intervals between their quartiles overlap.
+            Cost of the variant over cost of the unchanged scene; None if one of both is not known. ``step_seconds`` and
+            ``observed_seconds`` of other variants also give None if the intervals between the quartiles of rounds
+            overlap, and for a single round, which has no quartiles.
         """
         asked, here = getattr(self.costs[0], key), getattr(cost, key)
         if (
@@ -292,13 +293,13 @@ class Savings:
         Returns
         -------
         dict
-            JSON data.
+            ``scene``, ``method``, ``step``, ``doubt``, and ``variants``: the ``costs``, each with ``ratios`` by cost.
         """
         rows = [asdict(cost) | {"ratios": {key: self.ratio(cost, key) for key in COMPARED}} for cost in self.costs]
         return {"scene": self.scene, "method": self.method, "step": self.step, "doubt": self.doubt, "variants": rows}
 
     def write(self, folder: str | Path) -> list[Path]:
-        """Write ``savings.csv`` and ``savings.json`` to a folder, which is created if missing.
+        """Write ``savings.csv`` and ``savings.json`` to a folder; existing files are replaced. Raises FileError.
 
         Parameters
         ----------
@@ -345,7 +346,7 @@ def savings(
     Variants: the functions of a run alone, the terms of a step alone, all terms, all numbers tunable, a base that moves
     in all six ways, absolute coordinates, and all of that. All variants have the same motion. Each variant is derived,
     built in an empty cache, and run at the scene's step; runs of the variants alternate, so that other load of the
-    machine affects all variants.
+    machine affects all variants. A variant that cannot be derived, built or run has a ``problem`` in place of costs.
 
     Parameters
     ----------
@@ -356,7 +357,8 @@ def savings(
     rounds : int
         Timed runs of each variant, of which the median and the quartiles are taken.
     only : sequence of str
-        Names of variants other than the scene as asked; all by default.
+        Names of variants other than the scene as asked: ``a run``, ``terms of a step``, ``all terms``, ``tunable``,
+        ``moving base``, ``absolute``, ``everything``; all by default.
     profile : str
         As in ``build``.
     progress : callable, optional
@@ -367,12 +369,13 @@ def savings(
     Returns
     -------
     Savings
-        Operations and times of the scene with and without each simplification.
+        Operations, sizes and times of the scene as asked, which comes first, and of each variant.
 
     Raises
     ------
     KeyboardInterrupt
-        Ctrl-C before the unchanged scene is built; later Ctrl-C ends the builds, or the rounds, with the costs so far.
+        Ctrl-C before the unchanged scene is built, or in the first runs; otherwise Ctrl-C ends the builds, or the
+        rounds, with the costs so far.
     UsageError
         Unknown variants, fewer than one round, documents that are not scenes.
     EomgenError

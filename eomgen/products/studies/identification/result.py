@@ -140,19 +140,20 @@ class Identification:
 
     @property
     def message(self) -> str:
-        """One line: estimates and doubts."""
+        """One line: how many unknowns are determined, numbers of samples and of runs, and ``notes``."""
         decided = sum(estimate.state == "determined" for estimate in self.estimates)
         samples = sum(column.samples for column in self.columns)
         text = f"{decided} of {len(self.estimates)} unknowns determined by {samples} samples, {self.runs} runs"
         return "; ".join([text, *self.notes])
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything but the residuals as plain data.
+        """Return the result as plain data, without the times, data, model outputs and residuals of ``records``.
 
         Returns
         -------
         dict
-            JSON types.
+            The other attributes as JSON types, numbers may be nan or infinite; ``message``; and ``initial``, the states
+            with which runs begin, by name of the record.
         """
         return {
             "scene": self.scene,
@@ -171,8 +172,10 @@ class Identification:
         }
 
     def save(self, folder: str | os.PathLike[str]) -> list[Path]:
-        """Write identification.json, estimates.csv and residuals of each run, and return the files. Raises
-        FileError.
+        """Write identification.json (``to_dict``, null for nan and infinite), estimates.csv (estimates, then
+        combinations) and, of each run, residuals_NAME.csv with times, data, model outputs and residuals.
+
+        Existing files are replaced. Raises FileError.
 
         Parameters
         ----------

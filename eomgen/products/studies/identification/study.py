@@ -73,7 +73,8 @@ def identify(
     """Return the parameters and initial states of a scene that fit measured runs best, with confidence intervals.
 
     Least squares of measurements minus outputs of runs, each column divided by the standard deviation, with the exact
-    derivatives of the discrete runs.
+    derivatives of the discrete runs. A search that does not converge, and unknowns that the data do not determine, are
+    no errors: ``notes`` and ``Estimate.state`` tell.
 
     Parameters
     ----------
@@ -101,7 +102,7 @@ def identify(
     outputs : sequence of str
         Columns that are compared; all that are outputs by default.
     missing : str
-        Treatment of values that are empty or nan: ``refuse`` or ``drop``.
+        Treatment of values that are empty or nan: ``refuse`` or ``drop``; dropped values of inputs are interpolated.
     confidence : float
         Confidence level of the intervals.
     step : float
@@ -109,8 +110,9 @@ def identify(
     t_start : float
         S, of all runs; the first measured time by default. The initial state belongs to this time.
     by : str
-        ``run``: outputs of runs; ``torque``: efforts at each time with q, v and a, by the regressor. Parameters of
-        ``torque`` have the names of ``regressor_parameters``; all base parameters if none is named.
+        ``run``: outputs of runs; ``torque``: efforts at each time with q, v and a, by the regressor, from columns
+        ``q.hinge``, ``v.hinge``, ``a.hinge``, and ``tau.hinge`` or inputs. Parameters of ``torque`` have the names of
+        ``regressor_parameters``; all base parameters if none is named. ``run`` needs a named unknown.
     **options
         ``method``, ``rho_inf``, ``alpha``, ``beta``, ``gamma``, ``inputs``, ``settings``, as of ``sensitivities``.
 
@@ -124,7 +126,8 @@ def identify(
     UsageError
         Names that are none, columns that are neither outputs nor inputs, times that do not increase, missing values,
         fewer samples than unknowns, bounds that exclude the start, an unknown without effect, a method without
-        derivatives.
+        derivatives; for ``torque``, arguments of runs: ``states``, ``bounds``, ``initial``, ``outputs``, ``step``,
+        ``t_start`` and the options.
     NumericalError
         The run fails at the start of the search.
     FileError

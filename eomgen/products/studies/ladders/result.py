@@ -145,12 +145,13 @@ class Extremes:
         return tuple(cell for cell in self.cells if cell.ladder == ladder)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all attributes as JSON types.
+        """Return the results as JSON types.
 
         Returns
         -------
         dict
-            JSON types.
+            ``scene``, ``counts`` (cells by verdict), ``fails`` (a number), ``shortest_period`` (``period``, may be nan),
+            ``seconds``, ``left_out``, and ``cells``: attributes of each cell, and the ``command`` that repeats the cell.
         """
         cells = [{**asdict(cell), "command": self.command(cell)} for cell in self.cells]
         return {

@@ -280,10 +280,13 @@ def extremes(
 ) -> Extremes:
     """Run a scene under extreme conditions, and return a verdict for each.
 
+    Ladders that the scene does not have, and cells after the end of the budget, are left out: ``Extremes.left_out`` has
+    the reasons. A run that fails, crashes or hangs is a verdict, not an error.
+
     Parameters
     ----------
     scene : str, Path, mapping or Scene
-        Scene that is run under the extreme conditions.
+        Scene that is run under the extreme conditions. Of a Scene, ladders that scale the numbers are left out.
     ladders : sequence of str
         Names of ladders; all by default.
     methods : sequence of str
@@ -291,7 +294,7 @@ def extremes(
     cells : sequence of str
         ``LADDER:VALUE`` or ``LADDER:VALUE:METHOD``: these alone.
     budget : float
-        Seconds of computation, compiling aside; omitted cells are reported.
+        Seconds of computation, compiling aside.
     limit : float
         Seconds that a cell may take, compiling aside.
     folder : path

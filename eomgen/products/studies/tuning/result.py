@@ -210,7 +210,8 @@ class Tuned:
 
     @property
     def why(self) -> str:
-        """One line: the reason, the cost of one digit more, and the machine of the measurement."""
+        """One line: the seconds with which the scene's own run meets the demand, the cheapest rival, the cost of one digit
+        more, and the machine. Verification runs may miss the demand: see ``met``."""
         time = short_duration(self.seconds)
         parts = [f"{self.label} meets {self.demand:g} in {time} for {self.span:.4g} s of motion"]
         if self.rivals:
@@ -222,12 +223,13 @@ class Tuned:
         return f"{'; '.join(parts)}; measured on {self.machine['processor']}, {self.machine['compiler']}"
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all attributes as JSON data.
+        """Return the result as JSON data: the attributes without ``source``, with ``met`` and ``why``.
 
         Returns
         -------
         dict
-            JSON types.
+            By the names of the attributes, but attributes of ``configuration`` stand beside the others, and ``built`` is
+            ``building`` in ``spent``. Numbers of ``own`` and ``verified`` may be infinite.
         """
         demand = ("scene", "quantity", "measure", "demand", "met")
         run = ("kind", "value", "error", "seconds", "span", "steps", "why", "next_digit")
@@ -248,12 +250,12 @@ class Tuned:
         }
 
     def save(self, path: str | Path) -> Path:
-        """Write the scene's file with these settings and the comments of the file.
+        """Write the scene's file with these settings; comments stay, except on lines whose values change.
 
         Parameters
         ----------
         path : path
-            New ``.toml`` file.
+            ``.toml`` file that is written. An existing file is replaced, also the file of the scene.
 
         Returns
         -------

@@ -60,8 +60,9 @@ def tune(
     without outputs, energies and the error estimate.
 
     Methods race: each method is run coarsely once; cost and order of this run decide on further runs. The winner is
-    verified on runs with other initial states and parameters, against separate references, and refined if it misses the
-    demand.
+    verified on runs with other initial states, parameters and inputs, against separate references, and refined if it
+    misses the demand. After four rounds the winner is returned even if runs of verification still miss the demand:
+    ``Tuned.met`` is False then. The scene's own run meets the demand in any case.
 
     Parameters
     ----------
@@ -78,7 +79,7 @@ def tune(
     methods : sequence of str
         Methods to try; by default all that make a difference to the scene.
     t_end : float
-        S; the scene's duration by default.
+        S, at least a step of the scene; the scene's duration by default.
     parameters, inputs : mapping
         As of ``simulate``.
     budget : float
@@ -93,14 +94,18 @@ def tune(
     Returns
     -------
     Tuned
-        The cheapest settings that meet the demand, with measured error and rivals.
+        The cheapest settings that meet the demand on the scene's own run, with measured error, rivals and runs of
+        verification, ``verified``; conditions without a reference have none.
 
     Raises
     ------
     UsageError
-        A demand out of 1e-13..0.5; an unknown output, method or measure.
+        No demand, or a demand out of 1e-13..0.5; an unknown output, method, axis or measure; ``t_end`` too small.
+    ModelError
+        No method runs on the scene.
     NumericalError
-        There is no sufficiently accurate reference, or no configuration meets the demand within the budget.
+        There is no sufficiently accurate reference, nothing moves, or no configuration meets the demand within the
+        budget.
     """
     if error is None:
         raise UsageError(Problem("tune", "a demand on the error is needed [E1123]", "error=1e-4"))
