@@ -138,7 +138,7 @@ class Rainflow:
         Returns
         -------
         float
-            (sum of count range^slope / (frequency duration))^(1 / slope).
+            (sum of count range^slope / (frequency duration))^(1 / slope); 0 without a cycle.
 
         Raises
         ------
@@ -172,7 +172,7 @@ class Rainflow:
         edges : (bins + 1,) ndarray
             Of the classes, in ``unit``.
         counts : (bins,) ndarray
-            Cycles in each class.
+            Cycles in each class; half a cycle counts 0.5. Without a cycle the classes end at 1, and all counts are 0.
 
         Raises
         ------

@@ -110,13 +110,13 @@ class EquilibriumPath:
             Number of the critical point in ``critical``, from 0.
         to : float
             Value of the parameter at which the branch is to end, SI units.
-        size : of the first step along the mode, times a twentieth of a radian or of the scene's length; the sign
-            Selects the side.
+        size : float
+            First step along the mode, in twentieths of a radian or of the scene's length; the sign selects the side.
 
         Returns
         -------
         EquilibriumPath
-            The equilibria along the branch.
+            The equilibria along the branch; ``success`` is False if the branch ends before ``to``.
 
         Raises
         ------
@@ -136,7 +136,7 @@ class EquilibriumPath:
         Parameters
         ----------
         name : str
-            Name of a column, as of ``columns``.
+            Name of a column, as of ``columns``, or of the parameter.
 
         Returns
         -------
@@ -154,7 +154,7 @@ class EquilibriumPath:
 
     @property
     def largest_column(self) -> str:
-        """Name of the output that changes most; if none does, of the position of a body."""
+        """Name of the output that changes most, whatever its unit; if none does, of the position of a body."""
         changes = {name: float(np.ptp(column)) for name, column in self.columns.items()}
         outputs = {name: change for name, change in changes.items() if name in self.outputs and change > 0.0}
         among = outputs or changes
@@ -163,7 +163,8 @@ class EquilibriumPath:
     def save(self, path: str | Path) -> Path:
         """Write the path as a table ``.csv`` of one row for each point, or as ``.json`` in the form of ``to_dict``.
 
-        The columns of the table are the parameter, ``negative_stiffnesses``, ``lowest_stiffness`` and ``columns``.
+        The columns of the table are the parameter, ``negative_stiffnesses`` (-1 if not computed), ``lowest_stiffness``
+        and ``columns``. ``q`` and critical points are in ``.json`` alone, with null for NaN.
 
         Parameters
         ----------
@@ -238,7 +239,7 @@ class EquilibriumPath:
         axes : matplotlib Axes, one for each column
             A new figure if none are given.
         path : str or Path, optional
-            File of a figure, .png, .svg or .pdf.
+            File of a figure, .png, .svg or .pdf; with ``axes`` no file is written.
 
         Returns
         -------
@@ -249,6 +250,8 @@ class EquilibriumPath:
         ------
         UsageError
             A column that is not there, or another number of axes.
+        FileError
+            The file cannot be written.
         """
         names = [over] if isinstance(over, str) and over else list(over) or [self.largest_column]
         columns = [self.column(name) for name in names]

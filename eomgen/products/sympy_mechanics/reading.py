@@ -77,8 +77,10 @@ def from_sympy(
     Velocities and accelerations are composed and differentiated on the tape, so neither ``form_eoms`` nor
     ``kanes_equations`` nor ``form_lagranges_equations`` is called or needed. Free symbols become tunable parameters,
     and functions of time other than coordinates become inputs. The velocities v are the rates of the coordinates;
-    other speeds become outputs. Constraints hold by multipliers, and the initial state is moved to meet all. Bodies
-    have poses, and loads and springs energies.
+    other speeds become outputs. A speed that no kinematic equation has gets a coordinate, ``NAME_integral``. Symbols and
+    functions of time without an effect are left out. Constraints hold by multipliers, and the initial state is moved to
+    meet all. Bodies have poses, and loads and springs energies, but a pair of matrices has neither; potential energies
+    of bodies give no forces in Kane's equations, which is a note.
 
     Parameters
     ----------
@@ -87,7 +89,7 @@ def from_sympy(
     parameters : mapping
         Values of the free symbols, by symbol or name, SI units.
     initial : mapping
-        Initial values of coordinates and, by ``q.diff()``, of rates, and of states; zero if not given.
+        Initial values of coordinates, of rates by ``q.diff()`` (not of other speeds), and of states; zero if not given.
     name : str
         Prefix of the C functions.
     q : sequence of dynamicsymbols
@@ -104,9 +106,11 @@ def from_sympy(
     Raises
     ------
     DescriptionError
-        For a part without a counterpart, with name and remedy.
+        For a part without a counterpart, with name and remedy; an M that is not symmetric; an initial state that cannot
+        meet the constraints.
     UsageError
-        For symbols without a value.
+        For symbols without a value, values of unknown names, an object that is none of these descriptions, and a pair
+        without ``q``.
 
     Examples
     --------

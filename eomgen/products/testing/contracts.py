@@ -54,11 +54,13 @@ def check_force_element(scene: Scene, name: str, states: Mapping[str, Array] | N
     Parameters
     ----------
     scene : Scene
-        With the element; further elements are checked, too.
+        With the element; power, partials and C are checked of the whole scene. Without constraints, a moving base and
+        laws in files; internal states need ``z`` in ``states``.
     name : str
         Name of the element.
     states : mapping, optional
-        Blocks ``q``, ``v``, ``t``, ... (n, size) of the states to look at; random ones if not given.
+        Blocks ``q``, ``v``, ``t``, ... (n, size) of the states to look at; random ones if not given. With n above 1
+        all blocks are needed, ``a``, ``u`` and ``p`` included.
 
     Raises
     ------
@@ -118,8 +120,8 @@ def check_law(
     scene, by_formulas : Scene
         The scenes, with the same coordinates, inputs and parameters in the same order.
     states : mapping, optional
-        Blocks ``q``, ``v``, ``z``, ``t``, ... (n, size) of states at which the laws are defined; random ones if not
-        given.
+        Blocks ``q``, ``v``, ``z``, ``t``, ... (n, size) of states at which the laws are defined; four random ones if
+        not given, so n is 4 or 1 unless all blocks are given. ``z``, ``lam`` and ``base`` are never random.
     values, partials : float
         Largest relative errors. Laws without partials have differences: 1e-7 for these.
 
@@ -127,6 +129,8 @@ def check_law(
     ------
     ContractError
         Naming the scene, the demand, and the error.
+    UsageError
+        A law in Python, which the generated C cannot have.
     """
     terms = ["residual", "partials"]
     system, formula_system = derive(scene, terms), derive(by_formulas, terms)
@@ -174,9 +178,9 @@ _SPAN, _STEP = 0.4, 2e-3
 def check_integrator(method: str, order: float, /, **parameters: Any) -> None:
     """Check a method of integration on a double pendulum with a hinge and a ball joint.
 
-    Demands: errors fall with the order as steps are halved, against rk4 in small steps; a run in two parts by a
-    checkpoint has the bits of one run; rows of the generated C, compiled alone without warnings, have the bits of a
-    run.
+    Demands: errors of v at 0.4 s fall with the order as steps are halved from 2 ms to 1 ms, against rk4 in steps of
+    0.1 ms; a run in two parts by a checkpoint has the bits of one run; rows of the generated C, compiled alone without
+    warnings, have the bits of a run.
 
     Parameters
     ----------
@@ -190,7 +194,9 @@ def check_integrator(method: str, order: float, /, **parameters: Any) -> None:
     Raises
     ------
     ContractError
-        Naming the method and the demand.
+        Naming the method and the demand; also a method that chooses its steps.
+    UsageError
+        There is no such method or parameter.
     """
     fixed = not method_named(method, **parameters).chooses_steps
     demand(fixed, method, "the method chooses its steps, and an order is measured with steps of one size")

@@ -62,7 +62,7 @@ def check_joint_type(name: str) -> None:
     Parameters
     ----------
     name : str
-        Name of the type.
+        Name of a type that moves, not ``fixed``.
 
     Raises
     ------

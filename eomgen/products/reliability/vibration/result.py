@@ -126,7 +126,9 @@ class RandomVibration:
 
     @property
     def truncation(self) -> list[str]:
-        """A phrase on the share of the output's variance that is lost with modes left out; empty if unknown."""
+        """List of a phrase on the share of the output's variance that is lost with the modes left out of processes.
+
+        Empty if no modes are left out, or if the share is unknown."""
         if math.isnan(self.lost_variance):
             return []
         return [f"{100.0 * self.lost_variance:.2g} % of its variance is lost with the modes left out"]
@@ -137,7 +139,8 @@ class RandomVibration:
         Returns
         -------
         dict
-            JSON types.
+            The attributes by name as JSON types, and ``message``; numbers may be nan. ``error`` is its summary, keys of
+            ``first_passage`` are the levels as texts.
         """
         keys = ("mean", "standard_deviation", "skewness", "excess_kurtosis")
         return {
@@ -165,7 +168,9 @@ class RandomVibration:
         }
 
     def save(self, folder: str | os.PathLike[str]) -> list[Path]:
-        """Write random.json, distribution.csv and autocovariance.csv and return the files. Raises FileError.
+        """Write random.json (``to_dict``, null for nan), distribution.csv and, with ``times``, autocovariance.csv.
+
+        Existing files are replaced. Raises FileError.
 
         Parameters
         ----------

@@ -111,21 +111,25 @@ def random_vibration(
 ) -> RandomVibration:
     """Return the distribution of an output at a time, and the cost of each method.
 
+    The methods about the mean are always checked by samples, 32 to 1000 runs; doubts are ``notes`` of the result.
+
     Parameters
     ----------
     output : str
         An output, or a component of an output: ``tip[0]``.
     at, step : float
-        Time of the distribution and step, s; by default the end of the run and the step of the scene's simulation.
+        Time of the distribution and step, s; by default the end of the run and the step of the scene's simulation. The
+        run to ``at`` is a whole number of steps.
     thresholds : sequence of float
-        Values of the output for its distribution; eleven, with probabilities from 1e-4 to 0.9999, by default.
+        Values of the output for its distribution; by default eleven, which a normal distribution of the output's mean
+        and deviation has with probabilities from 1e-4 to 0.9999.
     points : bool
         Search for the most probable point of each threshold: FORM, SORM, quadratic forms there.
     projected : float
         Share, below 1, of the squares of the output's gradients along the run whose directions have a Hessian. This is
         second-order projected differentiation (PD2).
     whole : bool
-        Take Hessians in all directions; otherwise all Hessians are projected.
+        Take Hessians in all directions; otherwise all Hessians are projected, and ``projected`` is needed.
     samples : int
         Number of samples of Monte Carlo, 0 for none.
     tail_samples : int
@@ -135,25 +139,27 @@ def random_vibration(
     times : sequence of float
         Other times, s, for the covariance with the output.
     levels : sequence of float
-        Levels for the first passage within the run, from below.
+        Levels for the first passage within the run, from below; an output that starts above a level has passed.
     seed : int
         Of samples.
     method, rho_inf, alpha, beta, gamma, initial, parameters, inputs, record_every, t_start, settings : as of
-        ``simulate``; the method is the scene's by default.
+        ``simulate``; the method is the scene's by default, ``record_every`` is 1.
 
     Returns
     -------
     RandomVibration
-        With moments, quantiles, tails and the cost of each method.
+        With moments, probabilities of the thresholds and the cost of each method. A threshold without a most probable
+        point has the index nan, and a note.
 
     Raises
     ------
     UsageError
         Forces that jump along the motion, without samples; counts below 0, samples below 20, a level that is
         not finite, a share that is none, no random process, no such output, an output that does not depend on the
-        processes, a method without derivatives of runs.
+        processes, values for variables of a process, a method without derivatives of runs.
     NumericalError
-        A threshold that is not reached, a run that fails.
+        No threshold is reached, and neither samples nor ``times`` nor ``levels`` give other results; the run about the
+        mean fails; fewer than 20 samples succeed.
 
     References
     ----------

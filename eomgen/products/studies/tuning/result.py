@@ -210,7 +210,7 @@ class Tuned:
 
     @property
     def why(self) -> str:
-        """One line: the seconds with which the scene's own run meets the demand, the cheapest rival, the cost of one digit
+        """One line: the time in which the scene's own run meets the demand, the cheapest rival, the cost of one digit
         more, and the machine. Verification runs may miss the demand: see ``met``."""
         time = short_duration(self.seconds)
         parts = [f"{self.label} meets {self.demand:g} in {time} for {self.span:.4g} s of motion"]
@@ -228,8 +228,8 @@ class Tuned:
         Returns
         -------
         dict
-            By the names of the attributes, but attributes of ``configuration`` stand beside the others, and ``built`` is
-            ``building`` in ``spent``. Numbers of ``own`` and ``verified`` may be infinite.
+            By the names of the attributes, but attributes of ``configuration`` stand beside the others, and ``built``
+            is ``building`` in ``spent``. Numbers of ``own`` and ``verified`` may be infinite.
         """
         demand = ("scene", "quantity", "measure", "demand", "met")
         run = ("kind", "value", "error", "seconds", "span", "steps", "why", "next_digit")

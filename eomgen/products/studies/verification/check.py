@@ -246,11 +246,14 @@ def check(
     scene : str, Path, mapping, Scene or document
         Scene, or the document of another front end.
     states : int
-        Number of states: half along a short simulated motion, half drawn around the motion.
+        Number of states: half along a short simulated motion, half drawn around the motion; without states at which the
+        equations are not finite.
     seed : int
         Of random draws.
     only : sequence of str
-        Names of closed forms, or beginnings of names; all by default.
+        Names of closed forms, or beginnings of names; all by default. Of scenes with more than 8 velocities,
+        derivatives in all arguments and closed matrices are checked by their full names alone; of more than 128,
+        neither these nor whole matrices are.
     profile : str
         As of ``eomgen.build``.
     progress : callable
@@ -260,7 +263,8 @@ def check(
     Returns
     -------
     CheckReport
-        ``passed``, ``failures``, one FormReport for each closed form, ``write(folder)``.
+        ``passed``, ``failures`` (undecided forms, and forms without a state, included), ``forms`` with one FormReport
+        for each closed form, ``write(folder)``.
 
     Raises
     ------

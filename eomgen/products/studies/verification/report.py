@@ -194,7 +194,8 @@ class CheckReport:
 
     @property
     def summary(self) -> str:
-        """The outcome in a few words: ``all agree``, the number of forms not shown to agree, or an interruption."""
+        """The outcome in a few words: ``all agree``, ``all agree where defined`` with remarks or states left out, the
+        number of forms not shown to agree, or an interruption."""
         if self.unchecked and not self.failures:
             return f"interrupted: {len(self.forms)} closed forms agree, and {len(self.unchecked)} are not checked"
         if not self.passed:
@@ -224,6 +225,8 @@ class CheckReport:
 
     def write(self, folder: str | Path) -> list[Path]:
         """Write ``check.json``, ``check.csv`` (errors by step) and ``check.png`` (the same, drawn) to a folder.
+
+        There is no ``check.png`` if no form has errors by step: forms that are no derivatives, or have no state.
 
         Parameters
         ----------

@@ -83,7 +83,7 @@ class Point:
         Returns
         -------
         float
-            Relative to the size of the quantity in the reference.
+            Relative to the size of the quantity in the reference, and at least the uncertainty of the reference.
         """
         size = self.error.get(quantity)
         value = math.inf if size is None else float(getattr(size, measure))
@@ -211,9 +211,9 @@ class Tradeoff:
 
     @property
     def front(self) -> tuple[Point, ...]:
-        """Points with no point both faster and more accurate, fastest first; wrong points are left out.
+        """Timed points with no point both faster and more accurate, fastest first; errors from 0.1 on are left out.
 
-        Errors below the uncertainty of the reference count as that.
+        Errors below the uncertainty of the reference count as this uncertainty.
         """
         result: list[Point] = []
         least = WRONG
@@ -235,14 +235,15 @@ class Tradeoff:
         Returns
         -------
         Point or None
-            With the shortest time of those whose error is known.
+            The point with the shortest median time. Runs that failed or were not timed do not count, and no point
+            meets a demand below the uncertainty of the reference.
         """
         able = [p for p in self.usable if self.error(p) <= demand]
         return min(able, key=lambda p: p.seconds or math.inf, default=None)
 
     def verdict(self, point: Point) -> str:
-        """Return the value of a point: ``front``, ``dominated``, ``wrong, said``, ``wrong, silent``, or the kind of
-        failure.
+        """Return the value of a point: ``front``, ``dominated``, ``wrong, said`` and ``wrong, silent`` for errors above
+        0.1 with and without a warning, or the kind of failure: ``stopped``, ``refused``, ``too long``.
 
         Parameters
         ----------
@@ -285,7 +286,8 @@ class Tradeoff:
         Returns
         -------
         dict
-            JSON types.
+            By the names of the attributes, and ``front`` (labels of points) and ``slopes``; each of the ``points`` has
+            a ``verdict``. Errors may be infinite.
         """
         return {
             "scene": self.scene,

@@ -209,6 +209,9 @@ def tradeoff(
 ) -> Tradeoff:
     """Measure speed against accuracy of a scene: time and error of all configurations.
 
+    Errors are against a reference: two runs of different methods, or of one method at full and half accuracy, whose
+    difference is its uncertainty. Configurations that cannot run or have no time left are in ``Tradeoff.left_out``.
+
     Parameters
     ----------
     scene : str, Path, mapping, Scene or document
@@ -219,8 +222,9 @@ def tradeoff(
     measure : str
         Of the error over time: ``largest``, ``rms`` or ``final``.
     axes : sequence of str
-        Varied axes, see ``axes.AXES``; all by default, but absolute coordinates of a scene with joint
-        coordinates without constraints, which are studied if ``formulation`` is named.
+        Varied axes: ``formulation``, ``method``, ``parameters``, ``resolution``, ``policy``, ``arithmetic``,
+        ``profile``, ``fidelity``; all but ``fidelity`` by default. Absolute coordinates of a scene with joint
+        coordinates without constraints are studied if ``formulation`` is named.
     methods : sequence of str
         Methods to try; by default all that make a difference to the scene.
     steps : sequence of float
@@ -230,8 +234,7 @@ def tradeoff(
     parameters, inputs : mapping
         As of ``simulate``.
     budget : float
-        Seconds of computation; builds may take as many again, or 30. Configurations not built then are left out, and
-        reported.
+        Seconds of computation; builds may take as many again, or 30. Configurations not built then are left out.
     repeats : int
         Number of measured times near the front, of which the median is taken.
     folder : path
@@ -253,9 +256,13 @@ def tradeoff(
     Raises
     ------
     UsageError
-        An unknown axis, output, method or measure; steps that do not divide the coarsest.
+        An unknown axis, output, method or measure; steps that do not divide the coarsest; a budget, ``repeats``, step
+        or ``t_end`` out of range.
+    ModelError
+        No method runs on the scene.
     NumericalError
-        There is no reference: no method runs, or no two methods agree.
+        There is no reference: all runs of methods fail, the two runs differ by more than 1 % of the motion, nothing
+        moves, or the two runs do not have the first output in common.
     FileError
         The folder contains the points of another study, or of this study without ``resume``.
     """
