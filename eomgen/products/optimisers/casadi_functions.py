@@ -62,13 +62,13 @@ def casadi(
     Returns
     -------
     mapping
-        ``casadi.Function`` by name, SI units.
+        ``casadi.Function`` by name, SI units. A request for an absent name raises UsageError with the reason.
 
     Raises
     ------
     UsageError
         The package casadi is not installed; laws in Python; a term without derivatives in all arguments, a method
-        without such steps, or ``terms`` without the functions of a named method. As KeyError for an absent function.
+        without such steps, or ``terms`` without the functions of a named method.
     ModelError
         A named method, but the scene has no ``step``, or velocities change the accelerations of a composition.
     ToolchainError

@@ -339,7 +339,7 @@ class TorchFunctions:
         name : str
             ``forward_dynamics`` or ``inverse_dynamics``.
         tensors : sequence of tensor
-            q, v, a (of ``inverse_dynamics``), z, u, p and t (...) with equal leading axes.
+            Arguments q, v, a (of ``inverse_dynamics``), z, u, p and t (...) with equal leading axes.
         weights : tensor
             Weights (..., nv) of the components.
 

@@ -77,10 +77,10 @@ def from_sympy(
     Velocities and accelerations are composed and differentiated on the tape, so neither ``form_eoms`` nor
     ``kanes_equations`` nor ``form_lagranges_equations`` is called or needed. Free symbols become tunable parameters,
     and functions of time other than coordinates become inputs. The velocities v are the rates of the coordinates;
-    other speeds become outputs. A speed that no kinematic equation has gets a coordinate, ``NAME_integral``. Symbols and
-    functions of time without an effect are left out. Constraints hold by multipliers, and the initial state is moved to
-    meet all. Bodies have poses, and loads and springs energies, but a pair of matrices has neither; potential energies
-    of bodies give no forces in Kane's equations, which is a note.
+    other speeds become outputs. A speed that no kinematic equation has gets a coordinate, ``NAME_integral``. Symbols
+    and functions of time without an effect are left out. Constraints hold by multipliers, and the initial state is
+    moved to meet all. Bodies have poses, and loads and springs energies, but a pair of matrices has neither; potential
+    energies of bodies give no forces in Kane's equations, which is a note.
 
     Parameters
     ----------
