@@ -150,8 +150,8 @@ class Extremes:
         Returns
         -------
         dict
-            ``scene``, ``counts`` (cells by verdict), ``fails`` (a number), ``shortest_period`` (s, may be nan),
-            ``seconds``, ``left_out``, and ``cells``: attributes of each cell, and its ``command``.
+            ``scene``, ``counts`` (cells by verdict), ``fails`` (a number), ``shortest_period`` (s), ``seconds``,
+            ``left_out``, and ``cells``: attributes of each cell, and its ``command``.
         """
         cells = [{**asdict(cell), "command": self.command(cell)} for cell in self.cells]
         return {
