@@ -154,7 +154,7 @@ class EquilibriumPath:
 
     @property
     def largest_column(self) -> str:
-        """Name of the output that changes most, whatever its unit; if none does, of the position of a body."""
+        """Name of the output that changes most, units aside; if none changes, of the position of a body."""
         changes = {name: float(np.ptp(column)) for name, column in self.columns.items()}
         outputs = {name: change for name, change in changes.items() if name in self.outputs and change > 0.0}
         among = outputs or changes

@@ -74,7 +74,7 @@ def identify(
 
     Least squares of measurements minus outputs of runs, each column divided by the standard deviation, with the exact
     derivatives of the discrete runs. A search that does not converge, and unknowns that the data do not determine, are
-    no errors: ``notes`` and ``Estimate.state`` tell.
+    no errors: ``notes`` and ``Estimate.state`` say so.
 
     Parameters
     ----------

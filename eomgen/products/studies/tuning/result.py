@@ -228,7 +228,7 @@ class Tuned:
         Returns
         -------
         dict
-            By the names of the attributes, but attributes of ``configuration`` stand beside the others, and ``built``
+            By the names of the attributes, with the attributes of ``configuration`` at the same level, and ``built``
             is ``building`` in ``spent``. Numbers of ``own`` and ``verified`` may be infinite.
         """
         demand = ("scene", "quantity", "measure", "demand", "met")

@@ -104,7 +104,7 @@ def tune(
     ModelError
         No method runs on the scene.
     NumericalError
-        There is no sufficiently accurate reference, nothing moves, or no configuration meets the demand within the
+        There is no sufficiently accurate reference, all bodies rest, or no configuration meets the demand within the
         budget.
     """
     if error is None:

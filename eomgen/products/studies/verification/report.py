@@ -226,7 +226,7 @@ class CheckReport:
     def write(self, folder: str | Path) -> list[Path]:
         """Write ``check.json``, ``check.csv`` (errors by step) and ``check.png`` (the same, drawn) to a folder.
 
-        There is no ``check.png`` if no form has errors by step: forms that are no derivatives, or have no state.
+        Without ``check.png`` if all forms lack errors by step: forms without derivatives, or without a state.
 
         Parameters
         ----------
