@@ -194,8 +194,8 @@ class CheckReport:
 
     @property
     def summary(self) -> str:
-        """The outcome in a few words: ``all agree``, ``all agree where defined`` with remarks or states left out, the
-        number of forms not shown to agree, or an interruption."""
+        """The outcome in a few words: ``all agree`` (with an addition after remarks or if states were left out),
+        the number of forms not shown to agree (also 0 of 0), or an interruption."""
         if self.unchecked and not self.failures:
             return f"interrupted: {len(self.forms)} closed forms agree, and {len(self.unchecked)} are not checked"
         if not self.passed:

@@ -261,8 +261,8 @@ def tradeoff(
     ModelError
         No method runs on the scene.
     NumericalError
-        There is no reference: all runs of methods fail, the two runs differ by more than 1 % of the motion, nothing
-        moves, or the two runs do not have the first output in common.
+        There is no reference: all runs of methods fail, the two runs differ by more than 1 % of the motion, all
+        bodies rest, or the two runs do not have the first output in common.
     FileError
         The folder contains the points of another study, or of this study without ``resume``.
     """
