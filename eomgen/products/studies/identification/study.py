@@ -73,8 +73,8 @@ def identify(
     """Return the parameters and initial states of a scene that fit measured runs best, with confidence intervals.
 
     Least squares of measurements minus outputs of runs, each column divided by the standard deviation, with the exact
-    derivatives of the discrete runs. A search that does not converge, and unknowns that the data do not determine raise no
-    error: ``notes`` and ``Estimate.state`` say so.
+    derivatives of the discrete runs. A search that does not converge and unknowns that the data do not determine
+    raise no error: ``notes`` and ``Estimate.state`` say so.
 
     Parameters
     ----------
