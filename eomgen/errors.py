@@ -162,15 +162,18 @@ class EomgenError(Exception):
     def report(self, *, codes: bool = False) -> str:
         """Return the whole message: one line for one problem, a counted list for several, of many alike the first.
 
+        Problems are alike if the first part of their key and, apart from names and numbers, their sentence are equal.
+        More than five alike are one item, followed by their number and the places of four more.
+
         Parameters
         ----------
         codes : bool
-            Whether each problem is followed by its code.
+            Whether each listed problem is followed by its code, by ``code_of``.
 
         Returns
         -------
         str
-            Lines of text, the first with the kind of the error.
+            Lines of text without a final line break; the first begins with the kind of the error.
         """
 
         def line(problem: Problem) -> str:

@@ -136,7 +136,8 @@ def key_of(*parts: str | int) -> str:
     Parameters
     ----------
     *parts : str or int
-        Keys and indices; names that are not legal appear quoted.
+        Keys and indices. A key that is not an ASCII identifier of at most 64 characters appears in quotes, escaped, and
+        shortened to 48 characters.
 
     Returns
     -------

@@ -79,9 +79,10 @@ class Verb:
         Parameters
         ----------
         target : str
-            ``command``, or one of ``methods`` and ``solution_methods``.
+            ``module:name``: the value of ``command``, or an item of ``methods`` or ``solution_methods``.
         kind : callable
-            Whether an object is of the kind that is needed.
+            Returns for an object whether it is of the kind that is needed; called for rows of other distributions
+            alone.
         wanted : str
             This kind, for the message.
 
@@ -93,7 +94,8 @@ class Verb:
         Raises
         ------
         UsageError
-            The target of another distribution's row does not load, or is of another kind; names the distribution.
+            The target of another distribution's row does not load, or is of another kind; names the distribution. For a
+            row without ``entry``, an error of the import passes unchanged.
         """
         try:
             with without_garbage_collection():

@@ -140,32 +140,34 @@ class Word:
         item : object
             The entry's object.
         component : int
-            Number of the component.
+            Number of the component, from 0.
 
         Returns
         -------
         str
-            ``WORD.NAME`` or ``WORD.NAME.COMPONENT``.
+            ``WORD.NAME.COMPONENT`` if the entry has several components with names, else ``WORD.NAME`` for each
+            component.
         """
         parts = self.parts_of(item)
         return f"{self.name}.{item.name}.{parts[component]}" if len(parts) > 1 else f"{self.name}.{item.name}"
 
     def call(self, entry: str, item: Any = None, part: str = "") -> str:
-        """Return a call of the word for an entry, as users write it.
+        """Return a call of the word for an entry, as users write it, without an index.
 
         Parameters
         ----------
         entry : str
-            Name of the entry.
+            Name of the entry; unused with ``item`` and without ``part``, as the object has a name.
         item : object, optional
-            The entry's object if known, for the names of arguments.
+            The entry's object if known, for the names of arguments; the word's own arguments by default.
         part : str, optional
-            Name of a component.
+            Name of a component, unused without ``item``; by default the first component if components have names.
 
         Returns
         -------
         str
-            ``WORD.NAME(x, y)``.
+            ``WORD.NAME(x, y)``, or ``WORD.NAME.COMPONENT(x, y)`` with ``part`` or for an entry with several named
+            components.
         """
         if item is None:
             return f"{self.name}.{entry}({', '.join(self.arguments)})"

@@ -39,6 +39,8 @@ def load(
 ) -> Scene:
     """Read a scene from a ``.toml``, ``.urdf`` or ``.sdf`` file or an ``.xml`` file of MuJoCo, or from its data.
 
+    Data with ``kind = "hamiltonian"`` give a Hamiltonian system in place of a Scene.
+
     Parameters
     ----------
     path : path, mapping or Scene
@@ -48,20 +50,21 @@ def load(
     coordinates : str, optional
         ``joint`` or ``absolute``, in place of the file's own (a URDF's are joint).
     task_frames : sequence of str
-        Bodies and frames of the terms of frames (``frame_jacobians`` and others), in place of the file's own;
-        a URDF has all.
+        Bodies and frames of the terms of frames (``frame_jacobians`` and others), in place of the file's own; all
+        bodies and frames if the file names none, as a URDF.
     **options
-        For URDF: ``root``, whether the root link is ``fixed`` to the base or ``free``; ``lock``, moving joints to be
-        fixed at zero; ``limits``, to turn limits of position into compliant stops, as hard as the joints' largest
-        efforts ask for; ``friction``, to take the dry friction of joints, regularised at 0.01 rad/s and 1 mm/s;
-        ``actuated``, to give every moving joint of one coordinate an effort input of its own name;
-        ``transmissions``, to make the efforts of actuators inputs, which transmissions carry to the joints;
-        ``tunable``, links whose mass, centre of mass and inertia become tunable parameters.
+        For URDF: ``root``, whether the root link is ``fixed`` to the base, the default, or ``free``; ``lock``, moving
+        joints to be fixed at zero; ``limits``, to turn limits of position into compliant stops, as hard as the joints'
+        largest efforts ask for; ``friction``, to take the dry friction of joints, regularised at 0.01 rad/s and 1 mm/s;
+        ``actuated``, to give every moving joint of one coordinate an effort input of its own name; ``transmissions``,
+        to make the efforts of actuators inputs, which transmissions carry to the joints; ``tunable``, links whose mass,
+        centre of mass and inertia become tunable parameters.
         For MJCF: ``keyframe``, the start; ``mocap``, to move mocap bodies by motions from outside; ``limits`` and
         ``friction``.
         For SDF: ``weld``, links and frames that are fixed to the base at their places; ``packages``, folders of
         packages and models that the file names, each as ``NAME=FOLDER``; ``lock``, ``limits``, ``friction`` and
         ``actuated``.
+        Other options are off or empty by default.
 
     Returns
     -------
@@ -70,7 +73,13 @@ def load(
 
     Raises
     ------
-    FileError, DescriptionError, UsageError
+    FileError
+        The file cannot be read, or is larger than 10 MB.
+    DescriptionError
+        With all faults of the content.
+    UsageError
+        A kind of file that eomgen does not read; an unknown option, or an option of another kind of file;
+        ``task_frames``, or other coordinates, for a Scene.
 
     Examples
     --------

@@ -44,39 +44,44 @@ def generate(
 ) -> list[Path]:
     """Write a scene's model and stepper, or its controller, as a folder of C that stands alone.
 
-    If the scene starts at static equilibrium, so does the C; a RuntimeWarning and its README report that none was
-    found.
+    If the method cannot run on the scene, or ``terms`` lacks functions that steps call, the functions are written
+    without a stepper. If the scene starts at static equilibrium, so does the C; a RuntimeWarning and the README report
+    that none was found.
 
     Parameters
     ----------
     scene : Scene, path, or mapping
         As in ``build``.
     folder : path
-        New, empty, or written by eomgen before.
+        New, empty, or written by eomgen before: then earlier files are replaced, or removed if not written again.
     terms : sequence of str, optional
         As of ``build``.
     method : str, optional
-        As of ``build``: the method whose stepper is written.
+        As of ``build``: the method whose stepper is written; ``generalized_alpha`` for ``auto``.
     target : str
-        The language: ``c``, or one that another distribution gives, which may have no steppers.
+        The language: ``c``, or ``casadi`` and ``acados``, or a language of another distribution, which may have no
+        steppers.
     real : str
-        Number type that the compile command of the folder chooses: ``double`` or ``float``; the scene's by default.
-        The files serve both.
+        Number type that the compile command of the folder chooses: ``double`` or ``float``; the scene's by default. The
+        files serve both.
     parameters : mapping
         Values of tunable parameters, as in ``simulate``: the defaults of the C, from which its initial state follows.
     only : str
         ``controller``: write the controller of the scene without the machine.
     uniform : bool
-        Write ``NAME_uniform.c``, too: all functions and steps with one signature, equal for all models.
+        Write ``NAME_uniform.c`` with its headers, too: all functions and steps with one signature, equal for all
+        models.
 
     Returns
     -------
     list of Path
-        The written files.
+        The written files, ``README.md`` and ``manifest.json`` included, in the order of their names.
 
     Raises
     ------
-    UsageError, ModelError, FileError
+    UsageError, DescriptionError, ModelError, FileError
+        UsageError for a law in Python, which C cannot hold; FileError for a folder with files that eomgen did not
+        write.
 
     Examples
     --------

@@ -40,7 +40,9 @@ def derive(scene: Described, terms: Sequence[str] | None = None) -> System:
     scene : Scene, path, or mapping
         As in ``build``.
     terms : sequence of str, optional
-        The functions wanted; the scene's own list, or all that it can use, by default.
+        The functions wanted, of which functions that the scene cannot have are left out. By default the scene's own
+        list, or all that the scene can have, without functions that are derived by name alone. Functions of events are
+        added.
 
     Returns
     -------
@@ -49,8 +51,9 @@ def derive(scene: Described, terms: Sequence[str] | None = None) -> System:
 
     Raises
     ------
-    UsageError, DescriptionError, ModelError
-        DescriptionError if a drive, or the law of the base, jumps.
+    UsageError, DescriptionError, ModelError, FileError
+        UsageError for an unknown term; DescriptionError for a faulty scene, or if a drive, or the law of the base,
+        jumps.
 
     Examples
     --------
@@ -100,18 +103,20 @@ def build(
     Parameters
     ----------
     scene : Scene, path, or mapping
-        A mapping holds the data of a scene file: ``{"format": 1, "name": ..., "bodies": {...}, ...}``.
+        A mapping holds the data of a scene file: ``{"format": 1, "name": ..., "bodies": {...}, ...}``. A Hamiltonian
+        system gives a model of its own kind, and takes ``method`` and ``profile`` alone.
     terms : sequence of str, optional
-        Functions wanted; the scene's own list, or all that it can use, by default. Fewer compile faster.
+        Functions wanted, of which functions that the scene cannot have are left out. By default the scene's own list,
+        or all that the scene can have, without functions that are derived by name alone. Fewer compile faster.
     method : str, optional
         Method whose stepper is compiled in, and the method that ``simulate`` uses by default; the scene's by default.
         Steppers of other methods are compiled when ``simulate`` asks for such a method. ``auto``: each run chooses, see
-        ``simulate``.
+        ``simulate``. A method that cannot run on the scene is refused by ``simulate``, not here.
     profile : str
         ``fast`` (this processor), ``reproducible`` (same bits everywhere), ``quick`` (compiles fastest) or ``instant``:
         the functions are evaluated by a tape engine at once, to the bits of ``reproducible``, and the compiled library
         takes over between two calls or runs when the compiler is done. A compiled library in the cache is taken at
-        once.
+        once. ``fast`` by default, unless the environment variable ``EOMGEN_PROFILE`` names another.
     real : str
         Number type of the compiled code: ``double`` or ``float``; the scene's by default.
 
@@ -123,6 +128,7 @@ def build(
     Raises
     ------
     UsageError, DescriptionError, ModelError, ToolchainError, FileError
+        ToolchainError for an unknown profile, or without a compiler if the cache has no library.
 
     Warns
     -----

@@ -220,7 +220,11 @@ class Family(ABC):
         """
 
     def calls(self, system: System) -> set[str]:
-        """Return the functions of a system that the stepper requires.
+        """Return the functions without which a system has no stepper of this method; by default the functions of
+        ``terms``.
+
+        Steps may call further functions: explicit methods return an empty set for a system that has
+        ``forward_dynamics``. ``internal_rate`` is never included.
 
         Parameters
         ----------
@@ -230,7 +234,7 @@ class Family(ABC):
         Returns
         -------
         set of str
-            Names of functions.
+            Names of functions, which the system may lack: then the method has no stepper.
         """
         mass = "mass" in system.functions and not system.facts.ill_scaled
         return set(self.terms(bool(system.multipliers), system.facts.internal_states, mass))

@@ -66,7 +66,7 @@ def add_effort(loads: Loads, quantities: Quantities, joint: str, value: Scalar, 
 
 
 def push(wrenches: list[Wrench | None], quantities: Quantities, name: str, force_in_base: Vector) -> None:
-    """Add a force on a named point to the wrenches of the links.
+    """Add a force on a named point to the wrenches of the links; of a point on the base, nothing is added.
 
     Parameters
     ----------
@@ -75,9 +75,9 @@ def push(wrenches: list[Wrench | None], quantities: Quantities, name: str, force
     quantities : Quantities
         Positions of the points.
     name : str
-        Name of the point.
+        Name of a point of the scene, or of a frame, whose origin is the point.
     force_in_base : sequence of Scalar
-        Force (3,), N, in base axes.
+        Force (3,), N, in base axes. No opposite force is added.
     """
     link, s = quantities.kinematics.local(*quantities.at(quantities.points[name]))
     if link >= 0:

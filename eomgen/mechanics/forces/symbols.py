@@ -107,25 +107,31 @@ class Quantities:
                 return self.energies[symbol.name]
 
     def work_of(self, joint: str, index: int = 0) -> dict[int, Scalar]:
-        """Return the generalized force by velocity component of a unit effort on a joint's coordinate.
+        """Return the generalized force by velocity component of a unit effort, N m or N, on a joint's coordinate.
 
         Parameters
         ----------
         joint : str
             Name of the joint.
         index : int, optional
-            Component of the coordinate.
+            Component of the joint's velocity; in absolute coordinates, of the joint's coordinates.
 
         Returns
         -------
         dict
-            Scalars by velocity component.
+            Scalars by number of the component in v of the model. In joint coordinates one item, 1, or the ratio of a
+            joint that follows another joint; in absolute coordinates all that are not zero.
+
+        Raises
+        ------
+        ModelError
+            A joint in absolute coordinates whose coordinates are not plain numbers.
         """
         coordinates = self.tree.coordinates[joint]
         return {coordinates.dofs[index]: coordinates.ratio}
 
     def beyond(self, joint: str, index: int, law: Scalar, *, turns: bool) -> Scalar:
-        """Return the distance of a joint's coordinate from a law.
+        """Return the signed distance of a joint's coordinate from a law.
 
         Parameters
         ----------
@@ -136,29 +142,30 @@ class Quantities:
         law : Scalar
             Value of the law, rad or m.
         turns : bool
-            Whether the coordinate is an angle, whose distance is within half a turn.
+            Whether the coordinate is an angle, whose distance is taken within half a turn. In absolute coordinates the
+            distance of each angle is, for any value.
 
         Returns
         -------
         Scalar
-            Coordinate minus law, rad or m.
+            Coordinate minus law, rad or m; within half a turn in (-pi, pi].
         """
         past = self.tree.coordinates[joint].q[index] - law
         call = self.algebra.call
         return call(Op.ATAN2, call(Op.SIN, past), call(Op.COS, past)) if turns else past
 
     def controller(self, name: str) -> Scalar:
-        """Return a controller's output, recorded once.
+        """Return an output of a controller, recorded at the first call.
 
         Parameters
         ----------
         name : str
-            Name of the controller's output.
+            Name of the output as in formulas.
 
         Returns
         -------
         Scalar
-            Its value, in the unit of the scene.
+            Value of the output's formula on the tape, in the output's unit in the scene; the same at each call.
         """
         if name not in self._outputs_of_controllers:
             with self.algebra.tape.block(f"controller {name}"):
