@@ -152,7 +152,9 @@ class ErrorEstimate:
 
     @property
     def evidence(self) -> str:
-        """The order observed, the runs that show the order, and the time that these runs took, in words."""
+        """The order observed with the declared order, if they are known, the runs that show the order, and the time
+        that these runs took, in words; without meaning if the errors are not known.
+        """
         declared = "" if np.isnan(self.declared_order) else f" of {self.declared_order:g}"
         order = "" if np.isnan(self.order) else f"order {self.order:.2f}{declared}, "
         return f"{order}by {self.method}, in {self.seconds:.2g} s"
@@ -174,45 +176,49 @@ class ErrorEstimate:
         return not ordered and (worst := self.worst) is not None and worst.share > NOTICED
 
     def above(self, part: float) -> float:
-        """Return the first time at which the error is above a part of the motion.
+        """Return the first compared time at which the error of a coordinate or an internal state is above a part of its
+        motion.
 
         Parameters
         ----------
         part : float
-            Of the motion.
+            Of the motion, compared with ``relative_at``; outputs and velocities are not looked at.
 
         Returns
         -------
         float
-            Time, s; infinite if the error stays below.
+            Time, s; infinite if the error stays below, or is not known.
         """
         places = np.flatnonzero(self.relative_at > part)
         return float(self.t[places[0]]) if len(places) else float("inf")
 
     def refinement(self, aim: float, share: float | None = None) -> float:
-        """Return the factor of the step that reduces a relative error to an aim, by the order observed or declared.
+        """Return the factor of the step that reduces a relative error to an aim, by the smaller of the orders observed
+        and declared, but at least by order 1.
 
         Parameters
         ----------
         aim, share : float
-            Relative errors; ``relative`` if ``share`` is None.
+            Relative errors, positive; ``relative`` if ``share`` is None.
 
         Returns
         -------
         float
-            Factor, at most 1.
+            Factor, at most 1; 1 if neither order is known, as without an estimate.
         """
         share = self.relative if share is None else share
         order = np.fmin(self.order, self.declared_order)
         return 1.0 if np.isnan(order) else float(min(1.0, (aim / share) ** (1.0 / max(order, 1.0))))
 
     def summary(self) -> dict[str, Any]:
-        """Return the summary in JSON types.
+        """Return the estimate without arrays over time, in JSON types.
 
         Returns
         -------
         dict
-            As of ``described``, with the errors of q, v, internal states, multipliers and outputs as lists.
+            As of ``described``, with the largest errors over the run: ``q``, ``increment``, ``v``, ``z`` and
+            ``multipliers``, a list of components each, and ``outputs``, a number or a list by name. They are NaN if the
+            errors are not known.
         """
         return {
             **self.described(),
@@ -221,12 +227,14 @@ class ErrorEstimate:
         }
 
     def described(self) -> dict[str, Any]:
-        """Return all but the arrays, in JSON types.
+        """Return the estimate without its arrays and without the errors of components, in JSON types.
 
         Returns
         -------
         dict
-            Words, largest errors and numbers by name; unknown values are None.
+            Attributes by name: ``available`` and texts; ``largest``, ``largest_velocity`` and ``largest_output`` as
+            dictionaries of the attributes of ``LargestError``; numbers. None for a number or a largest error that is
+            not known.
         """
         numbers = {name: _or_none(getattr(self, name)) for name in _NUMBERS}
         words = {name: getattr(self, name) for name in _WORDS}
@@ -346,7 +354,10 @@ class SampleErrors:
         Returns
         -------
         dict
-            The worst sample, largest errors of columns, and the estimate of each compared sample.
+            ``available``; ``reason``, if no run has an estimate; ``relative``, ``worst_sample`` and ``largest`` of the
+            worst run, None if not known; ``columns``, the largest error by column, None if not known;
+            ``without_variations``, and ``samples`` by number as text: estimates as of ``ErrorEstimate.described``;
+            ``seconds``. ``worst_sample`` is None, too, if the run without variations is the worst.
         """
         worst = self.worst
         return {

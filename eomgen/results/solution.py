@@ -246,9 +246,10 @@ class Solution(SolutionMethods):
         *names : str, or lists of str
             ``coordinates`` (or ``q``), ``velocities`` (``v``), ``accelerations`` (``a``), ``states`` (``z``),
             ``inputs`` (``u``), ``outputs``, ``energy``; or columns by name: ``"q.hinge"``, ``"tip"``, ``"tip[0]"``,
-            ``"total"``. The outputs, or else the coordinates, if none is given.
+            ``"total"``. The outputs, or else the coordinates, if none is given; over an output ``fl_travel`` of several
+            alike, only outputs that begin with ``fl_``.
         axes : matplotlib Axes, or several
-            Axes to draw on, one for each panel; a new figure of pyplot if none are given.
+            Axes to draw on, one for each panel; a new figure of pyplot, which is not shown, if none are given.
         over : str
             Column for the horizontal axis in place of the time: ``plot("toe", "camber", over="travel")``.
 
@@ -260,7 +261,8 @@ class Solution(SolutionMethods):
         Raises
         ------
         UsageError
-            A name that is none of a curve, or several for ``over``; another number of axes than of panels.
+            A name that is none of a curve, or several for ``over``; another number of axes than of panels; more than 24
+            panels in a new figure.
 
         Examples
         --------
@@ -275,11 +277,12 @@ class Solution(SolutionMethods):
         return plot(self, each, axes, over)
 
     def save(self, path: str | Path) -> Path:
-        """Write the solution, all data as ``.npz``, or the columns as ``.csv``, ``.mat`` or ``.parquet``.
+        """Write the solution, all data but the model as ``.npz``, or the columns as ``.csv``, ``.mat`` or ``.parquet``.
 
-        An ``.npz`` holds the poses of the bodies too, if the model was built with poses or a caller asked for the
-        poses. A ``.mat`` (MATLAB's version 5) holds ``t``, ``q``, ``v``, ``a``, ``z``, ``multipliers``, the structs
-        ``inputs``, ``outputs``, ``energy`` and, with events in the scene, ``events``, and ``names``, ``units`` and
+        An ``.npz`` holds the error estimate, whose runs are made now if they have not been, and the poses of the
+        bodies, if the model was built with poses or a caller asked for the poses. A ``.csv`` has no units. A ``.mat``
+        (MATLAB's version 5) holds ``t``, ``q``, ``v``, ``a``, ``z``, ``multipliers``, the structs ``inputs``,
+        ``outputs``, ``energy`` and, with events in the scene, ``events``, and ``names``, ``units``, ``scene`` and
         ``message``. A ``.parquet`` holds ``columns()``, with units as metadata; the file is written by the package
         ``pyarrow``.
 
@@ -335,7 +338,8 @@ class Solution(SolutionMethods):
         Returns
         -------
         Solution
-            Without a model, which ``Model.attach`` puts back.
+            Without a model, which ``Model.attach`` puts back for evaluations such as ``outputs_at``; with poses and
+            section loads as far as the file holds them.
 
         Raises
         ------
@@ -359,11 +363,11 @@ class Solution(SolutionMethods):
     def at(self, t: ArrayLike) -> StateArrays:
         """Return the state at any time within the solution.
 
-        q lies on the manifold and is smooth, with v and a at the rows those recorded. Between rows ``rk4`` keeps its
+        q lies on the manifold and is smooth; at the rows, v and a are the recorded ones. Between rows ``rk4`` keeps its
         order 4 and generalized-alpha its order 2, in the step if every step is recorded, else in the spacing of the
-        rows; ``taylor`` takes a step from the row before, to the tolerance of the run, unless the solution comes from a
-        file or from another process; ``interpolation_error`` measures the error between rows, ``outputs_at`` gives the
-        outputs at such times.
+        rows; ``taylor`` and methods that choose their steps take a step from the row before, to the tolerance of the
+        run, unless the solution comes from a file or from another process; ``interpolation_error`` measures the error
+        between rows, ``outputs_at`` gives the outputs at such times.
 
         Parameters
         ----------
@@ -378,7 +382,10 @@ class Solution(SolutionMethods):
         Raises
         ------
         UsageError
-            Times outside the solution, or half a turn or more between two rows.
+            Times outside the solution, or not finite; half a turn or more between two rows that are interpolated; a
+            single row; a solution without the groups of its coordinates, made by hand.
+        NumericalError
+            A step from the row before cannot be taken.
 
         Examples
         --------
@@ -456,12 +463,14 @@ class Solution(SolutionMethods):
         Returns
         -------
         Solution
-            With the rows of a run in one piece; without an error estimate.
+            With the rows of a run in one piece, and the events of both parts; without an error estimate. Findings,
+            ``success``, ``message``, metadata and model are the later part's; so are ``stats``, with the sum of the
+            wall times.
 
         Raises
         ------
         UsageError
-            The parts are not of one run, or there is a gap between the parts.
+            The parts are not of one run, there is a gap between the parts, or the later part begins at another state.
 
         Examples
         --------
@@ -645,12 +654,13 @@ class Solution(SolutionMethods):
 
     def with_model(self, model: ModelOfRun) -> Solution:
         """Return a copy of this solution that holds the model of its run, with inputs and poses as far as they are
-        known. Callers have ``Model.attach``, which makes the argument from a model and calls this method.
+        known; all that is evaluated on request, the error estimate included, is evaluated now. Callers have
+        ``Model.attach``, which makes the argument from a model and calls this method.
 
         Parameters
         ----------
         model : ModelOfRun
-            With the inputs, parameters and steps of the run.
+            With the inputs, parameters and steps of the run; not checked.
 
         Returns
         -------
