@@ -153,8 +153,7 @@ class ErrorEstimate:
     @property
     def evidence(self) -> str:
         """The order observed with the declared order, if they are known, the runs that show the order, and the time
-        that these runs took, in words; without meaning if the errors are not known.
-        """
+        that these runs took, in words; without meaning if the errors are not known."""
         declared = "" if np.isnan(self.declared_order) else f" of {self.declared_order:g}"
         order = "" if np.isnan(self.order) else f"order {self.order:.2f}{declared}, "
         return f"{order}by {self.method}, in {self.seconds:.2g} s"

@@ -62,8 +62,7 @@ class Finding:
     @property
     def code(self) -> str:
         """Code of the check, such as ``W0230``, which ``eomgen explain`` takes; empty without a name, and for a check
-        of another distribution.
-        """
+        of another distribution."""
         from eomgen.base.message_codes import code_of_finding  # noqa: PLC0415  # for a finding that was read
 
         return Message(self.name).code or code_of_finding(self.name)

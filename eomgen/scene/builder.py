@@ -157,10 +157,13 @@ class SceneBuilder(SectionMethods):
     def build(self) -> Scene:
         """Return the checked scene.
 
+        Paths of files in entries start from the current folder.
+
         Returns
         -------
         Scene
-            As ``eomgen.load`` gives it for a file with the same entries.
+            As ``eomgen.load`` gives it for a file with the same entries; but an unknown name of a method is first
+            refused by ``eomgen.build``.
 
         Raises
         ------

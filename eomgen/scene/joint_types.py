@@ -63,7 +63,8 @@ class ElementaryMotion:
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Unit of the integral of each velocity component."""
+        """Unit of the integral of each velocity component, ``rad`` or ``m``, in the order of ``components``; of a screw
+        ``rad``."""
         if self.kind == "free":
             return ("rad", "rad", "rad", "m", "m", "m")
         return ("m" if self.kind == "travel" else "rad",) * len(self.components)
@@ -225,7 +226,8 @@ class Connection:
 
     @property
     def uses(self) -> tuple[Need, Need]:
-        """Axes of the first and of the second frame used by the rows."""
+        """Axes of the first and of the second frame used by the rows of a constraint: ``nothing``, ``z``, ``x and z``
+        or ``any``, which are the body's own axes by default."""
         if self.needs is not None or not self.chain:
             return self.needs or ("any", "any")
         if self.has("ball"):

@@ -303,26 +303,28 @@ class Scene:
         return tuple(joint for joint in self.joints if joint.mimic is None and joint.kind.moves)
 
     def frames_of_terms(self) -> tuple[FixedFrame, ...]:
-        """Return the frames that terms of frames give, in order: the task frames, else all bodies and all frames.
+        """Return the frames that terms of frames give, in order: the task frames, else all bodies and then all frames.
 
         Returns
         -------
         tuple of FixedFrame
-            In the order of the arrays of these terms.
+            In the order of the arrays of these terms. A body is a frame of its name, at its origin and with its axes.
         """
         every = {body.name: FixedFrame(body.name, body.name, ZERO_VECTOR) for body in self.bodies}
         every |= {frame.name: frame for frame in self.frames}
         return tuple(every[name] for name in self.task_frames or every)
 
     def design_places(self) -> list[DesignPlace]:
-        """Return the places of joints, points, frames and frames of constraints with every joint at zero.
+        """Return the places of joints, points, frames and frames of constraints with every joint at zero, at the
+        default parameters.
 
-        Places on geometrically exact beams are left out, because they follow from the shape of the beam.
+        Places on geometrically exact beams, and on bodies carried by such beams, are left out, because they follow from
+        the shape of the beam.
 
         Returns
         -------
         list of DesignPlace
-            Position of each place in its body and in the world, m.
+            Position of each place in its body, of a joint in the parent, and in the frame of the base, m.
         """
         placements = {
             joint.child: FramePlacement(joint.parent, joint.position, joint.orientation) for joint in self.joints

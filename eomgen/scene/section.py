@@ -144,6 +144,8 @@ class Section:
     def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
         """Return the fault of a legal name of an entry, and a hint; two empty texts if there is none.
 
+        By default the only fault is an entry of this name in a section of ``unlike``.
+
         Parameters
         ----------
         name : str
@@ -210,12 +212,12 @@ class Section:
         Parameters
         ----------
         reading : Reading
-            State of reading.
+            State of reading; its ``items`` are not changed by default.
 
         Returns
         -------
         mapping
-            Items by name.
+            Items by name, in the order of the document, without entries that their schema refused.
         """
         entries = reading.document.section(self.key).items()
         return {name: self.read_entry(name, entry, reading) for name, entry in entries}
@@ -408,6 +410,8 @@ class Reading:
     def reader(self, report: Report | None = None) -> Values:
         """Return a new reader of values, which reports to the scene's report or to another report.
 
+        Its requirements, notes and mentioned names are separate from the reader ``values``.
+
         Parameters
         ----------
         report : Report, optional
@@ -416,7 +420,7 @@ class Reading:
         Returns
         -------
         Values
-            A reader of values.
+            A reader of values, with the defaults of all parameters that are known by now.
         """
         defaults = {parameter.name: parameter.value for parameter in self.parameters}
         refused = frozenset().union(*self.refused.values())
@@ -435,7 +439,8 @@ class Reading:
         Returns
         -------
         Reading
-            Items and kept objects read by the copy do not enter this state; parameters and names are shared.
+            Items and kept objects read before are in the copy; later ones, problems and requirements of the copy do not
+            enter this state. Parameters and names are shared.
         """
         there = copy.copy(self)
         there.report = Report(self.report.file, self.report.lines)
@@ -444,12 +449,12 @@ class Reading:
         return there
 
     def add_parameters(self, parameters: Sequence[Parameter]) -> None:
-        """Add tunable parameters, which formulas read from now on may mention.
+        """Add tunable parameters, which formulas that ``values`` reads from now on may mention.
 
         Parameters
         ----------
         parameters : sequence of Parameter
-            Further tunable parameters.
+            Further parameters, each taken as tunable.
         """
         self.parameters += parameters
         self.tables["parameters"] |= {item.name: True for item in parameters}
@@ -472,12 +477,17 @@ class Reading:
         Parameters
         ----------
         kind : type
-            Class of the object.
+            Class of the object; a class derived from it is another class.
 
         Returns
         -------
         object
-            Of that class.
+            Of that class, the last one kept.
+
+        Raises
+        ------
+        KeyError
+            No object of this class was kept.
         """
         kept: Kept = self._kept[kind]
         return kept

@@ -127,18 +127,20 @@ class Simulator(NamedAttributes):
         end: StepInputs = None,
         motions: Mapping[str, Target] | None = None,
     ) -> None:
-        """Take n steps with the same inputs; an event that stops the motion ends the steps early.
+        """Take n steps with the same inputs; an event that stops the motion ends the steps early, and ``stopped``
+        describes it.
 
         Parameters
         ----------
         u : (nu,) array, number or mapping
-            Inputs, held over the steps. A mapping has some inputs by name, each a number or a function of t; all other
-            inputs are given by ``start``, by the scene's formulas, or are zero. No size of a step: that is the ``step``
-            of ``start``, and ``advance(t)`` goes to a time.
+            Inputs of this call alone, held over the steps. A mapping has some inputs by name, each a number, or a
+            function of t that is followed; all other inputs, and without ``u`` all inputs, are given by ``start``, by
+            the scene's formulas, or are zero. No size of a step: that is the ``step`` of ``start``, and ``advance(t)``
+            goes to a time.
         n : int, optional
-            Number of steps.
+            Number of steps, at least 1.
         end : (nu,) array, number or mapping
-            Inputs at the end of the last step, all of them as in u: inputs are linear in time from u to ``end``.
+            Inputs at the end of the last step: inputs are linear in time from u to ``end``, and both give all inputs.
         motions : mapping
             Of the scene's motions by name: position, rate and acceleration at the end of the last step, to which each
             goes by one polynomial of degree 5; or a function of t that gives these three, which is met at the end of
@@ -148,13 +150,18 @@ class Simulator(NamedAttributes):
         ------
         UsageError
             Inputs of another shape or that are not finite; ``end`` for a method that holds its inputs; an event has
-            stopped the motion; curves or prescribed motions end; a motion under way without a target; motions with
-            an adaptive method.
+            stopped the motion; curves or prescribed motions end; a motion under way without a target; motions with an
+            adaptive method.
         ModelError
             Rows of constraints that were left out do not follow from the others at the new positions of motions; the
             state is unchanged.
         NumericalError
-            A step failed; the state is the last good state.
+            A step failed; the state is the last good state, after the earlier steps of the call.
+
+        Warns
+        -----
+        RuntimeWarning
+            ``u`` of the first step is a number equal to the size of a step, and may have been meant as this size.
 
         Examples
         --------
@@ -193,6 +200,8 @@ class Simulator(NamedAttributes):
         motions: Mapping[str, Target] | None = None,
     ) -> None:
         """Step to a time in s: whole steps, and a shorter last step for the rest.
+
+        An event that stops the motion ends the steps before this time; ``stopped`` describes the event.
 
         Parameters
         ----------
@@ -279,7 +288,11 @@ class Simulator(NamedAttributes):
         self.set_parameters({name: value})
 
     def set_parameters(self, values: Mapping[str, float]) -> None:
-        """Change several tunable parameters from now on; all other parameters keep their values.
+        """Change several tunable parameters from now on, also modes of the scene's events; all other parameters keep
+        their values.
+
+        q, v and z stay as they are, even if constraints depend on the parameters; ``set_state`` brings the state onto
+        the constraints. An error changes nothing.
 
         Parameters
         ----------
@@ -315,7 +328,8 @@ class Simulator(NamedAttributes):
         self._rule(p)
 
     def set_state(self, state: Mapping[str, Any] | None = None, *, t: float | None = None) -> None:
-        """Put the motion into another state; the motion and the counts of steps and events start anew.
+        """Put the motion into another state; the motion and the counts of steps and events start anew, and recorded
+        rows stay.
 
         Parameters
         ----------
@@ -323,14 +337,14 @@ class Simulator(NamedAttributes):
             As ``initial`` of ``simulate``: ``{"q": q, "v": v}``, ``{"hinge": {"velocity": 1.0}}``; variables that are
             not given stay as they are. The state is brought onto the constraints; ``notes`` says how.
         t : float
-            Time of the new state, s; the present time by default.
+            Time of the new state, s, also an earlier one; the present time by default.
 
         Raises
         ------
         UsageError
-            As of ``simulate``.
+            As of ``simulate``: an unknown name, or values of a wrong number or that are not finite.
         ModelError, NumericalError
-            The state cannot be brought onto the constraints, or has no finite accelerations.
+            The state cannot be brought onto the constraints, or has no finite accelerations; the former state stays.
 
         Examples
         --------
@@ -485,7 +499,9 @@ class Simulator(NamedAttributes):
 
     @property
     def outputs(self) -> dict[str, Array]:
-        """The scene's outputs at the present state by name, () or (size,) each; empty if the model has no outputs."""
+        """The scene's outputs at the present state by name, () or (size,) each; empty if the model has no outputs, or
+        was built without them. Accelerations, multipliers and inputs are the values at the end of the last step, also
+        after a change of parameters."""
         model = self.model
         if "outputs" not in model.functions:
             return NamedResults("output", {})
@@ -523,7 +539,8 @@ class Simulator(NamedAttributes):
     # -- recorded rows -------------------------------------------------------------------------------------------------
 
     def record(self) -> None:
-        """Keep the present state as a row of ``solution``; the new row replaces rows at this time or later.
+        """Keep the present state, inputs and parameters as a row of ``solution``; the new row replaces rows at this
+        time or later. Steps by themselves record no rows.
 
         Examples
         --------
@@ -542,12 +559,13 @@ class Simulator(NamedAttributes):
     def solution(self) -> Solution:
         """Return the recorded rows as a Solution, with plots, files and evaluations like the solution of a run.
 
-        Between rows, inputs are linear. There is no estimate of errors, and energies are not compared.
+        Between rows, inputs are linear. There is no estimate of errors, energies are not compared, and no check of a
+        run is made: there are no findings, and ``success`` is True. Events are not in the solution.
 
         Returns
         -------
         Solution
-            The recorded rows, without an error estimate.
+            The recorded rows, with outputs and energies at the rows; ``stats`` are the counts of the stepper until now.
 
         Raises
         ------
@@ -573,8 +591,8 @@ class Simulator(NamedAttributes):
 
     @property
     def state(self) -> SimulatorState:
-        """Copies of all data that later steps depend on, except the caller's functions of time; ``restore`` takes this
-        state."""
+        """Copies of all data that later steps depend on, except the caller's functions of time and of controllers;
+        ``restore`` takes this state. Recorded rows and ``notes`` are not in it."""
         stepper = self._stepper
         memory, workspace = stepper.memory
         return SimulatorState(
@@ -596,6 +614,9 @@ class Simulator(NamedAttributes):
 
     def restore(self, state: SimulatorState) -> None:
         """Go back to a state, to the same bits.
+
+        Counts of steps and events go back, too; recorded rows, ``notes`` and the caller's functions stay, and
+        ``stopped`` is empty.
 
         Parameters
         ----------
@@ -649,7 +670,12 @@ class Simulator(NamedAttributes):
         Returns
         -------
         Simulator
-            Shares the compiled functions, and no state.
+            Shares the compiled functions and the caller's functions, and no state; has the rows recorded until now.
+
+        Raises
+        ------
+        UsageError
+            A controller's function whose memory the scene does not declare.
 
         Examples
         --------

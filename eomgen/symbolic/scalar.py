@@ -122,7 +122,9 @@ class Algebra:
         return (x, y, z)
 
     def named(self, text: str, values: Vector) -> Vector:
-        """Return a vector with components named ``text_x, text_y, text_z``.
+        """Name the components of a vector ``text_x, text_y, text_z`` on the tape, and return the vector.
+
+        Inputs and constants get no name, and an earlier name of an operation stays.
 
         Parameters
         ----------
@@ -133,15 +135,17 @@ class Algebra:
 
         Returns
         -------
-        list of Scalar
-            The same values.
+        sequence of Scalar
+            ``values`` itself.
         """
         for axis, value in zip("xyz", values, strict=True):
             self.tape.name(value.ref, f"{text}_{axis}")
         return values
 
     def named_matrix(self, text: str, rows: Matrix) -> Matrix:
-        """Return a matrix with entries named ``text_xx, text_xy, ...``.
+        """Name the entries of a matrix ``text_xx, text_xy, ...``, row by row, on the tape, and return the matrix.
+
+        Inputs and constants get no name, and an earlier name of an operation stays.
 
         Parameters
         ----------
@@ -152,8 +156,8 @@ class Algebra:
 
         Returns
         -------
-        list of lists of Scalar
-            The same values.
+        sequence of sequences of Scalar
+            ``rows`` itself.
         """
         for axis, row in zip("xyz", rows, strict=True):
             for column_axis, value in zip("xyz", row, strict=True):
@@ -250,12 +254,12 @@ def dot(x: Sequence[Scalar], y: Sequence[Scalar]) -> Scalar:
     Parameters
     ----------
     x, y : sequence of Scalar
-        Vectors (n,).
+        Vectors (n,) of equal length n, at least 1; components may be numbers.
 
     Returns
     -------
     Scalar
-        The sum of products.
+        The sum of products; a number if all components are numbers.
     """
     try:
         tape, sum_of_products = x[0].tape, ZERO

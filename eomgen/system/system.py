@@ -439,16 +439,17 @@ class System(NamedAttributes):
 
     @property
     def rate_sizes(self) -> dict[str, int]:
-        """Numbers of components of the blocks ``a_higher``, ``u_higher`` and ``base_rates``, by name. These hold
-        derivatives beyond the second, and of the base's twist beyond the first."""
+        """Numbers of components of the blocks ``a_higher``, ``u_higher`` and ``base_rates``, by name; 0 without the
+        block. They hold time derivatives of ``a`` and ``u`` beyond the second, and of the base's twist beyond the
+        first."""
         higher = max(self.order - 2, 0)
         base = 6 * self.order if self.facts.moving_base else 0
         return {"a_higher": higher * self.nv, "u_higher": higher * self.nu, "base_rates": base}
 
     @property
     def second_sizes(self) -> dict[str, int]:
-        """Numbers of components of the blocks ``weights`` and ``direction``, by name; empty unless a function takes
-        these. Functions that do are ``second_partials``, and Hessians, which take the weights alone."""
+        """Numbers of components of the blocks ``weights`` and ``direction``, by name: of both if there is the function
+        ``second_partials``, of ``weights`` alone if there are Hessians alone; empty unless a function takes these."""
         sizes = {name: sum(parts.values()) for name, parts in self.second_blocks._asdict().items()}
         if "frame_poses_hessian" in self.functions:
             sizes["weights"] = max(sizes["weights"], 7 * len(self.frames))
@@ -468,8 +469,9 @@ class System(NamedAttributes):
 
     @property
     def second_blocks(self) -> SecondBlocks:
-        """The numbers of components of the blocks ``weights`` and ``direction`` of ``second_partials``, part by
-        part."""
+        """The numbers of components of the blocks ``weights`` and ``direction`` of ``second_partials``, part by part,
+        also if there is no such function: two mappings, with ``r``, ``zdot``, ``Phi``, ``w``, ``wdot`` and ``y``, and
+        with ``q`` (nv, left-trivialised), ``v``, ``a``, ``z``, ``lam``, ``p`` and ``u``."""
         return second_blocks(
             nv=self.nv,
             nz=self.nz,
@@ -561,26 +563,30 @@ class System(NamedAttributes):
     def sympy(
         self, term: str, *, named: bool | None = None
     ) -> sympy.Matrix | tuple[list[tuple[sympy.Symbol, sympy.Expr]], sympy.Matrix]:
-        """Return the first block of a term as SymPy expressions.
+        """Return the first block of a term as SymPy expressions; further blocks are left out.
 
-        Symbols are real, and named by ``symbol_names``: ``length``, ``q_hinge``, ``v_ball_2``.
+        Symbols are real, and named by ``symbol_names``: ``length``, ``q_hinge``, ``v_ball_2``; or by the index, ``q0``,
+        ``p_1``.
 
         Parameters
         ----------
         term : str
             One of ``functions``.
         named : bool, optional
-            Whether intermediate results are named; by default if the block is large.
+            Whether intermediate results are named; by default if the block has more than 200 operations.
 
         Returns
         -------
         sympy.Matrix, or (list of (symbol, expression), sympy.Matrix)
-            With names of intermediate results the assignments in order, and the matrix in these names.
+            With names of intermediate results the assignments in order, and the matrix in these names. A vector is a
+            column, a number a 1 x 1 matrix.
 
         Raises
         ------
         UsageError
             The term was not derived, or there is none of that name.
+        ValueError
+            The block has more than two axes, as ``frame_jacobians``.
 
         Examples
         --------
@@ -597,27 +603,28 @@ class System(NamedAttributes):
     def latex(self, term: str, name: str = "", *, shortest: bool = False) -> str:
         r"""Return the first block of a term as LaTeX.
 
-        The expression has the operations of the computation; with ``shortest`` products are multiplied out if an
-        entry gets shorter, for example since terms of the coupling vector cancel.
+        The expression has the operations of the computation; with ``shortest`` products are multiplied out if an entry
+        gets shorter, for example since terms of the coupling vector cancel.
 
         Parameters
         ----------
         term : str
             One of ``functions``.
         name : str, optional
-            Left-hand side of the equation.
+            Left-hand side of the equation; by default the expression alone.
         shortest : bool, optional
-            Whether products are multiplied out if an entry gets shorter, for example since terms of the coupling
-            vector cancel.
+            Whether products are multiplied out if an entry gets shorter, for example since terms of the coupling vector
+            cancel; not in a long block.
 
         Returns
         -------
         str
-            ``name = matrix``; of a long block the assignments of intermediate results first, as of ``sympy``.
+            ``name = matrix``, or ``name = expression`` for a number; of a block with more than 200 operations the
+            assignments of intermediate results first, as of ``sympy``, in the environment ``aligned``.
 
         Raises
         ------
-        UsageError
+        UsageError, ValueError
             As of ``sympy``.
 
         Examples

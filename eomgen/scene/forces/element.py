@@ -78,12 +78,14 @@ class ForceElement:
         return None
 
     def places(self) -> Iterator[tuple[tuple[str, ...], str, Vector]]:
-        """Yield the places on bodies that the element holds directly, not by a named point.
+        """Yield the places on bodies that the element holds directly, not by a named point; by default of both
+        ``frames``, if there are any.
 
         Yields
         ------
         tuple of tuples of str, str and sequence
-            Parts of the key, body, and position in the axes of the body, m.
+            Parts of the key below the element, as ``("first", "position")``, body, and position (3,) in the axes of the
+            body, m, as formulas.
         """
         for side, frame in zip(("first", "second"), self.frames() or (), strict=False):
             yield (side, "position"), frame.body, frame.position
@@ -94,12 +96,13 @@ class ForceElement:
         Parameters
         ----------
         at : callable
-            From a place on a body to the place that replaces it.
+            From the three parts of a place, as of ``places``, to the body and the position that replace it.
 
         Returns
         -------
         ForceElement
-            A copy, with the results of ``at``.
+            A copy, with the results of ``at``; by default for both ``frames``, in fields ``first`` and ``second``, and
+            the element itself without frames. An element with other ``places`` overrides this method.
         """
         frames = self.frames()
         if frames is None:

@@ -45,7 +45,8 @@ class ElementSection(Section):
         Returns
         -------
         mapping
-            The field ``offered`` of ``SceneNames``: names of elements by kind of quantity.
+            Only the field ``offered`` of ``SceneNames``: by kind of quantity, the key of the section, the kind in
+            scopes and the names of all elements, refused ones included.
         """
         names = reading.names_in(self.key)
         return {"offered": {kind: ElementQuantity(self.key, scope, names) for kind, scope in self.offers.items()}}
@@ -60,12 +61,17 @@ class ElementSection(Section):
         entry : Table
             The entry, checked by its schema.
         reading : Reading
-            State of reading.
+            State of reading, to whose report faults of the entry go.
 
         Returns
         -------
         ForceElement
-            The element, with places in the axes of its bodies, m.
+            The element, with places in the axes of its bodies, m; a place on a geometrically exact beam is on a node.
+
+        Raises
+        ------
+        UsageError
+            The reader of the section returns an object of another class than ``model``.
         """
         key = partial(key_of, self.key, name)
         element = self.reader(name, entry, site_of(reading))

@@ -149,14 +149,19 @@ class Source:
         text : str
             Content of the file.
         path : Path
-            Path of the file, for messages and for files that it names.
+            Path of the file: its name for messages, and the folder of files that it names if the source is ``located``.
         **options : object
-            Options as of ``read``.
+            Options as of ``read``: ``strict``, ``included`` and the options of the source.
 
         Returns
         -------
         ConvertedScene
-            Data in the form of a scene file, with notes.
+            Data in the form of a scene file, not checked as a scene, with notes.
+
+        Raises
+        ------
+        DescriptionError, UsageError
+            As of ``read``: a faulty file; an option that does not fit the file.
         """
         located = {"path": path} if self.located else {}
         return self.read(text, file=shown_file(path), **located, **options)
