@@ -50,7 +50,7 @@ def load(
     coordinates : str, optional
         ``joint`` or ``absolute``, in place of the file's own (a URDF's are joint).
     task_frames : sequence of str
-        Bodies and frames of the terms of frames (``frame_jacobians`` and others), in place of the file's own; all
+        Bodies and frames of the terms of frames (such as ``frame_jacobians``), in place of the file's own; all
         bodies and frames if the file names none, as a URDF.
     **options
         For URDF: ``root``, whether the root link is ``fixed`` to the base, the default, or ``free``; ``lock``, moving

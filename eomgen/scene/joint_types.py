@@ -63,7 +63,7 @@ class ElementaryMotion:
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Unit of the integral of each velocity component, ``rad`` or ``m``, in the order of ``components``; of a screw
+        """Units of the integrals of velocity components, ``rad`` or ``m``, in the order of ``components``; for a screw
         ``rad``."""
         if self.kind == "free":
             return ("rad", "rad", "rad", "m", "m", "m")

@@ -292,7 +292,7 @@ class Simulator(NamedAttributes):
         their values.
 
         q, v and z stay as they are, even if constraints depend on the parameters; ``set_state`` brings the state onto
-        the constraints. An error changes nothing.
+        the constraints. The state is kept if an error is raised.
 
         Parameters
         ----------

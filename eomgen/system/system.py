@@ -448,8 +448,8 @@ class System(NamedAttributes):
 
     @property
     def second_sizes(self) -> dict[str, int]:
-        """Numbers of components of the blocks ``weights`` and ``direction``, by name: of both if there is the function
-        ``second_partials``, of ``weights`` alone if there are Hessians alone; empty unless a function takes these."""
+        """Sizes of the blocks ``weights`` and ``direction`` by name: both if there is the function
+        ``second_partials``, ``weights`` alone if there are Hessians alone; empty unless a function takes these."""
         sizes = {name: sum(parts.values()) for name, parts in self.second_blocks._asdict().items()}
         if "frame_poses_hessian" in self.functions:
             sizes["weights"] = max(sizes["weights"], 7 * len(self.frames))

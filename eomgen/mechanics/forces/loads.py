@@ -66,7 +66,7 @@ def add_effort(loads: Loads, quantities: Quantities, joint: str, value: Scalar, 
 
 
 def push(wrenches: list[Wrench | None], quantities: Quantities, name: str, force_in_base: Vector) -> None:
-    """Add a force on a named point to the wrenches of the links; of a point on the base, nothing is added.
+    """Add a force on a named point to the wrenches of the links; a force on a point of the base has no effect.
 
     Parameters
     ----------
