@@ -47,7 +47,7 @@ _TIGHT_MEAN = {"rtol": 1e-14}
 
 
 def newton_settings(model: CompiledModel, method: str | None) -> dict[str, float]:
-    """Return settings by which Newton's iteration leaves nothing of a method's steps that counts in derivatives; none
+    """Return settings by which errors of Newton's iteration in a method's steps do not count in derivatives; none
     for methods without it. Raises UsageError for a method that there is not."""
     name = _method_name(model.library.layout["built_method"] if method is None else method)
     step = method_named(name).linear_step
