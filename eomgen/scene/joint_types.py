@@ -226,7 +226,7 @@ class Connection:
 
     @property
     def uses(self) -> tuple[Need, Need]:
-        """Axes of the first and of the second frame used by the rows of a constraint, which a scene has to write:
+        """Axes of the first and the second frame used by the rows of a constraint, which a scene has to write:
         ``z``, ``x and z``, no axis (``"nothing"``) or ``any`` (the whole frame, by default the axes of the body)."""
         if self.needs is not None or not self.chain:
             return self.needs or ("any", "any")
