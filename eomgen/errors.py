@@ -162,7 +162,7 @@ class EomgenError(Exception):
     def report(self, *, codes: bool = False) -> str:
         """Return the whole message: one line for one problem, a counted list for several, of many alike the first.
 
-        Problems are alike if the first part of their key and, apart from names and numbers, their sentence are equal.
+        Problems are alike if the first part of their key and, names and numbers aside, their sentence are equal.
         More than five alike are one item, followed by their number and the places of four more.
 
         Parameters
