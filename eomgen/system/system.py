@@ -440,7 +440,7 @@ class System(NamedAttributes):
     @property
     def rate_sizes(self) -> dict[str, int]:
         """Numbers of components of the blocks ``a_higher``, ``u_higher`` and ``base_rates``, by name; 0 without the
-        block. They hold time derivatives of ``a`` and ``u`` higher than the second, and of the base's twist higher than the
+        block. They hold time derivatives of ``a`` and ``u`` above the second, and of the base's twist above the
         first."""
         higher = max(self.order - 2, 0)
         base = 6 * self.order if self.facts.moving_base else 0
