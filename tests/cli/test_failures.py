@@ -95,6 +95,7 @@ def _run(words: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, str
     return code, captured.out, captured.err
 
 
+@pytest.mark.slow
 def test_usage(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out, fixed = ["--out", str(tmp_path / "out")], tmp_path / "fixed.toml"
     fixed.write_text(PENDULUM_TOML.replace(f'{SHAKE}, unit = "m", tunable = true', str(SHAKE)), encoding="utf-8")

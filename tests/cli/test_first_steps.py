@@ -113,6 +113,7 @@ def test_the_script_of_completion_asks_this_program(shell: str, capsys: pytest.C
     assert f"_EOMGEN_COMPLETE={shell}_complete" in capsys.readouterr().out
 
 
+@pytest.mark.slow_cases("eomgen sim-expected0")
 @pytest.mark.parametrize(
     ("words", "expected"),
     [

@@ -140,6 +140,7 @@ def test_info_of_constrained_scenes_counts_rows(scene_file: Path, capsys: pytest
     assert data["degrees_of_freedom"] == 1 and data["constraints"] == list(names)
 
 
+@pytest.mark.slow
 def test_simulate_writes_everything_and_says_where(
     scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -73,6 +73,7 @@ def answers(program: Path, rows: Array, *arguments: str) -> Array:
     return np.array([[float(number) for number in line.split(",")] for line in ended.stdout.splitlines()])
 
 
+@pytest.mark.slow_cases("40.0")
 @pytest.mark.parametrize("k", [40.0, pytest.param(25.0, marks=pytest.mark.slow)])
 def test_sampled_states_give_the_commands_of_the_closed_loop(k: float, tmp_path: Path) -> None:
     data = servo()

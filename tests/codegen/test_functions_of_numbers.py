@@ -63,6 +63,7 @@ def units(x: np.ndarray, found: np.ndarray, exact: Callable[[mpmath.mpf], mpmath
     return max(errors)
 
 
+@pytest.mark.slow_cases("fast-double")
 @pytest.mark.slow_cases("quick-double", "quick-lanes")
 def test_exponentials_are_within_one_unit(functions: Callable[..., np.ndarray], rng: np.random.Generator) -> None:
     multiples = np.log(2.0) * (rng.integers(-1070, 1020, 300) + 0.5)  # where the reduction leaves most

@@ -34,6 +34,7 @@ def constants(header: str) -> dict[str, float]:
     return {name: float(value) for name, value in found}
 
 
+@pytest.mark.slow
 def test_the_numbers_of_a_beam(tmp_path: Path) -> None:
     header, code = generated(tmp_path)
     named = constants(header)

@@ -99,7 +99,7 @@ def loops_of(system: System, name: str = "all") -> list[int]:
     return [statement.data[0] for part in function.parts for statement in part.statements if statement.kind == "repeat"]
 
 
-@pytest.mark.slow_except("1-60")
+@pytest.mark.slow
 @pytest.mark.parametrize("part_limit", [1500, 60])
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_loops_give_the_numbers_of_the_tape(seed: int, part_limit: int, cache: Path, eager: None) -> None:

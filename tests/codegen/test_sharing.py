@@ -156,6 +156,7 @@ def test_short_functions_keep_a_text_of_their_own() -> None:
     assert not to_program(car()).shared
 
 
+@pytest.mark.slow
 def test_parts_and_files_of_any_length_have_the_same_numbers(cache: Path, eager: None) -> None:
     system = car(uneven=True)
     program = to_program(system, part_limit=20)

@@ -181,6 +181,7 @@ def test_sums_of_series_stay_in_registers_of_any_width_with_equal_bits(tmp_path:
     assert len(set(printed.values())) == 1
 
 
+@pytest.mark.slow_cases("cart_on_spring")
 @pytest.mark.slow_cases("top")
 @pytest.mark.parametrize("scene", [cart_on_spring, top])
 def test_sums_of_series_have_the_bits_of_vectors_where_compilers_have_none(

@@ -77,6 +77,7 @@ def state(angle: float, rate: float, acceleration: float) -> tuple[np.ndarray, n
     return np.array(q), np.array(v), a
 
 
+@pytest.mark.slow_cases("-2.4")
 @pytest.mark.long_cases("1.9")
 @pytest.mark.slow_cases("0.3")
 @pytest.mark.parametrize("angle", [0.3, 1.9, -2.4])

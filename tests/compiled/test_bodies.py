@@ -119,6 +119,7 @@ def test_what_a_model_was_built_without_is_compiled_when_it_is_called_for(rng: n
     assert few.terms == ("forward_dynamics",)
 
 
+@pytest.mark.slow_cases("<lambda>-usage error: r: the shape is (2,), (..., 3) is needed")
 @pytest.mark.slow_cases("<lambda>-usage error: there is no body 'amr'; try: arm")
 @pytest.mark.parametrize(
     ("call", "text"),

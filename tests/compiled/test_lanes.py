@@ -126,6 +126,7 @@ def test_leading_axes_and_steps_in_memory_are_as_without_lanes(
     assert in_lanes(model, "inverse_dynamics")
 
 
+@pytest.mark.slow_cases("nan")
 @pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf, 1e300])
 def test_a_sample_that_is_no_number_leaves_the_others_alone(
     model: Model, monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator, wrong: float

@@ -99,6 +99,7 @@ def resting_controller() -> SceneBuilder:
     return builder.output("y", formula=["q.a", "a.a", "other"]).simulation(start="equilibrium")
 
 
+@pytest.mark.slow_cases("resting_tree-generalized_alpha-by0")
 @pytest.mark.long_except_every(2)
 @pytest.mark.parametrize(
     ("builder", "method", "by"),

@@ -108,7 +108,7 @@ def check(
         np.testing.assert_allclose(found.hessian_products(functional, vectors[:, -1]), products[:, -1], rtol=1e-12)
 
 
-@pytest.mark.slow_except("trapezoidal")
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["generalized_alpha", "trapezoidal", "hht"])
 def test_a_tree_by_its_parameters_and_its_initial_state(method: str) -> None:
     check(tree(), method, OF_TREE, SWUNG, ["final(angle)", "integral(two[1])", "mean(two[0])", "sum(angle)"])

@@ -382,6 +382,7 @@ def test_what_has_no_derivatives_is_refused_by_name() -> None:
     )
 
 
+@pytest.mark.slow
 def test_parameters_that_move_the_instant_of_a_jump_are_refused() -> None:
     builder = SceneBuilder("late", gravity=[0, 0, 0]).parameter("k", 2.0, tunable=True)
     builder.parameter("start", 0.055, tunable=True).body("mass", 1.0)
@@ -395,6 +396,7 @@ def test_parameters_that_move_the_instant_of_a_jump_are_refused() -> None:
     assert model.sensitivities(0.1, STEP, by=["k"]).gradient("final(place)")["k"] > 0.0
 
 
+@pytest.mark.slow
 def test_derivatives_that_are_no_numbers_are_told() -> None:
     """A root of a coordinate that begins at zero."""
     builder = SceneBuilder("root", gravity=[0, 0, 0]).parameter("k", 1.0, tunable=True)

@@ -123,6 +123,7 @@ def test_whole_scenes_are_derived(block: Block) -> None:
     assert {"forward_dynamics", *terms} <= set(system.functions)
 
 
+@pytest.mark.slow_cases("scene/random.md:85")
 @pytest.mark.parametrize("block", PIECES, ids=place)
 def test_pieces_fit_into_the_example(block: Block, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)

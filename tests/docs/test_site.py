@@ -174,6 +174,7 @@ def test_every_method_of_the_model_is_on_its_page() -> None:
     assert all(text.count(f":: eomgen.Model.{name}\n") == 1 for name in listed)
 
 
+@pytest.mark.slow
 def test_every_verb_method_and_section_has_its_page() -> None:
     pages = site().pages
     for verb in VERBS:
@@ -203,6 +204,7 @@ def test_every_how_to_page_has_a_subject() -> None:
     assert "## Vibration\n\n```{toctree}\n:maxdepth: 1\n\nnatural_" in site().pages["how_to/index"].text
 
 
+@pytest.mark.slow
 def test_all_links_lead_to_pages_and_files(tmp_path: Path) -> None:
     write(site(), tmp_path, DRAWN)
     assert (tmp_path / "reference" / "scene" / "springs.md").read_text(encoding="utf-8").startswith("# springs\n")

@@ -175,6 +175,7 @@ def test_the_run_without_variations_decides_for_all_samples(monkeypatch: pytest.
         assert end == pytest.approx(true.y[0, -1], rel=1e-4)
 
 
+@pytest.mark.slow
 def test_the_command_prints_and_writes_the_bound(tmp_path: Path, capsys: pytest.CaptureFixture) -> None:
     scene = tmp_path / "bump.toml"
     scene.write_text(
@@ -193,6 +194,7 @@ def test_the_command_prints_and_writes_the_bound(tmp_path: Path, capsys: pytest.
     assert rows["vx"][-1] == pytest.approx(speed, rel=1e-4)
 
 
+@pytest.mark.slow_cases("1e-05-0.008")
 @pytest.mark.parametrize("width", [0.008, 0.01, 0.013])
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-8])
 def test_a_rate_that_rises_from_the_smallest_numbers_stops_no_run(width: float, tolerance: float) -> None:

@@ -106,6 +106,7 @@ def test_what_is_meant_is_not_noted(beam: dict[str, Any], sections: dict[str, An
     assert notes_of(beam, **sections) == []
 
 
+@pytest.mark.slow
 def test_the_examples_are_quiet() -> None:
     words = ("rigid arm", "rounding of positions", "as long as its sections", "more than the length")
     scenes = [path for path in sorted(EXAMPLES.glob("*/*.toml")) if "[beams." in path.read_text()]

@@ -112,6 +112,7 @@ def test_a_velocity_that_the_equations_hold_is_named(case: str) -> None:
     assert "unseen_law" not in names(followed)  # it chatters about the level, which is right
 
 
+@pytest.mark.slow_cases("rk4")
 @pytest.mark.parametrize("method", ["rk4", "generalized_alpha"])
 def test_a_state_that_its_rate_holds_is_named(method: str) -> None:
     given = {"G": -1.5, "c": 1.16, "w": 0.01}
@@ -125,6 +126,7 @@ def test_a_window_that_slows_but_lets_pass_is_not_said_to_hold() -> None:
     assert "holds" not in run.message
 
 
+@pytest.mark.slow_cases("0.02")
 @pytest.mark.parametrize("step", [0.02, 0.05, 0.1])
 def test_an_aliased_force_is_named_or_within_the_stated_error(step: float) -> None:
     p = {"A": 1e-3, "om": 1000.0, "phase": 0.0, "k": 1.0, "d": 0.0}
@@ -163,6 +165,7 @@ def test_jumps_that_several_runs_pass_alike_are_no_sign_of_a_small_error(
     assert "runs at 1/3 and 1/5 of the step" in str(run.error)
 
 
+@pytest.mark.slow
 def test_runs_of_thousands_of_steps_to_a_row_are_examined_in_part(monkeypatch: pytest.MonkeyPatch) -> None:
     """An examination repeats a bounded number of steps, and says how much of the run it has seen."""
     repeated: list[int] = []

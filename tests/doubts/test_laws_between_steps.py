@@ -180,6 +180,7 @@ def test_places_between_two_values_are_the_places_of_every_period(period: float)
         assert last - first == len(inside)
 
 
+@pytest.mark.slow_cases("rk45-cogging, whole periods")
 @pytest.mark.long_except_every(3)
 @pytest.mark.slow_cases("rk45-box")
 @pytest.mark.long_cases(
@@ -217,6 +218,7 @@ def test_the_message_names_law_time_size_and_step() -> None:
     assert str(found) in run.message
 
 
+@pytest.mark.slow
 def test_steps_between_sparse_rows_are_examined_and_not_the_rows() -> None:
     cogging = {"cog": 2.0, "period": 0.126}  # rows see one in three periods
     resolved = sliders().simulate(0.8, 2e-3, method="rk4", record_every=20, parameters=cogging)
@@ -280,6 +282,7 @@ def machine_at_rest() -> eomgen.Model:
     return eomgen.build(builder.effort("push", joint="rail", effort="bump(t)").build(), profile="quick")
 
 
+@pytest.mark.slow_cases("0.1")
 @pytest.mark.parametrize("step", [0.1, 0.04])
 def test_known_bends_that_enclose_a_bump_are_not_passed_by(step: float) -> None:
     run = machine_at_rest().simulate(2.0, step, method="generalized_alpha")
@@ -303,6 +306,7 @@ def arm() -> eomgen.Model:
     return eomgen.build(builder.build(), profile="quick")
 
 
+@pytest.mark.slow_cases("1-0.2-rk4-0.5")
 @pytest.mark.parametrize(("method", "start"), [("rk4", 0.5), ("generalized_alpha", 2.0), ("generalized_alpha", 0.5)])
 @pytest.mark.parametrize("step", [0.2, 0.3, 0.5, 1.0, 3.0])
 @pytest.mark.parametrize("steps", [1, 2])
@@ -388,6 +392,7 @@ def test_no_run_is_wrong_by_a_tenth_without_a_word_and_resolved_ones_are_quiet(s
         assert error > 0.01 or "unseen_law" not in names, (given, method, step, every, error, run.message)
 
 
+@pytest.mark.slow_cases("barrier")
 @pytest.mark.parametrize(
     ("law", "step"),
     [
@@ -408,6 +413,7 @@ def test_a_run_is_right_with_the_largest_step_that_its_message_names(law: dict[s
     assert off(again, law) < 0.02 and again.error.relative > off(again, law) / 3.0
 
 
+@pytest.mark.slow_cases("0.03-rk45")
 @pytest.mark.long_cases("0.03-generalized_alpha_adaptive")
 @pytest.mark.parametrize("method", ["rk45", "taylor", "generalized_alpha_adaptive"])
 @pytest.mark.parametrize("bound", [0.03, 0.3])
@@ -507,6 +513,7 @@ def test_a_held_force_is_no_law_between_the_steps() -> None:
     assert "unseen_law" not in {finding.name for finding in solution.findings}, solution.message
 
 
+@pytest.mark.slow_cases("10000.0")
 @pytest.mark.parametrize("stiffness", [1e4, 1e6, 1e8])
 def test_a_stiff_contact_that_adaptive_steps_resolve_is_no_finding(stiffness: float) -> None:
     """Contacts last 30 to 0.3 ms; the method's steps there are far shorter than its average step of 20 ms.
@@ -532,6 +539,7 @@ def test_a_stiff_contact_that_adaptive_steps_resolve_is_no_finding(stiffness: fl
     assert float(run.q[-1, 0]) == pytest.approx(speed * later - 0.5 * 9.81 * later**2, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_partials_by_one_factorization_are_differences_of_accelerations() -> None:
     """Rates by whole solutions on both sides of each move."""
     model = eomgen.build("examples/four_bar/scene.toml", profile="quick")

@@ -62,6 +62,7 @@ def test_unknown_names_have_one_message_with_a_known_one(tmp_path: Path, capsys:
         assert f"--quiet {name}: there is no doubt '{name}'; try: {hint}" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_failure_is_never_silent(tmp_path: Path) -> None:
     """A step far beyond the limit of an explicit method."""
     text = quiet("unstable", "stopped", "infinite_energy", "unbounded_growth", "energy_balance")
@@ -96,6 +97,7 @@ def test_doubts_about_a_run_of_a_strict_scene_fail_it(tmp_path: Path) -> None:
     assert model.simulate(1.0, 0.001, parameters={"shake": 0.0}).success
 
 
+@pytest.mark.slow
 def test_the_option_strict_makes_errors_of_doubts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A file that was read before without the option, and with it."""
     file = tmp_path / "scene.toml"

@@ -100,7 +100,7 @@ def test_samples_have_the_same_bits_in_any_lane(monkeypatch: pytest.MonkeyPatch)
     assert sorted_in_lanes.how.startswith("side by side")
 
 
-@pytest.mark.slow_except("{'record_every': 25, 'points': 2}", "{'t_end': 0.37, 'points': 5}")
+@pytest.mark.slow_except("{'t_end': 0.37, 'points': 5}")
 @pytest.mark.parametrize(
     "options",
     [

@@ -50,6 +50,7 @@ def slider() -> eomgen.Model:
     return eomgen.build(load_toml(SLIDER.replace("FORCE", "-k*q.slide")))
 
 
+@pytest.mark.slow_cases("0.005")
 @pytest.mark.slow_cases("0.02")
 @pytest.mark.parametrize("step", [0.02, 0.005])
 def test_errors_of_samples_are_those_of_the_closed_form(slider: eomgen.Model, step: float) -> None:

@@ -36,6 +36,7 @@ def place(values: dict[str, np.ndarray], t: np.ndarray) -> np.ndarray:
     return q + v * t + 0.5 * push / mass * t**2
 
 
+@pytest.mark.slow
 def test_statistics_are_those_of_the_closed_form(cart: eomgen.Model) -> None:
     found = cart.simulate_many(vary=VARY, samples=300, seed=3)
     assert (found.done, found.failed, found.design) == (300, (), "monte_carlo")
@@ -338,6 +339,7 @@ def test_what_is_refused_leaves_no_ensemble_behind(cart: eomgen.Model, tmp_path:
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_failed_sample_is_kept_with_its_reason(cart: eomgen.Model, tmp_path: Path) -> None:
     found = cart.simulate_many(
         table={"mass": [1.0, -1.0, 2.0], "push": [2.0, 2.0, 2.0]}, folder=tmp_path / "out", keep=[2]
@@ -424,6 +426,7 @@ def test_the_command_writes_what_it_found(tmp_path: Path, capsys: pytest.Capture
     assert "line 2: the row has 1 cell, and there are 2 names; try: a cell for each name" in capsys.readouterr().err
 
 
+@pytest.mark.slow_cases("tabs")
 @pytest.mark.slow_cases("semicolons")
 @pytest.mark.parametrize(
     ("text", "said"),

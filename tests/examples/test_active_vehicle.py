@@ -71,6 +71,7 @@ def test_partials_at_rest_are_the_textbook_matrices(model: Model, skyhook: float
         np.testing.assert_allclose(matrix, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
 
 
+@pytest.mark.slow
 def test_inertia_matrix_is_symmetric_and_positive_away_from_rest(model: Model, rng: np.random.Generator) -> None:
     q = 0.3 * rng.standard_normal((20, 7))
     M = model.mass(q)
@@ -101,6 +102,7 @@ def test_motion_is_the_steady_response_of_linear_theory(model: Model, skyhook: f
         assert np.sqrt(np.mean((found - expected) ** 2)) < 2e-4 * np.sqrt(np.mean(expected**2))
 
 
+@pytest.mark.slow_cases("3000.0")
 @pytest.mark.slow_cases("0.0")
 @pytest.mark.parametrize("skyhook", [0.0, 3000.0])
 def test_energy_changes_by_the_work_of_dampers_actuators_and_road(model: Model, skyhook: float) -> None:

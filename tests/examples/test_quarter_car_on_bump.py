@@ -137,6 +137,7 @@ def test_small_steps_of_another_method_find_the_same_instants(model: Model, refe
     np.testing.assert_allclose(instants(run), [reference.lift_off, reference.touchdown], rtol=0.0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_motion_is_the_reference(model: Model, reference: Reference) -> None:
     run = model.simulate(END, 2e-5, method="rk4", record_every=500)
     found = np.hstack([run.q, run.v])

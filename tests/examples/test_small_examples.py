@@ -127,6 +127,7 @@ def _kapitza(t: float, y: np.ndarray) -> list[float]:
     return [y[1], -(G - 0.02 * 150.0**2 * math.cos(150.0 * t)) / 0.25 * math.sin(y[0])]
 
 
+@pytest.mark.slow
 def test_pendulum_on_shaking_base_follows_the_textbook_and_stays_upright() -> None:
     model, end = _model("pendulum_on_shaking_base"), 3.0
     angle, _ = _reference(_kapitza, [math.pi - 0.2, 0.0], end)

@@ -24,7 +24,7 @@ def example(name: str) -> eomgen.Model:
     return eomgen.build(EXAMPLES / name / "scene.toml")
 
 
-@pytest.mark.slow_except("four_bar-run0-text0")
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "run", "text"),
     [

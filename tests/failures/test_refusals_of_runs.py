@@ -145,6 +145,7 @@ def scene_by_hand() -> None:
     eomgen.build(dataclasses.replace(from_data(slider()), content=b""))
 
 
+@pytest.mark.slow_cases("<lambda>-text12")
 @pytest.mark.slow_cases("state_of_another_compilation-text6")
 @pytest.mark.parametrize(
     ("call", "text"),

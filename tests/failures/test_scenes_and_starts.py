@@ -251,6 +251,7 @@ def test_starts_of_many_turns_are_told_for_runs_and_equilibria(
     assert any(note in text for text in arm.equilibrium(initial).notes) is turned
 
 
+@pytest.mark.slow_cases("uniform(-180, 180)--162.0")
 @pytest.mark.slow_cases("uniform(20, 40)-39.0")
 @pytest.mark.parametrize(
     ("text", "farthest"),
@@ -360,6 +361,7 @@ def test_damping_of_beams_has_its_hint_in_builders_too(key: str, hint: str) -> N
         eomgen.SceneBuilder("s").beam("b", model="cosserat", length=1.0, **{key: 0.1})
 
 
+@pytest.mark.slow_cases("words1")
 @pytest.mark.parametrize("words", [["--help"], ["simulate", "--help"]])
 def test_a_reader_of_the_output_that_has_gone_is_no_error(words: list[str], tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_text(ARM)

@@ -90,6 +90,7 @@ def test_states_of_motions_and_at_rest_are_meant() -> None:
     without_warnings(lambda: model.simulate(0.1, 1e-3).linearize(0.05))
 
 
+@pytest.mark.slow
 def test_accelerations_that_break_a_loop_are_told() -> None:
     model = loop()
     state = model.consistent(model.initial_q, model.initial_v)

@@ -43,6 +43,7 @@ def check_identities(samples: Samples) -> None:
     assert abs(samples.mean_energy_error - 0.5 * float(errors.var())) <= within
 
 
+@pytest.mark.slow
 def test_a_linear_posterior_is_that_of_the_wiener_filter() -> None:
     """Normal errors about the field itself: mean and variance of every wave number are known."""
     mesh = Mesh((6, 5, 8), 40.0)

@@ -231,6 +231,7 @@ def test_a_quaternion_without_a_direction_is_named_at_the_end_of_the_initializat
         unit.refuses("cannot be scaled to unit length", unit.fmu.exitInitializationMode)
 
 
+@pytest.mark.slow_cases("me-3")
 @pytest.mark.slow_cases("cs-3")
 @pytest.mark.parametrize("version", VERSIONS)
 @pytest.mark.parametrize("kind", ["cs", "me"])

@@ -122,6 +122,7 @@ def folder_of(name: str) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_the_manifest_names_its_draft() -> None:
     text = exported("pendulum").files[MANIFEST]
     assert isinstance(text, str)
@@ -138,7 +139,7 @@ def test_other_kinds_of_fmus_have_no_such_layer() -> None:
 _SWITCH, _ALGEBRAIC = '<EnableDAEParameter valueReference="', '<AlgebraicVariable valueReference="'
 
 
-@pytest.mark.slow_except("pendulum")
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["pendulum", "heavy_top"])
 def test_validators_accept_such_fmus(name: str, tmp_path: Path) -> None:
     file = tmp_path / "unit.fmu"

@@ -199,6 +199,7 @@ def test_derivatives_are_those_of_complex_steps(
             assert abs(back @ seed - weights @ along) <= 1e-13 * (np.abs(weights) @ np.abs(found) @ np.abs(seed))
 
 
+@pytest.mark.slow_cases("four_bar")
 @pytest.mark.parametrize("name", ["double_pendulum_on_shaking_base", "four_bar"])
 def test_derivatives_at_communication_points(name: str, tmp_path: Path) -> None:
     """Of the state at the end of a step, whose accelerations come from the method."""
@@ -239,6 +240,7 @@ def test_references_that_are_no_unknowns_or_knowns_are_named(unit_of: Any) -> No
             unit.directional(*wrong, np.ones(1))
 
 
+@pytest.mark.slow_cases("2")
 @pytest.mark.parametrize("version", [2, 3])
 def test_derivatives_during_the_initialization(version: int, tmp_path: Path) -> None:
     """Of start values without constraints; a start with constraints is assembled at the end of the initialization."""

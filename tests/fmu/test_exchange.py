@@ -29,6 +29,7 @@ def nominals(unit: Logged) -> list[float]:
     return numbers.tolist()
 
 
+@pytest.mark.slow_cases("3")
 @pytest.mark.parametrize("version", VERSIONS)
 def test_nominal_values_of_positions_follow_stiffness_and_inertia(version: int) -> None:
     unit = Logged("quarter_car", version, "me")

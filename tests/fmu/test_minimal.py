@@ -107,6 +107,7 @@ def test_other_coordinates_are_chosen_where_the_present_ones_become_bad() -> Non
         assert np.max(np.abs(rows[column][last] - values)) < 1e-7, column
 
 
+@pytest.mark.slow_cases("3")
 @pytest.mark.parametrize("version", [pytest.param(2, marks=pytest.mark.slow), 3])
 def test_states_hold_the_independent_coordinates(version: int) -> None:
     unit = Minimal("four_bar/scene.toml", version)

@@ -67,6 +67,7 @@ def test_order_with_a_kept_matrix_where_the_pendulum_tumbles() -> None:
     assert slopes(errors).min() >= 1.95
 
 
+@pytest.mark.slow_cases("0")
 @pytest.mark.parametrize("every", [0, 1])
 def test_a_step_is_that_of_the_formula(every: int) -> None:
     made, h = frame(), 0.02

@@ -37,7 +37,7 @@ def slopes(errors: list[float]) -> Array:
 # -- orders ------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow_except("pendulum")
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["pendulum", "flyer", "controlled"])
 def test_order_on_trees(name: str) -> None:
     """Every group; a moving base, an input, a damper; inertia that varies with the slider; internal states."""

@@ -299,6 +299,7 @@ def test_growth_at_the_pole_of_the_step_stops_the_run() -> None:
     assert "the matrix of a step is singular" in end.message
 
 
+@pytest.mark.slow
 def test_terms_apart_from_the_method_are_added_to_a_model() -> None:
     model = eomgen.build(shear_frame(), method="rosenbrock", profile="quick")
     assert model.sparsity("inverse_dynamics", of=["a"]).shape == (model.nv, model.nv)

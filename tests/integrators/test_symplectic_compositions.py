@@ -57,7 +57,7 @@ def _end(model: eomgen.Model, step: float, method: str) -> Array:
     return np.concatenate([run.q[-1], run.v[-1]])
 
 
-@pytest.mark.slow_except("omf4")
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_errors_fall_with_the_order(name: str) -> None:
     exact = _end(lattice(), 0.05, "taylor")

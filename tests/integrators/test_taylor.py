@@ -109,6 +109,7 @@ def test_order_of_fixed_steps(name: str, order: int) -> None:
     assert slope == pytest.approx(order, abs=0.2)
 
 
+@pytest.mark.slow_cases("7-0.02-0.03-flyer")
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize(("order", "short", "long"), [(7, 0.02, 0.03), (8, 0.03, 0.04), (10, 0.05, 0.06)])
 def test_local_error_of_high_orders(name: str, order: int, short: float, long: float) -> None:

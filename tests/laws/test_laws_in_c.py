@@ -45,6 +45,7 @@ def difference(first: Any, second: Any) -> float:
     return float(np.abs(first - second).max() / max(np.abs(second).max(), 1e-300))
 
 
+@pytest.mark.slow_cases("True")
 @pytest.mark.parametrize("partials", [True, False])
 def test_a_tyre_in_c_is_the_tyre_by_definitions(folder: Path, *, partials: bool) -> None:
     law = TYRE_LAW if partials else WITHOUT

@@ -64,6 +64,7 @@ def both(**law: Any) -> tuple[eomgen.Model, eomgen.Model]:
     return eomgen.build(wheel_scene(LAW | law), profile="quick"), eomgen.build(wheel_scene(None), profile="quick")
 
 
+@pytest.mark.slow
 def test_a_tyre_in_python_is_the_tyre_by_definitions(folder: Path) -> None:
     model, formula = both(complex_step=True)
     q, v = states(model)
@@ -165,6 +166,7 @@ def test_an_error_in_python_ends_a_run_with_file_and_line(folder: Path, capsys: 
     assert "drag in law.py" in told and "partials and second ones by differences" in told
 
 
+@pytest.mark.slow
 def test_the_file_is_executed_at_a_build_alone(folder: Path) -> None:
     scene = failing(folder, "open('mark', 'a').close()\ndef drag(speed):\n    return 4 * speed\n")
     eomgen.load(scene)

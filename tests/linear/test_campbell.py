@@ -444,6 +444,7 @@ def test_unbalance_refuses_a_diagram_with_the_body_and_its_distance() -> None:
     assert "unbalance acts on the balanced rotor as a force that turns (docs/python.md, Rotors)" in str(refusal.value)
 
 
+@pytest.mark.slow
 def test_a_bending_shaft_that_spins_in_a_standing_bearing_has_no_diagram_of_frozen_models() -> None:
     """Bending is measured in axes that turn, the bearing's motion in axes that stand: the linear model is periodic."""
     bending = {"shapes": "clamped_free", "modes": 1, "stiffness": 500.0}

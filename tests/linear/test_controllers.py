@@ -221,6 +221,7 @@ def test_feedback_of_poses_and_turns_moves_as_the_matrix_says(sample: str | None
         state = step @ state
 
 
+@pytest.mark.slow_cases("1.0")
 @pytest.mark.parametrize("units", [1.0, 1e-4])
 def test_gains_that_are_rounding_are_not_written(units: float) -> None:
     """Heave and roll of a plate by two forces, and a part that no force moves; lengths in other units, too."""
@@ -240,6 +241,7 @@ def test_gains_that_are_rounding_are_not_written(units: float) -> None:
         assert sorted(entry["signal_gains"]) == ["heave", "roll", "v_heave", "v_roll"]
 
 
+@pytest.mark.slow
 def test_the_text_of_a_closed_scene_is_the_scene(car: StateSpace, tmp_path: Path) -> None:
     law = OutputFeedback(lqr(car, WEIGHTS, FORCE, sample=0.002), kalman(car, NOISE, MEASURED, sample=0.002))
     closed = with_controller(EXAMPLE, law)

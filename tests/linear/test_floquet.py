@@ -226,6 +226,7 @@ def test_constraints_leave_the_multipliers_of_the_joint() -> None:
     np.testing.assert_allclose(in_order(result.multipliers), in_order(expected.multipliers), atol=1e-7)
 
 
+@pytest.mark.slow
 def test_refusals(mathieu: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("eomgen.products.linear.analyses.periodic_motions._LAST", 8)
     for call, error, text in (

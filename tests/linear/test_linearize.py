@@ -53,6 +53,7 @@ def test_a_model_with_the_terms_needs_no_other(driven: eomgen.Model) -> None:
     assert list(blocks) == ["M0", "C0", "K0", "B0", "E0"]
 
 
+@pytest.mark.slow
 def test_along_a_run(driven: eomgen.Model) -> None:
     solution = driven.simulate(0.5, 1e-3, inputs={"torque": lambda t: 2.0 * t}, initial={"hinge": 0.4})
     lin = solution.linearize(0.3)
@@ -315,6 +316,7 @@ def test_motion_without_inertia_is_named() -> None:
         lin.modes()
 
 
+@pytest.mark.slow
 def test_an_output_without_a_slope_is_named() -> None:
     builder = eomgen.SceneBuilder("cart", gravity=[0, 0, 0]).body("m", 1.0)
     builder.joint("slide", "prismatic", "base", "m", axis=[1, 0, 0], stiffness=1.0)

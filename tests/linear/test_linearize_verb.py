@@ -57,6 +57,7 @@ def test_a_table_of_modes(capsys: pytest.CaptureFixture[str]) -> None:
     assert shown.err == "stable: every mode decays, the slowest with e^(-1.712 t)\n"
 
 
+@pytest.mark.slow_cases("1-None")
 @pytest.mark.parametrize(("after", "values"), [(1, None), (3, 3)])
 def test_an_interrupted_diagram_keeps_the_modes_and_the_values_so_far(
     top: str, after: int, values: int | None, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -82,6 +83,7 @@ def test_an_interrupted_diagram_keeps_the_modes_and_the_values_so_far(
         assert last == "interrupted: the Campbell diagram has 3 of 5 values of mass and 0 crossings"
 
 
+@pytest.mark.slow_cases("0", "3")
 @pytest.mark.parametrize("after", [0, 3])
 def test_an_interrupted_root_locus_is_written_as_far_as_it_came(
     top: str, after: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
@@ -261,6 +263,7 @@ def test_roots_in_python_follow_an_equilibrium() -> None:
         model.root_locus("stifness", [5.0])
 
 
+@pytest.mark.slow
 def test_a_ride_over_classes_and_speeds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "ride"
     words = ["--ride", "body_acceleration:Wk", "--ride", "tyre_load", "--classes", "A,C", "--speeds", "10,20"]

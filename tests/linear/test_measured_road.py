@@ -89,6 +89,7 @@ def test_a_measured_road_of_a_scene_excites_its_linear_model() -> None:
         lin.rms_on_white_noise_road("travel", wheels)
 
 
+@pytest.mark.slow
 def test_points_of_a_road_at_a_speed_are_measured_and_other_curves_are_not() -> None:
     x, y = profile(40.0, 0.5, 4)
     points = np.column_stack([x, y]).tolist()

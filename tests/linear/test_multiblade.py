@@ -127,6 +127,7 @@ stiffness = {LAG}
 """
 
 
+@pytest.mark.slow_cases("3-1.0")
 @pytest.mark.long_except_every(2)
 @pytest.mark.parametrize("speed", [1.0, 3.0, 5.0, 8.0])
 @pytest.mark.parametrize("count", [3, pytest.param(4, marks=pytest.mark.slow), pytest.param(5, marks=pytest.mark.slow)])

@@ -258,6 +258,7 @@ def test_a_run_over_a_generated_road_has_the_spectrum(car: eomgen.Model) -> None
         assert measured.rms(0.3) == pytest.approx(lin.rms(name, excitation), rel=0.05)
 
 
+@pytest.mark.slow
 def test_what_has_no_stationary_motion_is_refused(mass: eomgen.Model) -> None:
     excitation = InputSpectrum("push", [0.1, 100.0], [1.0, 1.0])
     undamped = mass.linearize(parameters={"damper": 0.0})
@@ -297,6 +298,7 @@ def test_roads_and_wheels_that_cannot_be() -> None:
             call()
 
 
+@pytest.mark.slow
 def test_calls_that_ask_for_what_is_not_there(mass: eomgen.Model, car: eomgen.Model) -> None:
     lin, road = mass.linearize(), RoadExcitation(Road("C"), 10.0, {"raod": 0.0})
     with pytest.raises(UsageError, match="there is no input or disturbance 'raod'; try: road"):

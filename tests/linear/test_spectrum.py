@@ -48,6 +48,7 @@ def test_a_sine_is_a_line_of_its_mean_square(run: eomgen.Solution) -> None:
     assert run.psd("v.x").unit == "(m/s)^2/Hz"
 
 
+@pytest.mark.slow
 def test_it_draws_on_axes_of_the_caller(run: eomgen.Solution) -> None:
     from matplotlib.figure import Figure
 

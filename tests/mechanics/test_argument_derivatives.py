@@ -174,6 +174,7 @@ def test_jacobian_and_hessian_are_those_of_complex_steps(scene: str, term: str, 
         assert turning < 1e-12 if scene == "double_pendulum" else turning > 1e-2
 
 
+@pytest.mark.slow
 def test_the_hessian_is_that_of_exponential_coordinates(rng: np.random.Generator) -> None:
     """Second differences of weights . tau along q exp(s d), at d that mixes rotations and travels."""
     model, state = model_of("gimbal"), state_of(model_of("gimbal"), rng)
@@ -189,6 +190,7 @@ def test_the_hessian_is_that_of_exponential_coordinates(rng: np.random.Generator
     assert direction @ found @ direction == pytest.approx(expected, rel=1e-7)
 
 
+@pytest.mark.slow_cases("machine-True")
 @pytest.mark.parametrize(("scene", "fewer"), [(gimbal, True), (machine, True), (gate, True), (four_bar, False)])
 def test_composite_bodies_have_the_hessian_of_the_operations(
     scene: Callable[[], Any], fewer: bool, rng: np.random.Generator

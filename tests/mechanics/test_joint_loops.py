@@ -104,6 +104,7 @@ def test_the_same_equations_as_one_by_one(kind: dict[str, object], monkeypatch: 
         np.testing.assert_allclose(found[name], numbers, rtol=1e-12, atol=1e-13 * largest, err_msg=name)
 
 
+@pytest.mark.slow
 def test_rows_left_out_have_no_force(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(loops, "FEWEST", 8)
     scene = chain("revolute", 12, axis=[0, 1, 0])

@@ -191,6 +191,7 @@ def test_compiled_partials(model: eomgen.Model, rng: np.random.Generator) -> Non
             np.testing.assert_allclose(block[..., number], (one - other) / 2e-6, rtol=1e-5, atol=1e-6, err_msg=name)
 
 
+@pytest.mark.slow
 def test_compiled_partials_of_outputs(model: eomgen.Model) -> None:
     found = model.output_parameter_partials([0.3, -0.2], [1.0, 0.5], [0.1, 0.2], 0.7, of=["height", "mass"])
     assert list(found) == ["felt"] and found["felt"].shape == (2, 2)

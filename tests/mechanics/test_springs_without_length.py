@@ -23,6 +23,7 @@ def tied(count: int, length: float, damping: float) -> eomgen.Scene:
     return builder.build()
 
 
+@pytest.mark.slow_cases("generalized_alpha-in a loop")
 @pytest.mark.parametrize("count", [1, 8], ids=["alone", "in a loop"])
 @pytest.mark.parametrize("method", ["rk4", "generalized_alpha"])
 def test_a_spring_of_length_0_pulls_from_its_own_end(method: str, count: int) -> None:
@@ -36,6 +37,7 @@ def test_a_spring_of_length_0_pulls_from_its_own_end(method: str, count: int) ->
     np.testing.assert_allclose(energy["kinetic"] + energy["potential"], 0.5 * count * MASS * 1.25, rtol=1e-3)
 
 
+@pytest.mark.slow_cases("0.0-1.0")
 @pytest.mark.parametrize(("length", "damping"), [(0.2, 0.0), (0.0, 1.0)])
 def test_a_spring_without_direction_is_named(length: float, damping: float) -> None:
     run = eomgen.build(tied(2, length, damping), profile="quick").simulate(1.0, 0.002)

@@ -26,6 +26,7 @@ def step() -> Any:
     return eomgen.casadi(demo()["SCENE"], profile="quick")["step"]
 
 
+@pytest.mark.slow
 def test_values_jacobian_and_hessian_are_those_of_casadis_symbols(rng: np.random.Generator) -> None:
     y, w = ca.MX.sym("y", 9), ca.MX.sym("w", 4)
     made = []

@@ -47,6 +47,7 @@ def model() -> Any:
     return eomgen.build(scene(), profile="quick")
 
 
+@pytest.mark.slow
 def test_c(model: Any, wanted: Any) -> None:
     n = len(EDGES)
     first = model.derivatives("forward_dynamics", Q, V)

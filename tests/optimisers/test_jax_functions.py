@@ -60,6 +60,7 @@ def _state(model: Any) -> tuple[Any, Any, Any]:
     return q, random.normal(size=model.nv) * 0.5, random.normal(size=model.nv)
 
 
+@pytest.mark.slow
 def test_values_and_batches_have_the_bits_of_the_model(floating: Any) -> None:
     model, functions = floating
     q, v, a = _state(model)
@@ -146,6 +147,7 @@ def test_gradient_through_a_loop_of_steps_is_the_difference_of_runs() -> None:
     assert np.allclose(gradient, differences, rtol=1e-7, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_lanes_have_the_bits_of_single_samples(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("EOMGEN_LANES", "now")
     monkeypatch.setenv("EOMGEN_THREADS", "2")

@@ -54,6 +54,7 @@ def values_at(parts: dict, state: dict) -> dict[str, np.ndarray]:
     }
 
 
+@pytest.mark.slow_cases("double_pendulum_on_shaking_base", "spherical_pendulum")
 @pytest.mark.slow_cases("four_bar", "rattleback")
 @pytest.mark.long_cases("active_quarter_car")
 @pytest.mark.parametrize("name", SCENES)

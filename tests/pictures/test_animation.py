@@ -329,6 +329,7 @@ def whole_numbers(text: str) -> np.ndarray:
     return np.frombuffer(base64.b64decode(text), "<u2").astype(int)
 
 
+@pytest.mark.slow
 def test_shapes_stand_on_the_page_at_their_bodies_with_their_colours() -> None:
     builder = eomgen.SceneBuilder("cart")
     builder.body("hull", 1.0, inertia=[0.1, 0.1, 0.1])

@@ -42,6 +42,7 @@ def unstrained(system: System) -> None:
     assert names == []
 
 
+@pytest.mark.slow_cases("half a degree", "absolute")
 @pytest.mark.parametrize(
     ("off", "model", "more"),
     [

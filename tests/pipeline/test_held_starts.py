@@ -66,6 +66,7 @@ def follows(q: Any, v: Any, width: float = 3.0) -> float:
     return max(abs(gap), abs(rates))
 
 
+@pytest.mark.slow
 def test_lost_values_that_could_be_held_are_in_the_message() -> None:
     model = built()  # one freedom: one position and one velocity are given
     run = model.simulate(0.01, 1e-3)

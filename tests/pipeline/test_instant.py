@@ -100,6 +100,7 @@ def test_steppers_of_other_methods_are_instant_and_taken_over_too(release: Relea
     assert np.array_equal(first.q, second.q)
 
 
+@pytest.mark.slow
 def test_a_failure_of_the_compiler_is_told_when_it_would_take_over(
     release: Release, monkeypatch: pytest.MonkeyPatch
 ) -> None:

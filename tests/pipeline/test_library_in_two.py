@@ -162,6 +162,7 @@ def test_faults_of_the_rest_are_raised_by_the_call_of_a_function_that_is_missing
     assert model.coupling(model.initial_q, model.initial_v).shape == (3,)
 
 
+@pytest.mark.slow
 def test_profiles_for_few_compilers_are_whole(build: Build) -> None:
     assert not build(profile="quick").library.lacking
 

@@ -225,6 +225,7 @@ print(json.dumps(sorted(opened)))
 """
 
 
+@pytest.mark.slow
 def test_a_record_names_each_file_that_was_opened(arm: Path) -> None:
     """Python's own list of opened files is the oracle."""
     result = subprocess.run([sys.executable, "-c", _OPENED, str(arm)], capture_output=True, text=True, check=True)
@@ -274,6 +275,7 @@ def test_numbers_keep_their_bits() -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_model_of_a_record_is_the_model_of_the_scene(arm: Path) -> None:
     first = eomgen.build(eomgen.load(arm), profile="quick")
     second = eomgen.build(arm, profile="quick")

@@ -68,6 +68,7 @@ def test_operations_in_the_functions_of_a_run(path: str, method: str) -> None:
     ]
 
 
+@pytest.mark.slow_cases("examples/pi_servo/scene.toml")
 @pytest.mark.parametrize("path", [SERVO, *(pytest.param(path, marks=pytest.mark.slow) for path in (FOUR_BAR, SLIDER))])
 def test_partials_of_runs_come_from_nonzeros_alone_if_steps_take_these(path: str) -> None:
     scene = load(path)

@@ -118,6 +118,7 @@ def test_a_loaded_model_is_a_model(saved: Path, elsewhere: Path) -> None:
     assert eomgen.load_model(elsewhere / "again.eomgen").nq == 1
 
 
+@pytest.mark.slow
 def test_another_python_opens_the_library_without_its_module(
     saved: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -173,6 +174,7 @@ def test_files_that_are_damaged_or_none_say_so(saved: Path, elsewhere: Path) -> 
         eomgen.load_model(changed(saved, elsewhere, lambda metadata: metadata.update(format=2)))
 
 
+@pytest.mark.slow_cases("rule_with_data", "method_of_an_entry")
 @pytest.mark.parametrize(
     "path",
     ["examples/bouncing_ball/scene.toml", "examples/duffing_random_excitation/system/oscillator.toml"],

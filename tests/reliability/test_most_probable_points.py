@@ -195,6 +195,7 @@ def test_a_valley_far_behind_is_no_rival() -> None:
     assert further_design_points(Steep(""), found, 0) == []
 
 
+@pytest.mark.slow
 def test_a_second_valley_is_found() -> None:
     (found,) = most_probable_points(Formula("two valleys"), [9.0])
     assert found.point[0] == pytest.approx(2.975, abs=1e-3)

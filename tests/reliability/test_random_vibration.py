@@ -143,6 +143,7 @@ def test_solutions_are_as_many_as_outputs_where_the_state_stays_as_it_is(duffing
     assert [tuple(one.values()) for one in spent] == [(0, 1, 0), (0, 0, 0), (0, 0, 0), (0, 0, 0)]
 
 
+@pytest.mark.slow
 def test_solutions_elsewhere_are_a_run_an_adjoint_and_a_tangent_for_each_variable(swinging: eomgen.Model) -> None:
     response = RunResponse(swinging, processes_of(swinging)[1], "x", (15.0, 0.05), {"method": "trapezoidal"})
     assert response.stationary is None

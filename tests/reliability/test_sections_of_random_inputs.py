@@ -218,6 +218,7 @@ def test_a_process_that_nothing_uses_is_noted() -> None:
     assert "the random process force changes nothing: no formula mentions it" in _loaded(scene).notes
 
 
+@pytest.mark.slow
 def test_a_run_beyond_the_window_is_refused() -> None:
     told = r"t_end: the random process force is known up to t = 15 s, the run ends at t = 16 s; try: t_end = 15, or dur"
     with pytest.raises(eomgen.errors.UsageError, match=told + r"ation = 16 in \[random.force\]"):

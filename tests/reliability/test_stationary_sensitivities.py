@@ -51,6 +51,7 @@ def hessian_at(scene: eomgen.SceneBuilder, name: str, time: float) -> Array:
     return found.hessian(f"final({name})")
 
 
+@pytest.mark.slow
 def test_one_adjoint_of_each_output_gives_all_rows() -> None:
     """Outputs q.one + q.two and v.two late; the lower spring bends by q.one, the second output by v.two and late."""
     scene = frame(balanced())
@@ -95,6 +96,7 @@ def test_states_that_move_are_none(scene: eomgen.SceneBuilder) -> None:
     assert derivatives(scene, ["top"])[1] is None
 
 
+@pytest.mark.slow
 def test_stiffness_that_changes_with_time_is_none() -> None:
     scene = frame(balanced()).effort("soft", "one", f"-0.2 * sin(t) * (q.one - {balanced()!r})")
     assert derivatives(scene, ["top"])[1] is None

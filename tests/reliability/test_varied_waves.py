@@ -194,6 +194,7 @@ def test_random_vibration_in_waves_is_that_of_the_transfer_function() -> None:
     assert sum(process.eigenvalues) == pytest.approx(2.0 * 9.0 / 16.0)
 
 
+@pytest.mark.slow
 def test_generated_loops_do_not_grow_with_the_number_of_variables(tmp_path: Path) -> None:
     counts = []
     for components in (8, 80):
@@ -267,6 +268,7 @@ def test_names_of_variables_are_no_other_names() -> None:
         from_data(data)
 
 
+@pytest.mark.slow
 def test_what_of_waves_does_not_vary_says_what_would() -> None:
     data = _on_a_spring(2)
     plain = _on_a_spring(1)
@@ -308,6 +310,7 @@ def test_info_shows_waves_and_hulls(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert hull == {"name": "hull", "body": "buoy", "waves": "sea", "stations": 2, "moves_water": True}
 
 
+@pytest.mark.slow
 def test_a_standard_normal_variable_that_nothing_draws_is_noted() -> None:
     model = eomgen.build(from_data(_data(variables=True)))
     run = model.simulate(0.02, 0.01, parameters={"sea_z1": -1000.0, "sea_z3": 20.0, "Hs": 9.0}, error_estimate=False)

@@ -105,6 +105,7 @@ def test_linear_models_and_root_loci_are_about_rest_beside_the_drive(governor: e
         assert max(row, key=lambda root: root.imag) == pytest.approx(arm_eigenvalue(w), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_nearest_equilibrium_of_any_kind_is_the_unstable_one_on_the_axis(governor: eomgen.Model) -> None:
     rest = governor.equilibrium({"arm": 0.02}, any_kind=True)
     assert rest.q[1] == pytest.approx(0.0, abs=1e-9)
@@ -125,7 +126,7 @@ def test_a_driven_rotor_has_its_gyroscopic_forces(rotor: eomgen.Model, at: str |
     assert rotor.linearize(at=at).modes().angular_frequency == pytest.approx(tilts(300.0), rel=1e-9)
 
 
-@pytest.mark.slow_except("steady")
+@pytest.mark.slow
 @pytest.mark.parametrize("at", ["equilibrium", "steady"])
 def test_linear_models_hours_later_are_the_same(rotor: eomgen.Model, at: str) -> None:
     later = rotor.linearize(at=at, t=7200.0)

@@ -150,6 +150,7 @@ def test_outputs_between_rows_know_internal_states_inputs_and_parameters_of_the_
     assert set(run.interpolation_error()) == {"q", "v", "a", "z"} and 0.0 < run.interpolation_error()["z"] < 1e-4
 
 
+@pytest.mark.slow
 def test_outputs_between_rows_of_both_parts_of_a_run_and_of_a_stored_one(tmp_path: Path) -> None:
     model = lagging()
     given = {"parameters": {"gain": 3.0}, "inputs": {"more": 0.4}}

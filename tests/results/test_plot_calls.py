@@ -68,6 +68,7 @@ def test_what_cannot_be_drawn_is_named() -> None:
         run.plot("coordinates", axes=figure)
 
 
+@pytest.mark.slow
 def test_modes_roots_and_responses_draw_themselves() -> None:
     model = pendulum()
     linear = model.linearize(at="initial")

@@ -17,6 +17,7 @@ from eomgen.results import plots
 from tests.models.scenes import flyer, pendulum
 
 
+@pytest.mark.slow
 def test_a_file_for_each_kind_of_quantity(tmp_path: Path) -> None:
     assert [path.name for path in plots.draw(flyer().simulate(0.05, 1e-3), tmp_path)] == [
         "coordinates.png",
@@ -388,6 +389,7 @@ def test_mistakes_of_the_verb_are_named(
     assert not list(tmp_path.glob("*.png"))
 
 
+@pytest.mark.slow_cases("4")
 @pytest.mark.parametrize("panels", [2, 4])
 def test_no_text_of_a_file_covers_another_or_is_cut(panels: int) -> None:
     run = pendulum().simulate(0.05, 1e-3)

@@ -67,6 +67,7 @@ FOUR_BAR = f"""<sdf version="1.9"><model name="four_bar">
 <parent>rod</parent><child>rocker</child><axis><xyz>0 1 0</xyz></axis></joint></model></sdf>"""
 
 
+@pytest.mark.slow
 def test_a_second_joint_of_a_link_closes_a_loop_exactly(file: Path) -> None:
     file.write_text(FOUR_BAR, encoding="utf-8")
     scene = load(file)
@@ -93,6 +94,7 @@ GEARS = """<sdf version="1.9"><model name="gears">
 </joint></model></sdf>"""
 
 
+@pytest.mark.slow
 def test_a_gearbox_couples_the_angles_by_its_ratio(file: Path) -> None:
     file.write_text(GEARS, encoding="utf-8")
     scene = load(file)

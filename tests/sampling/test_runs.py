@@ -336,6 +336,7 @@ def test_chains_that_stand_still_have_no_diagnostics(tmp_path: Path) -> None:
     assert not lost.message.endswith("nan in a cell")
 
 
+@pytest.mark.slow
 def test_chains_that_do_not_agree_are_said_to() -> None:
     """A third of a line is not seen, and a mass that is of the rest is too heavy there; that of the prior is not."""
     data = changed(

@@ -71,6 +71,7 @@ def test_few_shortened_schemas_are_made_in_a_process(monkeypatch: pytest.MonkeyP
     assert len(schema._MADE) == schema._MOST_MADE + 1 < len(sections)
 
 
+@pytest.mark.slow
 def test_a_first_reading_builds_no_validators_of_absent_sections() -> None:
     code = f"""
 import eomgen

@@ -55,6 +55,7 @@ def test_a_tunable_inertia_is_judged_at_each_call() -> None:
         model.mass(model.initial_q, parameters={"J": 0.212})
 
 
+@pytest.mark.slow_cases("axis1")
 @pytest.mark.slow_cases("axis0")
 @pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (0.6, 0.0, 0.8)])
 def test_a_rotor_about_one_axis_turns_its_carrier_as_a_gyrostat(axis: tuple[float, float, float]) -> None:

@@ -80,6 +80,7 @@ def test_a_beam_of_points_has_the_length_of_its_curve() -> None:
     )
 
 
+@pytest.mark.slow
 def test_included_beams_keep_their_parts_shapes_and_formulas_of_s(tmp_path: Path) -> None:
     (tmp_path / "blade.toml").write_text(
         """

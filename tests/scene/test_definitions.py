@@ -269,6 +269,7 @@ child = "blade"
     np.testing.assert_array_equal(*ends)
 
 
+@pytest.mark.slow
 def test_definitions_of_included_files_have_names_of_their_own(tmp_path: Path) -> None:
     written(tmp_path, DEFINED.replace('name = "cart"', 'name = "part"'), "part.toml")
     whole = """
@@ -318,6 +319,7 @@ def test_definitions_within_one_another_stay_within_a_limit(form: str, tmp_path:
     assert len(scene.parts["definitions"]) == 50
 
 
+@pytest.mark.slow
 def test_definitions_mention_random_processes_and_waves(tmp_path: Path) -> None:
     rest = """
 [random.gust]

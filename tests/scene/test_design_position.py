@@ -104,6 +104,7 @@ def test_formulas_of_parameters_stay_and_shared_parts_cancel() -> None:
         assert np.abs(numbers(scene.points[1].position, parameters) - [length, 0, 0]).max() < 1e-15
 
 
+@pytest.mark.slow
 def test_a_distance_without_a_length_is_the_one_of_the_design_position() -> None:
     """The length follows tunable parameters, parts that both places share cancel, and a note gives the number."""
     points = {"end": {"body": "lower", "position": [0.1, "3 * l", "h"], "in": "world"}}

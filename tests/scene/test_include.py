@@ -230,6 +230,7 @@ def test_doubts_of_a_part_are_left_out_with_a_note(folder: Path) -> None:
     assert "wheel.toml: its key doubts is left out, the key of the including scene holds" in notes
 
 
+@pytest.mark.slow
 def test_an_included_scene_runs(folder: Path) -> None:
     model = eomgen.build(made(folder, CAR + LEFT + RIGHT), terms=["forward_dynamics"], profile="quick")
     run = model.simulate(0.01, 1e-3, method="rk4", parameters={"spring_rate": "30 kN/m"})

@@ -43,6 +43,7 @@ def test_all_light_joints_are_in_one_note(tmp_path: Path) -> None:
         eomgen.build(scene, terms=["forward_dynamics"], profile="instant")
 
 
+@pytest.mark.slow
 def test_inverse_dynamics_needs_no_inertia_of_the_last_links(tmp_path: Path) -> None:
     (tmp_path / "arm.urdf").write_text(chain(1.0, 0.0, 0.0), encoding="utf-8")
     (tmp_path / "one.urdf").write_text(chain(1.0), encoding="utf-8")

@@ -109,7 +109,7 @@ def test_a_smoothed_law_is_the_transition_by_hand(
         eomgen.build(driven(drive, None, **curves), profile="quick", method="rk4_partitioned")
 
 
-@pytest.mark.slow_except("rk4_partitioned-1e-06")
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "error"), [("rk4_partitioned", 1e-6), ("generalized_alpha", 0.1)])
 def test_a_cart_moves_as_the_polynomial_and_its_motor_pushes_as_newton_says(name: str, error: float) -> None:
     """A step of 0.3 m in 0.2 s: the greatest velocity is 15/8 D/T, the greatest acceleration 10/sqrt(3) D/T^2.

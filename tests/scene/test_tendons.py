@@ -120,6 +120,7 @@ def test_mistakes_have_a_place_and_a_remedy(wraps: str, old: str, new: str, mess
     assert message in problem(wraps, old, new)
 
 
+@pytest.mark.slow
 def test_forces_are_the_virtual_work_of_the_length(rng: np.random.Generator) -> None:
     model, step = arm(), 1e-5
     wrapped = 0
@@ -196,6 +197,7 @@ def over_the_circle(radius: float, first: tuple[float, float], second: tuple[flo
     return float(sum(tangents) + radius * arc)
 
 
+@pytest.mark.slow
 def test_wrapped_lengths_are_tangents_and_arc() -> None:
     for end in ((2.0, -1.0), (1.0, -0.2), (2.0, 0.1), (0.4, -0.4)):
         plane = over_the_circle(0.5, (-2.0, -1.0), end)
@@ -254,6 +256,7 @@ def test_a_spring_around_a_cylinder_keeps_its_energy() -> None:
     assert np.max(np.abs(total - total[0])) < 1e-4 * np.max(run.energy["kinetic"])
 
 
+@pytest.mark.slow
 def test_partials_of_a_wrapped_path(rng: np.random.Generator) -> None:
     model, step = arm(), 1e-6
     for q, v in zip(*states(rng, 8), strict=True):

@@ -81,6 +81,7 @@ def compare(seeds: range) -> tuple[int, int]:
     return counts[0], counts[1]
 
 
+@pytest.mark.slow
 def test_notes_are_there_where_the_inertia_matrix_is_singular() -> None:
     resisted, not_resisted = compare(range(60))
     assert resisted >= 10 and not_resisted >= 5

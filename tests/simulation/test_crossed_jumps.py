@@ -68,6 +68,7 @@ def test_a_switch_that_a_coordinate_passes_is_refused_and_a_kink_is_not() -> Non
     assert found == pytest.approx(differenced(bent, "rate"), abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_curve_of_steps_over_a_coordinate_is_refused() -> None:
     model = sled("-rate*v.slide - 10*levels(q.slide)", curve=True)
     assert "by the curve levels in effort push, at a moment that rate moves" in refused(model, 2.0)

@@ -29,6 +29,7 @@ def tyre(axis: list[float]) -> dict[str, Any]:
     }
 
 
+@pytest.mark.slow
 def test_a_tyre_whose_axis_is_upright_is_named() -> None:
     message = eomgen.build(tyre([0, 0, 1]), profile="quick").simulate(0.01, 1e-3).message
     assert "Q (the generalized force)" in message

@@ -181,6 +181,9 @@ def arm(gain: float, rate: float) -> eomgen.Model:
     return eomgen.build(builder.simulation(step=1e-3, duration=5.0).build(), profile="quick")
 
 
+@pytest.mark.slow_cases(
+    "rk4-0.01-try: other signs or sizes of gains, damping and stiffnesses, an initial position with smaller"
+)
 @pytest.mark.slow_cases("generalized_alpha-0.01-try: other signs or sizes of gains, damping and stiffnesses")
 @pytest.mark.parametrize(
     ("method", "step", "hint"),

@@ -125,7 +125,7 @@ def speeds_after_impacts(balls: int, restitution: float) -> tuple[list[float], i
 
 
 @pytest.mark.long_except_every(4)
-@pytest.mark.slow_except("3-0.9-1.0-0.0-rk4", "5-1.0-0.1-0.0-rk45")
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["rk4", "rk45", "generalized_alpha"])
 @pytest.mark.parametrize(
     ("balls", "restitution", "width", "start"),

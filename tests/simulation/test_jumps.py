@@ -231,6 +231,7 @@ def test_the_stand_alone_program_ends_its_steps_there_too(tmp_path: Path) -> Non
         assert np.array_equal(rows[:, 1:4], np.hstack([solution.q, solution.v, solution.a]))
 
 
+@pytest.mark.slow_cases("None")
 @pytest.mark.parametrize("given", [None, {"other": 0.5}])
 def test_a_checkpoint_at_a_jump_goes_on_with_the_same_bits(given: dict[str, float] | None, tmp_path: Path) -> None:
     made = builder().input("push", points=[[0, 0], [0.3, 3], [0.35, 0]], interpolation="steps").input("other", "sin(t)")

@@ -18,6 +18,7 @@ def between_stops(stiffness: float, damping: float) -> eomgen.Model:
     return eomgen.build(builder.effort("push", "x", "19.57 * cos(5.225 * t)").build(), profile="quick")
 
 
+@pytest.mark.slow_cases("rosenbrock-1078.0-20.04")
 @pytest.mark.slow_cases("rosenbrock-8385.0-9.521")
 @pytest.mark.parametrize(("stiffness", "damping"), [(8385.0, 9.521), (1078.0, 20.04)])
 @pytest.mark.parametrize("method", ["rosenbrock", "trapezoidal", "generalized_alpha", "rk4"])
@@ -31,6 +32,7 @@ def test_the_onset_of_a_stop_is_a_jump_for_the_step(method: str, stiffness: floa
         assert error < 3.0 * run.error.q_at.max() and np.isfinite(run.error.order)
 
 
+@pytest.mark.slow
 def test_a_smooth_stop_is_none() -> None:
     builder = eomgen.SceneBuilder("soft", gravity=[0, 0, 0]).body("block", 1.0)
     builder.joint("x", "prismatic", "base", "block", axis=[1, 0, 0], initial={"position": 0.1, "velocity": 2.0})

@@ -125,6 +125,7 @@ def test_what_is_no_function_is_refused(model: eomgen.Model, wrong: Any) -> None
         model.simulate(0.1, 1e-3, progress=wrong)
 
 
+@pytest.mark.slow
 def test_compilers_count_their_files_on_a_terminal(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

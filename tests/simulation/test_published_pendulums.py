@@ -97,6 +97,7 @@ CASES = {
 }
 
 
+@pytest.mark.slow_cases("revolute", "cylindrical", "universal", "prismatic")
 @pytest.mark.slow_cases("distance")
 @pytest.mark.parametrize("name", CASES)
 def test_a_rod_on_one_joint_is_where_another_program_has_it(name: str) -> None:

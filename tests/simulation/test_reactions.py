@@ -33,7 +33,7 @@ def model() -> eomgen.Model:
 
 
 @pytest.mark.long_cases("rosenbrock")
-@pytest.mark.slow_except("lsrt2")
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3", "rosenbrock", "lsrt2"])
 def test_rows_of_a_run_are_in_balance(model: eomgen.Model, method: str) -> None:
     """The whole linkage, and the rocker alone: forces at the ground and at the pin are mass times acceleration."""

@@ -110,7 +110,7 @@ def digital_by_hand(samples: int) -> tuple[float, float]:
 
 
 @pytest.mark.long_except_every(3)
-@pytest.mark.slow_except("0.007-generalized_alpha")
+@pytest.mark.slow
 @pytest.mark.parametrize("name", METHODS)
 @pytest.mark.parametrize("step", [0.01, 0.0025, 0.007, 0.05])
 def test_a_held_force_is_that_of_a_controller_by_hand(name: str, step: float) -> None:
@@ -157,7 +157,7 @@ def test_a_simulator_a_checkpoint_and_parameters_go_with_samples(name: str, tmp_
 
 
 @pytest.mark.long_except_every(2)
-@pytest.mark.slow_except("True-taylor")
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["rk4", "rk45", "taylor", "generalized_alpha"])
 @pytest.mark.parametrize("events", [False, True])
 def test_the_program_in_c_runs_as_simulate_does(name: str, events: bool, tmp_path: Any) -> None:
@@ -211,6 +211,7 @@ def test_a_sampled_quantity_that_passes_zero_does_so_at_a_sample(name: str) -> N
     assert solution.events.t[0] == pytest.approx(0.1, abs=1e-9)
 
 
+@pytest.mark.slow_cases("rk45")
 @pytest.mark.slow_cases("rk4")
 @pytest.mark.parametrize("name", ["rk4", "rk45"])
 def test_a_parameter_that_moves_an_event_over_zero_between_steps_is_an_event_there(name: str) -> None:

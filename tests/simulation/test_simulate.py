@@ -186,6 +186,7 @@ def test_a_valley_that_is_narrower_than_the_body_is_named() -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_curve_that_an_internal_state_leaves_is_named() -> None:
     builder = (
         eomgen.SceneBuilder("leaving").body("slug", 1.0).joint("slide", "prismatic", "base", "slug", axis=[1, 0, 0])
@@ -204,6 +205,7 @@ def test_a_start_at_which_forces_are_no_numbers_is_reported_not_raised() -> None
     assert "stopped at t = 0.6 s, after 0 of 400 steps" in run.message and "Q (the generalized force)" in run.message
 
 
+@pytest.mark.slow
 def test_an_impossible_inertia_is_explained_when_it_ends_a_run() -> None:
     balloon = eomgen.SceneBuilder("balloon").parameter("mass", 1.0, tunable=True)
     balloon.body("first", 1.0, center_of_mass=[0, 0, -0.5], inertia=[0.1, 0.1, 0.1])

@@ -109,7 +109,7 @@ def rows_over(solution: eomgen.Solution) -> np.ndarray:
 
 
 @pytest.mark.long_except_every(5)
-@pytest.mark.slow_except("generalized_alpha-absolute")
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "coordinates"), CASES)
 def test_steps_are_those_of_simulate_to_the_bit(name: str, coordinates: str) -> None:
     model, steps, step = pendulum(coordinates), 40, 2.0**-6

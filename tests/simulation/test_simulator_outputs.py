@@ -184,6 +184,7 @@ def test_outputs_have_the_modes_that_events_left(tmp_path: Path) -> None:
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
+@pytest.mark.slow_cases("pendulum_on_shaking_base/scene.toml-rk4")
 @pytest.mark.long_except_every(2)
 @pytest.mark.long_cases("four_bar/scene.toml-rattlie")
 @pytest.mark.parametrize(

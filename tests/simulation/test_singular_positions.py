@@ -110,7 +110,7 @@ def test_a_stop_names_the_position_and_what_passes_it(model: eomgen.Model) -> No
     assert passed.success and passed.t[-1] > named
 
 
-@pytest.mark.slow_except("1.0-generalized_alpha")
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3", "rk4_partitioned"])
 @pytest.mark.parametrize("speed", [0.0, 1.0])
 def test_a_start_at_one_is_refused_with_the_cause(model: eomgen.Model, method: str, speed: float) -> None:
@@ -148,6 +148,7 @@ def test_ways_are_those_of_the_method() -> None:
     assert past.startswith("a much smaller step where lengths fit all but exactly, else ")
 
 
+@pytest.mark.slow_cases("joint")
 @pytest.mark.slow_cases("absolute")
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 def test_a_drive_beyond_the_reach_of_its_loop_is_named(coordinates: str) -> None:
@@ -179,6 +180,7 @@ def test_a_driven_loop_at_crossing_branches_is_not_beyond_its_reach() -> None:
     assert not run.success and SINGULAR in run.message and "reach" not in run.message
 
 
+@pytest.mark.slow
 def test_a_run_that_meets_none_says_nothing(model: eomgen.Model) -> None:
     run = model.simulate(0.05, 1e-3, method="rk4_partitioned")
     assert run.message == "reached t = 0.05 s in 50 steps" and run.stats["singular_passages"] == 0

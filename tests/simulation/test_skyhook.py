@@ -48,6 +48,7 @@ def scene(*, width: float | None = None, tilt: float = 0.0, moving: bool = False
     return builder.build()
 
 
+@pytest.mark.slow_cases("0.05")
 @pytest.mark.parametrize("width", [None, 0.05])
 def test_tensions_are_those_of_the_laws(width: float | None, rng: np.random.Generator) -> None:
     """On a tilted rail: velocities count along the spring."""
@@ -72,7 +73,7 @@ def test_velocities_are_those_against_the_world() -> None:
     assert at_rest["ideal"] == pytest.approx((2000.0 - 400.0) * speed)
 
 
-@pytest.mark.slow_except("0.01")
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [None, 0.01])
 def test_a_clipped_damper_only_takes_energy_out(width: float | None) -> None:
     run = eomgen.build(scene(width=width)).simulate(2.0, 2e-4)

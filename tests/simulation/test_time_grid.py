@@ -70,6 +70,7 @@ def test_the_shortened_step_keeps_the_order(method: str, order: int) -> None:
     assert np.log2(errors[0] / errors[2]) / 2.0 == pytest.approx(order, abs=0.25)
 
 
+@pytest.mark.slow
 def test_tables_and_functions_are_not_asked_beyond_the_end() -> None:
     asked: list[float] = []
 

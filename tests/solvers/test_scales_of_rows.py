@@ -40,6 +40,7 @@ def built(text: str, **options: Any) -> Any:
     return eomgen.build(tomllib.loads(text), profile="quick", **options)
 
 
+@pytest.mark.slow_cases("rk4_partitioned", "rk45_partitioned")
 @pytest.mark.parametrize("method", ["rk4_partitioned", "rk45_partitioned"])
 def test_gears_start_from_rest_at_zero(method: str) -> None:
     """All summands of the rows, and of their rates, vanish at the start. Oracle: constant acceleration."""
@@ -65,6 +66,7 @@ efforts.push = {{ joint = "a", effort = {force!r} }}
 """
 
 
+@pytest.mark.slow_cases("rk4_partitioned", "rosenbrock")
 @pytest.mark.slow_cases("generalized_alpha")
 @pytest.mark.parametrize("method", ["rk4_partitioned", "generalized_alpha", "rosenbrock"])
 def test_travels_without_any_length_start_from_zero(method: str) -> None:
@@ -97,6 +99,7 @@ equation = "{equation}"
 """
 
 
+@pytest.mark.slow_cases("rk4_partitioned-")
 @pytest.mark.long_except_every(3)
 @pytest.mark.slow_cases(
     'rk4_partitioned-coordinates = "absolute"', "generalized_alpha-", 'generalized_alpha-coordinates = "absolute"'
@@ -161,6 +164,7 @@ second = {{ body = "rod", axis = [0, 1, 0] }}
 """
 
 
+@pytest.mark.slow_cases("0.001-")
 @pytest.mark.long_except_every(2)
 @pytest.mark.slow_cases('1e-09-coordinates = "absolute"')
 @pytest.mark.slow_cases('0.001-coordinates = "absolute"', '1e-08-coordinates = "absolute"')

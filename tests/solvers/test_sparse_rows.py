@@ -64,6 +64,7 @@ def test_assemblies_are_equal(closed: bool) -> None:
     np.testing.assert_allclose(sparse.initial_v, whole.initial_v, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_derivations_on_one_tape_have_the_equations_of_separate_ones() -> None:
     scene = chain(40)
     shared = SharedTape(scene)

@@ -218,6 +218,7 @@ CALLS: list[tuple[Callable[[eomgen.Model], Any], type[Exception], str]] = [
 ]
 
 
+@pytest.mark.slow_cases("an initial state nearer to it, or veloci")
 @pytest.mark.slow_cases("no steady motion was found in")
 @pytest.mark.parametrize("call, kind, text", CALLS, ids=[text[:40] for *_, text in CALLS])
 def test_messages(model: eomgen.Model, call: Callable[[eomgen.Model], Any], kind: type[Exception], text: str) -> None:

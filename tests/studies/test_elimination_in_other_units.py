@@ -49,6 +49,7 @@ def in_units(scene: dict[str, Any], units: SceneUnits) -> dict[str, Any]:
     return scaled | {"parameters": {name: {"value": value} for name, value in units.parameters.items()}}
 
 
+@pytest.mark.slow_cases("kirchhoff-Mm-Gt-d")
 @pytest.mark.long_except_every(5)
 @pytest.mark.parametrize(
     ("model", "system_of_units"),

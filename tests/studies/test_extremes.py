@@ -128,6 +128,7 @@ def runner() -> Iterator[RunnerProcess]:
     made.close()
 
 
+@pytest.mark.slow
 def test_runs_that_hang_crash_and_raise_are_told_apart(runner: RunnerProcess, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("eomgen.products.studies.ladders.runs.GRACE", 1.0)
     assert runner.execute(deaf, 0.2).how == HANG

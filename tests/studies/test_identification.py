@@ -305,6 +305,7 @@ def test_runs_that_fail_on_the_way_are_counted(slider: eomgen.Model) -> None:
     assert found.runs > found.failed
 
 
+@pytest.mark.slow
 def test_a_scene_without_a_method_is_identified_by_the_one_with_derivatives() -> None:
     model = build_for_run(load(Path(eomgen.__file__).with_name("cli") / "first_scene.toml"), None)
     run = model.simulate(0.4, 1e-2, method="generalized_alpha", parameters={"lower_mass": 0.7})

@@ -54,6 +54,7 @@ def test_noise_at_small_steps_is_no_disagreement() -> None:
     assert _as_finer(value, bars).all()
 
 
+@pytest.mark.slow
 def test_terms_of_a_complex_step_cancel_to_zero() -> None:
     """The rate of a driven turn is w less the drive's rate times cos^2 + sin^2, whose change in time is exactly 0."""
     scene = {

@@ -218,7 +218,7 @@ def planted(monkeypatch: pytest.MonkeyPatch, term: str, output: str, change: Cal
 
 
 @pytest.mark.long_except_every(72)
-@pytest.mark.slow_except("rod-elastic-K_geo-elastic.K_geo-1")
+@pytest.mark.slow
 @pytest.mark.long_cases(
     "drone-mass-M-mass.M-0",
     "gate-parameter_partials-Phip-parameter_partials.Phip-2",

@@ -93,7 +93,7 @@ def alike(found: Any, expected: Any, within: float = 1e-7) -> None:
 
 
 @pytest.mark.long_except_every(3)
-@pytest.mark.slow_except("length 1e-06")
+@pytest.mark.slow
 @pytest.mark.parametrize("units", SCALES, ids=NAMES)
 def test_equilibria_and_linear_models_are_the_same(units: SceneUnits) -> None:
     found, expected = model_of("arm", units), model_of("arm", SceneUnits())
@@ -114,7 +114,7 @@ def test_paths_of_equilibria_are_the_same(units: SceneUnits) -> None:
 
 
 @pytest.mark.long_except_every(15)
-@pytest.mark.slow_except("gears-rk4_partitioned-length 1e-06", "crank-rosenbrock-time 1e-06")
+@pytest.mark.slow
 @pytest.mark.parametrize("units", SCALES, ids=NAMES)
 @pytest.mark.parametrize("method", ["rk4_partitioned", "rk45_partitioned", "generalized_alpha", "rosenbrock"])
 @pytest.mark.parametrize("scene", ["gears", "crank"])
@@ -156,7 +156,7 @@ def test_buckling_loads_are_the_same(units: SceneUnits) -> None:
 
 
 @pytest.mark.long_except_every(9)
-@pytest.mark.slow_except("estimate-length 1e-06")
+@pytest.mark.slow
 @pytest.mark.parametrize("units", [SceneUnits(), *SCALES], ids=["none", *NAMES])
 @pytest.mark.parametrize("estimated", [False, True], ids=["state", "estimate"])
 def test_scenes_with_controllers_move_the_same(estimated: bool, units: SceneUnits) -> None:

@@ -162,6 +162,7 @@ def test_help_names_the_axes_that_there_are(capsys: pytest.CaptureFixture[str]) 
     assert ", ".join(AXES) in printed
 
 
+@pytest.mark.slow
 def test_peaks_between_the_rows_of_coarse_runs_are_compared_where_runs_record_them() -> None:
     runner = Runner(formulations(SWING, {}, others=False), Grid(0.001, 1280, coarsest=64, recorded=10))
     shapes = {
@@ -204,6 +205,7 @@ def test_slopes_are_the_declared_orders(study: tuple[eomgen.Tradeoff, Path]) -> 
         assert slope.slope == pytest.approx(slope.declared, abs=0.1)
 
 
+@pytest.mark.slow
 def test_the_front_holds_what_nothing_dominates(study: tuple[eomgen.Tradeoff, Path]) -> None:
     found = study[0]
     assert found.front
@@ -347,6 +349,7 @@ def test_folders_of_studies_are_not_taken_by_mistake(study: tuple[eomgen.Tradeof
         eomgen.tradeoff(SWING, folder=folder, resume=True)
 
 
+@pytest.mark.slow
 def test_the_command_prints_one_screen(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene = tmp_path / "swing.toml"
     scene.write_text(

@@ -445,6 +445,7 @@ def four_bar() -> tuple[Any, dict[Any, float], dict[Any, float]]:
     return system, values, {q[0]: 1.2, q[1]: -1.0, q[2]: -1.0, q[0].diff(T): 2.0}
 
 
+@pytest.mark.slow
 def test_bodies_have_poses_and_energies() -> None:
     """Poses and twists by hand; kinetic energy of twists; no power; joints and springs are drawn."""
     system, values, start = four_bar()

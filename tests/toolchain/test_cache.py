@@ -86,6 +86,7 @@ def test_the_least_recently_used_go_first(tmp_path: Path) -> None:
     assert cache.size() <= 3500
 
 
+@pytest.mark.slow
 def test_builds_measure_what_there_is_only_when_entries_have_to_go(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -154,6 +155,7 @@ def test_who_comes_second_takes_the_first_one_s(tmp_path: Path) -> None:
     assert not list(tmp_path.glob("tmp-*"))
 
 
+@pytest.mark.slow
 def test_processes_that_race_all_get_a_whole_entry(tmp_path: Path) -> None:
     script = (
         "import sys, time\nfrom pathlib import Path\nfrom eomgen.toolchain.cache import Cache\ndef build(folder):\n   "
@@ -238,6 +240,7 @@ def test_an_entry_of_another_user_stays_and_the_model_is_built_in_a_temporary_fo
     assert entry.text("data.txt") == "of the first user" and not (tmp_path / "quarantine").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root takes the part of two users")
 def test_two_users_share_a_folder() -> None:
     shared = Path(tempfile.mkdtemp())  # the folders of the tests are for root alone

@@ -115,6 +115,7 @@ def test_a_cache_that_its_owner_has_locked(tmp_path: Path, monkeypatch: pytest.M
     assert doctor._cache().ok
 
 
+@pytest.mark.slow
 def test_a_cache_that_everyone_can_write(tmp_path: Path) -> None:
     folder = tmp_path / "cache"
     folder.mkdir()

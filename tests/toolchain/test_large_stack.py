@@ -75,6 +75,7 @@ def test_time_of_such_functions_counts_for_the_thread_that_calls() -> None:
     assert thread_time_ns() - before >= spent >= 5_000_000
 
 
+@pytest.mark.slow
 def test_long_delays_have_the_stack_of_the_partials_of_their_states() -> None:
     builder = eomgen.SceneBuilder("delayed").body("cart", 2.0)
     builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], stiffness=50.0, initial={"position": 0.1})

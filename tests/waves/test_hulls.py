@@ -78,7 +78,7 @@ def test_a_buoy_floats_at_its_draught_and_heaves_with_its_period() -> None:
     assert run.q[200, 0] == pytest.approx(-0.01, rel=1e-4)
 
 
-@pytest.mark.slow_except("9.0")
+@pytest.mark.slow
 @pytest.mark.parametrize("period", [6.0, 9.0, 60.0])
 def test_heave_in_waves_is_that_of_linear_theory(period: float) -> None:
     """(rho g A - a w^2) exp(-k T)/(rho g A - (m + a) w^2) times the elevation, which is 1 in long waves."""
@@ -200,6 +200,7 @@ def test_what_is_wrong_with_a_hull_is_said_once(changes: dict[str, Any], message
     assert len(caught.value.problems) == 1
 
 
+@pytest.mark.slow
 def test_parameters_of_a_run_keep_a_hull_its_length() -> None:
     known = {"top": {"value": 4, "tunable": True}, "wet": {"value": DRAUGHT, "tunable": True}}
     model = _model(hulls={"column": COLUMN | {"end": [0, 0, "top"], "wet": "wet"}}, parameters=known)

@@ -39,6 +39,7 @@ def elevations(height: float, order: int, realisations: int) -> tuple[SeaStatist
     return known, np.array([mean, square - mean**2, cube - 3.0 * mean * square + 2.0 * mean**3])
 
 
+@pytest.mark.slow
 def test_elevations_of_first_order_have_no_skewness() -> None:
     known, (mean, variance, third) = elevations(2.0, 1, 300)
     assert mean == pytest.approx(known.mean, rel=0.03)
