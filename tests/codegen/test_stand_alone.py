@@ -161,6 +161,7 @@ WIDTHS = (
 )
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_sums_of_series_stay_in_registers_of_any_width_with_equal_bits(tmp_path: Path) -> None:
     eomgen.generate(top(), tmp_path / "c", method="taylor")

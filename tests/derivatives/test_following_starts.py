@@ -196,6 +196,7 @@ def test_a_start_at_rest_that_is_held_or_moved_by_hand() -> None:
     assert held.hessian("final(angle)").shape == (2, 2)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_rest_that_nothing_determines_or_beside_what_moves() -> None:
     builder = SceneBuilder("sliding_rest").parameter("mass", 1.0, tunable=True)

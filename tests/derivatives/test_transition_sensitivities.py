@@ -189,6 +189,7 @@ def test_rattlie_without_constraints() -> None:
     check(turning(), "rattlie", by, {"v": [1, 2, -1, 0.5, 2, 0.1, 0.3, 0.2, 0.1]})
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_constraints_on_positions_and_on_velocities_alone() -> None:
     """Corrections of positions hold rates that change with the position."""

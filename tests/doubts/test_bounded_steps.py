@@ -152,6 +152,7 @@ def test_the_bound_goes_with_checkpoints_files_and_resumed_runs(tmp_path: Path) 
     assert sliders().attach(loaded).at(0.55).q == pytest.approx(half.at(0.55).q, abs=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_run_without_variations_decides_for_all_samples(monkeypatch: pytest.MonkeyPatch) -> None:
     given, _, _ = LAWS["linear table over place"]

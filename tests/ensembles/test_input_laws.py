@@ -46,6 +46,7 @@ def cart(tmp_path_factory: pytest.TempPathFactory) -> eomgen.Model:
     return eomgen.build(scene(tmp_path_factory.mktemp("cart"), 3))
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_wheels_of_a_track_follow_its_seed(cart: eomgen.Model, tmp_path: Path) -> None:
     """As scenes with these seeds; generalized-alpha takes functions in its steps otherwise than compiled formulas."""

@@ -113,6 +113,7 @@ def test_laws_in_c_are_the_formulas_and_their_complex_steps() -> None:
         assert difference(matrix, jacobian(evaluate, system.factors, "residual", "r", given, block)) < 1e-10
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_partials_are_complex_steps_of_the_compiled_model() -> None:
     model, state, step = eomgen.build(SCENE), states(), 1e-30

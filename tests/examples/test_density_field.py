@@ -33,6 +33,7 @@ def test_the_page_says_the_memory_of_the_run() -> None:
     assert said and int(said[1]) == math.ceil(memory_of(system) / 2**20)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_leapfrogs_are_cheaper_where_steps_are_bounded_by_stability(demo: dict[str, Any]) -> None:
     """One object in a cell with the mass of the prior: order 4 may take steps of 0.54 over the largest frequency for

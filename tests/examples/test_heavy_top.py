@@ -79,6 +79,7 @@ def errors(run: Solution) -> Array:
     )
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_reference_meets_the_published_digits() -> None:
     R, _, multipliers = reference()

@@ -77,6 +77,7 @@ def test_vectors_are_variables_with_a_dimension() -> None:
     assert texts().files["modelDescription.xml"] != text and "<Dimension" not in str(texts().files)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_runs_have_the_numbers_of_scalars() -> None:
     file = file_of(arrays=True)

@@ -75,6 +75,7 @@ def test_the_page_fits_a_narrow_window(tmp_path: Path) -> None:
         assert "<title>wide true</title>" in Browser(command, width).document(page)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_recipe_for_fmpy_runs(tmp_path: Path) -> None:
     text = (ROOT / "docs" / "fmu.md").read_text(encoding="utf-8")

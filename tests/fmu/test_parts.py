@@ -121,6 +121,7 @@ def test_changed_start_values_in_loops_are_brought_onto_the_constraints() -> Non
     assert not np.allclose(q, model.initial_q, atol=1e-3)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_an_event_that_stops_the_run_asks_the_importer_to_end() -> None:
     data = pushed()

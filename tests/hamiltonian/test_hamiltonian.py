@@ -366,6 +366,7 @@ def test_its_c_stands_alone_and_gives_the_same_rows(tmp_path: Path) -> None:
     np.testing.assert_allclose(rows[:, 5], run.energy["total"], rtol=1e-13)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_command_line_takes_such_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "system.toml"

@@ -326,6 +326,7 @@ def test_generated_c_chooses_the_same_steps(name: str, tmp_path: Path) -> None:
     assert rows[-1, 0] == 0.4
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_angles_over_turns_follow_steps_within_which_they_turn_far() -> None:
     made = wound_spring()

@@ -325,6 +325,7 @@ def test_index_3_without_perturbed_start_loses_an_order(compiled):
     assert slope(TRANSIENT_STEPS, errors) == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_perturbed_start_gives_index_3_its_order_back(compiled):
     errors = multiplier_errors(top(compiled, "R3xSO3", INDEX_3), TRANSIENT_STEPS)

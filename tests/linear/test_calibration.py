@@ -497,6 +497,7 @@ def test_a_mode_that_is_left_without_damping_is_named() -> None:
         model_of(MAST.replace("modes = [1]", "modes = [1, 2]"))
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_one_number_for_a_beam_of_several_coordinates_is_refused() -> None:
     with pytest.raises(

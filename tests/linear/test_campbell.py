@@ -260,6 +260,7 @@ def test_orders_are_labelled_with_the_letter_that_is_asked_for() -> None:
     assert {"1P", "3P"} <= {text.get_text() for text in axis.texts}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @settings(max_examples=8, deadline=None)
 @given(
@@ -432,6 +433,7 @@ def test_of_two_equal_modes_one_whirls_forward_and_one_backward() -> None:
         assert sorted(item.whirl for item in diagram.crossings) == ["backward", "forward"]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_unbalance_refuses_a_diagram_with_the_body_and_its_distance() -> None:
     model = eomgen.build(jeffcott(2e-4), profile="quick")

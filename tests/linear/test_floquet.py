@@ -193,6 +193,7 @@ def pendulum(coordinates: str) -> eomgen.Model:
     )  # fmt: skip  # a table
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_periodic_motion_is_found_and_its_multipliers_are_differences_of_runs() -> None:
     model, h = pendulum("joint"), 1e-5

@@ -285,6 +285,7 @@ def test_a_ride_over_classes_and_speeds(tmp_path: Path, capsys: pytest.CaptureFi
     assert (folder / "spectra.png").stat().st_size > 10_000
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_ride_on_a_measured_road(capsys: pytest.CaptureFixture[str]) -> None:
     """The row of the scene's road has the number of Python; classes are refused, speeds are not."""

@@ -212,6 +212,7 @@ def test_a_cyclic_moment_moves_the_support_as_the_equations_say() -> None:
         assert x == pytest.approx(z if w > 0.0 else np.conj(z), abs=1e-13)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_signals_of_single_blades_in_no_group_are_named() -> None:
     """Signals of the support and signals in groups are the same at all azimuths; a diagram needs no signals."""

@@ -221,6 +221,7 @@ def test_composite_bodies_have_the_hessian_of_the_operations(
     assert any(used.get(place, ZERO) != by_operations.get(place, ZERO) for place in places) == fewer
 
 
+@pytest.mark.long_cases("talos-37215")
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "operations"), [("panda", 5060), ("talos", 37215)])
 def test_hessians_of_robots_are_those_of_casadi(name: str, operations: int, rng: np.random.Generator) -> None:
@@ -268,6 +269,7 @@ def test_every_term_has_a_case() -> None:
     assert {term for _, term in CASES} == set(DIFFERENTIATED)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_arguments_may_be_chosen_in_any_order(rng: np.random.Generator) -> None:
     model, state = model_of("gimbal"), state_of(model_of("gimbal"), rng)

@@ -356,6 +356,7 @@ def test_an_integrator_of_acados_follows_a_rotation(kind: str, tmp_path: Path, m
     assert np.linalg.norm(state[:4]) == pytest.approx(1.0, abs=1e-9)
 
 
+@pytest.mark.long
 @needs_acados
 @pytest.mark.slow
 def test_a_receding_horizon_swings_a_heavier_pole_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

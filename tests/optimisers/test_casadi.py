@@ -261,6 +261,7 @@ def flown() -> eomgen.Scene:
     return builder.effort("motor", "hinge", "-pull * sin(q.hinge) * v.hinge**2").build()
 
 
+@pytest.mark.long_cases("inverse_dynamics")
 @pytest.mark.slow_cases("frame_poses")
 @pytest.mark.parametrize("name", [pytest.param("inverse_dynamics", marks=pytest.mark.slow), "frame_poses"])
 def test_quaternions_are_differentiated_on_the_unit_sphere(name: str, rng: np.random.Generator) -> None:

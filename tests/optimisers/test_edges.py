@@ -78,6 +78,7 @@ def test_casadi(wanted: Any) -> None:
         assert result.full().ravel() == pytest.approx(wanted[:, number], **EXACT)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_jax(model: Any, wanted: Any) -> None:
     jax = import_module("jax")

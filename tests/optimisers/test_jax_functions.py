@@ -75,6 +75,7 @@ def test_values_and_batches_have_the_bits_of_the_model(floating: Any) -> None:
     assert np.array_equal(jax.jit(nested)(times, loads), expected)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_first_and_second_derivatives_along_curves_of_poses(floating: Any) -> None:
     model, functions = floating
@@ -294,6 +295,7 @@ def test_gradient_of_a_run_with_impacts_and_samples_is_the_adjoint() -> None:
     np.testing.assert_allclose(gradient, list(exact.values()), rtol=1e-12)
 
 
+@pytest.mark.long_cases("linear")
 @pytest.mark.slow
 @pytest.mark.parametrize("force", ["-3*q.x - v.x", "2.0"], ids=["linear", "constant"])
 def test_derivatives_without_nonzeros_are_zeros(force: str) -> None:

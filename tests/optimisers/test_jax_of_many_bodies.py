@@ -63,6 +63,7 @@ def test_second_derivatives_of_two_free_bodies() -> None:
     np.testing.assert_allclose(made, differences, rtol=0.0, atol=1e-7 * np.max(np.abs(differences)))
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_hessians_of_many_coordinates_have_no_whole_matrix_for_each_direction() -> None:
     jax.config.update("jax_enable_x64", True)

@@ -111,6 +111,7 @@ def test_the_command_takes_scenes_and_folders_of_runs(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_command_runs_and_checks_a_scene_whose_text_is_in_the_page(tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_text(PENDULUM_TOML, encoding="utf-8")

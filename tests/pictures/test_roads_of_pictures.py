@@ -133,6 +133,7 @@ def on_surface(surface: str, **first: object) -> tuple[dict[str, object], dict[s
     return shape, poses, scenery
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_surface_of_a_contact_is_drawn_around_the_path() -> None:
     """Four radii beyond the path, at the heights of the formula, seen from above; the ground touches it from below."""

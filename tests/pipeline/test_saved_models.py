@@ -86,6 +86,7 @@ def changed(saved: Path, folder: Path, change: Callable[[dict[str, Any]], object
     return folder / "changed.eomgen"
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_model_from_a_file_has_the_same_bits_without_a_compiler(saved: Path, tmp_path: Path) -> None:
     with pytest.MonkeyPatch.context() as patch:

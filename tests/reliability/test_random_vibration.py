@@ -445,6 +445,7 @@ def test_forces_that_jump_leave_samples_alone() -> None:
     assert "most probable points are left out: forces jump near t = " in found.message
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_level_that_the_run_starts_at_or_above_is_noted(duffing: eomgen.Model) -> None:
     found = study(duffing, points=False, thresholds=[0.5], levels=[0.2, 0.6])

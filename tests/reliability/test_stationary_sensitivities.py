@@ -103,6 +103,7 @@ def test_stiffness_that_changes_with_time_is_none() -> None:
     assert derivatives(frame(balanced()), ["top"], by=[*PUSHED, "q.one"])[1] is None
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_hessian_takes_directions_that_bend_something_and_no_others(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a linear scene it is zero, and takes no matrix of all parameters at all steps; of one that parameters alone

@@ -163,6 +163,7 @@ def test_a_base_follows_waves_of_other_seeds() -> None:
     np.testing.assert_allclose(run.outputs["deck"][:, 2], 1.5 + height, rtol=0, atol=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_random_vibration_in_waves_is_that_of_the_transfer_function() -> None:
     """A buoy on a spring, long after the waves have come: |H|^2 S, and normal."""

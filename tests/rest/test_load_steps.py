@@ -174,6 +174,7 @@ def test_small_scenes_rest_by_whole_matrices_as_large_ones_by_sparse_ones(
     np.testing.assert_allclose(by_whole.multipliers, by_sparse.multipliers, atol=1e-7)
 
 
+@pytest.mark.long
 def test_a_point_of_a_search_evaluates_the_partials_once_for_all_matrices(monkeypatch: pytest.MonkeyPatch) -> None:
     model = eomgen.build(
         beam_scene(12, {"force": [0.0, 0.0, "load"], "axes": "body"}, {"stiffness": ROLL_UP}), profile="quick"

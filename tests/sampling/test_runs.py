@@ -246,6 +246,7 @@ def test_the_command_line_says_what_is_wrong(
         assert text in capsys.readouterr().err
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_ctrl_c_keeps_what_there_is(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -352,6 +352,7 @@ duration = 6
 """
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_shear_frame_in_an_earthquake_against_scipy(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """M x'' + C x' + K x = -M a in displacements against the ground; the table is in g and ms; and the same by the

@@ -50,6 +50,7 @@ def euler(second: float, number: int = 1) -> float:
     return second * ((2 * number - 1) * np.pi / 2.0) ** 2
 
 
+@pytest.mark.long_cases("0.01")
 @pytest.mark.slow
 @pytest.mark.parametrize("slenderness", [0.1, 0.03, 0.01, 0.003, 0.001, 0.0005])
 def test_round_rods_have_a_double_bifurcation_at_eulers_load(column: Model, slenderness: float) -> None:
@@ -206,6 +207,7 @@ def test_slender_blades_on_a_turning_base_are_linear_about_their_rest() -> None:
     assert flapping == pytest.approx([5.585] * 3, rel=0.03)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_base_that_is_held_for_want_of_a_steady_motion_is_said() -> None:
     blade = rotor([0.0, -0.3, 0.0], elements=1)

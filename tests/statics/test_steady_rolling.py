@@ -121,6 +121,7 @@ def circle_of(model: eomgen.Model, found: SteadyMotion) -> tuple[float, float, f
 # -- a disc ------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long_cases("8.0-0.3")
 @pytest.mark.slow
 @pytest.mark.parametrize("spin, lean", [(8.0, 0.3), (20.0, 0.2), (12.0, -0.6), (-9.0, 0.4)])
 def test_a_disc_in_a_circle(spin: float, lean: float) -> None:

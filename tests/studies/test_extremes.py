@@ -271,6 +271,7 @@ def test_formulas_are_scaled_with_their_arguments() -> None:
     assert found * 7.0**2 == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_rates_of_states_are_scaled_with_the_unit_of_time() -> None:
     scene = PENDULUM | {"parameters": {"limit": 2.0}}

@@ -34,6 +34,7 @@ def test_a_rotation_that_is_rounding_is_measured_by_what_moves(turned: float) ->
     assert difference(subject(model), {**held, "q": off}, held, 0.01).position == pytest.approx(0.5)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_cell_with_a_wrong_internal_state_does_not_hold() -> None:
     builder = eomgen.SceneBuilder("lag").body("mass", 1.0).state("lag", rate="-2000*(lag-sin(30*t))", initial=0.3)

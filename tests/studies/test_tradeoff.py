@@ -205,6 +205,7 @@ def test_slopes_are_the_declared_orders(study: tuple[eomgen.Tradeoff, Path]) -> 
         assert slope.slope == pytest.approx(slope.declared, abs=0.1)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_front_holds_what_nothing_dominates(study: tuple[eomgen.Tradeoff, Path]) -> None:
     found = study[0]

@@ -70,6 +70,7 @@ def test_every_operation_is_that_of_jets(op):
         assert coefficients(tape, outputs, paths, JET_ORDER)[0] == pytest.approx(expected, rel=1e-12, abs=1e-14)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(programs)

@@ -476,6 +476,7 @@ def test_bodies_have_poses_and_energies() -> None:
     np.testing.assert_allclose(at["energy"][1], 9.81 * masses @ pose[:, 5] + 5.0 * stretch**2, rtol=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_loops_of_joints_are_closed_along_runs() -> None:
     system, values, start = four_bar()

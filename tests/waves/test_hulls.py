@@ -92,6 +92,7 @@ def test_heave_in_waves_is_that_of_linear_theory(period: float) -> None:
     assert period < 60.0 or response == pytest.approx(1.0, abs=0.03)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_fixed_column_has_the_force_of_morison() -> None:
     """In deep water rho (1 + C_a) A g a at the steepest slope, and rho C_d D a^2 w^2/(4 k) under a crest."""

@@ -72,6 +72,7 @@ def test_the_density_of_slopes_is_one() -> None:
     assert math.log10(known.fold_probability) == pytest.approx(math.log10(4.9e-15), abs=0.02)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_slopes_and_specular_points_are_those_of_the_closed_forms() -> None:
     """On labels 0.3 m apart: points between two of which the slope passes through its value twice are missed."""
