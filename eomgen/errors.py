@@ -163,7 +163,7 @@ class EomgenError(Exception):
         """Return the whole message: one line for one problem, a counted list for several, of many alike the first.
 
         Problems are alike if the first part of their key and, names and numbers aside, their sentence are equal.
-        More than five alike are one item, followed by their number and the places of four more.
+        More than five alike are one item, followed by the number of the rest and the places of the next four.
 
         Parameters
         ----------

@@ -216,8 +216,9 @@ def section_loads(
         Accelerations for the inertia forces on the elements: by default zero at rest, and computed by forward dynamics
         if v is given. If a beam has suppressed strains and no multipliers are given, ``a`` is not taken: accelerations
         and multipliers are both computed by forward dynamics, at rest as well.
-    multipliers : (..., constraints), optional
-        Constraint forces of suppressed strains; by default computed by forward dynamics.
+    multipliers : (..., rows), optional
+        Multipliers of all constraints, for the forces of suppressed strains; unused if no strain is suppressed. By
+        default computed by forward dynamics.
 
     Returns
     -------

@@ -217,7 +217,8 @@ def point(
 def body_jacobian(model: ExtensibleModel, body: str, q: ArrayLike, *, parameters: Parameters = None) -> Array:
     """Return the Jacobian of a body or a frame in the axes of the body or frame.
 
-    The inertial twist is ``body_jacobian(body, q) @ v`` plus the twist of the moving base at the body.
+    The inertial twist is ``body_jacobian(body, q) @ v`` plus the twist of the moving base at the body; in absolute
+    coordinates only a body fixed to the base has this addition.
 
     Parameters
     ----------
@@ -231,7 +232,7 @@ def body_jacobian(model: ExtensibleModel, body: str, q: ArrayLike, *, parameters
     Returns
     -------
     J : (..., 6, nv) ndarray
-        Rows: angular, then linear; columns: components of v, left-trivialised.
+        Rows: angular, then linear of the origin; columns: components of v, left-trivialised.
 
     Raises
     ------
@@ -269,7 +270,8 @@ def point_jacobian(
     """Return the Jacobian of a point of a body or a frame, in world axes.
 
     The point's velocity in world axes is ``point_jacobian(body, r, q, t) @ v`` plus the velocity of the moving base
-    at the point; a force f on the point, in world axes, adds ``point_jacobian(...).T @ f`` to Q.
+    at the point (in absolute coordinates only on a body fixed to the base); a force f on the point, in world axes, adds
+    ``point_jacobian(...).T @ f`` to Q.
 
     Parameters
     ----------
@@ -421,9 +423,9 @@ def jacobian(
 ) -> Array:
     """Return the Jacobian J of a body or a frame against the base.
 
-    J v is the twist against the base, without the motion of the base; a wrench (moment, force) in the same reference
-    adds J^T wrench to Q. The term is ``frame_jacobians`` (``_aligned``, ``_world``), compiled at the first call if the
-    model was built without the term.
+    J v is the twist against the base, without the motion of the base; of a moving body in absolute coordinates, against
+    the world. A wrench (moment, force) in the same reference adds J^T wrench to Q. The term is ``frame_jacobians``
+    (``_aligned``, ``_world``), compiled at the first call if the model was built without the term.
 
     Parameters
     ----------
@@ -475,7 +477,9 @@ def jacobian_rate(
 ) -> Array:
     """Return the time derivative of ``jacobian`` along v, dJ/dt.
 
-    On a moving base the base moves too. The term is ``frame_jacobian_rates`` (``_aligned``, ``_world``).
+    The motion of the base is included, by the twist in ``base``: turning in ``local_world_aligned``, turning and travel
+    in ``world``; J in ``body`` does not depend on the base. The term is ``frame_jacobian_rates`` (``_aligned``,
+    ``_world``).
 
     Parameters
     ----------
@@ -527,7 +531,8 @@ def drift(
     matrices.
 
     On a base at rest the rate of the twist is J a + drift: in ``local_world_aligned`` the angular acceleration and the
-    acceleration of the origin, else the rate of the twist's components. The term is ``frame_drifts`` (``_aligned``,
+    acceleration of the origin, else the rate of the twist's components. On a moving base dJ/dt, as in
+    ``jacobian_rate``, contains the twist of the base, not the acceleration. The term is ``frame_drifts`` (``_aligned``,
     ``_world``).
 
     Parameters

@@ -86,6 +86,8 @@ def center_of_mass_jacobian(
 ) -> Array:
     """Return the Jacobian J of the centre of mass: the velocity of the centre against the base is J v.
 
+    In absolute coordinates J v is the velocity against the world.
+
     Parameters
     ----------
     q : array_like
@@ -124,6 +126,9 @@ def center_of_mass_drift(
 ) -> Array:
     """Return dJ/dt v of the centre of mass, which accelerates with J a + dJ/dt v on a base at rest.
 
+    J is ``center_of_mass_jacobian``. On a turning base dJ/dt v contains omega x (J v), and no further term of the
+    base's motion.
+
     Parameters
     ----------
     q, v : array_like
@@ -159,8 +164,9 @@ def centroidal_momentum(
 ) -> Array:
     """Return the centroidal momentum matrix A: A v is the momentum about the centre of mass, relative to the base.
 
-    The momentum is of all bodies that move against the base, without the momentum of rotor inertias. Orin, Goswami and
-    Lee, Autonomous Robots 35 (2013) 161.
+    The momentum is of all bodies that move against the base, without the momentum of rotor inertias and of added masses
+    of water; in absolute coordinates A v is relative to the world. Orin, Goswami and Lee, Autonomous Robots 35 (2013)
+    161.
 
     Parameters
     ----------
@@ -235,6 +241,9 @@ def centroidal_drift(
     base: ArrayLike | None = None,
 ) -> Array:
     """Return dA/dt v: on a base at rest the centroidal momentum changes with A a + dA/dt v.
+
+    A is ``centroidal_momentum``. On a turning base dA/dt v contains omega x each part of A v, and no further term of
+    the base's motion.
 
     Parameters
     ----------

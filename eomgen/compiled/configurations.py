@@ -108,8 +108,9 @@ def difference(model: EvaluatedModel, first: ArrayLike, second: ArrayLike) -> Ar
 def neutral(model: EvaluatedModel) -> Array:
     """Return the configuration in which every joint is at zero: unit quaternions (1, 0, 0, 0), else zeros.
 
-    Constraints are not regarded: closed loops may be open, and in absolute coordinates the centre of mass of every body
-    is at the world's origin. ``model.initial_q`` meets the constraints.
+    Constraints are not regarded: closed loops may be open, in absolute coordinates the centre of mass of every body is
+    at the world's origin, and all nodes of geometrically exact beams are at one place. ``model.initial_q`` meets the
+    constraints.
 
     Returns
     -------

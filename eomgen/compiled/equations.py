@@ -216,7 +216,7 @@ def base_motion(
     Returns
     -------
     b : (..., nv) ndarray
-        N m along angles, N along lengths; zeros if the scene's base is at rest.
+        N m along angles, N along lengths; zeros if the scene's base is at rest, and in absolute coordinates.
 
     Raises
     ------
@@ -659,8 +659,8 @@ def evaluate(
 ) -> dict[str, Array]:
     """Return the outputs of a term of the model.
 
-    Accelerations are computed by forward dynamics if the term needs ``a`` and none are given; then so are multipliers
-    that are not given.
+    Accelerations are computed by forward dynamics, as far as the model was built with the terms for this, if the term
+    needs ``a`` and none are given; then so are multipliers that are not given.
 
     Parameters
     ----------
@@ -678,7 +678,8 @@ def evaluate(
     base : array_like, optional
         State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
     **rates : array_like
-        Time derivatives that some terms take: j, s, a_higher, u_dot, u_ddot, u_higher and base_rates.
+        Time derivatives that some terms take, as in ``rates``: of a j, s, a_higher (j and s the first and second), of u
+        u_dot, u_ddot, u_higher, and of the base's twist base_rates.
 
     Returns
     -------
@@ -739,8 +740,9 @@ def energy(
     Returns
     -------
     dict
-        ``kinetic``, ``potential`` and ``total`` in J, ``power`` of all non-conservative forces and ``base_power`` of
-        the reaction at a moving base and of prescribed motions in W; each (...).
+        ``kinetic`` (with rotor inertias), ``potential`` (with gravity from the world's origin) and the sum ``total`` in
+        J, ``power`` of all non-conservative forces and ``base_power`` of the reaction at a moving base and of
+        prescribed motions in W; each (...).
 
     Examples
     --------
@@ -896,6 +898,8 @@ def internal_partials(
 ) -> InternalPartials:
     """Return the partials that involve internal states: of the residual in z, and of zdot in q, v and z.
 
+    The residual is M a + h + b - Q. Inputs and the state of the base are held. Rows of zdot of sampled states are zero.
+
     Parameters
     ----------
     q, v : array_like
@@ -917,7 +921,7 @@ def internal_partials(
     Raises
     ------
     UsageError
-        A scene without internal states.
+        A scene without internal states, or a model that was built without the term ``internal_partials``.
 
     Examples
     --------

@@ -516,7 +516,8 @@ class CompiledModel(NamedAttributes):
 
         Quaternions are brought to unit length before the dynamics are evaluated; rates of quaternions belong to the
         quaternions as given. Constraints hold at the level of accelerations alone, so q and v drift off. Events,
-        samples of controllers, whose states have zero rates, and discontinuities are left to the caller.
+        samples and discontinuities are left to the caller: sampled states have zero rates, continuous states of
+        controllers have the rates of their laws.
 
         Parameters
         ----------

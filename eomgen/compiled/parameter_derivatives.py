@@ -61,8 +61,8 @@ def parameter_partials(
     """Return partials of the equations in tunable parameters, exact to rounding.
 
     q, v, a, z, the multipliers and inputs that the scene does not prescribe are held; prescribed inputs and the motion
-    of the base change with the parameters by their laws. Without constraints ``residual`` is the partial of inverse
-    dynamics, d tau / dp.
+    of the base change with the parameters by their laws, even if ``u`` or ``base`` gives their values. Without
+    constraints ``residual`` is the partial of inverse dynamics, d tau / dp.
 
     Parameters
     ----------
@@ -125,7 +125,8 @@ def output_parameter_partials(
 ) -> dict[str, Array]:
     """Return partials of the scene's outputs in tunable parameters, with q, v, a, z and multipliers held.
 
-    Inputs that the scene prescribes and the motion of the base change with the parameters by their laws.
+    Inputs that the scene prescribes and the motion of the base change with the parameters by their laws, even if ``u``
+    or ``base`` gives their values; further inputs are held.
 
     Parameters
     ----------
@@ -153,7 +154,8 @@ def output_parameter_partials(
     ------
     UsageError
         A parameter that is fixed in the code or unknown; a scene without tunable parameters; accelerations that outputs
-        need and that are not given.
+        need and that are not given, unless the model was built with this term and the terms of forward dynamics, which
+        then computes a.
 
     Examples
     --------
@@ -217,9 +219,10 @@ def regressor(
 ) -> Regressor:
     """Return the regressor Y of inverse dynamics, and the remainder of tau.
 
-    Columns are in the order of ``regressor_parameters``: mass, first moments and inertia of each moving body, in body
-    axes about the origin of the body's frame; rotor inertia, damping and levels of dry friction of joints, without
-    coefficients that are 0 in the scene.
+    Columns are in the order of ``regressor_parameters``: mass, first moments and inertia of each moving body, always
+    ten, in body axes about the origin of the body's frame; then rotor inertia, damping and levels of dry friction of
+    each joint, of which coefficients that are 0 in the scene have no column. The remainder has springs, inputs and
+    formulas; gravity is in Y.
 
     Parameters
     ----------

@@ -77,11 +77,12 @@ def input_values(model: EvaluatedModel, t: ArrayLike = 0.0, *, parameters: Param
 
 
 def discontinuity_times(model: EvaluatedModel, start: float, end: float, *, order: int = 2) -> Array:
-    """Return the times of an interval, with its ends, at which derivatives of forces up to an order are known to jump.
+    """Return the times of a closed interval at which derivatives of forces up to an order are known to jump.
 
-    Times at which sampled states change belong to each order. Left out are jumps at times that depend on tunable
-    parameters or on the state, such as contacts and events. Steppers end steps by themselves at the times that matter
-    to the order of the method; solvers of other packages need to be stopped at these times.
+    The ends are in the result only if jumps are there. Times at which sampled states change belong to each order. Left
+    out are jumps at times that depend on tunable parameters or on the state, such as contacts and events. Steppers end
+    steps by themselves at the times that matter to the order of the method; solvers of other packages need to be
+    stopped at these times.
 
     Parameters
     ----------

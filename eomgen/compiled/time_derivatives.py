@@ -36,7 +36,7 @@ def rates(
     base: ArrayLike | None = None,
     base_rates: ArrayLike | None = None,
 ) -> tuple[Array, ...]:
-    """Return tau = M a + h + b - Q and the time derivatives of tau up to an order.
+    """Return tau = M a + h + b - Q and the time derivatives of tau up to an order; internal states follow their law.
 
     Parameters
     ----------
@@ -119,8 +119,8 @@ def forward_rates(
 ) -> tuple[Array, Array, Array]:
     """Return vdot, the jerk and the time derivative of the jerk, along the motion that the forces cause.
 
-    The term is ``forward_rates``, which scenes with constraints do not have; a model that was built without the term
-    raises UsageError.
+    Internal states follow their own law. The term is ``forward_rates``, which scenes with constraints do not have; a
+    model that was built without the term raises UsageError.
 
     Parameters
     ----------

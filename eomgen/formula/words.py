@@ -161,7 +161,7 @@ class Word:
         item : object, optional
             The entry's object if known, for the names of arguments; the word's own arguments by default.
         part : str, optional
-            Name of a component, unused without ``item``; by default the first component if components have names.
+            Name of a component, unused without ``item``; by default the first if several components have names.
 
         Returns
         -------

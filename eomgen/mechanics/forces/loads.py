@@ -75,7 +75,7 @@ def push(wrenches: list[Wrench | None], quantities: Quantities, name: str, force
     quantities : Quantities
         Positions of the points.
     name : str
-        Name of a point of the scene, or of a frame, whose origin is the point.
+        Name of a point of the scene, or of a frame, whose origin is the point; KeyError for any other name.
     force_in_base : sequence of Scalar
         Force (3,), N, in base axes. No opposite force is added.
     """
