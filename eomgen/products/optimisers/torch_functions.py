@@ -138,22 +138,24 @@ class TorchFunctions:
         q, v, a : (..., nq), (..., nv) and (..., nv) tensors
             Configuration, velocity and acceleration, left-trivialised.
         t : (...) tensor, optional
-            Time, s.
+            Time, s, also of the scene's motion of the base.
         u, z : (..., nu) and (..., nz) tensors, optional
-            Inputs and internal states, SI units.
+            Inputs and internal states, SI units; by default the scene's formulas at ``t`` (0 without a formula) and the
+            scene's initial values.
         parameters : (..., np) tensor, or mapping of (...) tensors, optional
-            Tunable parameters, all in order or some by name, SI units.
+            Tunable parameters, all in order or some by name, SI units; the scene's values by default.
 
         Returns
         -------
         (..., nv) tensor
-            Generalized forces beyond the scene's own; N m along angles, N along lengths.
+            Generalized forces in addition to the scene's own, inputs included, without forces of constraints; N m along
+            angles, N along lengths.
 
         Raises
         ------
         UsageError
-            A wrong shape, float32, a tensor of another device, or an unknown parameter; derivatives that are refused as
-            in ``forward_dynamics``.
+            A wrong shape, float32, a tensor of another device, or an unknown parameter; a derivative in ``t`` or
+            ``parameters`` while ``u`` is not given and follows formulas of the scene; a third derivative.
         """
         return self._evaluate("inverse_dynamics", {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "p": parameters})
 
@@ -179,17 +181,18 @@ class TorchFunctions:
         Parameters
         ----------
         t_end, step : float, optional
-            End and step, s; values of the scene if not given.
+            End and step, s, of a run from t = 0; values of the scene if not given.
         q, v : (nq,) and (nv,) tensors, optional
             Initial state; the start of the scene if not given.
         parameters : mapping, optional
             Tunable parameters by name, SI units.
         inputs : mapping, optional
-            Inputs by name -> values at all steps, (steps + 1,), linear in between.
+            Inputs by name -> values at all steps, (steps + 1,), linear in between; further inputs are the scene's.
         of : sequence of str, optional
             Outputs; all of the scene by default.
         method, record_every, settings : optional
-            As in ``model.sensitivities``.
+            Integrator, steps from row to row (a divisor of the number of steps), and the integrator's settings; as in
+            the scene by default.
 
         Returns
         -------
@@ -359,9 +362,10 @@ class TorchFunctions:
         name : str
             ``forward_dynamics`` or ``inverse_dynamics``.
         tensors : sequence of tensor
-            Arguments of the term, as in ``gradient``.
+            Arguments q, v, a (of ``inverse_dynamics``), z, u, p and t (...) with equal leading axes.
         along : tensor
-            Direction (..., directions), a change of the arguments in the order of ``tensors``; of q left-trivialised.
+            Direction (..., directions), a change of the arguments in the order of ``tensors``; nv numbers for q,
+            left-trivialised.
 
         Returns
         -------
@@ -376,23 +380,24 @@ class TorchFunctions:
     def curvature(self, name: str, tensors: Sequence[Tensor], weights: Tensor, along: Tensor) -> Tensor:
         """Evaluate the change of the scalar (J^T weights) . along, for a change of the arguments along each direction.
 
-        The Hessian is the symmetric part of second derivatives on rotations: X_k X_j f = H_kj + [X_k, X_j] f/2.
+        The Hessian is the symmetric part of second derivatives on rotations: X_k X_j f = H_kj + [X_k, X_j] f/2. The
+        result has both terms.
 
         Parameters
         ----------
         name : str
             ``forward_dynamics`` or ``inverse_dynamics``.
         tensors : sequence of tensor
-            Arguments of the term, as in ``gradient``.
+            Arguments q, v, a (of ``inverse_dynamics``), z, u, p and t (...) with equal leading axes.
         weights : tensor
             Weights (..., nv) of the components.
         along : tensor
-            Direction (..., directions), as in ``tangent``.
+            Direction (..., directions), a change of the arguments in the order of ``tensors``; nv numbers for q.
 
         Returns
         -------
         (..., directions) tensor
-            Change along each direction, in the order of ``gradient``.
+            Change along each direction, in the order of ``along``.
         """
         pattern = self._model.sparsity(name, 2)
         nonzeros = self._model.hessian(name, weights.numpy(force=True), **self._keywords(name, tensors), sparse=True)
@@ -414,14 +419,15 @@ class TorchFunctions:
         name : str
             ``forward_dynamics`` or ``inverse_dynamics``.
         tensors : sequence of tensor
-            Arguments of the term, as in ``gradient``.
+            Arguments q, v, a (of ``inverse_dynamics``), z, u, p and t (...) with equal leading axes.
         gradient : tensor
             Gradient (..., directions), as of ``gradient``.
 
         Returns
         -------
         list of tensor
-            The gradient in each argument, of the argument's shape: (..., nq) in q, (...) in t.
+            The gradient in each argument, of the argument's shape: (..., nq) in q, orthogonal to each quaternion,
+            and (...) in t.
         """
         directions = self._scene.directions(arguments_of(name))
         parts = dict(zip(directions, gradient.split(list(directions.values()), -1), strict=True))

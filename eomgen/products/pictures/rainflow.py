@@ -199,7 +199,7 @@ class Rainflow:
         Parameters
         ----------
         path : str or Path
-            File to write, ``.csv``.
+            File to write, ``.csv``; an existing file is replaced.
 
         Returns
         -------
@@ -221,20 +221,19 @@ class Rainflow:
         return path
 
     def plot(self, axes: object = None, label: str | None = None) -> list[Any]:
-        """Draw the ranges over the number of cycles that reach them, logarithmic; return matplotlib's axes, a list of
-        one.
+        """Draw the ranges over the number of cycles that reach them, a logarithmic axis; return matplotlib's axes.
 
         Parameters
         ----------
         axes : matplotlib Axes
             A new figure of pyplot if none are given; several counts may go onto the same axes.
         label : str
-            For a legend.
+            For a legend, which is drawn only with a label.
 
         Returns
         -------
         list of matplotlib Axes
-            One for each panel.
+            One element, the axes drawn on.
 
         Raises
         ------

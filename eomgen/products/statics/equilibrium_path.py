@@ -111,7 +111,8 @@ class EquilibriumPath:
         to : float
             Value of the parameter at which the branch is to end, SI units.
         size : float
-            First step along the mode, in twentieths of a radian or of the scene's length; the sign selects the side.
+            First step along the critical point's ``mode``, in twentieths of a radian or of the scene's length; the sign
+            selects the side.
 
         Returns
         -------
@@ -169,7 +170,7 @@ class EquilibriumPath:
         Parameters
         ----------
         path : str or Path
-            File to write.
+            File to write; an existing file is replaced.
 
         Returns
         -------
@@ -235,7 +236,7 @@ class EquilibriumPath:
         Parameters
         ----------
         over : name or names of columns
-            The column with the largest change by default.
+            By default the output that changes most, units aside; if no output changes, a position of a body.
         axes : matplotlib Axes, one for each column
             A new figure if none are given.
         path : str or Path, optional
@@ -252,6 +253,8 @@ class EquilibriumPath:
             A column that is not there, or another number of axes.
         FileError
             The file cannot be written.
+        ValueError
+            An ending that matplotlib does not support.
         """
         names = [over] if isinstance(over, str) and over else list(over) or [self.largest_column]
         columns = [self.column(name) for name in names]

@@ -309,7 +309,7 @@ class Savings:
         Returns
         -------
         list of Path
-            The written files.
+            The written files, in this order.
         """
         target = make_folder(Path(folder))
         table, data = target / "savings.csv", target / "savings.json"
@@ -344,7 +344,8 @@ def savings(
     """Measure the costs of a scene as requested, and with additions.
 
     Variants: the functions of a run alone, the terms of a step alone, all terms, all numbers tunable, a base that moves
-    in all six ways, absolute coordinates, and all of that. All variants have the same motion. Each variant is derived,
+    in all six ways, absolute coordinates (unless the scene has these), and all of that. All variants have the same
+    motion. Each variant is derived,
     built in an empty cache, and run at the scene's step; runs of the variants alternate, so that other load of the
     machine affects all variants. A variant that cannot be derived, built or run has a ``problem``, and lacks costs.
 
@@ -360,7 +361,7 @@ def savings(
         Names of variants other than the scene as asked: ``a run``, ``terms of a step``, ``all terms``, ``tunable``,
         ``moving base``, ``absolute``, ``everything``; all by default.
     profile : str
-        As in ``build``.
+        Profile of the compiler, as in ``build``.
     progress : callable, optional
         Called with variants built, all variants, and the name of the variant before its build.
     **options

@@ -121,7 +121,8 @@ def check_law(
         The scenes, with the same coordinates, inputs and parameters in the same order.
     states : mapping, optional
         Blocks ``q``, ``v``, ``z``, ``t``, ... (n, size) of states at which the laws are defined; four random ones if
-        not given, so n is 4 or 1 unless all blocks are given. ``z``, ``lam`` and ``base`` are never random.
+        not given, so n is 4 or 1 unless all blocks are given. ``z``, ``lam`` and ``base`` are never random: scenes with
+        internal states, constraints or a moving base need these here.
     values, partials : float
         Largest relative errors. Laws without partials have differences: 1e-7 for these.
 
@@ -131,6 +132,8 @@ def check_law(
         Naming the scene, the demand, and the error.
     UsageError
         A law in Python, which the generated C cannot have.
+    ValueError
+        ``z``, ``lam`` or ``base`` is missing.
     """
     terms = ["residual", "partials"]
     system, formula_system = derive(scene, terms), derive(by_formulas, terms)

@@ -67,7 +67,7 @@ def check_joint_type(name: str) -> None:
     Raises
     ------
     ContractError
-        Naming the type and the demand.
+        Naming the type and the demand; also for an unknown type.
     """
     demand(name in JOINTS, name, "there is no joint type of this name; is the distribution installed?")
     row = JOINTS[name]

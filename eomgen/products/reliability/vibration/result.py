@@ -140,7 +140,7 @@ class RandomVibration:
         -------
         dict
             The attributes by name as JSON types, and ``message``; numbers may be nan. ``error`` is its summary, keys of
-            ``first_passage`` are the levels as texts.
+            ``first_passage`` are the levels as texts, and each of ``moments`` is a dict by name of the moment.
         """
         keys = ("mean", "standard_deviation", "skewness", "excess_kurtosis")
         return {
@@ -168,7 +168,8 @@ class RandomVibration:
         }
 
     def save(self, folder: str | os.PathLike[str]) -> list[Path]:
-        """Write random.json (``to_dict``, null for nan), distribution.csv and, with ``times``, autocovariance.csv.
+        """Write random.json (``to_dict``, null for nan), distribution.csv (thresholds, indices, probabilities) and, with
+        ``times``, autocovariance.csv.
 
         Existing files are replaced. Raises FileError.
 

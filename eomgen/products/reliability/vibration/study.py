@@ -133,17 +133,18 @@ def random_vibration(
     samples : int
         Number of samples of Monte Carlo, 0 for none.
     tail_samples : int
-        Number of samples of importance sampling about the most probable point of each threshold.
+        Number of samples of importance sampling about the most probable point of each threshold, 0 for none; without
+        effect if ``points`` is False.
     pairs : int
-        Pairs of points of the Hermite projection.
+        Pairs of points of the Hermite projection, 0 for none.
     times : sequence of float
-        Other times, s, for the covariance with the output.
+        Other times, s, ends of steps of the run, for the covariance with the output at ``at``.
     levels : sequence of float
         Levels for the first passage within the run, from below; an output that starts above a level has passed.
     seed : int
-        Of samples.
+        Of samples, of pairs of points, and of the random directions of searches.
     method, rho_inf, alpha, beta, gamma, initial, parameters, inputs, record_every, t_start, settings : as of
-        ``simulate``; the method is the scene's by default, ``record_every`` is 1.
+        ``simulate``; the method is the scene's by default, ``record_every`` can be 1 only, ``parameters`` are by name.
 
     Returns
     -------
@@ -154,9 +155,10 @@ def random_vibration(
     Raises
     ------
     UsageError
-        Forces that jump along the motion, without samples; counts below 0, samples below 20, a level that is
-        not finite, a share that is none, no random process, no such output, an output that does not depend on the
-        processes, values for variables of a process, a method without derivatives of runs.
+        Forces that jump along the motion, without samples; counts below 0, samples below 20, a level, threshold or time
+        that is not finite, a share that is none, no random process, no such output, values for variables of a process,
+        a method without derivatives of runs; with ``points`` or without ``thresholds``, an output that does not depend
+        on the processes to second order.
     NumericalError
         No threshold is reached, and neither samples nor ``times`` nor ``levels`` give other results; the run about the
         mean fails; fewer than 20 samples succeed.

@@ -83,8 +83,8 @@ def identify(
     data : path or mapping, or a sequence of paths or mappings
         A CSV file, or columns by name; one for each run. ``t`` are times in s; a column with the name of an output, or
         of a component of an output, ``tip[0]``, is compared with this output; a column with the name of an input drives
-        this input, linear in between. Times need not be ends of steps: outputs between these are cubic, of order 4 in
-        the step.
+        this input, linear in between; columns of states and energies are ignored. Times need not be ends of steps:
+        outputs between these are cubic, of order 4 in the step.
     parameters : sequence of str
         Tunable parameters that are unknown.
     states : sequence of str
@@ -93,16 +93,18 @@ def identify(
     values : mapping
         Tunable parameters that differ from the scene's: start values of unknown parameters, values of other parameters.
     initial : mapping, or a sequence of mappings
-        As of ``simulate``; one for all runs, or one for each. Start of unknown components.
+        Initial state by name, as of ``simulate``, for all runs, or one for each; the scene's if not given. Unknown
+        components start there.
     bounds : mapping
-        Name -> (low, high), of parameters and states.
+        Name -> (low, high), of unknown parameters and states; infinite by default.
     deviations : mapping or number
-        Standard deviations of the noise by column; a number is for all columns. Without them, deviations and intervals
-        are estimated.
+        Standard deviations of the noise, of each compared column by name, or a number for all. Without them, deviations
+        and intervals are estimated.
     outputs : sequence of str
-        Columns that are compared; all that are outputs by default.
+        Columns that are compared; all that are outputs by default. Further columns are ignored, except inputs.
     missing : str
-        Treatment of values that are empty or nan: ``refuse`` or ``drop``; dropped values of inputs are interpolated.
+        Treatment of values that are empty, nan or infinite: ``refuse`` or ``drop``; dropped values of inputs are
+        interpolated, and ``torque`` drops whole rows.
     confidence : float
         Confidence level of the intervals.
     step : float
@@ -111,10 +113,12 @@ def identify(
         S, of all runs; the first measured time by default. The initial state belongs to this time.
     by : str
         ``run``: outputs of runs; ``torque``: efforts at each time with q, v and a, by the regressor, from columns
-        ``q.hinge``, ``v.hinge``, ``a.hinge``, and ``tau.hinge`` or inputs. Parameters of ``torque`` have the names of
+        ``q.hinge``, ``v.hinge``, ``a.hinge``, and ``tau.hinge`` (added to efforts of inputs; 0 without these columns)
+        or inputs. Parameters of ``torque`` have the names of
         ``regressor_parameters``; all base parameters if none is named. ``run`` needs a named unknown.
     **options
-        ``method``, ``rho_inf``, ``alpha``, ``beta``, ``gamma``, ``inputs``, ``settings``, as of ``sensitivities``.
+        ``method``, ``rho_inf``, ``alpha``, ``beta``, ``gamma``, ``settings``, and ``inputs`` without a column, as of
+        ``sensitivities``.
 
     Returns
     -------
@@ -125,7 +129,8 @@ def identify(
     ------
     UsageError
         Names that are none, columns that are neither outputs nor inputs, times that do not increase, missing values,
-        fewer samples than unknowns, bounds that exclude the start, an unknown without effect, a method without
+        fewer samples than unknowns, bounds that exclude the start, an unknown without effect, ``t_start`` after the
+        first measured time, unknown states of a scene that starts at equilibrium without ``initial``, a method without
         derivatives; for ``torque``, arguments of runs: ``states``, ``bounds``, ``initial``, ``outputs``, ``step``,
         ``t_start`` and the options.
     NumericalError

@@ -151,7 +151,7 @@ class Extremes:
         -------
         dict
             ``scene``, ``counts`` (cells by verdict), ``fails`` (a number), ``shortest_period`` (s), ``seconds``,
-            ``left_out``, and ``cells``: attributes of each cell, and its ``command``.
+            ``left_out``, and ``cells``: attributes of each cell, and its ``command``. Numbers may be nan or infinite.
         """
         cells = [{**asdict(cell), "command": self.command(cell)} for cell in self.cells]
         return {
@@ -181,7 +181,9 @@ class Extremes:
         return csv_text(rows)
 
     def save(self, folder: str | Path) -> list[Path]:
-        """Write extremes.csv, extremes.json and extremes.png. Raises FileError.
+        """Write extremes.csv (``csv``), extremes.json (``to_dict``, with NaN and Infinity) and extremes.png.
+
+        Existing files are replaced. Raises FileError.
 
         Parameters
         ----------
@@ -191,7 +193,7 @@ class Extremes:
         Returns
         -------
         list of Path
-            The three files.
+            The files, in this order.
         """
 
         made = make_folder(Path(folder))

@@ -286,15 +286,18 @@ def extremes(
     Parameters
     ----------
     scene : str, Path, mapping or Scene
-        Scene that is run under the extreme conditions. Of a Scene, ladders that scale the numbers are left out.
+        Scene that is run under the extreme conditions. Of a Scene, or a file with ``include``, ladders that scale the
+        numbers are left out.
     ladders : sequence of str
         Names of ladders; all by default.
     methods : sequence of str
-        By default the scene's method, the default method and further methods for references.
+        Names; methods that cannot step the scene are left out. By default, and if none is left, as each ladder
+        demands: the scene's method alone (also if methods are given), this and a few or all further methods, or methods
+        with ``rho_inf``.
     cells : sequence of str
-        ``LADDER:VALUE`` or ``LADDER:VALUE:METHOD``: these alone.
+        ``LADDER:VALUE`` or ``LADDER:VALUE:METHOD`` with any value: these alone, instead of ``ladders``.
     budget : float
-        Seconds of computation, compiling aside.
+        Seconds of computation, compiling aside; a cell that has begun is finished.
     limit : float
         Seconds that a cell may take, compiling aside.
     folder : path
@@ -304,7 +307,7 @@ def extremes(
     progress : callable
         Called with cells done, cells in all, and the present cell.
     **reading
-        As of ``eomgen.load``.
+        Options of ``eomgen.load``.
 
     Returns
     -------
@@ -316,7 +319,7 @@ def extremes(
     UsageError
         An unknown ladder, method or cell.
     FileError
-        The folder contains the cells of another study, or of this study without ``resume``.
+        The folder contains the cells of another scene or version, or of this scene without ``resume``.
     EomgenError
         The scene cannot be read or built.
     """

@@ -268,6 +268,7 @@ class Tuned:
             The scene is from no ``.toml`` file, or settings cannot be inserted into its syntax; the scene is one of
             less fidelity.
         FileError
+            The scene's file cannot be read, or ``path`` cannot be written.
         """
         if self.simplified:
             fault = f"the chosen scene has less fidelity, {self.simplified}, which is not written into files [E1122]"

@@ -69,23 +69,24 @@ def tune(
     scene : str, Path, mapping, Scene or document
         Scene, or the document of another front end.
     error : float
-        Demanded relative error: 1e-4. The error is measured as in ``eomgen.tradeoff``.
+        Demanded relative error: 1e-4. Errors are relative to the size of the quantity in a reference run.
     output : str
         Quantity of the error: an output of the scene, ``q``, ``v`` or ``state`` (both).
     measure : str
         Of the error over time: ``largest``, ``rms`` or ``final``.
     axes : sequence of str
-        Varied axes, among the axes of ``eomgen.tradeoff``; all but ``fidelity`` by default.
+        Varied axes: ``formulation``, ``parameters``, ``policy``, ``arithmetic`` (for demands of 1e-5 and more),
+        ``fidelity``; all but ``fidelity`` by default. Methods and steps always vary, the compiler's profile does not.
     methods : sequence of str
         Methods to try; by default all that make a difference to the scene.
     t_end : float
-        S, at least a step of the scene; the scene's duration by default.
+        S, at least a step of the scene; the scene's duration by default. Runs begin at 0.
     parameters, inputs : mapping
-        As of ``simulate``.
+        Tunable parameters and inputs by name, as of ``simulate``; the scene's by default.
     budget : float
         Seconds of computation, builds not counted.
     formulated : bool
-        Whether other formulations than the scene's own may win.
+        Whether other formulations than the scene's own may win, with the axis ``formulation``.
     progress : callable
         Called with a word on the present work.
     **reading

@@ -255,10 +255,10 @@ def check(
         derivatives in all arguments and closed matrices are checked by their full names alone; of more than 128,
         neither these nor whole matrices are.
     profile : str
-        As of ``eomgen.build``.
+        Profile of the compiler, as of ``eomgen.build``.
     progress : callable
-        Called with closed forms checked, all closed forms, and the name of the next one. Ctrl-C ends the check: the
-        report has the closed forms so far, and names the others.
+        Called with closed forms checked, all closed forms, and the name of the next one. Ctrl-C after the first closed
+        form ends the check: the report has the closed forms so far, and names the others.
 
     Returns
     -------

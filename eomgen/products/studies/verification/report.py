@@ -226,7 +226,8 @@ class CheckReport:
     def write(self, folder: str | Path) -> list[Path]:
         """Write ``check.json``, ``check.csv`` (errors by step) and ``check.png`` (the same, drawn) to a folder.
 
-        Without ``check.png`` if all forms lack errors by step: forms without derivatives, or without a state.
+        Existing files are replaced, NaN is null in ``check.json``. Without ``check.png`` if all forms lack errors by
+        step: forms without derivatives, or without a state; an earlier picture stays then.
 
         Parameters
         ----------
@@ -236,11 +237,12 @@ class CheckReport:
         Returns
         -------
         list of Path
-            The written files.
+            The written files, in this order.
 
         Raises
         ------
         FileError
+            The folder cannot be made, or a file cannot be written.
         """
         target = Path(folder)
         make(target)

@@ -42,7 +42,8 @@ class Configuration:
 
     @property
     def label(self) -> str:
-        """Words for pictures and tables: method, parameters, formulation, then unusual settings."""
+        """Words for pictures and tables: method, ``parameters``, formulation, then ``policy``, ``real`` and ``profile``
+        if different from the defaults; ``settings`` are left out."""
         values = [f"{name} {value:g}" for name, value in self.parameters.items()]
         unusual = [
             self.policy,

@@ -106,7 +106,7 @@ class Point:
         Parameters
         ----------
         data : mapping
-            JSON data of ``to_dict``.
+            JSON data of ``to_dict``; errors of None become infinite, further keys are ignored.
 
         Raises
         ------
@@ -242,8 +242,9 @@ class Tradeoff:
         return min(able, key=lambda p: p.seconds or math.inf, default=None)
 
     def verdict(self, point: Point) -> str:
-        """Return the value of a point: ``front``, ``dominated``, ``wrong, said`` and ``wrong, silent`` for errors above
-        0.1 with and without a warning, or the kind of failure: ``stopped``, ``refused``, ``too long``.
+        """Return the value of a point: ``front``, ``dominated`` (also without a time), ``wrong, said`` and ``wrong,
+        silent`` for unknown errors and errors above 0.1 with and without a warning, or the kind of failure:
+        ``stopped``, ``refused``, ``too long``.
 
         Parameters
         ----------
@@ -323,8 +324,8 @@ class Tradeoff:
         return draw(self, Path(path))
 
     def save(self, folder: str | Path) -> list[Path]:
-        """Write ``tradeoff.json``, ``tradeoff.csv`` and ``tradeoff.png`` to a folder, and return the files. Raises
-        FileError.
+        """Write ``tradeoff.json`` (``to_dict``, null for infinite), ``tradeoff.csv`` (a row for each point) and
+        ``tradeoff.png`` to a folder. Existing files are replaced. Raises FileError.
 
         Parameters
         ----------

@@ -226,13 +226,13 @@ def tradeoff(
         ``profile``, ``fidelity``; all but ``fidelity`` by default. Absolute coordinates of a scene with joint
         coordinates without constraints are studied if ``formulation`` is named.
     methods : sequence of str
-        Methods to try; by default all that make a difference to the scene.
+        Methods to try; by default all that make a difference to the scene, the scene's own if ``axes`` lack ``method``.
     steps : sequence of float
         S; by default from up to 64 times the scene's, halved until errors are the reference's.
     t_end : float
         S; the scene's duration by default. Runs end with the last whole coarsest step before this time.
     parameters, inputs : mapping
-        As of ``simulate``.
+        Tunable parameters and inputs by name, as of ``simulate``; the scene's by default.
     budget : float
         Seconds of computation; builds may take as many again, or 30. Configurations not built then are left out.
     repeats : int
@@ -264,7 +264,8 @@ def tradeoff(
         There is no reference: all runs of methods fail, the two runs differ by more than 1 % of the motion, all
         bodies rest, or the two runs do not have the first output in common.
     FileError
-        The folder contains the points of another study, or of this study without ``resume``.
+        The folder contains the points of another study (scene, times, parameters, inputs or version), or of this study
+        without ``resume``.
     """
     began = time.perf_counter()
     chosen = checked_axes(axes)

@@ -111,6 +111,11 @@ class DiscreteSpectrum:
         -------
         Components
             With the wave vectors of the spectrum; for fixed amplitudes with a single direction of each wave number.
+
+        Raises
+        ------
+        UsageError
+            Unknown ``amplitudes``, or a seed that is not a whole number from 0 on.
         """
         if amplitudes not in ("gaussian", "fixed"):
             fault = f"there is no {amplitudes!r} [E1168]"
@@ -161,7 +166,7 @@ def discretized(
     length : float, m
         After which a sea of one direction repeats itself; 32 wave lengths of the peak by default.
     band : tuple of float, optional
-        Lowest and highest frequency in parts of the peak's.
+        Lowest and highest frequency in parts of the peak's, (0.5, 3) by default.
     spreading : Spreading
         Directions, all for each wave number, about the heading of the spreading. None: all waves run along ``heading``.
     heading : float, optional
@@ -177,8 +182,8 @@ def discretized(
     Raises
     ------
     UsageError
-        A band without components, or without energy; more than a million wave numbers; a depth, gravity, length or
-        height that is not above 0.
+        A band without components, without energy, or that does not increase from above 0; more than a million wave
+        numbers; a depth, gravity, length or height that is not above 0.
 
     Examples
     --------
@@ -323,13 +328,14 @@ def divided(
     components : int
         Number of parts, and of frequencies at most; with ``spreading`` each frequency has several directions.
     depth, gravity : float, optional
-        As of ``discretized``.
+        Of the water, m, infinite by default; in m/s^2.
     band : tuple of float, optional
-        As of ``discretized``.
+        Lowest and highest frequency in parts of the peak's, (0.5, 3) by default.
     spreading : Spreading, optional
-        As of ``discretized``.
+        Directions, all for each frequency, about the heading of the spreading. None: all waves run along ``heading``.
     heading, height : float, optional
-        As of ``discretized``.
+        Direction of all waves without ``spreading``, rad from x; significant height that the components are scaled to,
+        m, by default the spectrum's within the band.
 
     Returns
     -------
@@ -339,8 +345,8 @@ def divided(
     Raises
     ------
     UsageError
-        A band without energy, ``components`` that are not a whole number from 1 to a million, or a depth, gravity or
-        height that is not above 0.
+        A band without energy or that does not increase from above 0, ``components`` that are not a whole number from 1
+        to a million, or a depth, gravity or height that is not above 0.
     """
     _check_division("divided", band, depth, gravity, heading, height)
     check_whole("divided: components", components, 1, MOST_WAVES)
