@@ -345,9 +345,9 @@ def savings(
 
     Variants: the functions of a run alone, the terms of a step alone, all terms, all numbers tunable, a base that moves
     in all six ways, absolute coordinates (unless the scene has these), and all of that. All variants have the same
-    motion. Each variant is derived,
-    built in an empty cache, and run at the scene's step; runs of the variants alternate, so that other load of the
-    machine affects all variants. A variant that cannot be derived, built or run has a ``problem``, and lacks costs.
+    motion. Each variant is derived, built in an empty cache, and run at the scene's step; runs of the variants
+    alternate, so that other load of the machine affects all variants. A variant that cannot be derived, built or run
+    has a ``problem``, and lacks costs.
 
     Parameters
     ----------

@@ -168,8 +168,8 @@ class RandomVibration:
         }
 
     def save(self, folder: str | os.PathLike[str]) -> list[Path]:
-        """Write random.json (``to_dict``, null for nan), distribution.csv (thresholds, indices, probabilities) and, with
-        ``times``, autocovariance.csv.
+        """Write random.json (``to_dict``, null for nan), distribution.csv (thresholds, indices and probabilities) and,
+        with ``times``, autocovariance.csv.
 
         Existing files are replaced. Raises FileError.
 

@@ -96,7 +96,7 @@ def identify(
         Initial state by name, as of ``simulate``, for all runs, or one for each; the scene's if not given. Unknown
         components start there.
     bounds : mapping
-        Name -> (low, high), of unknown parameters and states; infinite by default.
+        Name -> (low, high), of unknown parameters and states; unbounded by default.
     deviations : mapping or number
         Standard deviations of the noise, of each compared column by name, or a number for all. Without them, deviations
         and intervals are estimated.
@@ -114,8 +114,8 @@ def identify(
     by : str
         ``run``: outputs of runs; ``torque``: efforts at each time with q, v and a, by the regressor, from columns
         ``q.hinge``, ``v.hinge``, ``a.hinge``, and ``tau.hinge`` (added to efforts of inputs; 0 without these columns)
-        or inputs. Parameters of ``torque`` have the names of
-        ``regressor_parameters``; all base parameters if none is named. ``run`` needs a named unknown.
+        or inputs. Parameters of ``torque`` have the names of ``regressor_parameters``; all base parameters if none is
+        named. ``run`` needs a named unknown.
     **options
         ``method``, ``rho_inf``, ``alpha``, ``beta``, ``gamma``, ``settings``, and ``inputs`` without a column, as of
         ``sensitivities``.

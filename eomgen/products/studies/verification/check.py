@@ -258,7 +258,7 @@ def check(
         Profile of the compiler, as of ``eomgen.build``.
     progress : callable
         Called with closed forms checked, all closed forms, and the name of the next one. Ctrl-C after the first closed
-        form ends the check: the report has the closed forms so far, and names the others.
+        form ends the check: the report has the closed forms so far, and the names of the rest.
 
     Returns
     -------

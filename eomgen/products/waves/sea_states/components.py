@@ -328,7 +328,7 @@ def divided(
     components : int
         Number of parts, and of frequencies at most; with ``spreading`` each frequency has several directions.
     depth, gravity : float, optional
-        Of the water, m, infinite by default; in m/s^2.
+        Depth of the water, m, infinite by default, and gravity, m/s^2.
     band : tuple of float, optional
         Lowest and highest frequency in parts of the peak's, (0.5, 3) by default.
     spreading : Spreading, optional
