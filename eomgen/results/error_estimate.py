@@ -216,8 +216,8 @@ class ErrorEstimate:
         -------
         dict
             As of ``described``, with the largest errors over the run: ``q``, ``increment``, ``v``, ``z`` and
-            ``multipliers``, a list of components each, and ``outputs``, a number or a list by name. They are NaN if the
-            errors are not known.
+            ``multipliers``, a list of components each, and ``outputs``, a number or a list by name. If the errors are
+            not known, components are NaN, and ``outputs`` is empty.
         """
         return {
             **self.described(),
@@ -232,8 +232,8 @@ class ErrorEstimate:
         -------
         dict
             Attributes by name: ``available`` and texts; ``largest``, ``largest_velocity`` and ``largest_output`` as
-            dictionaries of the attributes of ``LargestError``; numbers. None for a number or a largest error that is
-            not known.
+            dictionaries of the attributes of ``LargestError``; numbers. None for a number that is NaN, and for a
+            largest error that is not known; ``seconds`` and ``cost`` are then 0.
         """
         numbers = {name: _or_none(getattr(self, name)) for name in _NUMBERS}
         words = {name: getattr(self, name) for name in _WORDS}
@@ -353,10 +353,11 @@ class SampleErrors:
         Returns
         -------
         dict
-            ``available``; ``reason``, if no run has an estimate; ``relative``, ``worst_sample`` and ``largest`` of the
-            worst run, None if not known; ``columns``, the largest error by column, None if not known;
-            ``without_variations``, and ``samples`` by number as text: estimates as of ``ErrorEstimate.described``;
-            ``seconds``. ``worst_sample`` is None, too, if the run without variations is the worst.
+            ``available``; ``reason``, empty if a run has an estimate; ``relative``, ``worst_sample`` and ``largest``
+            (attributes of ``LargestError``) of the worst run, None if not known; ``columns``, the largest error by
+            column, None if not known; ``without_variations``, and ``samples`` by number as text: estimates as of
+            ``ErrorEstimate.described``; ``seconds``. ``worst_sample`` is None, too, if the run without variations is
+            the worst.
         """
         worst = self.worst
         return {

@@ -280,11 +280,11 @@ class Solution(SolutionMethods):
         """Write the solution, all data but the model as ``.npz``, or the columns as ``.csv``, ``.mat`` or ``.parquet``.
 
         An ``.npz`` holds the error estimate, whose runs are made now if they have not been, and the poses of the
-        bodies, if the model was built with poses or a caller asked for the poses. A ``.csv`` has no units. A ``.mat``
-        (MATLAB's version 5) holds ``t``, ``q``, ``v``, ``a``, ``z``, ``multipliers``, the structs ``inputs``,
-        ``outputs``, ``energy`` and, with events in the scene, ``events``, and ``names``, ``units``, ``scene`` and
-        ``message``. A ``.parquet`` holds ``columns()``, with units as metadata; the file is written by the package
-        ``pyarrow``.
+        bodies, if the model was built with poses or a caller asked for the poses; section loads if evaluated. A
+        ``.csv`` has no units. A ``.mat`` (MATLAB's version 5) holds ``t``, ``q``, ``v``, ``a``, ``z``, ``multipliers``,
+        the structs ``inputs``, ``outputs``, ``energy`` and, with events in the scene, ``events``, and ``names``,
+        ``units``, ``scene`` and ``message``. A ``.parquet`` holds ``columns()``, with units as metadata; the file is
+        written by the package ``pyarrow``.
 
         Parameters
         ----------
@@ -301,7 +301,7 @@ class Solution(SolutionMethods):
         UsageError
             Another suffix; ``pyarrow`` is not installed.
         FileError
-            The disk is full or the path cannot be written.
+            The disk is full or the path cannot be written; a missing folder is not made.
 
         Examples
         --------
@@ -470,7 +470,8 @@ class Solution(SolutionMethods):
         Raises
         ------
         UsageError
-            The parts are not of one run, there is a gap between the parts, or the later part begins at another state.
+            The parts are not of one run, there is a gap between the parts, or the later part begins at another state,
+            which is not checked if the scene has events.
 
         Examples
         --------

@@ -157,12 +157,12 @@ class SceneBuilder(SectionMethods):
     def build(self) -> Scene:
         """Return the checked scene.
 
-        Paths of files in entries start from the current folder.
+        Paths of files in entries start from the current folder. Notes of the scene are logged by ``eomgen.notes``.
 
         Returns
         -------
         Scene
-            As ``eomgen.load`` gives it for a file with the same entries; but an unknown name of a method is first
+            As ``eomgen.load`` gives it for a file with the same entries; but an unknown integration method is first
             refused by ``eomgen.build``.
 
         Raises

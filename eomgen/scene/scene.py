@@ -324,7 +324,8 @@ class Scene:
         Returns
         -------
         list of DesignPlace
-            Position of each place in its body, of a joint in the parent, and in the frame of the base, m.
+            Name (``joints.hinge``), body, and position of each place in its body, of a joint in the parent, and in the
+            frame of the base, m.
         """
         placements = {
             joint.child: FramePlacement(joint.parent, joint.position, joint.orientation) for joint in self.joints

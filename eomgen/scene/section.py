@@ -454,7 +454,7 @@ class Reading:
         Parameters
         ----------
         parameters : sequence of Parameter
-            Further parameters, each taken as tunable.
+            Further parameters, each taken as tunable, which also enter ``parameters`` of this state; not checked.
         """
         self.parameters += parameters
         self.tables["parameters"] |= {item.name: True for item in parameters}

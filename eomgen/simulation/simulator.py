@@ -133,10 +133,10 @@ class Simulator(NamedAttributes):
         Parameters
         ----------
         u : (nu,) array, number or mapping
-            Inputs of this call alone, held over the steps. A mapping has some inputs by name, each a number, or a
-            function of t that is followed; all other inputs, and without ``u`` all inputs, are given by ``start``, by
-            the scene's formulas, or are zero. No size of a step: that is the ``step`` of ``start``, and ``advance(t)``
-            goes to a time.
+            Inputs of this call alone, held over the steps; a number for a single input. A mapping has some inputs by
+            name, each a number, or a function of t that is followed; all other inputs, and without ``u`` all inputs,
+            are given by ``start``, by the scene's formulas, or are zero. No size of a step: that is the ``step`` of
+            ``start``, and ``advance(t)`` goes to a time.
         n : int, optional
             Number of steps, at least 1.
         end : (nu,) array, number or mapping
@@ -208,11 +208,11 @@ class Simulator(NamedAttributes):
         t : float, s
             Not before the time of the state.
         u : array_like or mapping, optional
-            As in ``step``.
+            Inputs of this call alone, held, as in ``step``.
         end : array_like or mapping, optional
-            As in ``step``; holds at t.
+            Inputs at t, to which all inputs go linearly from u, as in ``step``.
         motions : mapping, optional
-            As in ``step``; the targets hold at t.
+            Targets at t of the scene's motions, as in ``step``.
 
         Raises
         ------
@@ -221,7 +221,8 @@ class Simulator(NamedAttributes):
         Warns
         -----
         RuntimeWarning
-            ``t`` is the time of the last call: the argument may have been meant as a time span.
+            ``t`` is the present time and was the target of the last call, ``advance`` as well: the argument may have
+            been meant as a time span.
 
         Examples
         --------
@@ -301,9 +302,10 @@ class Simulator(NamedAttributes):
 
         Raises
         ------
-        UsageError, ModelError
-            An unknown name, or a value that the scene would refuse; rows of constraints that were left out at the
-            scene's parameters do not follow from the other rows.
+        UsageError
+            An unknown name, or a value that the scene would refuse.
+        ModelError
+            Rows of constraints that were left out at the scene's parameters do not follow from the other rows.
 
         Examples
         --------
@@ -328,8 +330,8 @@ class Simulator(NamedAttributes):
         self._rule(p)
 
     def set_state(self, state: Mapping[str, Any] | None = None, *, t: float | None = None) -> None:
-        """Put the motion into another state; the motion and the counts of steps and events start anew, and recorded
-        rows stay.
+        """Put the motion into another state; the motion and the counts of steps and events start anew; recorded rows,
+        parameters, and positions and rates of prescribed motions stay.
 
         Parameters
         ----------
@@ -500,8 +502,8 @@ class Simulator(NamedAttributes):
     @property
     def outputs(self) -> dict[str, Array]:
         """The scene's outputs at the present state by name, () or (size,) each; empty if the model has no outputs, or
-        was built without them. Accelerations, multipliers and inputs are the values at the end of the last step, also
-        after a change of parameters."""
+        was built without them. Accelerations, multipliers and inputs that were given are the values at the end of the
+        last step, also after a change of parameters; inputs by the scene's formulas follow this change."""
         model = self.model
         if "outputs" not in model.functions:
             return NamedResults("output", {})
@@ -560,7 +562,8 @@ class Simulator(NamedAttributes):
         """Return the recorded rows as a Solution, with plots, files and evaluations like the solution of a run.
 
         Between rows, inputs are linear. There is no estimate of errors, energies are not compared, and no check of a
-        run is made: there are no findings, and ``success`` is True. Events are not in the solution.
+        run is made: there are no findings, and ``success`` is True. Events are not in the solution; ``metadata`` has
+        the parameters of the last row.
 
         Returns
         -------
@@ -615,8 +618,8 @@ class Simulator(NamedAttributes):
     def restore(self, state: SimulatorState) -> None:
         """Go back to a state, to the same bits.
 
-        Counts of steps and events go back, too; recorded rows, ``notes`` and the caller's functions stay, and
-        ``stopped`` is empty.
+        Parameters, step size, and counts of steps and events go back, too; recorded rows, ``notes`` and the caller's
+        functions stay, and ``stopped`` is empty.
 
         Parameters
         ----------

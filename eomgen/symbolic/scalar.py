@@ -260,6 +260,11 @@ def dot(x: Sequence[Scalar], y: Sequence[Scalar]) -> Scalar:
     -------
     Scalar
         The sum of products; a number if all components are numbers.
+
+    Raises
+    ------
+    ValueError
+        Unequal lengths.
     """
     try:
         tape, sum_of_products = x[0].tape, ZERO

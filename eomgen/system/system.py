@@ -449,7 +449,8 @@ class System(NamedAttributes):
     @property
     def second_sizes(self) -> dict[str, int]:
         """Sizes of the blocks ``weights`` and ``direction`` by name: both if there is the function
-        ``second_partials``, ``weights`` alone if there are Hessians alone; empty unless a function takes these."""
+        ``second_partials``, else ``weights`` alone if there is a ``NAME_hessian``, or a ``NAME_derivatives``, which
+        does not take weights; empty without these functions."""
         sizes = {name: sum(parts.values()) for name, parts in self.second_blocks._asdict().items()}
         if "frame_poses_hessian" in self.functions:
             sizes["weights"] = max(sizes["weights"], 7 * len(self.frames))
@@ -470,8 +471,9 @@ class System(NamedAttributes):
     @property
     def second_blocks(self) -> SecondBlocks:
         """The numbers of components of the blocks ``weights`` and ``direction`` of ``second_partials``, part by part,
-        also if there is no such function: two mappings, with ``r``, ``zdot``, ``Phi``, ``w``, ``wdot`` and ``y``, and
-        with ``q`` (nv, left-trivialised), ``v``, ``a``, ``z``, ``lam``, ``p`` and ``u``."""
+        also if there is no such function: two mappings, with ``r`` (residual), ``zdot``, ``Phi`` (holonomic rows),
+        ``w`` and ``wdot`` (rates and accelerations of all rows) and ``y`` (outputs), and with ``q`` (nv,
+        left-trivialised), ``v``, ``a``, ``z``, ``lam``, ``p`` and ``u``."""
         return second_blocks(
             nv=self.nv,
             nz=self.nz,

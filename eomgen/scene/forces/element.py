@@ -96,7 +96,8 @@ class ForceElement:
         Parameters
         ----------
         at : callable
-            From the three parts of a place, as of ``places``, to the body and the position that replace it.
+            From parts of the key, as ``("first", "position")``, body, and position (3,), m, of a place, three
+            arguments, to the body and the position that replace it.
 
         Returns
         -------

@@ -120,7 +120,8 @@ def key(
     default : object
         The value if the key is absent; required by default.
     unit : str, tuple of str or mapping, optional
-        SI unit of the numbers: one for all, by component, or by the type of the entry or its joint.
+        SI unit of the numbers: one for all, by component, or a mapping by the type of the entry, the enclosing entry or
+        its joint; ``any unit`` for a unit that the key ``unit`` of the entry gives; none by default.
     names : Scope, optional
         Names that formulas of the key may use; no formulas by default.
     refers : str, optional

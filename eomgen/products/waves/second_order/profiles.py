@@ -190,9 +190,10 @@ class SeaStatistics:
         return 0.5 * math.erfc(1.0 / math.sqrt(2.0 * self.moment(2)))
 
     def slope_density(self, slope: ArrayLike) -> Array:
-        """Return the probability density of slopes dz/dx of the first-order surface at points of the plane.
+        """Return the probability density of slopes dz/dx, x along the waves, of the first-order surface.
 
-        At folded places each sheet of the surface counts, so the integral then exceeds 1.
+        The density is at points of the plane. At folded places each sheet of the surface counts, so the integral then
+        exceeds 1.
 
         Parameters
         ----------

@@ -77,7 +77,8 @@ class Radar:
         Returns
         -------
         points : (points, 2) ndarray
-            Image points along x (azimuth) and y (ground range), m.
+            Image points, m: x (azimuth) of a facet plus ``range_to_velocity`` times its velocity towards the radar, and
+            y (ground range) of the facet.
         intensities : (points,) ndarray
             Infinite on caustics.
         """
@@ -154,7 +155,8 @@ class Radar:
     def line(self, profile: Profile, length: float, cells: int, direction: Literal[1, -1] = 1) -> Array:
         """Return the intensity of a line of cells, over the length after which a sea along the flight repeats itself.
 
-        Facets of the surface are displaced by their velocity towards the radar, and a cell adds up the facets in it.
+        Facets are displaced by ``range_to_velocity`` times their velocity towards the radar, modulo ``length``, and a
+        cell adds up the facets in it.
 
         Parameters
         ----------
@@ -200,7 +202,7 @@ class Radar:
         Raises
         ------
         UsageError
-            Waves that feel the bottom.
+            The wave with the most energy feels the bottom; longer waves are not checked.
         """
         spectrum.check_deep("Radar.velocity_deviation", "velocities of realisations, by Sea.motion")
         k = np.hypot(*spectrum.vectors.T)
@@ -245,7 +247,7 @@ class Radar:
         Raises
         ------
         UsageError
-            Waves that run not along x, forwards or backwards, or that feel the bottom.
+            Waves that run not along x, forwards or backwards; the wave with the most energy feels the bottom.
         """
         k, change = self._along_the_flight(spectrum, gravity, "fold_probability")
         variance = float(np.sum(spectrum.energy * (k * change) ** 2))
@@ -283,8 +285,8 @@ class Radar:
         Raises
         ------
         UsageError
-            Waves that run not along x, forwards or backwards, that feel the bottom, or that do not repeat themselves
-            after this length; a ``count`` that needs too many terms.
+            Waves that run not along x, forwards or backwards, or that do not repeat themselves after this length; the
+            wave with the most energy feels the bottom; a ``count`` that needs more than 1e9 terms.
         """
         k, change = self._along_the_flight(spectrum, gravity, "intensity_spectrum")
         check_number("Radar.intensity_spectrum: length", length, "m", above_zero=True)
@@ -320,7 +322,7 @@ class Radar:
         Parameters
         ----------
         wave_number : float
-            In rad/m.
+            In rad/m, above 0.
         direction : int, optional
             1 for a wave that runs with the platform, -1 against it.
         gravity : float, optional

@@ -115,11 +115,11 @@ class Sea:
         amplitude : float
             Of first order, m, not negative.
         depth : float, optional
-            Of the water, m.
+            Of the water, m; infinite by default.
         order : int, optional
-            As of ``Sea``.
+            1 or 2.
         vorticity : str, optional
-            As of ``Sea``.
+            ``none``: particles drift at order 2; ``gerstner``: closed orbits.
         gravity : float, optional
             In m/s^2.
 
@@ -229,17 +229,20 @@ class Sea:
         time : float
             Time, s.
         c : float, m
-            Height of the particles in water at rest: 0 at the surface, negative below.
+            Height of the particles in water at rest: 0 at the surface, negative below, at least -``depth``.
 
         Returns
         -------
         Motion
-            Of these particles, with arrays by point; positions have the mean drift over ``time``.
+            Of these particles, with arrays by point. Positions and velocities include a current, and the mean drift at
+            order 2 unless ``vorticity`` is ``gerstner``. Pressure is divided by the density, relative to the air's, in
+            m^2/s^2.
 
         Raises
         ------
         UsageError
-            Labels of another shape, numbers that are not finite, or a height outside of the water.
+            Labels of another shape, numbers that are not finite, or a height outside of the water; up to 0.1/k above
+            the surface is accepted, with the largest wave number k.
         """
         local_labels = self._own_labels(labels)
         columns, twice, table, level = self._surface_tables if c == 0.0 else self._tables(c)
@@ -269,14 +272,15 @@ class Sea:
         ----------
         count : int
             Number of labels over the length after which the sea repeats itself; more than twice the highest multiple of
-            the pairs.
+            the lowest common wave number, and more than four times at order 2 in water of finite depth.
         time : float
             Time, s.
 
         Returns
         -------
         Profile
-            Places, velocities and derivatives by the label, at ``count`` labels from 0 on, along the waves' direction.
+            Places, velocities and derivatives by the label, at ``count`` labels from 0 on, along the waves' direction;
+            current and drift as in ``motion``.
 
         Raises
         ------
@@ -458,8 +462,8 @@ class Sea:
         Returns
         -------
         Surface
-            Places, slopes along x and y, mean curvatures, and Jacobians of x and y by labels, with arrays by point. A
-            slope is infinite if the surface is upright.
+            Places, slopes along x and y, mean curvatures (1/m, negative at crests), and Jacobians of x and y by labels
+            (negative if folded over), with arrays by point. A slope is infinite if the surface is upright.
         """
         first, second = self.derivatives(labels, time)
         along, across = first[:, :, 0], first[:, :, 1]
@@ -479,7 +483,8 @@ class Sea:
     def labels_at(self, points: ArrayLike, time: float) -> Array:
         """Return the labels of the particles of the surface that are above points in the plane.
 
-        Newton's method from the point, with steps that are halved unless they reduce the distance.
+        Newton's method from the point less current and drift over ``time``, to 1e-10 of the shortest wave length, with
+        steps that are halved unless they reduce the distance.
 
         Parameters
         ----------
