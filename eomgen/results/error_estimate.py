@@ -233,7 +233,7 @@ class ErrorEstimate:
         dict
             Attributes by name: ``available`` and texts; ``largest``, ``largest_velocity`` and ``largest_output`` as
             dictionaries of the attributes of ``LargestError``; numbers. None for a number that is NaN, and for a
-            largest error that is not known; ``seconds`` and ``cost`` are then 0.
+            largest error that is not known; without an estimate ``seconds`` and ``cost`` are 0.
         """
         numbers = {name: _or_none(getattr(self, name)) for name in _NUMBERS}
         words = {name: getattr(self, name) for name in _WORDS}

@@ -305,7 +305,7 @@ class Simulator(NamedAttributes):
         UsageError
             An unknown name, or a value that the scene would refuse.
         ModelError
-            Rows of constraints that were left out at the scene's parameters do not follow from the other rows.
+            Rows of constraints that were left out at the scene's parameters do not follow from the remaining rows.
 
         Examples
         --------
@@ -331,7 +331,7 @@ class Simulator(NamedAttributes):
 
     def set_state(self, state: Mapping[str, Any] | None = None, *, t: float | None = None) -> None:
         """Put the motion into another state; the motion and the counts of steps and events start anew; recorded rows,
-        parameters, and positions and rates of prescribed motions stay.
+        parameters, and the present values of prescribed motions stay.
 
         Parameters
         ----------

@@ -472,7 +472,7 @@ class System(NamedAttributes):
     def second_blocks(self) -> SecondBlocks:
         """The numbers of components of the blocks ``weights`` and ``direction`` of ``second_partials``, part by part,
         also if there is no such function: two mappings, with ``r`` (residual), ``zdot``, ``Phi`` (holonomic rows),
-        ``w`` and ``wdot`` (rates and accelerations of all rows) and ``y`` (outputs), and with ``q`` (nv,
+        ``w`` and ``wdot`` (all rows, rates and accelerations) and ``y`` (outputs), and with ``q`` (nv,
         left-trivialised), ``v``, ``a``, ``z``, ``lam``, ``p`` and ``u``."""
         return second_blocks(
             nv=self.nv,
