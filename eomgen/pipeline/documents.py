@@ -46,12 +46,12 @@ def load(
     path : path, mapping or Scene
         A mapping holds the data of a scene file; a Scene is returned unchanged.
     strict : bool
-        Refuse elements that an importer would leave out with a note.
+        Refuse elements that an importer would leave out with a note, by DescriptionError.
     coordinates : str, optional
         ``joint`` or ``absolute``, in place of the file's own (a URDF's are joint).
     task_frames : sequence of str
-        Bodies and frames of the terms of frames (such as ``frame_jacobians``), in place of the file's own; all
-        bodies and frames if the file names none, as a URDF.
+        Bodies and frames of the terms of frames (such as ``frame_jacobians``), in place of the file's own; by default
+        the file's, all bodies and frames if the file names none, as a URDF.
     **options
         For URDF: ``root``, whether the root link is ``fixed`` to the base, the default, or ``free``; ``lock``, moving
         joints to be fixed at zero; ``limits``, to turn limits of position into compliant stops, as hard as the joints'
@@ -78,8 +78,8 @@ def load(
     DescriptionError
         With all faults of the content.
     UsageError
-        A kind of file that eomgen does not read; an unknown option, or an option of another kind of file;
-        ``task_frames``, or other coordinates, for a Scene.
+        A kind of file that eomgen does not read; a missing file without an ending; an unknown option, or an option of
+        another kind of file; ``task_frames``, or other coordinates, for a Scene.
 
     Examples
     --------

@@ -59,18 +59,19 @@ def generate(
     method : str, optional
         As of ``build``: the method whose stepper is written; ``generalized_alpha`` for ``auto``.
     target : str
-        The language: ``c``, or ``casadi`` and ``acados``, or a language of another distribution, which may have no
-        steppers.
+        The language: ``c``; ``casadi`` or ``acados``, whose files have one step of ``method`` with derivatives, if
+        there is such a step, in place of a stepper; or a language of another distribution.
     real : str
         Number type that the compile command of the folder chooses: ``double`` or ``float``; the scene's by default. The
         files serve both.
     parameters : mapping
         Values of tunable parameters, as in ``simulate``: the defaults of the C, from which its initial state follows.
     only : str
-        ``controller``: write the controller of the scene without the machine.
+        ``controller``: write the controller of the scene without the machine, in C; ``terms``, ``method`` and
+        ``uniform`` are then refused.
     uniform : bool
         Write ``NAME_uniform.c`` with its headers, too: all functions and steps with one signature, equal for all
-        models.
+        models; ``target`` is then ``c``.
 
     Returns
     -------
@@ -80,8 +81,8 @@ def generate(
     Raises
     ------
     UsageError, DescriptionError, ModelError, FileError
-        UsageError for a law in Python, which C cannot hold; FileError for a folder with files that eomgen did not
-        write.
+        UsageError for a law in Python, which C cannot hold, or a new ``folder`` with the ending of a file, as ``.c`` or
+        ``.zip``; FileError for a folder with files that eomgen did not write.
 
     Examples
     --------

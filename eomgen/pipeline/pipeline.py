@@ -38,7 +38,7 @@ def derive(scene: Described, terms: Sequence[str] | None = None) -> System:
     Parameters
     ----------
     scene : Scene, path, or mapping
-        As in ``build``.
+        As in ``build``; a Hamiltonian system takes no ``terms``.
     terms : sequence of str, optional
         The functions wanted, of which functions that the scene cannot have are left out. By default the scene's own
         list, or all that the scene can have, without functions that are derived by name alone. Functions of events are
@@ -53,7 +53,7 @@ def derive(scene: Described, terms: Sequence[str] | None = None) -> System:
     ------
     UsageError, DescriptionError, ModelError, FileError
         UsageError for an unknown term; DescriptionError for a faulty scene, or if a drive, or the law of the base,
-        jumps.
+        jumps at default parameters within the scene's duration.
 
     Examples
     --------
@@ -128,7 +128,8 @@ def build(
     Raises
     ------
     UsageError, DescriptionError, ModelError, ToolchainError, FileError
-        ToolchainError for an unknown profile, or without a compiler if the cache has no library.
+        UsageError for an unknown term, method or number type; ToolchainError for an unknown profile, or without a
+        compiler if the cache has no library.
 
     Warns
     -----

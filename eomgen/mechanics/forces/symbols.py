@@ -160,7 +160,7 @@ class Quantities:
         Parameters
         ----------
         name : str
-            Name of the output as in formulas.
+            Name of the output as in formulas; KeyError for another name.
 
         Returns
         -------

@@ -45,15 +45,15 @@ def compare(
     Joints are matched by their names, else by a body of the same name that both move; bodies by names. Quantities of
     bodies are compared in the frames of the first description, whichever frames the second has; bodies that fixed
     joints hold count as parts of the carrying bodies, and bodies fixed to the base are left out. Limits and dry
-    friction of URDF, MJCF and SDF are read, unless a ``reader`` is named. Equations are compared if all joints have
-    partners of the same types. No compiler is needed.
+    friction of URDF, MJCF and SDF are always read, but only by the options of these names if a ``reader`` is named.
+    Equations are compared if all joints have partners of the same types. No compiler is needed.
 
     Parameters
     ----------
     first, second : path, Scene, or mapping
-        As in ``load``; ``second`` may be left out with a ``reader``, which then reads ``first``, and may be the result
-        of ``from_sympy``, of which the equations at random states are compared: coordinates are named as the joints,
-        or ``q_JOINT``.
+        As in ``load``, read in joint coordinates; ``second`` may be left out with a ``reader``, which then reads
+        ``first``, and may be the result of ``from_sympy``, of which the equations at random states are compared:
+        coordinates are named as the joints, or ``q_JOINT``.
     reader : str, optional
         Program that reads the second description, which then is a file: ``mujoco`` or ``pinocchio``. Bodies, joints and
         the equations are compared, force elements, constraints, limits and friction are not.
@@ -78,7 +78,8 @@ def compare(
     Raises
     ------
     FileError, DescriptionError, ModelError, UsageError
-        UsageError also if the package of the ``reader`` is not installed, or ``first`` is a result of ``from_sympy``.
+        UsageError also if the package of the ``reader`` is not installed, for a Scene in absolute coordinates, or if
+        ``first`` is a result of ``from_sympy``.
 
     Examples
     --------

@@ -97,7 +97,8 @@ class Comparison:
 
     @property
     def summary(self) -> str:
-        """One sentence: the number of differences and the first of these, or equality, and the ``errors``."""
+        """One sentence: the number of differences and the first of these, or equality, and the ``errors`` at the random
+        states, if equations were compared."""
         terms = ", ".join(f"{name} {error:.1e}" for name, error in self.errors.items())
         measured = f"; largest relative differences at {self.states} random states: {terms}" if terms else ""
         if self.first is None:

@@ -191,12 +191,14 @@ class Sensitivities:
         Parameters
         ----------
         of : sequence of str or mapping
-            Functionals, as of ``gradient``, of the outputs that ``model.sensitivities`` was called for.
+            Functionals, as of ``gradient``: ``final``, ``integral``, ``mean`` or ``sum`` of an output, or weights of
+            the rows by output; of the outputs that ``model.sensitivities`` was called for.
 
         Returns
         -------
         (functionals, directions) ndarray
-            In the order of ``of`` and ``by``.
+            In the order of ``of`` and of the attribute ``by`` (parameters, then q, v, z of the start, then inputs), in
+            the functional's unit per unit of the variable.
 
         Raises
         ------
@@ -294,14 +296,17 @@ class Sensitivities:
         Returns
         -------
         gradients : (functionals, directions) ndarray
-            First derivatives.
+            First derivatives, in the order of ``of`` and of the attribute ``by``: parameters, then q, v, z of the
+            start, then inputs.
         hessians : (functionals, directions, directions) ndarray
             Second derivatives, symmetric in the last two axes.
 
         Raises
         ------
         UsageError
-            As of ``hessian``.
+            As of ``hessian``; a single text, or an empty list.
+        NumericalError
+            Derivatives that are not finite.
 
         Examples
         --------
@@ -328,15 +333,16 @@ class Sensitivities:
         Parameters
         ----------
         of : sequence of str
-            Outputs, or components of outputs, ``tip[1]``.
+            Outputs that ``model.sensitivities`` was called for, or components of these, ``tip[1]``.
 
         Returns
         -------
         StationaryRun or None
-            With times ``t``, ``outputs``, ``gradients`` (rows, outputs, parameters), and ``hessian(number, row)`` by
-            the numbers of output and row. None if the state changes or depends on parameters; if the equations
-            linearised in the state change with time; if ``by`` has other variables than parameters; for constraints,
-            rotations other than angles, methods and jumps that ``hessian`` refuses, and very many rows.
+            With times ``t``, ``outputs``, ``gradients`` (rows, outputs, parameters in the order of ``by``), and
+            ``hessian(number, row)`` by the numbers of output and row. None if the state changes in the run, or starts
+            from values that depend on parameters of ``by``; if the equations linearised in the state change with time;
+            if ``by`` has other variables than parameters; for constraints, rotations other than angles, methods and
+            jumps that ``hessian`` refuses, and very many rows.
 
         Raises
         ------
@@ -366,7 +372,8 @@ class Sensitivities:
         of : str or mapping
             A functional, as of ``gradient``.
         directions : array_like
-            One vector (len(by),), or vectors (len(by), vectors) as columns.
+            One vector (len(by),), or vectors (len(by), vectors) as columns, in the order of the attribute ``by``:
+            parameters, then q, v, z of the start, then inputs.
 
         Returns
         -------
@@ -415,7 +422,8 @@ class Sensitivities:
         Returns
         -------
         dict
-            By name of the input an array (steps + 1,): one entry for the start and for each step, recorded or not.
+            By name of the input an array (steps + 1,): one entry for the start and for each step, recorded or not; in
+            the functional's unit per unit of the input.
 
         Raises
         ------

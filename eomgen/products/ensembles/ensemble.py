@@ -150,12 +150,12 @@ class Ensemble:
     def envelope(self, column: str) -> tuple[Array, Array]:
         """Return the smallest and the largest value of a column among the samples, at each time.
 
-        Samples count as of ``mean``.
+        Failed samples are left out, and a sample that an event has stopped counts until the event.
 
         Parameters
         ----------
         column : str
-            Name, as of ``mean``.
+            Name, as in ``columns``; of an output also without ``output.``. UsageError for an unknown column.
 
         Returns
         -------
@@ -206,13 +206,13 @@ class Ensemble:
         """Return quantiles of a column over the samples, at each time.
 
         Quantiles are interpolated linearly between the sorted values of the samples, or approximate, by 512 centroids
-        at each time, if the ensemble has more than 16 million numbers (samples x columns x times). Samples count as of
-        ``mean``.
+        at each time, if the ensemble has more than 16 million numbers (samples x columns x times). Failed samples are
+        left out, and a sample that an event has stopped counts until the event.
 
         Parameters
         ----------
         column : str
-            Name, as of ``mean``.
+            Name, as in ``columns``; of an output also without ``output.``.
         probability : array_like
             One probability, or (n,), from 0 to 1.
 
@@ -246,7 +246,7 @@ class Ensemble:
         Parameters
         ----------
         column : str
-            Name, as of ``mean``.
+            Name, as in ``columns``; of an output also without ``output.``.
         t : float
             Time, s; the nearest of the times ``t`` is taken, the first or the last for a time beyond the run.
         bins : int, optional
@@ -255,9 +255,11 @@ class Ensemble:
         Returns
         -------
         probabilities : (bins,) ndarray
-            Part of the samples in each class, with the sum 1; NaN if no sample reaches this time.
+            Share in each class of the samples that reach this time, with the sum 1, approximate if ``quantile`` is;
+            NaN, as the edges, if no sample reaches this time.
         edges : (bins + 1,) ndarray
-            Of the classes, in the column's unit, from just below the smallest to just above the largest value.
+            Of the classes, in the column's unit, from just below the smallest to just above the largest value; of equal
+            values, half the absolute value, or 0.5 if larger, to each side.
 
         Raises
         ------
@@ -311,8 +313,8 @@ class Ensemble:
         Raises
         ------
         UsageError
-            An unknown result; fewer than 8 successful samples for each varied quantity; a design ``saltelli`` with
-            failed samples or not to the end.
+            An unknown result; a design ``saltelli`` with failed samples or not to the end; for other designs fewer than
+            8 successful samples for each quantity that varies in them.
 
         Examples
         --------
@@ -395,8 +397,8 @@ class Ensemble:
     def save(self, folder: str | Path) -> list[Path]:
         """Write ``statistics.csv`` over time, ``samples.csv``, ``failed.csv`` if some failed, and ``summary.json``.
 
-        Existing files of these names are replaced, but without failures an earlier ``failed.csv`` stays. The first call
-        makes the runs of ``error``.
+        ``samples.csv`` has ``values`` and ``results``. Existing files of these names are replaced, but without failures
+        an earlier ``failed.csv`` stays. The first call makes the runs of ``error``.
 
         Parameters
         ----------

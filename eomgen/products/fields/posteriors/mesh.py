@@ -216,14 +216,15 @@ class Mesh:
         Parameters
         ----------
         spectrum : complex ndarray
-            Half spectrum, shape ``half``.
+            Half spectrum of the orthonormal transform, shape ``half``.
         bins : int
             Number of bins.
 
         Returns
         -------
         (k, power) : (bins,) each
-            Means of |k|, in radians per length, and of |amplitude|^2 in each bin; NaN in empty bins.
+            Means of |k|, in radians per length, and of |amplitude|^2 in each bin, which times ``cell_volume`` is the
+            power spectrum; NaN in empty bins.
         """
         number, inside, count, mean = _bins(self, bins)
         weights = np.broadcast_to(self.weights, self.half)
@@ -407,7 +408,7 @@ def check_transforms(library: str, precision: str) -> None:
     Raises
     ------
     UsageError
-        One of them cannot be taken.
+        An unknown library or precision, or ``fftw`` without the package pyfftw.
     """
     if library not in LIBRARIES:
         fault = f"there is no library {library!r} for transforms [E0800]"

@@ -132,6 +132,7 @@ class LinearOperator:
         -------
         float
             Zero up to rounding for an adjoint that fits; not for a filter whose a(-k) is not the conjugate of a(k).
+            ZeroDivisionError if A x is 0 in all cells.
 
         Examples
         --------
@@ -206,7 +207,7 @@ def lognormal_amplitude(mesh: Mesh, power: Power, *, warn: bool = True) -> Linea
     mesh : Mesh
         The mesh.
     power : callable or array_like
-        P of |k| in radians per length, or its values, shape ``mesh.half``.
+        P of |k| in radians per length, or its values, shape ``mesh.half``; in the unit of a cell's volume.
     warn : bool
         Whether the note, if there is one, is a RuntimeWarning, too.
 
@@ -302,7 +303,7 @@ def difference(mesh: Mesh, axis: int) -> LinearOperator:
     Returns
     -------
     LinearOperator
-        A filter.
+        A filter, whose result is per unit of length.
     """
     if not 0 <= axis < len(mesh.cells):
         fault = f"there is no axis {axis} in {len(mesh.cells)} dimensions [E0806]"
@@ -323,7 +324,7 @@ def mask(mesh: Mesh, values: ArrayLike) -> LinearOperator:
     mesh : Mesh
         The mesh.
     values : array_like
-        Factors of the cells, shape ``mesh.cells``.
+        Factors of the cells, shape ``mesh.cells``; an array of doubles is kept without a copy.
 
     Returns
     -------

@@ -162,19 +162,20 @@ class FieldPosterior:
     def energy_and_gradient(self, spectrum: Complex, to: Complex) -> float:
         """Return U of a white field, and write the gradient into an existing spectrum.
 
-        One transform to the cells and one back are made for each field, in double precision for any ``precision``.
+        One transform to the cells and one back are made for each field, in double precision for any ``precision``; none
+        without an energy of cells. Counts in ``gradients`` alone.
 
         Parameters
         ----------
         spectrum : complex ndarray
-            White field as of ``energy``.
+            White field as a half spectrum, shape ``mesh.half``; complex128, contiguous in C order (not checked).
         to : complex ndarray
             Half spectrum, another array of the same kind; overwritten with the gradient, as of ``gradient``.
 
         Returns
         -------
         float
-            U, as of ``energy``.
+            Minus the logarithm of the posterior, up to a constant; infinite or NaN on overflow.
         """
         self.gradients += 1
         if self.prior_alone:
@@ -431,7 +432,7 @@ class FieldPosterior:
         Returns
         -------
         list of float
-            One for each field, in the order of ``fields``; may be negative.
+            One for each field, in the order of ``fields``; may be negative. AttributeError if ``prior_alone``.
         """
         nodes, weights = np.polynomial.hermite_e.hermegauss(_NODES)
         weights = weights / weights.sum()
@@ -509,7 +510,8 @@ class FieldPosterior:
         start : complex ndarray, optional
             White field as a half spectrum from which the search starts; 0 by default.
         tolerance : float, optional
-            Largest ``Mode.gradient`` at which the search ends.
+            Largest ``Mode.gradient`` at which the search ends: the length of the gradient, with the inverse mass as
+            metric, divided by the square root of the number of cells.
         iterations : int, optional
             Largest number of iterations of Newton's method.
 
@@ -523,7 +525,7 @@ class FieldPosterior:
         NumericalError
             The gradient has not reached the tolerance, U is not finite at the start, or U has no lower bound.
         ModelError
-            The energy of a cell has no finite mean curvature, as of ``mass``.
+            The energy of a cell has no finite mean curvature (``mean_curvature``).
         """
         x = np.zeros(self.mesh.half, complex) if start is None else np.array(start, complex)
         mass = self.mass("fisher")

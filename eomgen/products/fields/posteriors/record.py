@@ -31,7 +31,8 @@ def split_r_hat(chains: ArrayLike) -> Array:
     Returns
     -------
     (...) ndarray
-        Near 1 if the halves agree; NaN for equal numbers, infinite for numbers that change between halves alone.
+        Near 1, also below, if the halves agree; NaN for equal numbers, infinite for numbers that change between halves
+        alone, both without a meaning if means are rounded.
 
     Examples
     --------
@@ -70,7 +71,8 @@ def autocorrelation_time(chains: ArrayLike) -> Array:
     Returns
     -------
     (...) ndarray
-        In samples; below 1 if samples alternate, NaN if the samples of each chain are equal.
+        In samples; below 1 if samples alternate; NaN if the samples of each chain are equal, or a number without a
+        meaning if their mean is rounded.
 
     Examples
     --------
@@ -248,7 +250,8 @@ class Record:
         Parameters
         ----------
         samples : int
-            Samples of each chain in all, recorded ones included; ``size`` at least.
+            Samples of each chain that there shall be place for in all; from ``size``, the present room, on: ValueError
+            for fewer, even if the recorded samples would fit.
         """
         shapes = {"cells": (len(self.watched),), "power": (self.bins,)}
         for name in ("energy_errors", "accepted", "gradients", "potential", "cells", "power"):
@@ -300,8 +303,9 @@ class Record:
         Returns
         -------
         Samples
-            With first axes (chains, samples): samples is the smallest number of a chain and may be 0. Wave
-            numbers are undefined before the first sample of any chain.
+            With first axes (chains, samples): samples is the smallest number of a chain and may be 0. The deviation has
+            the divisor n - 1; before the first sample of any chain mean and deviation are 0, and wave numbers
+            undefined.
         """
         done = int(self.counts.min())
         cut: dict[str, Any] = {name: array[:, :done] for name, array in self._arrays.items()}
@@ -332,7 +336,8 @@ class Record:
         Parameters
         ----------
         arrays : mapping
-            Arrays by name, of ``arrays``, of at most ``size`` samples of each chain; other names are ignored.
+            Arrays by name, of ``arrays``, of at most ``size`` samples of each chain, else ValueError; KeyError for a
+            missing name; other names are ignored.
         """
         self.counts[:] = arrays["counts"].astype(np.int64)
         for name, array in self._arrays.items():

@@ -374,11 +374,12 @@ class Sampler:
         Parameters
         ----------
         record : Record
-            Of ``record``; filled in place.
+            Of ``record``; filled in place. Earlier samples are not checked to be of the same field.
         field : str, optional
-            As of ``draw``.
+            Name of the watched field; the first by default.
         stop, seen : callable, optional
-            As of ``warm_up``.
+            As of ``warm_up``: ``stop()`` is called before each drift and kick and ends the work if true; ``seen`` is
+            called after each sample with the number of the chain, its ``Outcome``, and U of the sample.
 
         Returns
         -------
@@ -387,8 +388,10 @@ class Sampler:
 
         Raises
         ------
-        UsageError, NumericalError
-            As of ``draw``.
+        UsageError
+            No field has the name, or there are no fields.
+        NumericalError
+            U has no lower bound.
         """
         posterior = self.posterior
         names = list(posterior.operators)
@@ -583,7 +586,9 @@ class Sampler:
         self.take(arrays, metadata, str(path))
 
     def take(self, arrays: Mapping[str, Array], metadata: Mapping[str, Any], where: str) -> None:
-        """Continue from ``state`` of a sampler, as ``restore`` does.
+        """Continue from ``state`` of a sampler of the same posterior with the same arguments, which is not checked.
+
+        Step sizes and ``frequency`` are then as in the state.
 
         Parameters
         ----------

@@ -121,8 +121,8 @@ def field_problem(system: FieldSystem, chains: int = 0) -> FieldProblem:
     Raises
     ------
     ModelError
-        A mesh that does not fit the memory, negative power, a field that is 0, data that cannot be or have another
-        shape than the mesh.
+        A mesh that does not fit the memory, negative power, a field that is 0 or has an infinite variance, data that
+        cannot be or have another shape than the mesh.
     DescriptionError
         A formula of the energy that cannot be taken.
     FileError
@@ -237,7 +237,7 @@ def at_settings(system: FieldSystem, given: Collection[str] = ()) -> Iterator[No
     ------
     DescriptionError
         In place of a UsageError about ``transforms``, ``precision``, ``method``, ``first`` or ``start`` in the file.
-        All other errors stay.
+        All other errors stay, and an error of several problems if any is about something else.
     """
     try:
         yield

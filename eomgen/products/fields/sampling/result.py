@@ -113,7 +113,7 @@ class FieldSamples:
     @property
     def lost(self) -> str:
         """A sentence on trajectories, of the warm-up and of samples, whose ends were rejected because the energy H
-        there is not finite; empty if there are none."""
+        there is not finite; empty if there are none. Begins with ``; ``."""
         errors = np.concatenate([self.warm_up[..., 0].ravel(), self.samples.energy_errors.ravel()])
         count = int(np.sum(~np.isfinite(errors)))
         if not count:
@@ -125,7 +125,7 @@ class FieldSamples:
     @property
     def rest(self) -> str:
         """A sentence on chains whose watched cells change by rounding alone, which R-hat does not show; else empty, and
-        also for fewer than two samples."""
+        also for fewer than two samples. Begins with ``; ``."""
         cells = self.samples.cells
         if self.count < 2 or not cells.size:
             return ""
