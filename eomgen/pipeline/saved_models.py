@@ -48,7 +48,7 @@ def load_model(path: str | os.PathLike[str]) -> Model:
     Raises
     ------
     FileError
-        The file cannot be read, is damaged, or was not written by ``model.save``.
+        The file cannot be read, is damaged, or was not written by ``model.save``; the cache cannot be written.
     ToolchainError
         The model was compiled for another machine, or by another version of eomgen; names the differences.
 

@@ -272,7 +272,7 @@ class Sampler:
         goes_on : bool
             Whether a warm-up that was stopped goes on; ``trajectories`` is then the number of the whole warm-up.
         stop, seen : callables
-            ``stop`` is called before each drift and kick and returns whether to stop; ``seen`` is called after each
+            ``stop`` is called before most drifts and kicks and returns whether to stop; ``seen`` is called after each
             trajectory with the number of the chain, the end (an ``Outcome``), and U at the chain's place.
 
         Returns
@@ -378,7 +378,7 @@ class Sampler:
         field : str, optional
             Name of the watched field; the first by default.
         stop, seen : callable, optional
-            As of ``warm_up``: ``stop()`` is called before each drift and kick and ends the work if true; ``seen`` is
+            As of ``warm_up``: ``stop()`` is called before most drifts and kicks and ends the work if true; ``seen`` is
             called after each sample with the number of the chain, its ``Outcome``, and U of the sample.
 
         Returns

@@ -116,7 +116,7 @@ def field_problem(system: FieldSystem, chains: int = 0) -> FieldProblem:
     Returns
     -------
     FieldProblem
-        The posterior with operators, truth (None without random data) and memory.
+        The posterior with operators, truth (None without ``[truth]`` in the file) and memory.
 
     Raises
     ------
