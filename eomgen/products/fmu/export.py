@@ -131,7 +131,8 @@ def fmu(
     UsageError, DescriptionError, ModelError, ToolchainError, FileError
         ModelError for parts that an FMU cannot have, controllers and motions of the caller, for a method that does not
         run on the scene, and for ``minimal`` without constraints. UsageError also for laws in Python, and for options
-        that exclude each other, as ``arrays`` with FMI 2.0.
+        that exclude each other, as ``arrays`` with FMI 2.0. ToolchainError for a missing compiler, or zig with
+        ``machines``.
 
     Examples
     --------

@@ -106,7 +106,7 @@ def shaping_filter(
     numerator, denominator : array_like
         Coefficients, highest power of s first; the numerator of no higher degree.
     input : str
-        Name of the filter's disturbance, such as white noise.
+        Name of the filter's only disturbance, such as white noise; the filter has no inputs.
     output : str
         Name of the driven signal.
     unit : str, optional
@@ -198,7 +198,7 @@ def delay_line(input: str, output: str, samples: int, sample: float | str, unit:
     samples : int
         Delay in samples, 1 or more.
     sample : float or str
-        Time between two samples in s, or a text with a unit.
+        Time between two samples in s, or a text with a unit; times that are not positive are not refused.
     unit : str, optional
         Unit of the delayed signal; the undelayed signal has an empty unit.
 

@@ -62,6 +62,7 @@ def with_controller(
     ``limits``, ``quantum`` and ``delay`` describe the hardware: actuators by the names of inputs, sensors by the names
     of measured signals (outputs of the linear model; without an observer, its states). Commands and readings are
     limited first, then rounded, then delayed. An observer predicts with the command as limited and rounded.
+    Warns of each delay of a sensor, which the design did not know, and of delays of more than 50 samples.
 
     Parameters
     ----------
@@ -71,7 +72,7 @@ def with_controller(
         In continuous time controllers of type ``state_feedback``, with states for the estimates; sampled controllers
         are sampled states.
     prefix : str
-        Before the names of estimates.
+        Before the names of estimates, ``estimate_STATE``.
     limits : mapping, name -> (lower, upper)
         In the unit of the input or signal, or texts with a unit, ``("-2 kN", "2 kN")``; None for no limit. They bound
         the signal itself, the value at the reference of the linear model included.

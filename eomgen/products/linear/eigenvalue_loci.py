@@ -247,8 +247,8 @@ class Campbell:
         Raises
         ------
         UsageError
-            An object that is not axes, or more than one; limits that do not increase; numbers of no modes; orders
-            without a search for crossings; an unknown unit, or a unit for a parameter that is not in rad/s.
+            An object that is not axes, or more than one; limits below 0 or that do not increase; numbers of no modes;
+            orders without a search for crossings; an unknown unit, or a unit for a parameter that is not in rad/s.
         """
         return plot_campbell(self, axes, CampbellView(frequencies, modes, orders, speed_unit))
 

@@ -93,8 +93,8 @@ class Floquet:
 
     @property
     def rows(self) -> list[tuple[str, ...]]:
-        """Tuples of texts: multiplier, magnitude, uncertainty, growth (1/s), damped frequency (Hz); one tuple for each
-        real multiplier and for each conjugate pair."""
+        """Tuples of texts: multiplier, magnitude, uncertainty, growth (1/s), damped frequency (Hz); a tuple for each
+        real multiplier and for each conjugate pair, in the order of ``multipliers``."""
         columns = (self.multipliers, self.uncertainty, self.exponents, self.frequencies)
         return [
             (

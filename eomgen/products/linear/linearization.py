@@ -361,7 +361,7 @@ class Linearization(NamedAttributes):
         Returns
         -------
         list of matplotlib Axes
-            Of the magnitude and of the phase.
+            Of the magnitude, on logarithmic scales, and of the phase in degrees, unwrapped.
 
         Raises
         ------
@@ -413,7 +413,7 @@ class Linearization(NamedAttributes):
         Raises
         ------
         UsageError
-            An input or an output that there is not; frequencies that are not positive and increasing.
+            An input or an output that there is not; fewer than two frequencies, or not positive and increasing.
         ModelError
             A mode grows, so that there is no stationary motion; a mode without damping is accepted.
         NumericalError
@@ -543,7 +543,7 @@ class Linearization(NamedAttributes):
         speeds : sequence of float or str, optional
             Speeds (n,) in m/s, or texts with a unit, ``"80 km/h"``; the speed of the excitation if none are given.
         band : tuple of float, optional
-            The part that counts, Hz; all of the excitation's at each speed if none is given.
+            The part that counts, Hz, cut to the excitation's band at each speed; all of this band if none is given.
 
         Returns
         -------

@@ -219,7 +219,7 @@ class StateSpace(NamedAttributes):
         Returns
         -------
         (..., outputs, inputs) complex ndarray
-            As of ``frequency_response``; unit of the output per unit of the input.
+            The output is response e^(i omega t) for the input e^(i omega t); unit of the output per unit of the input.
 
         Raises
         ------

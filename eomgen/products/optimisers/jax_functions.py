@@ -142,9 +142,10 @@ class JaxFunctions:
         t : () array, optional
             Time, s.
         u, z : (nu,) and (nz,) arrays, optional
-            Inputs and internal states, SI units.
+            Inputs and internal states, SI units; by default inputs by the scene's formulas at t, else zero, and
+            initial internal states. A moving base follows its law at t, also in derivatives.
         parameters : (np,) array or mapping, optional
-            Tunable parameters, all in order or some by name, SI units.
+            Tunable parameters, all in order or some by name, SI units; else values of the scene.
 
         Returns
         -------
@@ -182,9 +183,10 @@ class JaxFunctions:
         t : () array, optional
             Time, s.
         u, z : (nu,) and (nz,) arrays, optional
-            Inputs and internal states, SI units.
+            Inputs and internal states, SI units; by default inputs by the scene's formulas at t, else zero, and
+            initial internal states. A moving base follows its law at t, also in derivatives.
         parameters : (np,) array or mapping, optional
-            Tunable parameters, all in order or some by name, SI units.
+            Tunable parameters, all in order or some by name, SI units; else values of the scene.
 
         Returns
         -------
@@ -217,8 +219,8 @@ class JaxFunctions:
 
         Derivatives are taken in all arrays that are given here: the initial state, parameters, and inputs at every
         step; first reverse derivatives alone: ``model.sensitivities`` has tangents and Hessians. Each call first makes
-        a run at the scene's values, also when ``jax.jit`` traces the call. Runs are stepped in C outside of XLA, so a
-        batch of ``vmap`` takes one run after another.
+        a run at the scene's values, with given inputs zero, also when ``jax.jit`` traces the call. Runs are stepped in
+        C outside of XLA, so a batch of ``vmap`` takes one run after another.
 
         Parameters
         ----------
@@ -229,11 +231,13 @@ class JaxFunctions:
         parameters : mapping, optional
             Tunable parameters by name, SI units.
         inputs : mapping, optional
-            Inputs by name -> values at all steps, (steps + 1,), linear in between.
+            Inputs by name -> values at all steps, (steps + 1,), linear in between; else formulas of the scene, or zero.
         of : sequence of str, optional
             Outputs; all of the scene by default.
-        method, record_every, settings : optional
-            As in ``model.sensitivities``.
+        method, settings : optional
+            Integration method, ``generalized_alpha``, ``rattlie`` or ``rk4`` for instance, and its settings by name.
+        record_every : int, optional
+            Steps from row to row, a divisor of the number of steps. By default these three are the scene's.
 
         Returns
         -------

@@ -100,9 +100,10 @@ class TorchFunctions:
         t : (...) tensor, optional
             Time, s.
         u, z : (..., nu) and (..., nz) tensors, optional
-            Inputs and internal states, SI units.
+            Inputs and internal states, SI units; by default inputs by the scene's formulas at t, else zero, and
+            initial internal states. A moving base follows its law at t, also in derivatives.
         parameters : (..., np) tensor, or mapping of (...) tensors, optional
-            Tunable parameters, all in order or some by name, SI units.
+            Tunable parameters, all in order or some by name, SI units; else values of the scene.
 
         Returns
         -------

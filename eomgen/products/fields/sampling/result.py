@@ -179,8 +179,8 @@ class FieldSamples:
     def scales(self) -> list[Scale]:
         """Return the bins that have wave numbers; empty without samples.
 
-        Bins are as of ``Mesh.power``. Values that need a truth, 4 samples of each chain, or, for the prior, a field
-        without a mask, are NaN otherwise.
+        Bins are of equal width, from |k| = 0 to the least Nyquist wave number. Values that need a truth, 4 samples of
+        each chain, or, for the prior, a field without a mask, are NaN otherwise.
 
         Returns
         -------

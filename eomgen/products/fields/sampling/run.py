@@ -55,7 +55,8 @@ def sample(
         Path of a ``.toml`` file with ``kind = "hamiltonian"`` and a ``[mesh]``, or the data of such a file.
     folder : path, optional
         Folder of the checkpoint, ``checkpoint.npz``, which is written every ``checkpoint_every`` seconds, at the end,
-        and at an interruption, in place of an earlier one. The folder is made if missing; None: no checkpoint.
+        and at an interruption, in place of an earlier one, with ``resume`` or not. The folder is made if missing; None:
+        no checkpoint.
     resume : bool
         Go on from the checkpoint of the folder; of all settings only ``samples`` may differ from before, and not below
         the samples there.
@@ -89,7 +90,8 @@ def sample(
     NumericalError
         No mode is found, U or its second derivatives are not finite at a chain's place, or U has no lower bound.
     UsageError
-        A path or setting cannot be taken, or the checkpoint is of other settings, another posterior or more samples.
+        A path or setting cannot be taken, ``resume`` without a folder, or a checkpoint of other settings, another
+        posterior or more samples.
     """
     system = _system(described)
     chosen = _settings(system.sampling, settings)

@@ -121,7 +121,8 @@ def kalman(
         Of a sampled observer: the time between two measurements, s, or a text with a unit. By default the observer is
         continuous or sampled as ``space`` is.
     delay : float or str, optional
-        From a sample to when inputs take effect, as of the regulator; without effect if ``sample`` is not given.
+        With ``sample``: time from a sample to when inputs take effect, s, or a text with a unit; 0 by default. Ignored
+        without ``sample``.
 
     Returns
     -------
@@ -132,7 +133,8 @@ def kalman(
     ------
     UsageError
         Unknown names, negative intensities, or measurements without noise. For a sampled observer, measurements that
-        contain white noise or follow an input at once; a ``sample`` for a model that is sampled already.
+        contain white noise or follow an input at once; a ``sample`` for a model that is sampled already, a negative
+        delay or more than 1000 samples.
     ModelError
         A motion that does not decay and is unobservable; one that neither grows nor decays without noise.
     NumericalError
@@ -188,18 +190,25 @@ def place_observer(
 ) -> Observer:
     """Return the observer with given eigenvalues of the error of the estimate.
 
+    Warns of eigenvalues that grow.
+
     Parameters
     ----------
     space : StateSpace or Linearization
         The linear model.
     poles : sequence of complex
-        Eigenvalues of the error, as of ``place``, but none more often than the number of measured signals.
+        Eigenvalues (ns,) of the error, complex ones in conjugate pairs, none more often than the number of measured
+        signals: 1/s, also with ``sample``; z = e^(s T) if ``space`` is sampled already.
     measured : sequence of str
         Names of outputs or states.
     inputs : sequence of str, optional
         Inputs known to the observer; all by default.
-    sample, delay : float or str, optional
-        As of ``kalman``.
+    sample : float or str, optional
+        Of a sampled observer: the time between two measurements, s, or a text with a unit. By default the observer is
+        continuous or sampled as ``space`` is.
+    delay : float or str, optional
+        With ``sample``: time from a sample to when inputs take effect, s, or a text; above 0 a ModelError is raised.
+        Ignored without ``sample``.
 
     Returns
     -------
@@ -209,7 +218,8 @@ def place_observer(
     Raises
     ------
     UsageError
-        Names that there are not; poles as of ``place``; a sampled measurement that follows an input at once.
+        Names that there are not; poles of another number, without complex conjugates, repeated too often, or not
+        finite; a sampled measurement that follows an input at once; a ``sample`` for a model that is sampled already.
     ModelError
         An unobservable motion, or a sampled model with delays, whose error has zero eigenvalues.
     NumericalError

@@ -207,7 +207,8 @@ def lqr(
         Of a sampled regulator: the time for which inputs are held, s, or a text with a unit. The cost remains the
         integral.
     delay : float or str, optional
-        Of a sampled regulator: from a sample to when inputs take effect. Inputs that wait are fed back, too.
+        Of a sampled regulator: time from a sample to when inputs take effect, s, or a text with a unit; 0 by default.
+        Inputs that wait are fed back, too.
 
     Returns
     -------
@@ -217,8 +218,9 @@ def lqr(
     Raises
     ------
     UsageError
-        Names that there are not; weights that are negative, of other sizes, or zero for all that an input does. A model
-        without inputs; a delay without ``sample``, or a ``sample`` for a model that is sampled already.
+        Names that there are not, or ``inputs`` other than the names in R; weights that are negative, of other sizes, or
+        zero for all that an input does. A model without inputs; a delay without ``sample``, a negative delay or more
+        than 1000 samples, or a ``sample`` for a model that is sampled already.
     ModelError
         A motion that does not decay and that no input moves; one that neither grows nor decays and has no cost.
     NumericalError
@@ -266,11 +268,14 @@ def place(
         The linear model.
     poles : sequence of complex
         Eigenvalues (ns,), complex ones in conjugate pairs, none more often than the number of inputs: 1/s; for a
-        sampled model z = e^(s T); with ``sample`` also 1/s, one for each state of the sampled model.
+        sampled ``space`` z = e^(s T); with ``sample`` also 1/s, as many as states of the sampled model, inputs that
+        wait included.
     inputs : sequence of str, optional
-        The controlled inputs; all by default.
-    sample, delay : float or str, optional
-        As of ``lqr``.
+        The controlled inputs, in the order of rows of the gains; all by default.
+    sample : float or str, optional
+        Of a sampled regulator: the time for which inputs are held, s, or a text with a unit.
+    delay : float or str, optional
+        With ``sample``: time from a sample to when inputs take effect, s, or a text; 0 by default.
 
     Returns
     -------
@@ -280,8 +285,8 @@ def place(
     Raises
     ------
     UsageError
-        Poles of another number, without complex conjugates, repeated too often, or not finite; other arguments as of
-        ``lqr``.
+        Poles of another number, without complex conjugates, repeated too often, or not finite. Names that there are
+        not, a model without inputs, a delay without ``sample``, or a ``sample`` for a model that is sampled already.
     ModelError
         A motion that no input moves, decaying or not.
     NumericalError

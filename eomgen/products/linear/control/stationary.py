@@ -32,7 +32,7 @@ def stationary_covariance(space: StateSpace | HasStateSpace, noise: Mapping[str,
         A stable linear model.
     noise : mapping
         Intensities by disturbance or input: two-sided spectral densities, unit^2 s, half of one-sided densities per Hz;
-        of a sampled model variances of values held over a sample.
+        of a sampled model variances of values held over a sample. Signals that are not named are zero.
 
     Returns
     -------
@@ -68,14 +68,13 @@ def stationary_covariance(space: StateSpace | HasStateSpace, noise: Mapping[str,
 def root_mean_squares(space: StateSpace | HasStateSpace, noise: Mapping[str, float]) -> dict[str, float]:
     """Return the stationary root mean square of every output under independent white noises.
 
-    Raises as ``stationary_covariance``.
-
     Parameters
     ----------
     space : StateSpace or Linearization
         A stable linear model.
     noise : mapping
-        Intensities by disturbance or input, as of ``stationary_covariance``.
+        Intensities by disturbance or input: two-sided spectral densities, unit^2 s; of a sampled model variances of
+        values held over a sample. Signals that are not named are zero.
 
     Returns
     -------

@@ -317,7 +317,10 @@ class RoadExcitation:
         return replace(self, speed=self.speed if speed is None else speed, road=road or self.road)
 
     def between_tracks(self, frequencies: Array) -> Array:
-        """Return the cross-spectra of elevations at the same distance over the spectrum of one wheel.
+        """Return the cross-spectra of elevations at the same distance along the road over the spectrum of one wheel.
+
+        Between tracks: the number ``coherence``, 0 for ``independent``, 1 for ``equal``; for ``isotropic`` a value that
+        falls from 1 with distance and frequency.
 
         Parameters
         ----------
@@ -380,7 +383,7 @@ class RoadExcitation:
         Parameters
         ----------
         frequencies : ndarray
-            Frequencies (nf,), Hz.
+            Frequencies (nf,), Hz, above zero.
 
         Returns
         -------

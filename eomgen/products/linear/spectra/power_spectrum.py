@@ -114,7 +114,8 @@ def weighted_signal(name: str, t: Array, values: Array) -> Array:
     """Return the output of a weighting filter for the signal, exactly for the cubic spline through the values.
 
     The filter has the partial fractions sum r / (s - p): each fraction is one recursion from row to row, whose input
-    is the integral of exp(p (t - tau)) times the cubic. At the first row the filter is at rest under a constant input.
+    is the integral of exp(p (t - tau)) times the cubic. At the first row the filter is at rest under a constant input
+    of the first value, so that the result there is 0.
 
     Parameters
     ----------
@@ -134,6 +135,8 @@ def weighted_signal(name: str, t: Array, values: Array) -> Array:
     ------
     UsageError
         There is no weighting of that name.
+    ValueError
+        Fewer than two times, times that do not increase, values of another number or not finite.
 
     Examples
     --------
@@ -226,7 +229,8 @@ class RideTable:
 
     @property
     def headings(self) -> tuple[str, ...]:
-        """Headings of the columns of ``rows``."""
+        """Headings of the columns of ``rows``: ``class``, ``speed [m/s]``, and of each output ``rms NAME``, followed by
+        ``(Wk)`` if weighted and ``[unit]`` if known."""
         named = (
             name + (f" ({weighting})" if weighting else "") + (f" [{unit}]" if unit else "")
             for name, unit, weighting in zip(self.outputs, self.units, self.weightings, strict=True)
@@ -296,7 +300,7 @@ class PowerSpectrum:
         Parameters
         ----------
         low, high : float, optional
-            Ends of the part, Hz, cut to the first and the last of ``frequencies``; all of these by default.
+            Ends of the part, Hz, the lower first, cut to the first and the last of ``frequencies``; all by default.
         weighting : str, optional
             ``Wk`` or ``Wd`` of ISO 2631-1, for an acceleration in m/s^2: the part that people feel.
 

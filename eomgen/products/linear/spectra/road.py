@@ -122,7 +122,7 @@ class Road:
         Returns
         -------
         (...) ndarray
-            G_d(n), m^3; zero outside the band.
+            One-sided density G_d(n), m^3; zero outside the band.
 
         Examples
         --------
@@ -242,7 +242,8 @@ class MeasuredRoad(Road):
     ) -> Self:
         """Return the road of a profile, by Welch's method: Hann windows with an overlap of one half, without trends.
 
-        Elevations are interpolated linearly at even distances. Warns of a road that is rougher than 4 times class H.
+        Elevations are interpolated linearly at even distances. Warns if the density at 0.1 cycle/m is above 4 times
+        the density of class H.
 
         Parameters
         ----------
@@ -341,7 +342,7 @@ class MeasuredRoad(Road):
         Returns
         -------
         (...) ndarray
-            G_d(n), m^3; zero outside the band.
+            One-sided density G_d(n), m^3; zero outside the band.
 
         Examples
         --------
