@@ -72,7 +72,7 @@ def with_controller(
         In continuous time controllers of type ``state_feedback``, with states for the estimates; sampled controllers
         are sampled states.
     prefix : str
-        Before the names of estimates, ``estimate_STATE``.
+        Before the names of estimates, ``estimate_STATE`` by default.
     limits : mapping, name -> (lower, upper)
         In the unit of the input or signal, or texts with a unit, ``("-2 kN", "2 kN")``; None for no limit. They bound
         the signal itself, the value at the reference of the linear model included.

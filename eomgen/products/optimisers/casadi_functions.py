@@ -42,9 +42,9 @@ def casadi(
     (q, v, z, u, p, t) -> (dT/dv, dT/dq + Q); ``internal_rate`` and ``outputs``; ``step``, one step of a method:
     (x, u, p, t, h) -> x_next, x = (q, v, z). By name alone ``frame_poses``: (q, p, t) -> quaternion and position of
     each frame.
-    Arguments that the scene does not have are left out: see ``name_in()``. Inputs u are passed, also if the scene gives
-    formulas; a moving base follows its law at t. CasADi differentiates these functions like
-    expressions; the Hessian of a Lagrangian is one call in C.
+    Arguments on which a function does not depend are left out: see ``name_in()``. Inputs u are passed, also if the
+    scene gives formulas; a moving base follows its law at t. CasADi differentiates these functions like expressions;
+    the Hessian of a Lagrangian is one call in C.
 
     Parameters
     ----------

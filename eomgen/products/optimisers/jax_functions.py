@@ -237,7 +237,7 @@ class JaxFunctions:
         method, settings : optional
             Integration method, ``generalized_alpha``, ``rattlie`` or ``rk4`` for instance, and its settings by name.
         record_every : int, optional
-            Steps from row to row, a divisor of the number of steps. By default these three are the scene's.
+            Steps from row to row, a divisor of the number of steps; by default the scene's, as the method.
 
         Returns
         -------
