@@ -86,12 +86,12 @@ def sample(
     FileError
         A file, the checkpoint or the folder cannot be read or written.
     ModelError
-        Memory, operators, data or the file of a start do not fit the mesh, or ``mass`` cannot be taken.
+        Memory, operators, data or the file of a start do not fit the mesh, or ``mass`` does not fit the fields.
     NumericalError
         No mode is found, U or its second derivatives are not finite at a chain's place, or U has no lower bound.
     UsageError
-        A path or setting cannot be taken, ``resume`` without a folder, or a checkpoint of other settings, another
-        posterior or more samples.
+        A path, ``mass`` or setting is unknown or cannot be taken, ``resume`` without a folder, or a checkpoint of other
+        settings, another posterior or more samples.
     """
     system = _system(described)
     chosen = _settings(system.sampling, settings)
