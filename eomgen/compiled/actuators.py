@@ -97,7 +97,7 @@ def actuator_efforts(
     Parameters
     ----------
     q, v, a : array_like
-        Configuration (..., nq), velocity (..., nv) and acceleration (..., nv), left-trivialised.
+        Configuration (..., nq), left-trivialised velocity and acceleration (..., nv).
     t : array_like, optional
         Time (...), s.
     z, parameters : mapping or array_like, optional

@@ -116,7 +116,7 @@ def derivatives(
         ``inverse_dynamics``, ``forward_dynamics``, ``internal_rate``, ``outputs`` or ``frame_poses``; with constraints
         ``residual``, ``constraint``, ``constraint_velocity`` or ``constraint_acceleration``.
     q, v, a : array_like
-        Configuration (..., nq), velocity (..., nv) and acceleration (..., nv), left-trivialised; a by forward dynamics
+        Configuration (..., nq), left-trivialised velocity and acceleration (..., nv); a by forward dynamics
         if the term takes it and it is not given.
     t : array_like, optional
         Time (...), s.
@@ -182,7 +182,7 @@ def hessian(
     weights : array_like
         One weight for each number of the term, (..., rows): multipliers of an optimisation.
     q, v, a : array_like
-        Configuration (..., nq), velocity (..., nv) and acceleration (..., nv), left-trivialised; a by forward dynamics
+        Configuration (..., nq), left-trivialised velocity and acceleration (..., nv); a by forward dynamics
         if the term takes it and it is not given.
     t : array_like, optional
         Time (...), s.

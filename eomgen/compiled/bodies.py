@@ -108,7 +108,7 @@ def twist(
     body : str
         Body or frame, by name.
     q, v : array_like
-        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+        Configuration (..., nq) and left-trivialised velocity (..., nv).
     t : array_like, optional
         Time (...), s.
     parameters : mapping or array_like, optional
@@ -486,7 +486,7 @@ def jacobian_rate(
     frame : str
         A body or frame in ``model.frames``: the scene's ``task_frames``, or all if the scene has none.
     q, v : array_like
-        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+        Configuration (..., nq) and left-trivialised velocity (..., nv).
     t : array_like, optional
         Time (...), s.
     reference : str, optional
@@ -540,7 +540,7 @@ def drift(
     frame : str
         A body or frame in ``model.frames``: the scene's ``task_frames``, or all if the scene has none.
     q, v : array_like
-        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+        Configuration (..., nq) and left-trivialised velocity (..., nv).
     t : array_like, optional
         Time (...), s.
     reference : str, optional

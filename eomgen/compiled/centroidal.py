@@ -132,7 +132,7 @@ def center_of_mass_drift(
     Parameters
     ----------
     q, v : array_like
-        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+        Configuration (..., nq) and left-trivialised velocity (..., nv).
     t : array_like, optional
         Time (...), s.
     parameters : mapping or array_like, optional
@@ -209,7 +209,7 @@ def centroidal_momentum_rate(
     Parameters
     ----------
     q, v : array_like
-        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+        Configuration (..., nq) and left-trivialised velocity (..., nv).
     t : array_like, optional
         Time (...), s.
     parameters : mapping or array_like, optional
@@ -248,7 +248,7 @@ def centroidal_drift(
     Parameters
     ----------
     q, v : array_like
-        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+        Configuration (..., nq) and left-trivialised velocity (..., nv).
     t : array_like, optional
         Time (...), s.
     parameters : mapping or array_like, optional

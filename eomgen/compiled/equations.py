@@ -132,7 +132,7 @@ def coupling(model: EvaluatedModel, q: ArrayLike, v: ArrayLike, *, parameters: P
     Parameters
     ----------
     q, v : array_like
-        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+        Configuration (..., nq) and left-trivialised velocity (..., nv).
     parameters : mapping or array_like, optional
         Tunable parameters (..., np), SI units; defaults of the scene if not given.
 
@@ -166,7 +166,7 @@ def force(
     Parameters
     ----------
     q, v : array_like
-        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+        Configuration (..., nq) and left-trivialised velocity (..., nv).
     t : array_like, optional
         Time (...), s.
     u, z, parameters : mapping or array_like, optional
@@ -205,7 +205,7 @@ def base_motion(
     Parameters
     ----------
     q, v : array_like
-        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+        Configuration (..., nq) and left-trivialised velocity (..., nv).
     t : array_like, optional
         Time (...), s.
     parameters : mapping or array_like, optional
@@ -253,7 +253,7 @@ def inverse_dynamics(
     Parameters
     ----------
     q, v, a : array_like
-        Configuration (..., nq), velocity (..., nv) and acceleration (..., nv), left-trivialised.
+        Configuration (..., nq), left-trivialised velocity and acceleration (..., nv).
     t : array_like, optional
         Time (...), s.
     u, z, parameters : mapping or array_like, optional
@@ -326,7 +326,7 @@ def bias(
     Parameters
     ----------
     q, v : array_like
-        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+        Configuration (..., nq) and left-trivialised velocity (..., nv).
     t : array_like, optional
         Time (...), s.
     u, z, parameters : mapping or array_like, optional
@@ -368,7 +368,7 @@ def forward_dynamics(
     Parameters
     ----------
     q, v : array_like
-        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+        Configuration (..., nq) and left-trivialised velocity (..., nv).
     t : array_like, optional
         Time (...), s.
     u, z, parameters : mapping or array_like, optional
@@ -445,7 +445,7 @@ def constrained_dynamics(
     Parameters
     ----------
     q, v : array_like
-        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+        Configuration (..., nq) and left-trivialised velocity (..., nv).
     t : array_like, optional
         Time (...), s.
     u, z, parameters : mapping or array_like, optional
@@ -499,7 +499,7 @@ def partials(
     Parameters
     ----------
     q, v, a : array_like
-        Configuration (..., nq), velocity (..., nv) and acceleration (..., nv), left-trivialised.
+        Configuration (..., nq), left-trivialised velocity and acceleration (..., nv).
     t : array_like, optional
         Time (...), s.
     u, z, parameters : mapping or array_like, optional
@@ -667,7 +667,7 @@ def evaluate(
     term : str
         One of ``model.terms``.
     q, v, a : array_like
-        Configuration (..., nq), velocity (..., nv) and acceleration (..., nv), left-trivialised.
+        Configuration (..., nq), left-trivialised velocity and acceleration (..., nv).
     t : array_like, optional
         Time (...), s.
     u, z, parameters : mapping or array_like, optional
@@ -725,7 +725,7 @@ def energy(
     Parameters
     ----------
     q, v, a : array_like
-        Configuration (..., nq), velocity (..., nv) and acceleration (..., nv), left-trivialised.
+        Configuration (..., nq), left-trivialised velocity and acceleration (..., nv).
     t : array_like, optional
         Time (...), s.
     u, z, parameters : mapping or array_like, optional
@@ -782,7 +782,7 @@ def outputs(
     Parameters
     ----------
     q, v, a : array_like
-        Configuration (..., nq), velocity (..., nv) and acceleration (..., nv), left-trivialised.
+        Configuration (..., nq), left-trivialised velocity and acceleration (..., nv).
     t : array_like, optional
         Time (...), s.
     u, z, parameters : mapping or array_like, optional
@@ -857,7 +857,7 @@ def internal_rates(
     Parameters
     ----------
     q, v : array_like
-        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+        Configuration (..., nq) and left-trivialised velocity (..., nv).
     z, u, parameters : mapping or array_like, optional
         Internal states (..., nz), inputs (..., nu) and tunable parameters (..., np), SI units; values of the scene if
         not given.
@@ -903,7 +903,7 @@ def internal_partials(
     Parameters
     ----------
     q, v : array_like
-        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+        Configuration (..., nq) and left-trivialised velocity (..., nv).
     z, u, parameters : mapping or array_like, optional
         Internal states (..., nz), inputs (..., nu) and tunable parameters (..., np), SI units; values of the scene if
         not given.

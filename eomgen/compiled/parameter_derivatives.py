@@ -67,7 +67,7 @@ def parameter_partials(
     Parameters
     ----------
     q, v, a : array_like
-        Configuration (..., nq), velocity (..., nv) and acceleration (..., nv), left-trivialised.
+        Configuration (..., nq), left-trivialised velocity and acceleration (..., nv).
     t : array_like, optional
         Time (...), s.
     u, z, parameters : mapping or array_like, optional
@@ -131,7 +131,7 @@ def output_parameter_partials(
     Parameters
     ----------
     q, v, a : array_like
-        Configuration (..., nq), velocity (..., nv) and acceleration (..., nv), left-trivialised.
+        Configuration (..., nq), left-trivialised velocity and acceleration (..., nv).
     t : array_like, optional
         Time (...), s.
     u, z, parameters : mapping or array_like, optional
@@ -227,7 +227,7 @@ def regressor(
     Parameters
     ----------
     q, v, a : array_like
-        Configuration (..., nq), velocity (..., nv) and acceleration (..., nv), left-trivialised.
+        Configuration (..., nq), left-trivialised velocity and acceleration (..., nv).
     t : array_like, optional
         Time (...), s.
     u, z, parameters : mapping or array_like, optional

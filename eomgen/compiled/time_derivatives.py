@@ -125,7 +125,7 @@ def forward_rates(
     Parameters
     ----------
     q, v : array_like
-        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+        Configuration (..., nq) and left-trivialised velocity (..., nv).
     t : array_like, optional
         Time (...), s.
     u, z, parameters : mapping or array_like, optional
@@ -167,7 +167,7 @@ def coriolis(
     Parameters
     ----------
     q, v : array_like
-        Configuration (..., nq) and velocity (..., nv), left-trivialised.
+        Configuration (..., nq) and left-trivialised velocity (..., nv).
     parameters : mapping or array_like, optional
         Tunable parameters (..., np), SI units; defaults of the scene if not given.
     skew : bool
@@ -200,7 +200,7 @@ def mass_rates(
     Parameters
     ----------
     q, v, a : array_like
-        Configuration (..., nq), velocity (..., nv) and acceleration (..., nv), left-trivialised.
+        Configuration (..., nq), left-trivialised velocity and acceleration (..., nv).
     parameters : mapping or array_like, optional
         Tunable parameters (..., np), SI units; defaults of the scene if not given.
 

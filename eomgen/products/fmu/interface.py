@@ -111,7 +111,7 @@ class Options:
     dae : whether the FMU can leave accelerations and multipliers to the importer, see ``dae.py``
     arrays : whether vectors are arrays, see ``arrays.py``
     about : author, version, copyright, licence and description of the model
-    minimal : whether the states of model exchange are independent coordinates and velocities alone
+    minimal : whether states of model exchange are independent coordinates and velocities in place of q and v
     """
 
     version: int

@@ -230,7 +230,7 @@ class RideTable:
     @property
     def headings(self) -> tuple[str, ...]:
         """Headings of the columns of ``rows``: ``class``, ``speed [m/s]``, and of each output ``rms NAME``, followed by
-        ``(Wk)`` if weighted and ``[unit]`` if known."""
+        the weighting, ``(Wk)`` or ``(Wd)``, if weighted, and by ``[unit]`` if known."""
         named = (
             name + (f" ({weighting})" if weighting else "") + (f" [{unit}]" if unit else "")
             for name, unit, weighting in zip(self.outputs, self.units, self.weightings, strict=True)
