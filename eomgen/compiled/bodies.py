@@ -530,10 +530,11 @@ def drift(
     """Return dJ/dt v, the part of the rate of a twist that does not depend on accelerations, by a recursion without
     matrices.
 
-    On a base at rest the rate of the twist is J a + drift: in ``local_world_aligned`` the angular acceleration and the
-    acceleration of the origin, else the rate of the twist's components. On a moving base dJ/dt, as in
-    ``jacobian_rate``, contains the twist of the base, not the acceleration. The term is ``frame_drifts`` (``_aligned``,
-    ``_world``).
+    J a + drift is the rate of J v, the twist against the base as of ``jacobian``: on a base at rest in
+    ``local_world_aligned`` the angular acceleration and the acceleration of the origin, else the rate of the twist's
+    components. Of the motion of a base, drift contains the turning in ``local_world_aligned``, turning and travel in
+    ``world``, and no part in ``body`` or in absolute coordinates; never the acceleration. The term is ``frame_drifts``
+    (``_aligned``, ``_world``).
 
     Parameters
     ----------

@@ -91,8 +91,10 @@ class FieldSamples:
 
     @property
     def message(self) -> str:
-        """The end of the run in words: samples and warm-up, then ``cut``, ``lost``, ``rest``, ``doubt`` and notes on
-        the file; of an interrupted run in place of these the missing part."""
+        """The end of the run in words: samples and warm-up, then, if any, steps made smaller by the guard (``cut``),
+        trajectories rejected for an energy that is not finite (``lost``), chains that did not move (``rest``), chains
+        that do not agree (``doubt``), and notes on the file; for an interrupted run in place of these the missing
+        part."""
         chains, made = len(self.samples.accepted), f"{counted(self.count, 'sample')}"
         before = counted(self.warm_up.shape[1], "trajectory", "trajectories")
         whole = f"{made} of each of {counted(chains, 'chain')} after {before}"

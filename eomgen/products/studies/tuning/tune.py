@@ -59,10 +59,11 @@ def tune(
     Errors include all rows that the written file will record, up to 20 000; times are of stepping with these rows,
     without outputs, energies and the error estimate.
 
-    Methods race: each method is run coarsely once; cost and order of this run decide on further runs. The winner is
-    verified on runs with other initial states, parameters and inputs, against separate references, and refined if it
-    misses the demand. After four rounds the winner is returned even if runs of verification still miss the demand:
-    ``Tuned.met`` is False then. The scene's own run meets the demand in any case.
+    Methods race: the first method of each family is run coarsely; cost and order of these runs decide on further runs.
+    Relatives of the winner race only with the axis ``parameters``. The winner is verified on runs with other initial
+    states, parameters and inputs, against separate references, and refined if it misses the demand. After four rounds
+    the winner is returned even if runs of verification still miss the demand: ``Tuned.met`` is False then. The scene's
+    own run meets the demand in any case.
 
     Parameters
     ----------
@@ -76,7 +77,8 @@ def tune(
         Of the error over time: ``largest``, ``rms`` or ``final``.
     axes : sequence of str
         Varied axes: ``formulation``, ``parameters``, ``policy``, ``arithmetic`` (for demands of 1e-5 and more),
-        ``fidelity``; all but ``fidelity`` by default. Methods and steps always vary, the compiler's profile does not.
+        ``fidelity``; all but ``fidelity`` by default. Families of methods and steps always vary, the compiler's profile
+        does not.
     methods : sequence of str
         Methods to try; by default all that make a difference to the scene.
     t_end : float
@@ -84,7 +86,8 @@ def tune(
     parameters, inputs : mapping
         Tunable parameters and inputs by name, as of ``simulate``; the scene's by default.
     budget : float
-        Seconds of computation, builds not counted.
+        Seconds, builds not counted, for the limits of single runs: a run is stopped after 0.15 of these (1 s at least).
+        The whole computation has no limit.
     formulated : bool
         Whether other formulations than the scene's own may win, with the axis ``formulation``.
     progress : callable
