@@ -24,10 +24,11 @@ LATER = ("outputs", "energy", "stats", "findings", "message", "success", "metada
 
 
 @pytest.fixture(autouse=True)
-def _compiled_constructors(monkeypatch: pytest.MonkeyPatch) -> None:
+def _steady_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Compile constructors of dataclasses at their first instance, as after fifty instances: budgets are of a process
-    with many runs."""
+    with many runs. Parts of a run do not become shorter on a busy machine."""
     monkeypatch.setattr("eomgen.base.data._MOST_FILLED", 0)
+    monkeypatch.setattr("eomgen.simulation.stepping.chunks.CHUNK_SECONDS", 1e9)
 
 
 def model_of(name: str, method: str = "rk4") -> eomgen.Model:
@@ -35,8 +36,7 @@ def model_of(name: str, method: str = "rk4") -> eomgen.Model:
 
 
 def calls(work: Callable[[], object]) -> int:
-    """Return how many Python functions are called, the least of three tries, since a busy machine makes
-    parts of a run shorter, and more."""
+    """Return how many Python functions are called, the least of three tries."""
     return min(_calls(work) for _ in range(3))
 
 
