@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 from eomgen.base.calls import checked_call
 from eomgen.base.data import replace
 from eomgen.base.messages import shown
-from eomgen.errors import Problem, UsageError
+from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.pipeline.documents import read
 from eomgen.pipeline.pipeline import build_reproducible
 from eomgen.pipeline.requests import ProgramRequest, check_real, checked_terms
@@ -44,9 +44,9 @@ def generate(
 ) -> list[Path]:
     """Write a scene's model and stepper, or its controller, as a folder of C that stands alone.
 
-    If the method cannot run on the scene, or ``terms`` lacks functions that steps call, the functions are written
-    without a stepper. If the scene starts at static equilibrium, so does the C; a RuntimeWarning and the README report
-    that none was found.
+    If the scene's own method cannot run on the scene, or ``terms`` lacks functions that its steps call, the functions
+    are written without a stepper. If the scene starts at static equilibrium, so does the C; a RuntimeWarning and the
+    README report that none was found.
 
     Parameters
     ----------
@@ -82,7 +82,8 @@ def generate(
     ------
     UsageError, DescriptionError, ModelError, FileError
         UsageError for a law in Python, which C cannot hold, or a new ``folder`` with the ending of a file, as ``.c`` or
-        ``.zip``; FileError for a folder with files that eomgen did not write.
+        ``.zip``; ModelError for a named method that cannot run on the scene; FileError for a folder with files that
+        eomgen did not write.
 
     Examples
     --------
@@ -108,7 +109,9 @@ def generate(
         return kind.generate(document, folder, method)
     check_real(real)
     if only is None:
-        program = exported_program(document, front_end, chosen, terms, method, parameters=parameters)[0]
+        program, refusal = exported_program(document, front_end, chosen, terms, method, parameters=parameters)
+        if refusal and method and chosen.steppers:
+            raise ModelError(f"{method} cannot run on this scene: {refusal} [E0860]", "another method, or no method")
     else:
         program = _controller_program(document, front_end, parameters)
         _check_exported(program)
@@ -146,9 +149,8 @@ def exported_program(
     from eomgen.pipeline.generated_defaults import with_equilibrium_start, with_interface  # noqa: PLC0415
     from eomgen.pipeline.programs import write_program  # noqa: PLC0415
 
-    wanted = target.terms(terms)
-    selection = Selection(None if wanted is None else tuple(wanted))
-    request = ProgramRequest(document, front_end, selection, method)
+    taken = None if (wanted := target.terms(terms)) is None else tuple(wanted)
+    request = ProgramRequest(document, front_end, Selection(taken), method)
     program, refusal = write_program(request, target, build_reproducible, parameters=parameters)
     _check_exported(program)
     if program.defaults["start"] == "equilibrium":

@@ -155,6 +155,11 @@ def test_a_stepper_defines_the_group_functions_that_it_calls(tmp_path: Path) -> 
         assert (name, result.stderr) == (name, "")
 
 
+def test_a_named_method_that_cannot_run_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(eomgen.ModelError, match=r"rk4 cannot run on this scene: .*without constraints"):
+        eomgen.generate("examples/four_bar/scene.toml", tmp_path / "c", method="rk4")
+
+
 #: Flags of compilers for registers of two, four and eight doubles; the last only compiles, for few machines run it.
 WIDTHS = (
     {2: ["-mno-avx"], 4: ["-mavx", "-mno-avx512f"], 8: ["-mavx512f"]} if platform.machine() == "x86_64" else {2: []}
