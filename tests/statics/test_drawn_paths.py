@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import matplotlib
@@ -62,6 +63,13 @@ def test_a_path_is_drawn_through_its_critical_points_with_its_stability() -> Non
     assert [list(line.get_xdata()) for line in arm.lines[1:3]] == [[7.0, 3.5], [3.5, 7.0]]
     (plain,) = path_of(critical=(), negative=np.full(4, -1)).plot("tip")
     assert plain.get_legend() is None and {to_hex(line.get_color()) for line in plain.lines} == {BLUE}
+
+
+def test_a_path_is_drawn_into_a_file_also_on_axes_of_the_caller(tmp_path: Path) -> None:
+    path_of().plot(axes=pyplot.figure().subplots(), path=tmp_path / "path.png")
+    assert (tmp_path / "path.png").stat().st_size > 0
+    with pytest.raises(UsageError, match=r"path\.foo: a figure is a \.png, \.svg or \.pdf file; try: figure\.png"):
+        path_of().plot(path=tmp_path / "path.foo")
 
 
 def test_a_path_names_columns_and_branches() -> None:

@@ -240,7 +240,7 @@ class EquilibriumPath:
         axes : matplotlib Axes, one for each column
             A new figure if none are given.
         path : str or Path, optional
-            File of a figure, .png, .svg or .pdf; with ``axes`` no file is written.
+            File of a figure, .png, .svg or .pdf; with ``axes`` of the whole figure of the first.
 
         Returns
         -------
@@ -258,7 +258,6 @@ class EquilibriumPath:
         """
         names = [over] if isinstance(over, str) and over else list(over) or [self.largest_column]
         columns = [self.column(name) for name in names]
-        figure = None
         if axes is None:
             size = (5.2 * len(names), 4.2)
             figure = new_figure(size) if path is not None else pyplot_figure(size)
@@ -267,8 +266,8 @@ class EquilibriumPath:
             drawn = axes_of_caller("plot", axes, names)
         for ax, name, column in zip(drawn, names, columns, strict=True):
             self._draw(ax, name, column)
-        if path is not None and figure is not None:
-            save_figure(figure, Path(path))
+        if path is not None:
+            save_figure(drawn[0].figure, Path(path))
         return drawn
 
     def _draw(self, ax: Any, name: str, column: Array) -> None:
