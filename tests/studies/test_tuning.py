@@ -16,7 +16,7 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.products.studies.tuning import race, tune
-from eomgen.products.studies.tuning.judge import KNOWN, Demand, Judge, conditions
+from eomgen.products.studies.tuning.judge import KNOWN, Demand, Judge, VerificationRun, conditions
 from eomgen.products.studies.tuning.race import MARGIN, Contender, RaceRun
 from eomgen.products.studies.tuning.result import with_settings
 from eomgen.products.studies.tuning.tune import _shortest
@@ -91,6 +91,9 @@ SCENE_DATA = tomllib.loads(SCENE)
 def test_one_line_says_why(tuned: eomgen.Tuned) -> None:
     assert " meets 0.0001 in " in tuned.why
     assert "one digit more costs" in tuned.why
+    missed = replace(tuned, verified=(VerificationRun("other", 1.0, 0.0, ""),))
+    assert not missed.met and "; verification runs miss it, by an error of 1; " in missed.why
+    assert "; no other run has a reference to verify it; " in replace(tuned, verified=()).why
     assert f"measured on {tuned.machine['processor']}" in tuned.why
     data = json.loads(json.dumps(tuned.to_dict()))
     assert {"why", "verified", "simulation", "rivals", "next_digit", "machine", "spent", "met"} <= set(data)

@@ -205,15 +205,19 @@ class Tuned:
 
     @property
     def met(self) -> bool:
-        """Whether all verification runs meet the demand."""
+        """Whether all verification runs meet the demand; true without such runs, if none has a reference."""
         return all(run.error <= self.demand for run in self.verified)
 
     @property
     def why(self) -> str:
         """One line: the time in which the scene's own run meets the demand, the cheapest rival, the cost of one digit
-        more, and the machine. Verification runs may miss the demand: see ``met``."""
+        more, and the machine; and whether verification runs miss the demand, or none has a reference."""
         time = short_duration(self.seconds)
         parts = [f"{self.label} meets {self.demand:g} in {time} for {self.span:.4g} s of motion"]
+        if not self.met:
+            parts.append(f"verification runs miss it, by an error of {max(run.error for run in self.verified):.2g}")
+        elif not self.verified:
+            parts.append("no other run has a reference to verify it")
         if self.rivals:
             first = self.rivals[0]
             how = "takes" if first.measured else "would take"
