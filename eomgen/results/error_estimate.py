@@ -198,16 +198,16 @@ class ErrorEstimate:
         Parameters
         ----------
         aim, share : float
-            Relative errors, positive; ``relative`` if ``share`` is None.
+            Relative errors; ``relative`` if ``share`` is None.
 
         Returns
         -------
         float
-            Factor, at most 1; 1 if neither order is known, as without an estimate.
+            Factor, at most 1; 1 if neither order is known, as without an estimate, or without an error.
         """
         share = self.relative if share is None else share
         order = np.fmin(self.order, self.declared_order)
-        return 1.0 if np.isnan(order) else float(min(1.0, (aim / share) ** (1.0 / max(order, 1.0))))
+        return 1.0 if np.isnan(order) or not share else float(min(1.0, (aim / share) ** (1.0 / max(order, 1.0))))
 
     def summary(self) -> dict[str, Any]:
         """Return the estimate without arrays over time, in JSON types.

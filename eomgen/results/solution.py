@@ -484,11 +484,10 @@ class Solution(SolutionMethods):
         same = ("scene", "fingerprint", "method", "settings", "parameters", "t_start", "record_every")
         unequal = [name for name in same if self.metadata.get(name) != later.metadata.get(name)]
         if unequal or not len(later.t) or later.t[0] > self.t[-1]:
-            fault = (
-                f"these are not parts of one run: {', '.join(unequal) or 'there is a gap between them'} differ [E1297]"
-            )
+            fault = f"these are not parts of one run: {', '.join(unequal)} differ [E1297]"
             if not unequal:
-                fault = f"there is a gap between the parts, from {self.t[-1]:.9g} s to {later.t[0]:.9g} s [E1298]"
+                begin = f"{later.t[0]:.9g} s" if len(later.t) else "the later part, which has no rows"
+                fault = f"there is a gap between the parts, from {self.t[-1]:.9g} s to {begin} [E1298]"
             raise UsageError(Problem("followed_by", fault, "the solution of the run that wrote the checkpoint"))
         self._check_end(later)
         step, every = float(later.metadata["step"]), int(later.metadata["record_every"])

@@ -73,7 +73,7 @@ def test_the_worst_run_is_named_with_a_step_that_makes_its_error_a_hundredth(
 
 @pytest.mark.parametrize(
     ("order", "share", "factor"),
-    [(2.0, 0.04, 0.5), (4.0, 0.04, 0.5), (0.2, 0.04, 0.25), (2.0, 0.005, 1.0), (math.nan, 0.16, 0.25)],
+    [(2.0, 0.04, 0.5), (4.0, 0.04, 0.5), (0.2, 0.04, 0.25), (2.0, 0.005, 1.0), (math.nan, 0.16, 0.25), (2.0, 0.0, 1.0)],
 )
 def test_refinements_follow_the_observed_order_up_to_the_declared_one(
     order: float, share: float, factor: float

@@ -74,6 +74,12 @@ def test_two_parts_are_one_run(build: Any, options: dict[str, Any], file: Path) 
     assert rest.message == one.message
 
 
+def test_a_part_without_rows_does_not_follow(file: Path) -> None:
+    first = flyer().simulate(0.1, 0.05, checkpoint=file)
+    with pytest.raises(eomgen.UsageError, match=r"parts, from 0\.1 s to the later part, which has no rows"):
+        first.followed_by(replace(first, t=first.t[:0]))
+
+
 def test_halved_steps_and_late_factors_are_part_of_the_memory(file: Path) -> None:
     options: dict[str, Any] = {"step": 0.05, "settings": {"max_iterations": 2, "max_halvings": 8}}
     model = flyer()
