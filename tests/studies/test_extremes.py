@@ -12,7 +12,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import matplotlib.image
 import numpy as np
@@ -22,7 +22,7 @@ import eomgen
 from eomgen.cli import main
 from eomgen.cli.printing import print_table
 from eomgen.products.studies.ladders.register import LADDERS, _decades
-from eomgen.products.studies.ladders.result import VERDICTS, Cell, draw, verdict
+from eomgen.products.studies.ladders.result import VERDICTS, Cell, Extremes, draw, verdict
 from eomgen.products.studies.ladders.runs import (
     CRASH,
     HANG,
@@ -362,11 +362,19 @@ def test_what_the_budget_leaves_out_is_said() -> None:
 def test_unknown_names_are_refused() -> None:
     with pytest.raises(eomgen.UsageError, match="there is no ladder 'stif'; try: stiffness"):
         eomgen.extremes(PENDULUM, ladders=["stif"])
+    with pytest.raises(eomgen.UsageError, match="budget: '120' is neither a number nor a number with a unit"):
+        eomgen.extremes(PENDULUM, budget=cast(Any, "120"))
     with pytest.raises(eomgen.UsageError, match=r"'soft' is not a value of the ladder step; try: --cell step:1e-08"):
         eomgen.extremes(PENDULUM, cells=["step:soft"])
     for unknown in ({"cells": ["step:0.1:rk5"]}, {"ladders": ["step"], "methods": ["rk5"]}):
         with pytest.raises(eomgen.UsageError, match="there is no method 'rk5'; try: "):
             eomgen.extremes(PENDULUM, **unknown)
+
+
+def test_a_table_of_infinite_errors_is_json(tmp_path: Path) -> None:
+    cell = Cell("step", 1.0, "rk4", "fails", np.inf, np.nan, 0.1, "", "", 1.0)
+    Extremes("swing", "", (cell,)).save(tmp_path)
+    assert "Infinity" not in (text := (tmp_path / "extremes.json").read_text()) and "NaN" not in text
 
 
 def test_cells_are_printed_as_they_are_named(capsys: pytest.CaptureFixture[str]) -> None:

@@ -6,7 +6,7 @@ import json
 from dataclasses import replace
 from functools import wraps
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -156,8 +156,8 @@ def test_a_ratio_of_times_is_told_if_rounds_tell_the_times_apart(capsys: pytest.
 
 @pytest.mark.slow
 def test_mistakes_are_answered() -> None:
-    with pytest.raises(UsageError, match="rounds: 0 rounds give no median; try: 7"):
-        eomgen.savings(BEAM, rounds=0)
+    with pytest.raises(UsageError, match="rounds: a whole number from 1 on is needed, not '7'"):
+        eomgen.savings(BEAM, rounds=cast(Any, "7"))
     with pytest.raises(UsageError, match="only: no variant is called moving; try: some of a run, terms of a step"):
         eomgen.savings(BEAM, only=["moving"])
     with pytest.raises(UsageError, match="the scene as it is asked cannot be measured"):

@@ -21,7 +21,7 @@ from eomgen.products.studies.work_precision.axes import AXES, Configuration, can
 from eomgen.products.studies.work_precision.formulations import formulations
 from eomgen.products.studies.work_precision.observation import ErrorSize, errors, observe
 from eomgen.products.studies.work_precision.reference import RunReference
-from eomgen.products.studies.work_precision.result import _groups
+from eomgen.products.studies.work_precision.result import Point, _groups
 from eomgen.products.studies.work_precision.running import Grid, Runner
 from tests.models.scenes import SWING
 
@@ -308,6 +308,7 @@ def test_formulations_of_a_loop_begin_in_one_state(example: str) -> None:
             {"methods": ["rk4_partitioned"]},
             "methods: no method runs on this scene: partitioned needs a system with constraints",
         ),
+        ({"budget": "120"}, "budget: '120' is neither a number nor a number with a unit"),
         ({"budget": 0.0}, "budget: a study takes a positive number of seconds, not 0; try: 120"),
         ({"steps": [0.02, 0.015]}, "steps: the step 0.015 s is not a whole part of the coarsest, 0.02 s; try: 0.01"),
         ({"steps": [0.02, -1.0]}, "steps: steps are positive numbers of seconds, which -1 is not; try: 1e-3"),
@@ -324,6 +325,11 @@ def test_mistakes_are_named(options: dict[str, Any], message: str) -> None:
     with pytest.raises(eomgen.EomgenError) as raised:
         eomgen.tradeoff(SWING, **options)
     assert message in str(raised.value)
+
+
+def test_an_error_by_an_unknown_measure_is_refused() -> None:
+    with pytest.raises(eomgen.UsageError, match="measure: there is no measure 'mean'; try: one of largest, rms, final"):
+        Point.error_of(cast(Any, None), "q", "mean")
 
 
 @pytest.mark.long

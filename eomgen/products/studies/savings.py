@@ -15,6 +15,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from eomgen.base.arrays import count_of
 from eomgen.base.csv_tables import write_rows
 from eomgen.base.data import asdict, dataclass, field, fields, is_dataclass, replace
 from eomgen.base.files import make_folder, write_text
@@ -385,8 +386,7 @@ def savings(
     document = load_scene(scene, **options) if isinstance(scene, str | os.PathLike) else as_document(scene)[0]
     if not isinstance(document, Scene):
         raise UsageError("variants are made of scenes, and this document is not a scene [E1107]", "a scene file")
-    if rounds < 1:
-        raise UsageError(Problem("rounds", f"{rounds} rounds give no median [E1108]", f"{SAVINGS_ROUNDS}"))
+    count_of("rounds", rounds)
     chosen = method_of(document, method)
     every = variants(document, terms_of_step(document, chosen), _absolute(scene, document, options))
     names = [variant.name for variant in every[1:]]

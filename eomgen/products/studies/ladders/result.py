@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -13,6 +12,7 @@ from eomgen.base.csv_tables import csv_text
 from eomgen.base.data import asdict, dataclass, field
 from eomgen.base.figures import new_figure
 from eomgen.base.files import make_folder, write_text
+from eomgen.base.json_text import json_text
 from eomgen.errors import FileError, Problem
 from eomgen.products.studies.ladders.register import BY_NAME
 from eomgen.products.studies.ladders.runs import CRASH, HANG, RAISED, REACHED, REFUSED, STOPPED, UNFINISHED, RunEnding
@@ -198,7 +198,7 @@ class Extremes:
 
         made = make_folder(Path(folder))
         write_text(made / "extremes.csv", self.csv())
-        write_text(made / "extremes.json", json.dumps(self.to_dict(), indent=1) + "\n")
+        write_text(made / "extremes.json", json_text(self.to_dict()) + "\n")
         return [made / "extremes.csv", made / "extremes.json", draw(self.scene, self.cells, made / "extremes.png")]
 
 

@@ -18,6 +18,7 @@ from eomgen.base.data import dataclass
 from eomgen.base.journal import Journal
 from eomgen.base.messages import nearest, shown
 from eomgen.base.version import __version__
+from eomgen.compiled.arguments import number_of
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.register import AUTO, canonical_name
 from eomgen.pipeline.model import Model
@@ -323,7 +324,7 @@ def extremes(
     EomgenError
         The scene cannot be read or built.
     """
-    began = time.perf_counter()
+    began, budget = time.perf_counter(), number_of("budget", budget)
     for name in ladders:
         if name not in BY_NAME:
             raise UsageError(

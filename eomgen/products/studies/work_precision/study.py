@@ -20,6 +20,7 @@ from eomgen.base.json_text import finite
 from eomgen.base.messages import counted
 from eomgen.base.progress import duration
 from eomgen.base.version import __version__
+from eomgen.compiled.arguments import number_of
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.lie.product import Factor
 from eomgen.products.studies.defaults import MEASURE, TRADEOFF_BUDGET, TRADEOFF_REPEATS
@@ -270,7 +271,8 @@ def tradeoff(
     began = time.perf_counter()
     chosen = checked_axes(axes)
     check_measure(measure)
-    if not budget > 0.0 or not math.isfinite(budget):
+    budget = number_of("budget", budget)
+    if not budget > 0.0:
         raise UsageError(
             Problem("budget", f"a study takes a positive number of seconds, not {budget:g} [E1141]", "120")
         )
