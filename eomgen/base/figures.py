@@ -29,9 +29,7 @@ def new_figure(size: Size, *, placed: bool = False) -> Any:
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
     from matplotlib.figure import Figure  # noqa: PLC0415
 
-    figure = Figure(figsize=size, layout=None if placed else "constrained", dpi=110)
-    FigureCanvasAgg(figure)
-    return figure
+    return FigureCanvasAgg(Figure(figsize=size, layout=None if placed else "constrained", dpi=110)).figure
 
 
 def _check_backend() -> None:

@@ -167,12 +167,11 @@ def _controller_program(
     from eomgen.mechanics.controller import derive_controller  # noqa: PLC0415
     from eomgen.pipeline.generated_defaults import with_parameters  # noqa: PLC0415
 
-    described = front_end.describe(document)
     prepared = front_end.prepared(document, build_reproducible)
     if front_end is not SCENES:
         _check_scene(document, "controller")
     if parameters:
-        prepared = with_parameters(prepared, described, parameters)
+        prepared = with_parameters(prepared, front_end.describe(document), parameters)
     system = derive_controller(cast("Scene", prepared))
     return replace(to_program(system), controller=controller_data(system))
 
