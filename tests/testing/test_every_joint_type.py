@@ -16,13 +16,20 @@ from eomgen.errors import DescriptionError
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import describe
 from eomgen.products.pictures.scenery import scenery
-from eomgen.products.testing.joint_types import OWN, check_poses, exponentials, placed, text
+from eomgen.products.testing.demands import ContractError
+from eomgen.products.testing.joint_types import OWN, check_joint_type, check_poses, exponentials, placed, text
 from eomgen.scene.joint_types import CONSTRAINTS, JOINTS, TYPES, ConstraintType, JointType
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.load import load_toml
 from eomgen.scene.scene import Scene
 from tests.oracles.evaluation import Array, tape_evaluator
 from tests.oracles.states import random_states
+
+
+def test_a_type_that_does_not_move_is_told() -> None:
+    with pytest.raises(ContractError, match="fixed: the type does not move"):
+        check_joint_type("fixed")
+
 
 MOVING = [name for name, row in JOINTS.items() if row.moves]
 

@@ -71,6 +71,7 @@ def check_joint_type(name: str) -> None:
     """
     demand(name in JOINTS, name, "there is no joint type of this name; is the distribution installed?")
     row = JOINTS[name]
+    demand(row.moves, name, "the type does not move")
     for key in ("axis",) * bool(row.coordinates) + row.needed:
         check_needed(row, key)
     scene = load_toml(text(name))
