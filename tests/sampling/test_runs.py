@@ -133,6 +133,7 @@ def test_chains_start_where_a_file_says(tmp_path: Path) -> None:
     [
         ({"sample": 3}, "sample: sample: there is no such setting; try: samples"),
         ({"samples": 2.5}, "sample: samples: a whole number is needed, not 2.5"),
+        ({"field": "r"}, "sample: field: there is no field 'r'; try: one of s"),
         ({"chains": 0}, "sample: chains: 0 is invalid; try: from 1 on"),
         ({"step": -1.0}, "Sampler: step: -1 is invalid"),
         ({"step": 1e-320}, "step, guard and duration: inf steps of 9.99989e-321 would lead to 1.5, and 1e+15 are"),

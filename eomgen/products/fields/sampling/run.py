@@ -99,6 +99,8 @@ def sample(
         raise UsageError(Problem("resume", "a run goes on from the checkpoint of a folder [E0849]", 'folder="out"'))
     with at_settings(system, settings):
         problem = field_problem(dataclasses.replace(system, sampling=chosen), chosen.chains)
+        if (field := problem.watched) not in (known := list(problem.posterior.operators)):
+            raise UsageError(Problem("sample: field", f"there is no field {field!r} [E0827]", nearest(field, known)))
         run = _Run(problem, chosen, mass or system.mass, None if folder is None else make_folder(Path(folder)), resume)
     with show_progress(progress, system.name) as bar, Interrupts() as interrupts:
         return run.go(bar, interrupts, checkpoint_every)
