@@ -128,6 +128,12 @@ def test_chains_start_where_a_file_says(tmp_path: Path) -> None:
         sample(changed(), start=str(tmp_path / "flat.npy"))
 
 
+def test_paths_of_starts_in_a_file_begin_at_its_folder(tmp_path: Path) -> None:
+    data = changed()
+    data["sampling"] = {**data.get("sampling", {}), "start": "start.npy"}
+    assert fields_from_data(data, folder=tmp_path).sampling.start == str(tmp_path / "start.npy")
+
+
 @pytest.mark.parametrize(
     ("options", "text"),
     [

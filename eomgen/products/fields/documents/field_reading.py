@@ -388,6 +388,8 @@ class _FieldReader(FieldEntries[FieldFile]):
         if unknown and not (self.report.concerns("operators") or self.report.concerns("data")):
             hint = listed(watched) or "no field"
             self.report.add("sampling.field", f"there is no field {shown(keys['field'])} in the energy [E0757]", hint)
+        if keys.get("start", "").endswith(".npy"):
+            keys["start"] = str(self.folder / keys["start"])
         return Chains(**keys)
 
 

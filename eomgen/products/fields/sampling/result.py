@@ -102,7 +102,7 @@ class FieldSamples:
             notes = "".join(f"; {note}" for note in self.problem.notes)
             return f"{whole} of warm-up{self.cut}{self.lost}{self.rest}{self.doubt}{notes}"
         missing = f"of {self.settings.samples}" if self.warm_up.shape[1] >= self.settings.warm_up else "in the warm-up"
-        return f"interrupted: {whole} of warm-up, {missing}; --resume goes on to the same bits"
+        return f"interrupted: {whole} of warm-up, {missing}; with a folder, --resume goes on to the same bits"
 
     @property
     def cut(self) -> str:

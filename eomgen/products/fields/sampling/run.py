@@ -217,6 +217,7 @@ class _Run:
         """Return the settings, mass, watched field and digest of the posterior, which have to be the same if a run goes
         on."""
         settings = {name: value for name, value in vars(self.settings).items() if name not in _OPEN}
+        settings["start"] = Path(self.settings.start).name  # from any folder
         return {**settings, "mass": self.mass, "field": self.problem.watched, "posterior": self.problem.digest}
 
     def save(self, folder: Path) -> None:
