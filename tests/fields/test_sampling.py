@@ -130,6 +130,12 @@ def test_order_4_takes_fewer_gradients_for_an_independent_sample() -> None:
     assert ratio > 1.4 and abs(ratio - 1.8) <= 2.0 * ratio * math.hypot(*errors)
 
 
+def test_few_samples_have_no_autocorrelation_time() -> None:
+    chains = np.random.default_rng(1).standard_normal((3, 7))
+    assert all(np.isnan(autocorrelation_time(chains[:, :count])) for count in (4, 5, 6))
+    assert autocorrelation_time(chains) > 0.0
+
+
 @pytest.mark.long_cases("32-steps1-60-1.73-0.15")
 @pytest.mark.slow
 @pytest.mark.parametrize(

@@ -71,8 +71,8 @@ def autocorrelation_time(chains: ArrayLike) -> Array:
     Returns
     -------
     (...) ndarray
-        In samples; below 1 if samples alternate; NaN if the samples of each chain are equal, or a number without a
-        meaning if their mean is rounded.
+        In samples; below 1 if samples alternate; NaN if the samples of each chain are equal (a number without a meaning
+        if their mean is rounded), or too few, as below 7.
 
     Examples
     --------
@@ -90,8 +90,9 @@ def autocorrelation_time(chains: ArrayLike) -> Array:
         times = 2.0 * np.cumsum(covariance / covariance[0], axis=0) - 1.0
     lags = np.arange(count).reshape(-1, *[1] * (times.ndim - 1))
     enough = lags >= _WINDOW * np.maximum(times, 1.0)  # if samples alternate, more than the first lags count
-    last = np.where(enough.any(axis=0), enough.argmax(axis=0), count - 1)
-    return np.asarray(np.take_along_axis(times, last[None], axis=0)[0])
+    enough[-1] = False  # the sum over all lags is 0 for any samples
+    at_window = np.take_along_axis(times, enough.argmax(axis=0)[None], axis=0)[0]
+    return np.where(enough.any(axis=0), at_window, np.nan)
 
 
 def autocorrelation_error(times: ArrayLike, samples: int) -> Array:
