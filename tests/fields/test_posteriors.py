@@ -277,6 +277,21 @@ def test_a_mode_is_no_saddle(energy: str, masses: str) -> None:
     assert posterior.largest_frequency(mode.spectrum, posterior.mass(masses)) > 0.5
 
 
+def test_spectra_in_another_order_or_precision_are_the_same_field() -> None:
+    posterior, spectrum, to = made("s**4 + counts*s"), MESH.white(stream()), np.zeros(MESH.half, complex)
+    turned = np.asfortranarray(spectrum)
+    assert posterior.energy(turned) == posterior.energy(spectrum)
+    assert posterior.energy(spectrum.astype(np.complex64)) == pytest.approx(posterior.energy(spectrum), rel=1e-5)
+    assert posterior.norm(turned, np.asfortranarray(MESH.wave_numbers)) == posterior.norm(spectrum, MESH.wave_numbers)
+    posterior.add(2.0, turned, to)
+    assert np.array_equal(to, 2.0 * spectrum)
+
+
+def test_a_prior_alone_has_no_curvature_and_zeros_have_an_adjoint() -> None:
+    assert FieldPosterior(MESH, "0", {"s": white(MESH)}).mean_curvature() == [0.0]
+    assert LinearOperator("zero", MESH, np.zeros(MESH.half)).dot_test(stream()) == 0.0
+
+
 @pytest.mark.parametrize(
     ("call", "text"),
     [
@@ -292,6 +307,17 @@ def test_a_mode_is_no_saddle(energy: str, masses: str) -> None:
             lambda: mask(MESH, COUNTS[1:]),
             "an array of the shape (7, 6) is not a mask of finite numbers for (8, 6)",
         ),
+        (lambda: made("s**2").value("g", MESH.white(stream())), "value: there is no field 'g'; try: one of s"),
+        (
+            lambda: made("s**2").energy(MESH.white(stream())[:4]),
+            "spectrum: complex128 of the shape (4, 4) are not a half spectrum; try: complex128 of the shape (8, 4)",
+        ),
+        (
+            lambda: made("s**2").add(1.0, MESH.white(stream()), np.zeros(MESH.half, complex, order="F")),
+            "to: complex128 of the shape (8, 4) are not a half spectrum",
+        ),
+        (lambda: negative_binomial(1.0, 0.1, beta=0.0), "beta: 0 is invalid; try: a number above 0"),
+        (lambda: gaussian(1.0, 0.1, deviation=-1.0), "deviation: -1 is invalid; try: a number above 0"),
         (lambda: poisson(0.0, 1.0), "mean: the mean of counts is 0; try: the mean number of objects in a cell"),
         (lambda: made("exp(s) - cuonts*s"), "cell energy: "),
         (lambda: made("exp(s"), "cell energy: the formula is not well formed"),

@@ -22,7 +22,7 @@ from eomgen.codegen.scheduling.scheduler import schedule
 from eomgen.codegen.targets.c.naming import local_names
 from eomgen.codegen.targets.c.printer import Printer, indent_lines, wrap_text
 from eomgen.codegen.targets.c.templates import environment
-from eomgen.errors import DescriptionError, ModelError, Problem
+from eomgen.errors import DescriptionError, ModelError, Problem, UsageError
 from eomgen.products.fields.documents.entries import cell_formula
 from eomgen.products.fields.documents.recording import record_at
 from eomgen.products.fields.posteriors.mesh import Complex, Reals, Spectrum
@@ -130,7 +130,7 @@ def negative_binomial(
     mean, variance : float
         As of ``poisson``.
     beta : float
-        Number of failures, above 0, which is not checked; the distribution is Poisson's as beta grows.
+        Number of failures, above 0; the distribution is Poisson's as beta grows.
     bias : float, optional
         As of ``poisson``.
     response : bool, optional
@@ -143,8 +143,8 @@ def negative_binomial(
 
     Raises
     ------
-    ModelError
-        The mean is not above 0.
+    ModelError, UsageError
+        The mean, or beta, is not above 0.
     """
     plain = "(counts + beta)*log(1 + exp(e)/beta) - counts*e"
     partly_seen = "(observed + beta)*log(1 + response*exp(e)/beta) - observed*e"
@@ -162,7 +162,7 @@ def gaussian(mean: float, variance: float, deviation: float, bias: float = 1.0, 
     mean, variance : float
         As of ``poisson``.
     deviation : float
-        Standard deviation of the errors, the same in all cells, in objects; above 0, which is not checked.
+        Standard deviation of the errors, the same in all cells, in objects; above 0.
     bias : float, optional
         As of ``poisson``.
     response : bool, optional
@@ -175,8 +175,8 @@ def gaussian(mean: float, variance: float, deviation: float, bias: float = 1.0, 
 
     Raises
     ------
-    ModelError
-        The mean is not above 0.
+    ModelError, UsageError
+        The mean, or the deviation, is not above 0.
     """
     formulas = "(exp(e) - counts)**2/(2*deviation**2)", "(response*exp(e) - counts)**2/(2*deviation**2)"
     made = _counts_energy(formulas, response, mean, variance, bias=bias, deviation=deviation)
@@ -187,10 +187,13 @@ def _counts_energy(
     formulas: tuple[str, str], response: bool, mean: float, variance: float, **more: float
 ) -> CellEnergy:
     """Return the energy of counts by the first of two formulas, or by the second with a ``response``; ``more`` are
-    further parameters. Raises ModelError for a mean that is not above 0."""
+    further parameters. Raises ModelError, UsageError."""
     if not mean > 0.0:
         fault = f"the mean of counts is {mean:.6g} [E0795]"
         raise ModelError(Problem("mean", fault, "the mean number of objects in a cell, above 0"))
+    for name in ("beta", "deviation"):
+        if not more.get(name, 1.0) > 0.0:
+            raise UsageError(Problem(name, f"{more[name]:.6g} is invalid [E0819]", "a number above 0"))
     numbers = {"log_mean": math.log(mean), "variance": variance, **more}
     least = {"counts": 0.0, "response": 0.0} if response else {"counts": 0.0}
     return CellEnergy(formulas[response], _OBSERVED if response else _LOG_INTENSITY, numbers, least)

@@ -144,7 +144,7 @@ class LinearOperator:
         x, y = self.mesh.white(generator), generator.standard_normal(self.mesh.cells)
         made = self.apply(x)
         error = abs(float(np.sum(made * y)) - self.mesh.product(x, self.adjoint(y)))
-        return error / math.sqrt(float(np.sum(made**2)) * float(np.sum(y**2)))
+        return error / (math.sqrt(float(np.sum(made**2)) * float(np.sum(y**2))) or 1.0)  # 0 for an operator of zeros
 
 
 def white(mesh: Mesh) -> LinearOperator:

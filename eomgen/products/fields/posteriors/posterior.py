@@ -133,6 +133,16 @@ class FieldPosterior:
         least = self.energy_of_cell.smallest.get(name, -math.inf)
         return numbers_of_cells(self.mesh, made, least, f"data.{name}")
 
+    def _spectrum(self, name: str, values: Array | Complex, kind: type = complex, *, changed: bool = False) -> Complex:
+        """Return an array of the shape ``mesh.half``, contiguous and of a type, as C takes it. Raises UsageError for
+        another shape and, if the array is to be changed in place (``changed``), for one that is not like this."""
+        made = np.ascontiguousarray(values, kind)
+        if made.shape != self.mesh.half or (changed and made is not values):
+            fault = f"{np.asarray(values).dtype} of the shape {np.shape(values)} are not a half spectrum [E2239]"
+            hint = f"{made.dtype} of the shape {self.mesh.half}, contiguous in C order"
+            raise UsageError(Problem(name, fault, hint))
+        return made
+
     # -- energy and derivatives --------------------------------------------------------------------------------------
 
     def energy(self, spectrum: Complex) -> float:
@@ -141,7 +151,7 @@ class FieldPosterior:
         Parameters
         ----------
         spectrum : complex ndarray
-            White field as a half spectrum, shape ``mesh.half``; complex128, contiguous in C order (not checked).
+            White field as a half spectrum, shape ``mesh.half``.
 
         Returns
         -------
@@ -149,6 +159,7 @@ class FieldPosterior:
             Minus the logarithm of the posterior, up to a constant.
         """
         self.energies += 1
+        spectrum = self._spectrum("spectrum", spectrum)
         return self._energy(spectrum, [] if self.prior_alone else self._to_cells(spectrum))
 
     def _energy(self, spectrum: Complex, fields: list[Array]) -> float:
@@ -168,9 +179,9 @@ class FieldPosterior:
         Parameters
         ----------
         spectrum : complex ndarray
-            White field as a half spectrum, shape ``mesh.half``; complex128, contiguous in C order (not checked).
+            White field as a half spectrum, shape ``mesh.half``.
         to : complex ndarray
-            Half spectrum, another array of the same kind; overwritten with the gradient, as of ``gradient``.
+            Half spectrum, another array; overwritten with the gradient, as of ``gradient``.
 
         Returns
         -------
@@ -178,6 +189,7 @@ class FieldPosterior:
             Minus the logarithm of the posterior, up to a constant; infinite or NaN on overflow.
         """
         self.gradients += 1
+        spectrum, to = self._spectrum("spectrum", spectrum), self._spectrum("to", to, changed=True)
         if self.prior_alone:
             to[...] = spectrum
             return self._energy(spectrum, [])
@@ -200,7 +212,7 @@ class FieldPosterior:
         to : complex ndarray
             Half spectrum, changed in place.
         """
-        self._routines.add(size, None, spectrum, to)
+        self._routines.add(size, None, self._spectrum("spectrum", spectrum), self._spectrum("to", to, changed=True))
 
     def add_gradient(self, size: float, spectrum: Complex, to: Complex) -> None:
         """Add ``size`` times the gradient of U at a white field to a spectrum, in the precision that was asked for.
@@ -214,7 +226,8 @@ class FieldPosterior:
         to : complex ndarray
             Half spectrum, changed in place.
         """
-        self._add_gradient(self._fast, size, spectrum, to)
+        to = self._spectrum("to", to, changed=True)
+        self._add_gradient(self._fast, size, self._spectrum("spectrum", spectrum), to)
 
     def _add_gradient(self, by: Transforms, size: float, spectrum: Complex, to: Complex) -> None:
         self.gradients += 1
@@ -241,7 +254,7 @@ class FieldPosterior:
             Half spectrum, shape ``mesh.half``.
         """
         result = np.zeros(self.mesh.half, complex)
-        self._add_gradient(self._transforms, 1.0, np.ascontiguousarray(spectrum), result)
+        self._add_gradient(self._transforms, 1.0, self._spectrum("spectrum", spectrum), result)
         return result
 
     def hessian(self, spectrum: Complex) -> Callable[[Complex], Complex]:
@@ -257,15 +270,16 @@ class FieldPosterior:
         callable
             From a direction to the product, a new array, both half spectra. Each call adds 1 to ``products``.
         """
-        fields = [] if self.prior_alone else self._to_cells(np.ascontiguousarray(spectrum))
+        fields = [] if self.prior_alone else self._to_cells(self._spectrum("spectrum", spectrum))
         if self._transforms.scale != 1.0:  # arrays of the plans, which products write to
             fields = [field.copy() for field in fields]
 
         def product(direction: Complex) -> Complex:
             self.products += 1
+            direction = self._spectrum("direction", direction)
             result = direction.copy()
             if fields:
-                along = self._to_cells(np.ascontiguousarray(direction))
+                along = self._to_cells(direction)
                 self._curve(fields, along)
                 self._from_cells(self._transforms, 1.0, along, result)
             return result
@@ -290,7 +304,7 @@ class FieldPosterior:
         Parameters
         ----------
         name : str
-            Name of the field; KeyError for another name.
+            Name of the field.
         spectrum : complex ndarray
             White field as a half spectrum, shape ``mesh.half``.
 
@@ -299,8 +313,10 @@ class FieldPosterior:
         ndarray
             Shape ``mesh.cells``.
         """
+        if name not in self.operators:
+            raise UsageError(Problem("value", f"there is no field {name!r} [E0827]", nearest(name, self.operators)))
         operator, number = self.operators[name], list(self.operators).index(name)
-        self._routines.filter(self._symbols[number], np.ascontiguousarray(spectrum), self._transforms.buffer)
+        self._routines.filter(self._symbols[number], self._spectrum("spectrum", spectrum), self._transforms.buffer)
         field = np.array(self._transforms.field(number), float)
         return field if operator.mask is None else operator.mask * field
 
@@ -334,7 +350,8 @@ class FieldPosterior:
         float
             The sum.
         """
-        return self._routines.norm(spectrum, self._even, weight)
+        weight = None if weight is None else self._spectrum("weight", weight, float)
+        return self._routines.norm(self._spectrum("spectrum", spectrum), self._even, weight)
 
     def drift(self, size: float, inverse_mass: Array | None, momenta: Complex, spectrum: Complex) -> None:
         """Add ``size`` times the momenta divided by the masses to a white field.
@@ -350,7 +367,9 @@ class FieldPosterior:
         spectrum : complex ndarray
             White field as a half spectrum, changed in place.
         """
-        self._routines.add(size, inverse_mass, momenta, spectrum)
+        inverse = None if inverse_mass is None else self._spectrum("inverse_mass", inverse_mass, float)
+        momenta, spectrum = self._spectrum("momenta", momenta), self._spectrum("spectrum", spectrum, changed=True)
+        self._routines.add(size, inverse, momenta, spectrum)
 
     def _to_cells(self, spectrum: Complex) -> list[Array]:
         return cast(list[Array], self._cells_of(self._transforms, spectrum))
@@ -432,11 +451,13 @@ class FieldPosterior:
         Returns
         -------
         list of float
-            One for each field, in the order of ``fields``; may be negative. AttributeError if ``prior_alone``.
+            One for each field, in the order of ``fields``; may be negative; 0 if there is no energy of cells.
         """
         nodes, weights = np.polynomial.hermite_e.hermegauss(_NODES)
         weights = weights / weights.sum()
         operators = self.operators.values()  # a mask is in the energy already
+        if self.prior_alone:
+            return [0.0] * len(self.operators)
         deviations = [math.sqrt(replace(operator, mask=None).variance) for operator in operators]
         count = len(deviations)
         means = [0.0] * count
@@ -527,7 +548,7 @@ class FieldPosterior:
         ModelError
             The energy of a cell has no finite mean curvature (``mean_curvature``).
         """
-        x = np.zeros(self.mesh.half, complex) if start is None else np.array(start, complex)
+        x = np.zeros(self.mesh.half, complex) if start is None else self._spectrum("start", start).copy()
         mass = self.mass("fisher")
         inverse = 1.0 if mass is None else 1.0 / mass
         before, value = self.products, self.energy(x)

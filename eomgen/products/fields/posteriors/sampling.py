@@ -80,7 +80,7 @@ def follow(
     steps : int
         Number of steps.
     spectrum, momenta : complex ndarray
-        Half spectra, changed in place; complex128 and contiguous in C order, which is not checked.
+        Half spectra, changed in place; complex128 and contiguous in C order.
     inverse_mass : ndarray, optional
         One over the masses by wave number, shape ``mesh.half``; 1 if not given.
     stop : callable, optional
