@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -133,10 +133,10 @@ class FieldPosterior:
         least = self.energy_of_cell.smallest.get(name, -math.inf)
         return numbers_of_cells(self.mesh, made, least, f"data.{name}")
 
-    def _spectrum(self, name: str, values: Array | Complex, kind: type = complex, *, changed: bool = False) -> Complex:
+    def _spectrum(self, name: str, values: Array | Complex, kind: type = complex, *, changed: bool = False) -> Any:
         """Return an array of the shape ``mesh.half``, contiguous and of a type, as C takes it. Raises UsageError for
         another shape and, if the array is to be changed in place (``changed``), for one that is not like this."""
-        made = np.ascontiguousarray(values, kind)
+        made: Any = np.ascontiguousarray(values, kind)
         if made.shape != self.mesh.half or (changed and made is not values):
             fault = f"{np.asarray(values).dtype} of the shape {np.shape(values)} are not a half spectrum [E2239]"
             hint = f"{made.dtype} of the shape {self.mesh.half}, contiguous in C order"
