@@ -506,6 +506,16 @@ FINE = random_model(3, 1, 2, 1)
             "delay: a delay is given, and no time between two samples",
         ),
         (
+            lambda: kalman(FINE, {"w1": 1.0}, {"y1": 1.0}, delay=0.1),
+            UsageError,
+            "delay: a delay is given, and no time between two samples",
+        ),
+        (
+            lambda: place_observer(FINE, [-1.0, -2.0, -3.0], ["y1"], delay=0.1),
+            UsageError,
+            "delay: a delay is given, and no time between two samples",
+        ),
+        (
             lambda: lqr(FINE, {"y1": 1.0}, {"u1": 1.0}, sample="5 mm"),
             UsageError,
             "sample: ",

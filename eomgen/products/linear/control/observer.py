@@ -22,7 +22,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.products.linear.control.controllability import Dynamics, check_detectable, check_driven, check_observable
 from eomgen.products.linear.control.notebook import deviations_html, eigenvalues_html, gains_html
 from eomgen.products.linear.control.pole_placement import pole_array
-from eomgen.products.linear.control.regulator import optimal_gains, placed_gains
+from eomgen.products.linear.control.regulator import only_with_sample, optimal_gains, placed_gains
 from eomgen.products.linear.control.riccati_equation import sampled_solution, without_cross_terms
 from eomgen.products.linear.control.weights import Weighted, Weights, controlled_by, near, number, row_of, weight
 from eomgen.products.linear.sampling import discretized, noise_over_a_sample
@@ -153,6 +153,7 @@ def kalman(
     measured, V = _measurement_noise(known, measurement_noise)
     G, F, W = _noise(known, noise, measured)
     if sample is None:
+        only_with_sample(delay)
         joined, cross, V = G @ W @ G.T, G @ W @ F.T, V + F @ W @ F.T
     else:
         held = discretized(known, sample, delay)
@@ -236,7 +237,9 @@ def place_observer(
     """
     space = state_space_of(space)
     known = controlled_by(space, names_of("inputs", "inputs", inputs, "force")) if space.inputs else space
-    if sample is not None:
+    if sample is None:
+        only_with_sample(delay)
+    else:
         known = discretized(known, sample, delay)
     wanted = pole_array("poles", poles, None if sample is None else known.sample)
     names = names_of("measured", "signals", measured, "angle")

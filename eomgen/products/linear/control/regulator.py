@@ -238,7 +238,7 @@ def lqr(
     space = state_space_of(space)
     cost = quadratic_cost(space, Q, R, N, names_of("inputs", "inputs", inputs, "force"))
     if sample is None:
-        _only_with_sample(delay)
+        only_with_sample(delay)
         regulate = _continuous if space.sample is None else _sampled_regulator
         return regulate(cost.space, cost.weights)
     weights = cost.weights
@@ -304,7 +304,7 @@ def place(
     space = state_space_of(space)
     plant = controlled_by(space, names_of("inputs", "inputs", inputs, "force"))
     if sample is None:
-        _only_with_sample(delay)
+        only_with_sample(delay)
     else:
         plant = discretized(plant, sample, delay)
     wanted = pole_array("poles", poles, None if sample is None else plant.sample)
@@ -407,7 +407,8 @@ def _sampled_regulator(space: StateSpace, weights: Weights) -> Regulator:
     return Regulator(space, gains, P)
 
 
-def _only_with_sample(delay: float | str) -> None:
+def only_with_sample(delay: float | str) -> None:
+    """Raise UsageError for a delay of a model without samples."""
     if delay != 0.0:
         fault = "a delay is given, and no time between two samples [E0408]"
         hint = 'sample="1 ms"; in continuous time an actuator or a filter with a lag'
