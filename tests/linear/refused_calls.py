@@ -15,7 +15,7 @@ from eomgen.products.linear.control.riccati_equation import without_cross_terms
 from eomgen.products.linear.control.second_order import optimal_modal_gains, placed_modal_gains
 from eomgen.products.linear.control.stationary import stationary_covariance
 from eomgen.products.linear.sampling import seconds
-from eomgen.products.linear.spectra import InputSpectrum, MeasuredRoad
+from eomgen.products.linear.spectra import InputSpectrum, MeasuredRoad, PowerSpectrum
 from eomgen.products.linear.state_space import StateSpace
 from tests.failures.mistakes import arm
 
@@ -96,6 +96,10 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         lambda: InputSpectrum("w", np.array([1.0, 1.0]), np.ones(2)),
         "InputSpectrum: w: the frequencies have to be two or more positive numbers that increase, Hz; try: [1.0, 20.0,"
         " 100.0]",
+    ),
+    "reversed band of a spectrum": (
+        lambda: PowerSpectrum("y", "m", np.array([1.0, 5.0]), np.ones(2)).rms(4.0, 2.0),
+        "rms: the band from 4 to 2 Hz is reversed; try: low <= high",
     ),
     "segments of a road": (
         lambda: MeasuredRoad.of_profile(np.arange(64.0), np.zeros(64), segments=0),

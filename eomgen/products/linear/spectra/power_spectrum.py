@@ -312,7 +312,8 @@ class PowerSpectrum:
         Raises
         ------
         UsageError
-            There is no such weighting, or the quantity has another unit than m/s^2 (an unknown unit passes).
+            ``low`` above ``high``; there is no such weighting, or the quantity has another unit than m/s^2
+            (an unknown unit passes).
 
         Examples
         --------
@@ -320,6 +321,8 @@ class PowerSpectrum:
         >>> PowerSpectrum("seat", "m/s^2", np.array([1.0, 5.0]), np.array([0.25, 0.25])).rms()
         1.0
         """
+        if not low <= high:
+            raise UsageError(Problem("rms", f"the band from {low:.6g} to {high:.6g} Hz is reversed [E2239]", "low <= high"))
         ends = np.clip([low, high], self.frequencies[0], self.frequencies[-1])
         inside = (self.frequencies > ends[0]) & (self.frequencies < ends[1])
         f = np.concatenate([ends[:1], self.frequencies[inside], ends[1:]])
