@@ -48,6 +48,10 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         lambda: delay_line("u", "y", True, 0.1),
         "delay_line: a delay of True samples; try: a whole number of them, from 1 on",
     ),
+    "delay line of samples at once": (
+        lambda: delay_line("u", "y", 2, 0.0),
+        "sample: the time between two samples is 0 s; try: a time above zero",
+    ),
     "filter of nothing": (
         lambda: shaping_filter([1.0], [0.0, 0.0], "w", "u"),
         "shaping_filter: the coefficients are not finite numbers; try: [2.0], [1.0, 0.5]",

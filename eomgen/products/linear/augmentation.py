@@ -210,7 +210,7 @@ def delay_line(input: str, output: str, samples: int, sample: float | str, unit:
     Raises
     ------
     UsageError
-        Samples that are not a whole number from 1 on, or a time that is not a finite number or text with a unit.
+        Samples that are not a whole number from 1 on, or a time that is not a positive finite number or text with a unit.
 
     Examples
     --------
@@ -221,10 +221,14 @@ def delay_line(input: str, output: str, samples: int, sample: float | str, unit:
     if isinstance(samples, bool) or not isinstance(samples, int) or samples < 1:
         fault = f"a delay of {samples!r} samples [E0372]"
         raise UsageError(Problem("delay_line", fault, "a whole number of them, from 1 on"))
+    period = seconds("sample", sample)
+    if not period > 0.0:
+        fault = f"the time between two samples is {period:.6g} s [E0459]"
+        raise UsageError(Problem("sample", fault, "a time above zero"))
     A, B, C = np.eye(samples, k=-1), np.zeros((samples, 1)), np.zeros((1, samples))
     B[0], C[0, -1] = 1.0, 1.0
     line = _filter(A, B, C, np.zeros((1, 1)), input, output, unit, output)
-    return replace(line, sample=seconds("sample", sample))
+    return replace(line, sample=period)
 
 
 def _states_of(numerator: Array, denominator: Array) -> tuple[Array, Array, Array, Array]:
