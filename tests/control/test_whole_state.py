@@ -384,6 +384,12 @@ def test_a_filter_before_a_model_multiplies_responses() -> None:
     )
 
 
+def test_a_filter_without_states_is_a_gain() -> None:
+    gain = shaping_filter([3.0], [2.0], "white", "u1")
+    assert (gain.B.shape, gain.C.shape, gain.E.shape) == ((0, 0), (1, 0), (0, 1))
+    assert driven_by(model([[-1.0]], [[2.0]]), gain).E.tolist() == [[3.0]]
+
+
 def test_delays_before_a_model() -> None:
     space = random_model(2, 1, 1, 2)
     late = driven_by(space, delay("w1", "w2", "50 ms", order=6))

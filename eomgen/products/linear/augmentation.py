@@ -142,7 +142,8 @@ def shaping_filter(
         fault = f"the numerator has the degree {len(top) - 1} and the denominator {len(bottom) - 1} [E0370]"
         raise UsageError(Problem("shaping_filter", fault, "a denominator of that degree: a filter that can be built"))
     A, B, C, D = _states_of(top if len(top) else np.zeros(1), bottom)
-    return _filter(A[: len(bottom) - 1, : len(bottom) - 1], B, C, D, input, output, unit, states or output)
+    n = len(bottom) - 1  # scipy gives a constant a state
+    return _filter(A[:n, :n], B[:n], C[:, :n], D, input, output, unit, states or output)
 
 
 def delay(input: str, output: str, time: float | str, order: int = 4, unit: str = "") -> StateSpace:
