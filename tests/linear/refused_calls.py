@@ -56,6 +56,10 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         lambda: shaping_filter([1.0], [0.0, 0.0], "w", "u"),
         "shaping_filter: the coefficients are not finite numbers; try: [2.0], [1.0, 0.5]",
     ),
+    "filter of texts": (
+        lambda: shaping_filter(["one"], [1.0, 2.0], "w", "u"),
+        "numerator: an array of real numbers is needed, not list: <U3 is not real numbers",
+    ),
     "regulator first": (
         lambda: OutputFeedback(cast(Any, SEEN), cast(Any, LAW)),
         "OutputFeedback: a Regulator comes first, not an Observer; try: OutputFeedback(regulator, observer), of lqr or"

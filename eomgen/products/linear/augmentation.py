@@ -16,6 +16,7 @@ from scipy.interpolate import pade
 from eomgen.base.arrays import Array
 from eomgen.base.data import replace
 from eomgen.base.messages import listed
+from eomgen.compiled.arguments import numbers
 from eomgen.errors import Problem, UsageError
 from eomgen.products.linear.sampling import seconds
 from eomgen.products.linear.state_space import KINDS, StateSpace
@@ -133,7 +134,8 @@ def shaping_filter(
     0.316228
     """
     top, bottom = (
-        np.trim_zeros(np.atleast_1d(np.asarray(item, dtype=float)), "f") for item in (numerator, denominator)
+        np.trim_zeros(np.atleast_1d(numbers(name, item)), "f")
+        for name, item in (("numerator", numerator), ("denominator", denominator))
     )
     if not len(bottom) or not np.all(np.isfinite(bottom)) or not np.all(np.isfinite(top)) or top.ndim != 1:
         fault = "the coefficients are not finite numbers [E0369]"
