@@ -73,6 +73,8 @@ def test_what_has_a_state_space_stands_for_it() -> None:
     np.testing.assert_array_equal(lqr(Linear(), *weights).gains, lqr(plain, *weights).gains)
     seen = {"w1": 2.0}, {"y1": 0.1, "y2": 0.3}
     np.testing.assert_array_equal(kalman(Linear(), *seen).gains, kalman(plain, *seen).gains)
+    late = delay("w1", "u1", 0.1)
+    np.testing.assert_array_equal(driven_by(Linear(), late).A, driven_by(plain, late).A)
     with pytest.raises(UsageError) as caught:
         lqr(np.eye(2), *weights)  # type: ignore[arg-type]
     assert str(caught.value) == (

@@ -19,19 +19,19 @@ from eomgen.base.messages import listed
 from eomgen.compiled.arguments import numbers
 from eomgen.errors import Problem, UsageError
 from eomgen.products.linear.sampling import seconds
-from eomgen.products.linear.state_space import KINDS, StateSpace
+from eomgen.products.linear.state_space import KINDS, HasStateSpace, StateSpace, state_space_of
 
 _LARGEST_ORDER = 12
 
 
-def driven_by(space: StateSpace, source: StateSpace) -> StateSpace:
+def driven_by(space: StateSpace | HasStateSpace, source: StateSpace | HasStateSpace) -> StateSpace:
     """Return a model whose disturbances and inputs of some names are the outputs of these names of another model.
 
     Parameters
     ----------
-    space : StateSpace
-        The driven model; ``state_space()`` of a ``Linearization``.
-    source : StateSpace
+    space : StateSpace or Linearization
+        The driven model.
+    source : StateSpace or Linearization
         A filter, a delay, an actuator. Inputs and disturbances of equal names in both models are one and the same.
         Units of the two models are not compared.
 
@@ -55,6 +55,7 @@ def driven_by(space: StateSpace, source: StateSpace) -> StateSpace:
     >>> late.disturbances, len(late.states)
     (('front',), 6)
     """
+    space, source = state_space_of(space), state_space_of(source)
     driven = _driven_signals(space, source)
     inputs = _unite([name for name in space.inputs if name not in driven], source.inputs)
     disturbances = _unite([name for name in space.disturbances if name not in driven], source.disturbances)
