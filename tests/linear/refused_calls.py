@@ -69,6 +69,10 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         lambda: stationary_covariance(oscillator(), {"wind": 1.0}),
         "noise: there is no disturbance or input 'wind'; try: one of w, u",
     ),
+    "noise without names": (
+        lambda: stationary_covariance(oscillator(), cast(Any, 1.0)),
+        "noise: a mapping is needed, not float; try: one of w, u, and the intensity of each",
+    ),
     "gain that is none": (lambda: LAW.gain("u", "z"), "gain: there is no 'z' among the gains; try: one of x, v"),
     "cross terms": (
         lambda: without_cross_terms(np.eye(2), np.array([[1.1], [0.0]])),

@@ -214,7 +214,8 @@ def delay_line(input: str, output: str, samples: int, sample: float | str, unit:
     Raises
     ------
     UsageError
-        Samples that are not a whole number from 1 on, or a time that is not a positive finite number or text with a unit.
+        Samples that are not a whole number from 1 on, or a time that is not a positive finite number or text with a
+        unit.
 
     Examples
     --------

@@ -109,8 +109,11 @@ def root_mean_squares(space: StateSpace | HasStateSpace, noise: Mapping[str, flo
 
 def _entering(space: StateSpace, noise: Mapping[str, float]) -> tuple[Array, Array, Array]:
     """Return the noise matrices of states (ns, noises) and outputs (ny, noises), and the diagonal matrix of
-    intensities. Raises UsageError for a name that is not a disturbance or an input."""
+    intensities. Raises UsageError for a name that is not a disturbance or an input, or if `noise` is no mapping."""
     names = (*space.disturbances, *space.inputs)
+    if not isinstance(noise, Mapping):
+        fault = f"a mapping is needed, not {type(noise).__name__} [E0090]"
+        raise UsageError(Problem("noise", fault, f"one of {', '.join(names)}, and the intensity of each"))
     for name in noise:
         if name not in names:
             fault = f"there is no disturbance or input {shown(name)} [E0425]"
