@@ -7,7 +7,7 @@ import re
 import warnings
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ import pytest
 import eomgen
 from eomgen.control import OutputFeedback, discretized, kalman, lqr, place
 from eomgen.products.linear.state_space import StateSpace, linear_model_name
-from eomgen.spectra import Road, RoadExcitation
+from eomgen.spectra import InputSpectrum, Road, RoadExcitation
 from tests.failures.mistakes import arm, pushed, slider
 from tests.models.cache import shared_cache
 
@@ -78,6 +78,14 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
         "rms: an excitation is needed, not 'C'; try: RoadExcitation(Road(\"C\")",
     ),
     (lambda: arm().linearize().psd("tip[2]", 3.0), "psd: an excitation is needed, not float"),
+    (
+        lambda: arm().linearize().ride_table(cast(Any, InputSpectrum("m", [1, 2], [1, 1]))),
+        "ride_table: the excitation by a road is needed, not InputSpectrum; try: RoadExcitation of eomgen.spectra",
+    ),
+    (
+        lambda: arm().linearize().rms_on_white_noise_road("tip[2]", cast(Any, InputSpectrum("m", [1, 2], [1, 1]))),
+        "rms_on_white_noise_road: the excitation by a road is needed, not InputSpectrum",
+    ),
 ]
 
 

@@ -504,8 +504,8 @@ class Linearization(NamedAttributes):
         Raises
         ------
         UsageError
-            An input or an output that there is not; another exponent or a measured road; several tracks of isotropic
-            coherence, which depends on frequency.
+            An input or an output that there is not; another excitation, another exponent or a measured road; several
+            tracks of isotropic coherence, which depends on frequency.
         ModelError
             A mode does not decay, or the output follows the elevation of the road, which has an unbounded variance.
 
@@ -517,7 +517,7 @@ class Linearization(NamedAttributes):
         >>> round(model.linearize(t=30.0).rms_on_white_noise_road("suspension_travel", road), 4)
         0.0119
         """
-        check_excitation("rms_on_white_noise_road", excitation)
+        _check_road("rms_on_white_noise_road", excitation)
         return white_noise_road(self.state_space(), self.modes(), excitation, output)
 
     def ride_table(
@@ -563,7 +563,7 @@ class Linearization(NamedAttributes):
         >>> table.values.shape
         (4, 2, 3)
         """
-        check_excitation("ride_table", excitation)
+        _check_road("ride_table", excitation)
         chosen = dict(outputs) if isinstance(outputs, Mapping) else dict.fromkeys(outputs or self.names.outputs)
         if not chosen:
             fault = "the scene has no outputs [E0441]"
@@ -585,6 +585,14 @@ class Linearization(NamedAttributes):
             np.array(sizes or [1.0])[:, np.newaxis, np.newaxis] * at_speeds,
             tuple(name or "" for name in weightings),
         )
+
+
+def _check_road(where: str, excitation: object) -> None:
+    """Raise UsageError, which names the call `where`, for anything but the excitation by a road."""
+    check_excitation(where, excitation)
+    if not isinstance(excitation, RoadExcitation):
+        fault = f"the excitation by a road is needed, not {type(excitation).__name__} [E2240]"
+        raise UsageError(Problem(where, fault, "RoadExcitation of eomgen.spectra, or rms"))
 
 
 def _spread(modes: Modes, band: tuple[float, float]) -> Array:
