@@ -69,6 +69,14 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         lambda: stationary_covariance(oscillator(), {"wind": 1.0}),
         "noise: there is no disturbance or input 'wind'; try: one of w, u",
     ),
+    "unit of a name that is none": (
+        lambda: oscillator().unit("outputs", "z"),
+        "unit: there is no output 'z'; try: one of y",
+    ),
+    "reference of a kind that is none": (
+        lambda: oscillator().reference("output", "y"),
+        "reference: there is no kind 'output' of signals; try: outputs",
+    ),
     "noise without names": (
         lambda: stationary_covariance(oscillator(), cast(Any, 1.0)),
         "noise: a mapping is needed, not float; try: one of w, u, and the intensity of each",

@@ -18,7 +18,7 @@ from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import NamedAttributes, checked_calls
 from eomgen.base.data import dataclass, field
 from eomgen.base.html import page, table
-from eomgen.base.messages import close_names, shown
+from eomgen.base.messages import close_names, nearest, shown
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.linear.freedom import Freedom, Partials, times
 
@@ -96,12 +96,12 @@ class StateSpace(NamedAttributes):
         Returns
         -------
         str
-            Unit, empty if unknown; empty for any name if the model has no units of this kind, or no such kind.
+            Unit, empty if unknown.
 
         Raises
         ------
-        ValueError
-            For a name that the model does not have, if there are units of this kind.
+        UsageError
+            A kind that there is not, or a name that the model does not have.
 
         Examples
         --------
@@ -109,8 +109,8 @@ class StateSpace(NamedAttributes):
         >>> space.unit("outputs", "body_acceleration")
         'm/s^2'
         """
-        units = self.units.get(kind, ())
-        return units[getattr(self, kind).index(name)] if units else ""
+        place, units = self._place("unit", kind, name), self.units.get(kind)
+        return units[place] if units else ""
 
     def reference(self, kind: str, name: str) -> float:
         """Return a signal of a kind at the reference of the model; not a number if unknown.
@@ -125,12 +125,12 @@ class StateSpace(NamedAttributes):
         Returns
         -------
         float
-            In the signal's unit; not a number for any name if the model has no references of this kind.
+            In the signal's unit.
 
         Raises
         ------
-        ValueError
-            For a name that the model does not have, if there are references of this kind.
+        UsageError
+            A kind that there is not, or a name that the model does not have.
 
         Examples
         --------
@@ -138,8 +138,13 @@ class StateSpace(NamedAttributes):
         >>> abs(space.reference("outputs", "suspension_travel")) < 1e-12
         True
         """
-        references = self.references.get(kind)
-        return np.nan if references is None else float(references[getattr(self, kind).index(name)])
+        place, references = self._place("reference", kind, name), self.references.get(kind)
+        return np.nan if references is None else float(references[place])
+
+    def _place(self, where: str, kind: str, name: str) -> int:
+        if kind not in KINDS:
+            raise UsageError(Problem(where, f"there is no kind {shown(kind)} of signals [E2241]", nearest(kind, KINDS)))
+        return _number(kind[:-1], name, getattr(self, kind), where)
 
     @cached_property
     def eigenvalues(self) -> Complex:
@@ -404,15 +409,15 @@ def linear_model_name(name: str, known: Sequence[str]) -> str:
     return next((spelling for spelling in (name.removeprefix("q."), f"z.{name}") if spelling in known), name)
 
 
-def _number(kind: str, name: str, known: Sequence[str]) -> int:
+def _number(kind: str, name: str, known: Sequence[str], where: str = "frequency response") -> int:
     """Return the index of a name among the known names. Raises UsageError with the nearest names; `kind` names the
-    signal."""
+    signal, `where` the call."""
     if name in known:
         return known.index(name)
     close = close_names(str(name)[:64], known)
     hint = " or ".join(close) or ("one of " + ", ".join(known[:12]) if known else "")
     missing = "" if known else f": the linear model has no {kind}"
-    raise UsageError(Problem("frequency response", f"there is no {kind} {ascii(name)[:64]}{missing} [E0433]", hint))
+    raise UsageError(Problem(where, f"there is no {kind} {ascii(name)[:64]}{missing} [E0433]", hint))
 
 
 def _solve(M: Array, right: Array, names: Sequence[str]) -> Array:
