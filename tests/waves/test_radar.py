@@ -9,7 +9,17 @@ import numpy as np
 import pytest
 
 from eomgen.errors import UsageError
-from eomgen.waves import Components, Jonswap, Radar, Sea, Spreading, discretized, specular_points, statistics_of
+from eomgen.waves import (
+    Components,
+    Jonswap,
+    Radar,
+    Sea,
+    Spreading,
+    discretized,
+    divided,
+    specular_points,
+    statistics_of,
+)
 
 INCIDENCE = math.radians(23.0)
 
@@ -103,6 +113,12 @@ def test_an_image_has_the_area_of_the_sea_and_its_bunching() -> None:
     assert image.std() > 0.2
     still = Radar(0.0, INCIDENCE).image(sea, 0.0, edges, edges, labels_per_cell=6)
     assert np.abs(still - 1.0).max() < 0.2
+
+
+def test_an_image_follows_particles_that_drift() -> None:
+    sea = Sea(divided(Jonswap(3.0, 8.0), 6).realisation(2))
+    image = Radar(20.0, 0.4).image(sea, 36000.0, np.linspace(0.0, 400.0, 21), np.linspace(0.0, 100.0, 6), 2)
+    assert image.mean() == pytest.approx(1.0, abs=0.03)
 
 
 def test_bunching_is_the_jacobian_of_the_image() -> None:

@@ -145,7 +145,7 @@ class Radar:
         )
         total = np.zeros((len(y) - 1, len(x) - 1))
         for row in np.array_split(b, max(1, len(a) * len(b) // _AT_ONCE)):
-            labels = np.stack(np.meshgrid(a, row), axis=-1).reshape(-1, 2) - sea.current * time
+            labels = np.stack(np.meshgrid(a, row), axis=-1).reshape(-1, 2) - (sea.current + sea.drift) * time
             motion, first = sea.motion(labels, time), sea.derivatives(labels, time)[0]
             area = np.abs(np.linalg.det(first[:, :2])) * spacing[0] * spacing[1]
             azimuth = motion.position[:, 0] + self.range_to_velocity * (motion.velocity @ self.sight)

@@ -322,8 +322,8 @@ class Sea:
         return self._of(surface=True).case.entries
 
     @property
-    def _drift(self) -> Array:
-        """Mean velocity of the particles of the surface that second order adds, along x and y."""
+    def drift(self) -> Array:
+        """(2,) mean velocity of the particles of the surface that second order adds, along x and y, m/s."""
         _, _, table, level = self._surface_tables
         return self._axes @ level[2:] if table is not None else np.zeros(2)
 
@@ -508,7 +508,7 @@ class Sea:
         targets = np.asarray(points, dtype=float)
         check_points("Sea: points", targets)
         check_number("Sea: time", time, "s")
-        labels = targets - (self.current + self._drift) * time
+        labels = targets - (self.current + self.drift) * time
         scale = 2.0 * math.pi / np.hypot(*self.vectors.T).max()
         off = self.motion(labels, time).position[:, :2] - targets
         for _ in range(_ROUNDS):
