@@ -79,6 +79,18 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         "Radar: incidence: 1.5708 rad is not from 0 to below pi/2; try: the angle from the vertical, 0.4 for 23"
         " degrees",
     ),
+    "gravity of a critical amplitude": (
+        lambda: RADAR.critical_amplitude(0.04, gravity=-9.81),
+        "Radar.critical_amplitude: gravity: -9.81 m/s^2 is not above 0; try: 9.81",
+    ),
+    "gravity of a cut-off": (
+        lambda: RADAR.cutoff(divided(Jonswap(1.0, 8.0), 3), math.nan),
+        "Radar.velocity_deviation: gravity: nan m/s^2 is not a finite number; try: 9.81",
+    ),
+    "gravity of folds": (
+        lambda: RADAR.fold_probability(divided(Jonswap(1.0, 8.0), 3), 0.0),
+        "Radar.fold_probability: gravity: 0 m/s^2 is not above 0; try: 9.81",
+    ),
     "reflectivity": (
         lambda: RADAR.backscatter(0.1, -0.1),
         "Radar.backscatter: reflectivity: -0.1 is below 0",

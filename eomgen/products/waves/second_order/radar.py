@@ -205,6 +205,7 @@ class Radar:
             The wave with the most energy feels the bottom; longer waves are not checked.
         """
         spectrum.check_deep("Radar.velocity_deviation", "velocities of realisations, by Sea.motion")
+        _check_gravity("Radar.velocity_deviation", gravity)
         k = np.hypot(*spectrum.vectors.T)
         across = math.sin(self.incidence) * spectrum.vectors[:, 1] / k
         square = spectrum.energy * gravity * k * (across**2 + math.cos(self.incidence) ** 2)
@@ -335,6 +336,7 @@ class Radar:
         """
         check_number("Radar.critical_amplitude: wave_number", wave_number, "rad/m", "0.04", above_zero=True)
         _check_direction("Radar.critical_amplitude", direction)
+        _check_gravity("Radar.critical_amplitude", gravity)
         change = self._change(np.array([math.sqrt(gravity * wave_number)]), np.array([float(direction)]))
         return 1.0 / (wave_number * float(np.abs(change[0])))
 
@@ -346,6 +348,7 @@ class Radar:
             fault = "waves run across the flight; there is a closed form for those along x alone [E1212]"
             raise UsageError(Problem(f"Radar.{name}", fault, "bunching(sea, labels, time), or heading = 0"))
         spectrum.check_deep(f"Radar.{name}", "bunching(sea, labels, time) of realisations")
+        _check_gravity(f"Radar.{name}", gravity)
         return k, self._change(np.sqrt(gravity * k), np.sign(spectrum.vectors[:, 0]))
 
     def _change(self, w: Array, direction: Array) -> Array:
@@ -439,6 +442,10 @@ def _edges(name: str, edges: ArrayLike) -> Array:
         hint = "edges that are equally spaced, np.linspace(0, 800, 81)"
         raise UsageError(Problem(f"Radar.image: {name}", fault, hint))
     return result
+
+
+def _check_gravity(where: str, gravity: float) -> None:
+    check_number(f"{where}: gravity", gravity, "m/s^2", f"{STANDARD_GRAVITY}", above_zero=True)
 
 
 def _check_direction(where: str, direction: int) -> None:
