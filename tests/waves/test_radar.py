@@ -72,6 +72,11 @@ def test_caustics_begin_at_the_critical_amplitude(direction: Literal[1, -1], exp
         assert max(brightest for _, brightest in images) > 1e4
 
 
+def test_an_image_without_any_caustics() -> None:
+    """R/V w = 1: velocities and displacements cancel in the image."""
+    assert Radar(2.0, 0.0).critical_amplitude(0.25 / 9.81) == math.inf
+
+
 def test_the_intensity_of_a_line_is_that_of_the_water() -> None:
     swell = discretized(Jonswap(2.0, 10.0), height=2.0)
     length = 2.0 * math.pi / (np.hypot(*swell.vectors.T)[0] / 9.0)

@@ -252,7 +252,7 @@ class Radar:
         """
         k, change = self._along_the_flight(spectrum, gravity, "fold_probability")
         variance = float(np.sum(spectrum.energy * (k * change) ** 2))
-        return 0.5 * math.erfc(1.0 / math.sqrt(2.0 * variance))
+        return 0.5 * math.erfc(1.0 / math.sqrt(2.0 * variance)) if variance else 0.0
 
     def intensity_spectrum(
         self, spectrum: DiscreteSpectrum, length: float, count: int, gravity: float = STANDARD_GRAVITY
@@ -332,13 +332,14 @@ class Radar:
         Returns
         -------
         float
-            Amplitude, m, without a check whether a wave of this length can be so high.
+            Amplitude, m, without a check whether a wave of this length can be so high; infinite if the displacements of
+            facets and of their image cancel.
         """
         check_number("Radar.critical_amplitude: wave_number", wave_number, "rad/m", "0.04", above_zero=True)
         _check_direction("Radar.critical_amplitude", direction)
         _check_gravity("Radar.critical_amplitude", gravity)
         change = self._change(np.array([math.sqrt(gravity * wave_number)]), np.array([float(direction)]))
-        return 1.0 / (wave_number * float(np.abs(change[0])))
+        return 1.0 / (wave_number * abs(float(change[0]))) if change[0] else math.inf
 
     def _along_the_flight(self, spectrum: DiscreteSpectrum, gravity: float, name: str) -> tuple[Array, Array]:
         """Return wave numbers (n,), rad/m, and, (n,), the multiple of each amplitude by which a facet is moved along
