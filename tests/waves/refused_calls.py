@@ -95,6 +95,10 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         lambda: RADAR.backscatter(0.1, -0.1),
         "Radar.backscatter: reflectivity: -0.1 is below 0",
     ),
+    "labels of a profile": (
+        lambda: Sea(discretized(Jonswap(2.0, 10.0)).realisation(1)).profile(cast(Any, 4096.5), 0.0),
+        "Sea.profile: count: 4096.5 is not a whole number from 1 on; try: 575",
+    ),
     "periods of a profile": (
         lambda: multiples(np.array([1.0, math.sqrt(2.0)])),
         "Sea.profile: the wave numbers are not multiples of one that is not far smaller than all of them; try:"

@@ -14,7 +14,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.products.waves.sea_states.components import Components
-from eomgen.products.waves.sea_states.spectra import STANDARD_GRAVITY, check_number
+from eomgen.products.waves.sea_states.spectra import STANDARD_GRAVITY, check_number, check_whole
 from eomgen.products.waves.second_order.limits import check_points, check_sea, warn_of_doubtful_waves
 from eomgen.products.waves.second_order.motion import BoundWaves, Complex, Motion, Surface
 from eomgen.products.waves.second_order.pairs import COLUMNS, OWN, Case, Dispersion, gravity_waves
@@ -285,7 +285,8 @@ class Sea:
         Raises
         ------
         UsageError
-            Waves of several directions, wave numbers that are not multiples of one, or too few labels.
+            Waves of several directions, wave numbers that are not multiples of one, or a ``count`` that is too small
+            or not whole.
         """
         if self.spread:
             fault = "the waves have several directions [E1219]"
@@ -294,6 +295,7 @@ class Sea:
         columns, self_table, table, level = self._surface_tables
         unit, number = multiples(np.hypot(*self.vectors.T))
         least = 2 * int(number.max()) * (self.order if table is not None and "Xp" in self._entries else 1)
+        check_whole("Sea.profile: count", count, 1, 10**16, f"{least + 1}")
         if count <= least:
             fault = f"{count} labels are too few [E1220]"
             raise UsageError(Problem("Sea.profile: count", fault, f"{least + 1} or more"))
