@@ -43,6 +43,10 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         "Jonswap: peakedness: 20.1 is not from 1 to 20; try: 3.3, or 1 for a fully developed sea",
     ),
     "wind": (lambda: PiersonMoskowitz(0.0), "PiersonMoskowitz: wind: 0 m/s is not above 0"),
+    "gravity of a spectrum": (
+        lambda: PiersonMoskowitz(10.0, -9.81),
+        "PiersonMoskowitz: gravity: -9.81 m/s^2 is not above 0; try: 9.81",
+    ),
     "spectrum of nothing": (
         lambda: SpectrumTable([1.0, 2.0], [0.0, 0.0]),
         "SpectrumTable: densities: the least is 0 m^2 s/rad, the greatest 0; try: none below 0, one above 0",

@@ -139,6 +139,7 @@ class PiersonMoskowitz:
     def __post_init__(self) -> None:
         if not self.wind > 0.0 or not math.isfinite(self.wind):
             raise UsageError(Problem("PiersonMoskowitz: wind", f"{self.wind:.6g} m/s is not above 0 [E1178]"))
+        check_number("PiersonMoskowitz: gravity", self.gravity, "m/s^2", f"{STANDARD_GRAVITY}", above_zero=True)
 
     @property
     def peak(self) -> float:
