@@ -163,3 +163,8 @@ def test_water_that_folds_over_is_said_to() -> None:
         NumericalError, match=r"no single particle of the surface is above x = .* t = 0 s; try: waves that"
     ):
         Sea(steep, order=1).labels_at([[x, 0.0] for x in np.linspace(-10.0, 10.0, 41)], 0.0)
+    vectors, amplitude = np.array([[1.0, 0.0], [-1.0, 0.0], [2.0, 0.0]]), np.array([0.5, 0.5, 0.1])
+    edge = Sea(Components(vectors, amplitude, np.array([0.0, 0.0, 0.5 * math.pi])), order=1)
+    assert edge.surface([[0.0, 0.0]], 0.0).jacobian == 0.0
+    with pytest.raises(NumericalError, match="no single particle of the surface is above x = 0 m, y = 0 m at t = 0 s"):
+        edge.labels_at([[0.0, 0.0]], 0.0)

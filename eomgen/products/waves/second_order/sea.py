@@ -519,7 +519,10 @@ class Sea:
             if not np.any(open_):
                 return labels
             first, _ = self.derivatives(labels[open_], time)
-            step = np.linalg.solve(first[:, :2, :], off[open_][:, :, None])[:, :, 0]
+            try:
+                step = np.linalg.solve(first[:, :2, :], off[open_][:, :, None])[:, :, 0]
+            except np.linalg.LinAlgError:  # on an edge of a fold
+                break
             long = np.hypot(*step.T)
             step *= np.minimum(1.0, 0.25 * scale / np.maximum(long, 1e-300))[:, None]
             factor = np.ones(len(step))
