@@ -159,7 +159,7 @@ def random(
     Raises
     ------
     UsageError
-        A size or a generator that cannot be taken.
+        A size or a generator that cannot be taken, or several sets of parameters.
 
     Examples
     --------
@@ -194,7 +194,7 @@ def _ranges(model: EvaluatedModel, parameters: Parameters) -> tuple[Array, Array
         if factor.name in by_name and by_name[factor.name].reach:
             upper[factor.q] = by_name[factor.name].reach
     lower = -upper
-    p_values = dict(zip(terms.parameter_names, np.atleast_1d(terms.parameters(parameters)).tolist(), strict=True))
+    p_values = dict(zip(terms.parameter_names, terms.one_set(parameters).tolist(), strict=True))
     values = described.values(p_values)
     for limit in described.limits:
         if limit.coordinate in terms.q_names:

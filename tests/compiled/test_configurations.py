@@ -81,6 +81,8 @@ def test_what_is_said_of_mistakes() -> None:
         solo().integrate(solo().neutral(), np.zeros(3))
     with pytest.raises(UsageError, match=r"random: .*; try: random"):
         solo().random("many")
+    with pytest.raises(UsageError, match="one set of parameters is needed, not a batch of shape"):
+        solo().random(2, parameters=np.zeros((2, len(solo().evaluator.parameter_names))))
 
 
 @pytest.mark.parametrize("count", [1, 2, 31, 32, 40])  # few are looked over one by one
