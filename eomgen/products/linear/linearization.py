@@ -588,7 +588,7 @@ class Linearization(NamedAttributes):
 
 
 def _check_road(where: str, excitation: object) -> None:
-    """Raise UsageError, which names the call `where`, for anything but the excitation by a road."""
+    """Raise UsageError for anything but the excitation by a road."""
     check_excitation(where, excitation)
     if not isinstance(excitation, RoadExcitation):
         fault = f"the excitation by a road is needed, not {type(excitation).__name__} [E2240]"

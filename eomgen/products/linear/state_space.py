@@ -141,10 +141,10 @@ class StateSpace(NamedAttributes):
         place, references = self._place("reference", kind, name), self.references.get(kind)
         return np.nan if references is None else float(references[place])
 
-    def _place(self, where: str, kind: str, name: str) -> int:
+    def _place(self, call: str, kind: str, name: str) -> int:
         if kind not in KINDS:
-            raise UsageError(Problem(where, f"there is no kind {shown(kind)} of signals [E2241]", nearest(kind, KINDS)))
-        return _number(kind[:-1], name, getattr(self, kind), where)
+            raise UsageError(Problem(call, f"there is no kind {shown(kind)} of signals [E2241]", nearest(kind, KINDS)))
+        return _number(kind[:-1], name, getattr(self, kind), call)
 
     @cached_property
     def eigenvalues(self) -> Complex:
@@ -409,15 +409,15 @@ def linear_model_name(name: str, known: Sequence[str]) -> str:
     return next((spelling for spelling in (name.removeprefix("q."), f"z.{name}") if spelling in known), name)
 
 
-def _number(kind: str, name: str, known: Sequence[str], where: str = "frequency response") -> int:
+def _number(kind: str, name: str, known: Sequence[str], call: str = "frequency response") -> int:
     """Return the index of a name among the known names. Raises UsageError with the nearest names; `kind` names the
-    signal, `where` the call."""
+    signal and `call` the method."""
     if name in known:
         return known.index(name)
     close = close_names(str(name)[:64], known)
     hint = " or ".join(close) or ("one of " + ", ".join(known[:12]) if known else "")
     missing = "" if known else f": the linear model has no {kind}"
-    raise UsageError(Problem(where, f"there is no {kind} {ascii(name)[:64]}{missing} [E0433]", hint))
+    raise UsageError(Problem(call, f"there is no {kind} {ascii(name)[:64]}{missing} [E0433]", hint))
 
 
 def _solve(M: Array, right: Array, names: Sequence[str]) -> Array:
