@@ -104,13 +104,13 @@ def discontinuity_times(model: EvaluatedModel, start: float, end: float, *, orde
     Examples
     --------
     >>> model = eomgen.build("examples/pi_servo/sampled.toml")
-    >>> model.discontinuity_times(0.0, 0.004)
+    >>> model.discontinuity_times(-0.004, 0.004)                # samples begin at 0
     array([0.   , 0.001, 0.002, 0.003, 0.004])
     """
     if end < start:
         raise UsageError(f"the end {end:.9g} s lies before the start {start:.9g} s [E0274]", "a later end")
     arrays: list[Array] = [np.zeros(0)]
-    waves = [(time, period) for time, period in _jumps(model, order) if period > 0.0]
+    waves = [(time, period) for time, period, _ in _jumps(model, order) if period > 0.0]
     count = (end - start) * jumps_per_second(waves)
     if count > _MOST_TIMES:
         shortest = min(period for _, period in waves)
@@ -118,12 +118,12 @@ def discontinuity_times(model: EvaluatedModel, start: float, end: float, *, orde
             f"there are {count:.3g} such times from {start:.9g} s to {end:.9g} s, in waves of {shortest:.3g} s [E0275]"
         )
         raise UsageError(fault, f"an earlier end: {_MOST_TIMES:.3g} times at most")
-    for time, period in _jumps(model, order):
+    for time, period, first in _jumps(model, order):
         if period == 0.0:
             arrays.append(np.array([time] if start <= time <= end else []))
             continue
-        counts: Array = np.arange(math.ceil((start - time) / period), math.floor((end - time) / period) + 1.0)
-        arrays.append(time + counts * period)
+        ends = max(first, math.ceil((start - time) / period)), math.floor((end - time) / period)
+        arrays.append(time + np.arange(ends[0], ends[1] + 1.0) * period)
     return np.unique(np.concatenate(arrays)) + 0.0  # no minus zero
 
 
@@ -146,7 +146,7 @@ def jumps_between(model: EvaluatedModel, t: Array, near: float, *, order: int = 
         Times in increasing order, s.
     """
     arrays: list[Array] = []
-    for time, period in _jumps(model, order):
+    for time, period, _ in _jumps(model, order):
         if period == 0.0:
             arrays.append(np.array([time]))
             continue
@@ -155,12 +155,13 @@ def jumps_between(model: EvaluatedModel, t: Array, near: float, *, order: int = 
     return np.unique(np.concatenate(arrays)) if arrays else np.zeros(0)
 
 
-def _jumps(model: EvaluatedModel, order: int) -> list[tuple[float, float]]:
-    """Return times and periods, s, of known jumps up to an order, and of all samples; a single jump has period 0."""
+def _jumps(model: EvaluatedModel, order: int) -> list[tuple[float, float, float]]:
+    """Return times and periods, s, of known jumps up to an order, and of all samples; a single jump has period 0. Third
+    is the first multiple of the period: 0 for samples, else minus infinity."""
     layout = model.evaluator.library.layout
     known = [item for item in layout["discontinuities"] if item["order"] <= order]
-    sampled = {(float(item["offset"]), float(item["period"])) for item in layout["sampled"]}
-    return [*((float(item["time"]), float(item["period"])) for item in known), *sorted(sampled)]
+    sampled = {(float(item["offset"]), float(item["period"]), 0.0) for item in layout["sampled"]}
+    return [*((float(item["time"]), float(item["period"]), -math.inf) for item in known), *sorted(sampled)]
 
 
 def jumps_per_second(waves: Iterable[tuple[float, float]]) -> float:

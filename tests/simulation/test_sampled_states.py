@@ -257,6 +257,12 @@ def test_mistakes_in_sampled_states_are_told(text: str, said: str) -> None:
         eomgen.load(tomllib.loads(CART + text))
 
 
+def test_samples_begin_at_zero_and_their_effects_a_delay_later() -> None:
+    late = CART + '[states.late]\nsample = "0.5 s"\ndelay = "0.2 s"\nformula = "q.x"\n'
+    model = eomgen.build(tomllib.loads(late), profile="instant")
+    np.testing.assert_allclose(model.discontinuity_times(-1.5, 1.0), [0.0, 0.2, 0.5, 0.7, 1.0])
+
+
 def test_sampled_states_that_ask_for_each_other_are_refused() -> None:
     text = '[states.a]\nsample = 1\nformula = "b"\n[states.b]\nsample = 1\nformula = "a + 1"\n'
     with pytest.raises(eomgen.ModelError, match="the sampled states a, b ask for each other's value at the same time"):
