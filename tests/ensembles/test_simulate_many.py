@@ -329,6 +329,8 @@ def test_histograms_hold_all_samples(cart: eomgen.Model) -> None:
         assert edges[0] < low[place] and high[place] < edges[-1]
     with pytest.raises(UsageError, match="bins: a whole number from 1 on is needed, not 0"):
         found.histogram("place", 1.0, bins=0)
+    with pytest.raises(UsageError, match="t: t is nan, not a finite number"):
+        found.histogram("place", np.nan)
     with pytest.raises(UsageError, match="quantile: an array of real numbers is needed"):
         found.quantile("place", "half")
 

@@ -17,7 +17,7 @@ from eomgen.base.figures import axis_label, new_figure, save_figure
 from eomgen.base.files import make_folder, write_text
 from eomgen.base.json_text import json_text
 from eomgen.base.messages import nearest, shown
-from eomgen.compiled.arguments import numbers
+from eomgen.compiled.arguments import number_of, numbers
 from eomgen.errors import Problem, UsageError
 from eomgen.products.ensembles.discretisation import EnsembleJudgement
 from eomgen.products.ensembles.journal import BlockJournal
@@ -264,7 +264,7 @@ class Ensemble:
         Raises
         ------
         UsageError
-            An unknown column, or ``bins`` that are not a whole number from 1 on.
+            An unknown column, a time that is not a finite number, or ``bins`` that are not a whole number from 1 on.
 
         Examples
         --------
@@ -274,7 +274,7 @@ class Ensemble:
         >>> round(float(probabilities.sum()), 6), len(edges)
         (1.0, 5)
         """
-        index, time = self._place(column), int(np.abs(self.t - t).argmin())
+        index, time = self._place(column), int(np.abs(self.t - number_of("t", t)).argmin())
         low, high = (float(bound[time]) for bound in self.envelope(column))
         beyond = 1e-3 * (high - low) or 0.5 * max(abs(low), 1.0)
         edges = np.linspace(low - beyond, high + beyond, count_of("bins", bins) + 1)
