@@ -355,6 +355,8 @@ def test_a_failed_sample_is_kept_with_its_reason(cart: eomgen.Model, tmp_path: P
     files = {path.name for path in found.save(tmp_path / "files") + found.plot(tmp_path / "files")}
     assert files == {"statistics.csv", "samples.csv", "failed.csv", "summary.json", "fan.png", "scatter.png"}
     assert (tmp_path / "files" / "failed.csv").read_text().splitlines()[1].startswith('1,-1,2,"')
+    cart.simulate_many(table={"mass": [1.0], "push": [2.0]}).save(tmp_path / "files")
+    assert not (tmp_path / "files" / "failed.csv").exists()
     kept = eomgen.Solution.load(tmp_path / "out" / "runs" / "sample_0000002.npz")
     assert kept["output.place"][-1] == pytest.approx(2.0)
 

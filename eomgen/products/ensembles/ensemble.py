@@ -445,6 +445,8 @@ class Ensemble:
                 )
             write_text(target / "failed.csv", "\n".join(lines) + "\n")
             files.append(target / "failed.csv")
+        elif (target / "failed.csv").is_file():
+            (target / "failed.csv").unlink()
         write_text(target / "summary.json", json_text(self.to_dict()) + "\n")
         return [*files, target / "summary.json"]
 
