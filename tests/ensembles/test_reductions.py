@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from eomgen.products.ensembles.statistics import Reduction
+from eomgen.errors import UsageError
+from eomgen.products.ensembles.statistics import Reduction, ranking
 
 RNG = np.random.default_rng(7)
 #: Samples, columns, times; large means beside small deviations.
@@ -100,3 +101,9 @@ def test_what_was_written_goes_on_with_the_same_bits(blocks: int, monkeypatch: p
     for name, array in straight.arrays().items():
         np.testing.assert_array_equal(stopped.arrays()[name], array, err_msg=name)
         np.testing.assert_array_equal(stopped.whole().arrays()[name], straight.whole().arrays()[name], err_msg=name)
+
+
+def test_a_ranking_takes_eight_samples_for_each_number_that_varies() -> None:
+    values = {"mass": np.arange(4.0), "length": np.ones(4)}
+    with pytest.raises(UsageError, match="4 samples are too few for 1 number that varies; try: 8 samples or more"):
+        ranking("random", 4, values, "tip.max", np.arange(4.0))

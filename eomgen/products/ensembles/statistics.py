@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
+from eomgen.base.messages import counted
 from eomgen.errors import Problem, UsageError
 
 #: Numbers that are kept as they are, 128 MB, and centroids of each column and time afterwards: 0.3 % of the samples are
@@ -301,12 +302,13 @@ def ranking(design: str, asked: int, values: Mapping[str, Array], result: str, r
         return _sobol(asked, list(values), result, results)
     there = np.isfinite(results)
     varying = [name for name, column in values.items() if there.any() and np.ptp(column[there]) > 0.0]
-    least = _LEAST * max(len(varying), 1)
-    if there.sum() < least:
-        known = int(there.sum())
+    known = int(there.sum())
+    numbers = max(len(varying if known > 1 else values), 1)  # of a single sample nothing varies yet
+    least = _LEAST * numbers
+    if known < least:
         fault = (
-            f"{known} {'sample is' if known == 1 else 'samples are'} too few for {len(values)} numbers that"
-            f" vary [E0686]"
+            f"{known} {'sample is' if known == 1 else 'samples are'} too few for"
+            f" {counted(numbers, 'number that varies', 'numbers that vary')} [E0686]"
         )
         raise UsageError(Problem("sensitivity", fault, f"{least} samples or more"))
     shares = dict.fromkeys(values, 0.0)
