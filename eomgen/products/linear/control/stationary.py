@@ -109,7 +109,7 @@ def root_mean_squares(space: StateSpace | HasStateSpace, noise: Mapping[str, flo
 
 def _entering(space: StateSpace, noise: Mapping[str, float]) -> tuple[Array, Array, Array]:
     """Return the noise matrices of states (ns, noises) and outputs (ny, noises), and the diagonal matrix of
-    intensities. Raises UsageError for a name that is not a disturbance or an input, or for noise that is not a mapping."""
+    intensities. Raises UsageError for a name that is not a disturbance or an input, and for noise without names."""
     names = (*space.disturbances, *space.inputs)
     if not isinstance(noise, Mapping):
         fault = f"a mapping is needed, not {type(noise).__name__} [E0090]"
