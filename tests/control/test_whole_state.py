@@ -519,6 +519,11 @@ FINE = random_model(3, 1, 2, 1)
             "delay: a delay is given, and no time between two samples",
         ),
         (
+            lambda: place_observer(FINE, [-1.0, -2.0, -3.0], ["y1"], sample=0.1, delay=0.1),
+            ModelError,
+            "u1_before are inputs of samples before, and errors of these cannot be placed; try: kalman, or no delay",
+        ),
+        (
             lambda: place_observer(FINE, [-1.0, -2.0, -3.0], ["y1"], delay=0.1),
             UsageError,
             "delay: a delay is given, and no time between two samples",

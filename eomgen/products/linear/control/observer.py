@@ -18,7 +18,7 @@ from eomgen.base.calls import checked_call, checked_calls, names_of, not_unpacke
 from eomgen.base.data import dataclass, replace
 from eomgen.base.html import page
 from eomgen.base.messages import shown
-from eomgen.errors import Problem, UsageError
+from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.products.linear.control.controllability import Dynamics, check_detectable, check_driven, check_observable
 from eomgen.products.linear.control.notebook import deviations_html, eigenvalues_html, gains_html
 from eomgen.products.linear.control.pole_placement import pole_array
@@ -222,7 +222,7 @@ def place_observer(
         Names that there are not; poles of another number, without complex conjugates, repeated too often, or not
         finite; a sampled measurement that follows an input at once; a ``sample`` for a model that is sampled already.
     ModelError
-        An unobservable motion, or a sampled model with delays, whose error has zero eigenvalues.
+        An unobservable motion, or a sampled model with delays of inputs.
     NumericalError
         Poles that are not reached to 1e-6 of their size.
 
@@ -241,6 +241,9 @@ def place_observer(
         only_with_sample(delay)
     else:
         known = discretized(known, sample, delay)
+    if known.waiting:
+        fault = f"{', '.join(known.waiting)} are inputs of samples before, and errors of these cannot be placed [E2242]"
+        raise ModelError(Problem("place_observer", fault, "kalman, or no delay"))
     wanted = pole_array("poles", poles, None if sample is None else known.sample)
     names = names_of("measured", "signals", measured, "angle")
     observer = _without_gains(known, names)
