@@ -303,7 +303,7 @@ def ranking(design: str, asked: int, values: Mapping[str, Array], result: str, r
     there = np.isfinite(results)
     varying = [name for name, column in values.items() if there.any() and np.ptp(column[there]) > 0.0]
     known = int(there.sum())
-    numbers = max(len(varying if known > 1 else values), 1)  # of a single sample nothing varies yet
+    numbers = max(len(varying if known > 1 else values), 1)  # a single sample shows no variation
     least = _LEAST * numbers
     if known < least:
         fault = (
