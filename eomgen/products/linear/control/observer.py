@@ -121,7 +121,7 @@ def kalman(
         Of a sampled observer: the time between two measurements, s, or a text with a unit. By default the observer is
         continuous or sampled as ``space`` is.
     delay : float or str, optional
-        With ``sample``: time from a sample to when inputs take effect, s, or a text with a unit; 0 by default. Ignored
+        With ``sample``: time from a sample to when inputs take effect, s, or a text with a unit; 0 by default. Refused
         without ``sample``.
 
     Returns
@@ -209,7 +209,7 @@ def place_observer(
         continuous or sampled as ``space`` is.
     delay : float or str, optional
         With ``sample``: time from a sample to when inputs take effect, s, or a text; above 0 a ModelError is raised.
-        Ignored without ``sample``.
+        Refused without ``sample``.
 
     Returns
     -------

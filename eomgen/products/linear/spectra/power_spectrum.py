@@ -323,7 +323,7 @@ class PowerSpectrum:
         """
         if not low <= high:
             raise UsageError(
-                Problem("rms", f"the band from {low:.6g} to {high:.6g} Hz is reversed [E2239]", "low <= high")
+                Problem("rms", f"the band from {low:.6g} to {high:.6g} Hz is reversed [E2243]", "low <= high")
             )
         ends = np.clip([low, high], self.frequencies[0], self.frequencies[-1])
         inside = (self.frequencies > ends[0]) & (self.frequencies < ends[1])
