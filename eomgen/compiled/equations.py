@@ -221,7 +221,7 @@ def base_motion(
     Raises
     ------
     UsageError
-        ``base`` for a scene whose base is at rest.
+        ``base`` for a scene whose base is at rest, or with a component that the base's law keeps at zero.
 
     Examples
     --------
@@ -387,7 +387,8 @@ def forward_dynamics(
     ------
     NumericalError
         Accelerations that are not finite at ``parameters`` with which all digits are lost; with constraints, rows that
-        depend on each other at one of the states, or an allowed motion without inertia.
+        depend on each other at one of the states, or an allowed motion without inertia, unless rounding hides this:
+        then accelerations are large or arbitrary numbers.
 
     Warns
     -----
@@ -464,9 +465,10 @@ def constrained_dynamics(
     Raises
     ------
     NumericalError
-        At one of the states rows depend on each other, or an allowed motion has no inertia.
+        At one of the states the matrix of the equations is exactly singular: rows depend on each other, or an allowed
+        motion has no inertia. If rounding hides this, results are large or arbitrary numbers, without an error.
     UsageError
-        A scene without constraints.
+        A scene without constraints, or a model that was built without the terms of constraints.
 
     Examples
     --------
@@ -665,7 +667,7 @@ def evaluate(
     Parameters
     ----------
     term : str
-        One of ``model.terms``.
+        One of ``model.terms``; KeyError for terms that take weights (``..._hessian``, ``second_partials``).
     q, v, a : array_like
         Configuration (..., nq), left-trivialised velocity and acceleration (..., nv).
     t : array_like, optional
@@ -733,7 +735,7 @@ def energy(
         not given.
     multipliers : array_like, optional
         Multipliers of the constraints (..., rows); zero if neither given nor computed with the accelerations:
-        ``base_power`` is then without the power of prescribed motions of constraints.
+        ``base_power`` is then without the forces of constraints, also of prescribed motions.
     base : array_like, optional
         State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
 

@@ -80,7 +80,7 @@ def generate(
 
     Raises
     ------
-    UsageError, DescriptionError, ModelError, FileError
+    UsageError, DescriptionError, ModelError, ToolchainError, FileError
         UsageError for a law in Python, which C cannot hold, or a new ``folder`` with the ending of a file, as ``.c`` or
         ``.zip``; ModelError for a named method that cannot run on the scene; FileError for a folder with files that
         eomgen did not write.

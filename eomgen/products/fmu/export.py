@@ -110,8 +110,8 @@ def fmu(
         Whether vectors (outputs, quaternions, positions, velocities of a joint) are arrays of FMI 3.0.
     minimal : bool
         Whether independent coordinates and velocities take the place of q and v among the states of model exchange;
-        the FMU then solves the constraints for Co-Simulation, and has no derivatives. For scenes with constraints,
-        without ``dae``.
+        the FMU then solves the constraints for all further positions and velocities, and has no directional
+        derivatives. For scenes with constraints, without ``dae``, and ``types`` with ``me``.
     initial : mapping
         Initial values as of ``simulate``: the start values of the FMU, brought onto the constraints, which needs a
         compiler.

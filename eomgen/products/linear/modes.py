@@ -100,7 +100,7 @@ class Modes(NamedAttributes):
         Raises
         ------
         UsageError
-            Another number of axes than of drawn modes.
+            Another number of axes than of drawn modes, or objects that are not axes.
 
         Examples
         --------
@@ -167,7 +167,8 @@ class Modes(NamedAttributes):
         -------
         list of tuple of str and complex
             Name and entry of ``shapes`` of each coordinate, the largest part first; the first entry need not be 1.
-            Parts below 0.05 of the largest are left out; empty for a mode that moves no coordinate.
+            Parts of at most 0.05 of the largest are left out. Empty if all entries are exactly 0; a mode of internal
+            states alone may have entries by rounding, which are listed.
 
         Raises
         ------

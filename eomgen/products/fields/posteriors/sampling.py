@@ -548,7 +548,8 @@ class Sampler:
             last axis of n; ``potential`` and ``steps``, (chains,).
         metadata : dict
             JSON data: ``seed``, ``frequency``, and lists over chains: ``trajectories`` (number), ``warm_up``
-            (trajectories in it, halvings, logarithms of steps), ``slopes`` (whether the gradient is known).
+            (trajectories in it, halvings, logarithms of steps), ``slopes`` (whether the gradient is known). The
+            lists of logarithms are the chains' own, not copies, and grow in a warm-up that goes on.
         """
         arrays = {
             "spectra": np.array([chain.spectrum for chain in self.chains]).view(float),
@@ -593,7 +594,8 @@ class Sampler:
         Parameters
         ----------
         arrays, metadata : mapping
-            Of ``state``. The sampler keeps the memory of ``spectra`` without a copy: as chains move, the array changes.
+            Of ``state``. The sampler keeps ``spectra`` and the lists of logarithms without a copy: as chains move, the
+            array changes, and a warm-up that goes on appends to the lists.
         where : str
             Origin of the state, for messages.
 

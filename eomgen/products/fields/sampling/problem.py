@@ -121,12 +121,13 @@ def field_problem(system: FieldSystem, chains: int = 0) -> FieldProblem:
     Raises
     ------
     ModelError
-        A mesh that does not fit the memory, negative power, a field that is 0 or has an infinite variance, data that
-        cannot be or have another shape than the mesh.
+        A mesh that does not fit the memory, negative power, a power or filter that differs at k and -k, a field that is
+        0 or has an infinite variance, data that cannot be or have another shape than the mesh.
     DescriptionError
         A formula of the energy that cannot be taken.
     FileError
-        A file of data or of a power spectrum cannot be read, or holds another kind of table or array.
+        A file of data or of a power spectrum cannot be read, holds another kind of table or array, or does not cover
+        the wave numbers of the mesh.
     UsageError
         Transforms or a precision that there are not, or FFTW without its package.
     """

@@ -232,8 +232,10 @@ class Tuned:
         Returns
         -------
         dict
-            By the names of the attributes, with the attributes of ``configuration`` at the same level, and ``built``
-            is ``building`` in ``spent``. Numbers of ``own`` and ``verified`` may be infinite.
+            By the names of the attributes, with the attributes of ``configuration`` at the same level. Tuples of
+            numbers are dicts: ``own`` (``settings``, ``error``, ``seconds``), ``written`` (``error``, ``seconds``) and
+            ``spent`` (``seconds``, ``runs``, and ``built`` as ``building``). Numbers of ``own`` and ``verified`` may be
+            infinite.
         """
         demand = ("scene", "quantity", "measure", "demand", "met")
         run = ("kind", "value", "error", "seconds", "span", "steps", "why", "next_digit")
@@ -255,6 +257,9 @@ class Tuned:
 
     def save(self, path: str | Path) -> Path:
         """Write the scene's file with these settings; comments stay, except on lines whose values change.
+
+        Keys of ``[simulation]`` change, and ``coordinates`` and ``group`` of bodies if different; ``t_end``,
+        ``parameters`` and ``inputs`` of ``tune`` are not written.
 
         Parameters
         ----------

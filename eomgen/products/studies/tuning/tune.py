@@ -56,8 +56,8 @@ def tune(
 ) -> Tuned:
     """Find the cheapest configuration of a scene that meets a demand on its error.
 
-    Errors include all rows that the written file will record, up to 20 000; times are of stepping with these rows,
-    without outputs, energies and the error estimate.
+    Errors include all rows that the scene records with the tuned settings, up to 20 000; times are of stepping with
+    these rows, without outputs, energies and the error estimate. No file of a scene is written: ``Tuned.save`` does.
 
     Methods race: the first method of each family is run coarsely; cost and order of these runs decide on further runs.
     Relatives of the winner race only with the axis ``parameters``. The winner is verified on runs with other initial
@@ -70,9 +70,10 @@ def tune(
     scene : str, Path, mapping, Scene or document
         Scene, or the document of another front end.
     error : float
-        Demanded relative error: 1e-4. Errors are relative to the size of the quantity in a reference run.
+        Demanded relative error, as 1e-4; required. Errors are relative to the size of the quantity in a reference run.
     output : str
-        Quantity of the error: an output of the scene, ``q``, ``v`` or ``state`` (both).
+        Quantity of the error: an output of the scene, ``q``, ``v``, ``state`` (the largest error of q, v and z), or, if
+        the scene has any, ``z`` or ``multipliers``.
     measure : str
         Of the error over time: ``largest``, ``rms`` or ``final``.
     axes : sequence of str
@@ -86,8 +87,8 @@ def tune(
     parameters, inputs : mapping
         Tunable parameters and inputs by name, as of ``simulate``; the scene's by default.
     budget : float
-        Seconds, builds not counted, for the limits of single runs: a run is stopped after 0.15 of these (1 s at least).
-        The whole computation has no limit.
+        Seconds, builds not counted, for single limits: a run is stopped after 0.15 of these (1 s at least), and a
+        reference by one method is not refined for longer than 0.15 of these. The whole computation has no limit.
     formulated : bool
         Whether other formulations than the scene's own may win, with the axis ``formulation``.
     progress : callable
