@@ -163,7 +163,8 @@ class CompiledModel(NamedAttributes):
         with all functions.
 
         Compilers work in the background for ``profile="instant"``. The call returns at once if all functions are
-        compiled.
+        compiled. Steppers of other methods, and functions that the model was built without, are not waited for. During
+        a run the library is not replaced.
 
         Raises
         ------
@@ -403,8 +404,9 @@ class CompiledModel(NamedAttributes):
         ------
         UsageError
             Unknown parameters, or values that are not finite; a scene without state feedback.
-        DescriptionError, ModelError, NumericalError
-            A controller that cannot be calibrated, with the controller's place in the scene.
+        DescriptionError, ModelError, NumericalError, ToolchainError
+            A controller that cannot be calibrated, with the controller's place in the scene; ToolchainError without a
+            compiler, if the cache lacks the functions that calibration calls.
 
         Examples
         --------
@@ -428,6 +430,9 @@ class CompiledModel(NamedAttributes):
         hold: str | Sequence[str] = (),
     ) -> Assembly:
         """Return the state nearest to a guess that meets the constraints, and the violations of rows by the guess.
+
+        Corrections are of least kinetic size, by the inertia matrix; beams are strained only if a loop cannot close
+        otherwise.
 
         Parameters
         ----------
@@ -517,7 +522,8 @@ class CompiledModel(NamedAttributes):
         Quaternions are brought to unit length before the dynamics are evaluated; rates of quaternions belong to the
         quaternions as given. Constraints hold at the level of accelerations alone, so q and v drift off. Events,
         samples and discontinuities are left to the caller: sampled states have zero rates, continuous states of
-        controllers have the rates of their laws.
+        controllers have the rates of their laws. Raises UsageError for ``rhs(y, t)`` or another size of y, and the
+        errors of ``forward_dynamics``.
 
         Parameters
         ----------

@@ -104,7 +104,7 @@ def build(
     ----------
     scene : Scene, path, or mapping
         A mapping holds the data of a scene file: ``{"format": 1, "name": ..., "bodies": {...}, ...}``. A Hamiltonian
-        system gives a model of its own kind, and takes ``method`` and ``profile`` alone.
+        system gives a model of its own kind, and takes ``method`` and ``profile`` alone (not ``instant``).
     terms : sequence of str, optional
         Functions wanted, of which functions that the scene cannot have are left out. By default the scene's own list,
         or all that the scene can have, without functions that are derived by name alone and, of large scenes, dense

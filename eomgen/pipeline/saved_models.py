@@ -33,7 +33,8 @@ def load_model(path: str | os.PathLike[str]) -> Model:
     """Return the model that ``model.save`` wrote to a file; no compiler is needed.
 
     Terms and methods that the file lacks are compiled when a call asks for them, if there is a compiler. The libraries
-    are copied to the cache. The file holds machine code, which is run: open files from trusted people only.
+    are copied to the cache. The file holds machine code, which is run: open files from trusted people only. Warns as
+    ``build``.
 
     Parameters
     ----------

@@ -32,13 +32,15 @@ def driven_by(space: StateSpace | HasStateSpace, source: StateSpace | HasStateSp
     space : StateSpace or Linearization
         The driven model.
     source : StateSpace or Linearization
-        A filter, a delay, an actuator. Inputs and disturbances of equal names in both models are one and the same.
+        A filter, a delay, an actuator. Inputs and disturbances of equal names in both models are one and the same, and
+        act on both: an input of the source with the name of a driven signal stays, and drives the model directly, too.
         Units of the two models are not compared.
 
     Returns
     -------
     StateSpace
-        States of the model, then of the source; the source's inputs and disturbances replace the driven signals.
+        States of the model, then of the source; the source's inputs and disturbances replace the driven signals, and
+        a name that is an input of either model is an input.
         Outputs of the source with names that no output of the model has are also outputs of the whole, for weights and
         measurements.
 

@@ -60,8 +60,8 @@ def with_controller(
     """Return nested data of a scene with inputs driven by a controller that was designed for the scene.
 
     ``limits``, ``quantum`` and ``delay`` describe the hardware: actuators by the names of inputs, sensors by the names
-    of measured signals (outputs of the linear model; without an observer, its states). Commands and readings are
-    limited first, then rounded, then delayed. An observer predicts with the command as limited and rounded.
+    of measured signals (outputs of the linear model; without an observer, its states with gains). Commands and readings
+    are limited first, then rounded, then delayed. An observer predicts with the command as limited and rounded.
     Warns of each delay of a sensor, which the design did not know, and of delays of more than 50 samples.
 
     Parameters
@@ -89,7 +89,8 @@ def with_controller(
     dict
         For ``eomgen.build``, ``eomgen.load`` or ``toml_text``; neither checked nor written to a file. The driven inputs
         are now controllers or states of the same names. Files that the scene names are looked for from the current
-        folder. Readings of sensors with a quantum or a delay are states ``sensor_NAME``.
+        folder. Readings of sensors with a quantum or a delay are states ``sensor_NAME``, commands that take effect with
+        a delay ``NAME_asked``.
 
     Raises
     ------
@@ -98,7 +99,8 @@ def with_controller(
         without names in the scene (shaping filters, coordinates of absolute bodies), measured signals that formulas
         cannot use (accelerations), names that are taken. Limits, quanta or delays of names that are neither inputs
         nor measured; a quantum that is not positive, a negative delay, limits that do not increase or are without the
-        value at the reference; a quantum or a delay in continuous time.
+        value at the reference, or have fewer than two multiples of the quantum between them; a quantum or a delay in
+        continuous time.
     FileError, DescriptionError
         A scene file that cannot be read.
 

@@ -290,7 +290,8 @@ class Linearization(NamedAttributes):
         Returns
         -------
         Modes
-            Eigenvalues in 1/s, undamped and damped frequencies in Hz, damping ratios and complex shapes, slowest first.
+            Eigenvalues in 1/s, one of each conjugate pair, undamped and damped frequencies in Hz, damping ratios and
+            complex shapes, slowest first.
 
         Raises
         ------

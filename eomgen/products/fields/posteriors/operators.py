@@ -132,7 +132,7 @@ class LinearOperator:
         -------
         float
             Zero up to rounding for an adjoint that fits; not for a filter whose a(-k) is not the conjugate of a(k).
-            ZeroDivisionError if A x is 0 in all cells.
+            Not divided if A x is 0 in all cells.
 
         Examples
         --------

@@ -142,7 +142,7 @@ class FieldSamples:
     @property
     def doubt(self) -> str:
         """A sentence on chains that do not agree, with a split R-hat above 1.3 in a watched cell or a bin; empty for
-        chains that agree, or have fewer than 50 samples each, which are too few for a test."""
+        chains that agree, or have fewer than 50 samples each, which are too few for a test. Begins with ``; ``."""
         if self.count < DOUBTED:
             return ""
         worst = {"a cell": _quantile(self.r_hats(), 1.0), "a bin of scales": self.r_hat_of_scales}
@@ -181,8 +181,9 @@ class FieldSamples:
     def scales(self) -> list[Scale]:
         """Return the bins that have wave numbers; empty without samples.
 
-        Bins are of equal width, from |k| = 0 to the least Nyquist wave number. Values that need a truth, 4 samples of
-        each chain, or, for the prior, a field without a mask, are NaN otherwise.
+        Bins are of equal width, from |k| = 0 (left out) to the least Nyquist wave number. Values that need a truth, 4
+        samples of each chain (the autocorrelation time 7 or more), or, for the prior, a field without a mask, are NaN
+        otherwise.
 
         Returns
         -------

@@ -189,6 +189,8 @@ def lqr(
 ) -> Regulator:
     """Return the feedback of the whole state that minimises int s^T Q s + 2 s^T N u + u^T R u dt.
 
+    Warns of a ``sample`` of 10 s or more that is given as a number.
+
     Parameters
     ----------
     space : StateSpace or Linearization
@@ -219,8 +221,8 @@ def lqr(
     ------
     UsageError
         Names that there are not, or ``inputs`` other than the names in R; weights that are negative, of other sizes, or
-        zero for all that an input does. A model without inputs; a delay without ``sample``, a negative delay or more
-        than 1000 samples, or a ``sample`` for a model that is sampled already.
+        zero for all that an input does. A model without inputs; a ``sample`` that is not above 0, or for a model that
+        is sampled already; a delay that is negative, without ``sample``, or above 1000 samples.
     ModelError
         A motion that does not decay and that no input moves; one that neither grows nor decays and has no cost.
     NumericalError
@@ -260,7 +262,7 @@ def place(
 ) -> Regulator:
     """Return the feedback of the whole state for which the closed loop has given eigenvalues (SciPy's placement).
 
-    Warns of eigenvalues that grow.
+    Warns of eigenvalues that grow, and of a ``sample`` of 10 s or more that is given as a number.
 
     Parameters
     ----------
@@ -286,7 +288,8 @@ def place(
     ------
     UsageError
         Poles of another number, without complex conjugates, repeated too often, or not finite. Names that there are
-        not, a model without inputs, a delay without ``sample``, or a ``sample`` for a model that is sampled already.
+        not, a model without inputs; a ``sample`` that is not above 0, or for a model that is sampled already; a delay
+        that is negative, without ``sample``, or above 1000 samples.
     ModelError
         A motion that no input moves, decaying or not.
     NumericalError

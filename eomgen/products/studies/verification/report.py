@@ -195,7 +195,7 @@ class CheckReport:
     @property
     def summary(self) -> str:
         """The outcome in a few words: ``all agree`` (with an addition after remarks or if states were left out),
-        the number of forms not shown to agree (also 0 of 0), or an interruption."""
+        the number of forms not shown to agree (also 0 of 0), or, without such forms, an interruption."""
         if self.unchecked and not self.failures:
             return f"interrupted: {len(self.forms)} closed forms agree, and {len(self.unchecked)} are not checked"
         if not self.passed:
@@ -243,6 +243,8 @@ class CheckReport:
         ------
         FileError
             The folder cannot be made, or a file cannot be written.
+        UsageError
+            The variable ``MPLBACKEND`` names no backend of matplotlib; after the first two files.
         """
         target = Path(folder)
         make(target)
