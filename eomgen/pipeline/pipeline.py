@@ -41,8 +41,8 @@ def derive(scene: Described, terms: Sequence[str] | None = None) -> System:
         As in ``build``; a Hamiltonian system takes no ``terms``.
     terms : sequence of str, optional
         The functions wanted, of which functions that the scene cannot have are left out. By default the scene's own
-        list, or all that the scene can have, without functions that are derived by name alone and, of large scenes,
-        dense matrices; all for an empty list. Functions of events are added.
+        list; without such a list, or for an empty list, all that the scene can have, without functions that are derived
+        by name alone and, of large scenes, dense matrices. Functions of events are added.
 
     Returns
     -------
@@ -106,19 +106,19 @@ def build(
         A mapping holds the data of a scene file: ``{"format": 1, "name": ..., "bodies": {...}, ...}``. A Hamiltonian
         system gives a model of its own kind, and takes ``method`` and ``profile`` alone (not ``instant``).
     terms : sequence of str, optional
-        Functions wanted, of which functions that the scene cannot have are left out. By default the scene's own list,
-        or all that the scene can have, without functions that are derived by name alone and, of large scenes, dense
-        matrices; all for an empty list. Fewer compile faster.
+        Functions wanted, of which functions that the scene cannot have are left out. By default the scene's own list;
+        without such a list, or for an empty list, all that the scene can have, without functions that are derived by
+        name alone and, of large scenes, dense matrices. Fewer compile faster.
     method : str, optional
         Method whose stepper is compiled in, and the method that ``simulate`` uses by default; the scene's by default.
         Steppers of other methods are compiled when ``simulate`` asks for such a method. ``auto``: each run chooses, see
         ``simulate``. A method that cannot run on the scene is refused by ``simulate``, not here.
     profile : str
         ``fast`` (this processor), ``reproducible`` (same bits everywhere), ``quick`` (compiles fastest) or ``instant``:
-        the functions are evaluated by a tape engine at once, to the bits of ``reproducible``, and the compiled library
-        takes over between two calls or runs when the compiler is done. A compiled library in the cache is taken at
-        once. ``fast`` by default, unless the environment variable ``EOMGEN_PROFILE`` named another when eomgen was
-        imported.
+        the functions are evaluated by a tape engine at once, to the bits of ``reproducible``, and a compiled library
+        of the default profile (``fast`` if that is ``instant``) takes over between two calls or runs when the compiler
+        is done. A compiled library in the cache is taken at once. ``fast`` by default, unless the environment variable
+        ``EOMGEN_PROFILE`` named another when eomgen was imported.
     real : str
         Number type of the compiled code: ``double`` or ``float``; the scene's by default.
 

@@ -39,10 +39,9 @@ def driven_by(space: StateSpace | HasStateSpace, source: StateSpace | HasStateSp
     Returns
     -------
     StateSpace
-        States of the model, then of the source; the source's inputs and disturbances replace the driven signals, and
-        a name that is an input of either model is an input.
-        Outputs of the source with names that no output of the model has are also outputs of the whole, for weights and
-        measurements.
+        States of the model, then of the source; the source's inputs and disturbances replace the driven signals, and a
+        name that is an input of either model is an input. Outputs of the source with names that no output of the model
+        has are also outputs of the whole, for weights and measurements.
 
     Raises
     ------
