@@ -25,6 +25,8 @@ def center_of_mass(
 ) -> Array:
     """Return the centre of mass of all bodies that move against the base; without any mass, the base's origin.
 
+    The term is compiled at the first call if the model was built without it.
+
     Parameters
     ----------
     q : array_like
@@ -86,7 +88,8 @@ def center_of_mass_jacobian(
 ) -> Array:
     """Return the Jacobian J of the centre of mass: the velocity of the centre against the base is J v.
 
-    In absolute coordinates J v is the velocity against the world.
+    In absolute coordinates J v is the velocity against the world. The term is compiled at the first call if the model
+    was built without it.
 
     Parameters
     ----------
@@ -124,10 +127,11 @@ def center_of_mass_drift(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return dJ/dt v of the centre of mass, which accelerates with J a + dJ/dt v on a base at rest.
+    """Return dJ/dt v of the centre of mass: the rate of J v is J a + dJ/dt v, the acceleration on a base at rest.
 
     J is ``center_of_mass_jacobian``. On a turning base dJ/dt v contains omega x (J v), and no further term of the
-    base's motion.
+    base's motion; in absolute coordinates all is relative to the world, without this term. Compiled at the first call
+    if the model was built without the term.
 
     Parameters
     ----------
@@ -165,8 +169,8 @@ def centroidal_momentum(
     """Return the centroidal momentum matrix A: A v is the momentum about the centre of mass, relative to the base.
 
     The momentum is of all bodies that move against the base, without the momentum of rotor inertias and of added masses
-    of water; in absolute coordinates A v is relative to the world. Orin, Goswami and Lee, Autonomous Robots 35 (2013)
-    161.
+    of water; in absolute coordinates A v is relative to the world. Compiled at the first call if the model was built
+    without the term. Orin, Goswami and Lee, Autonomous Robots 35 (2013) 161.
 
     Parameters
     ----------
@@ -206,6 +210,8 @@ def centroidal_momentum_rate(
 ) -> Array:
     """Return the time derivative of the centroidal momentum matrix along v and the motion of the base, dA/dt.
 
+    The term is compiled at the first call if the model was built without it.
+
     Parameters
     ----------
     q, v : array_like
@@ -240,10 +246,11 @@ def centroidal_drift(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return dA/dt v: on a base at rest the centroidal momentum changes with A a + dA/dt v.
+    """Return dA/dt v: the rate of the centroidal momentum A v is A a + dA/dt v.
 
     A is ``centroidal_momentum``. On a turning base dA/dt v contains omega x each part of A v, and no further term of
-    the base's motion.
+    the base's motion; in absolute coordinates all is relative to the world, without this term. Compiled at the first
+    call if the model was built without the term.
 
     Parameters
     ----------

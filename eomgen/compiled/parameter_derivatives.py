@@ -62,7 +62,8 @@ def parameter_partials(
 
     q, v, a, z, the multipliers and inputs that the scene does not prescribe are held; prescribed inputs and the motion
     of the base change with the parameters by their laws, even if ``u`` or ``base`` gives their values. Without
-    constraints ``residual`` is the partial of inverse dynamics, d tau / dp.
+    constraints ``residual`` is the partial of inverse dynamics, d tau / dp. The term is compiled at the first call if
+    the model was built without it.
 
     Parameters
     ----------
@@ -84,8 +85,9 @@ def parameter_partials(
     -------
     ParameterPartials
         ``residual`` (..., nv, n) of M a + h + b - Q + B^T lam, ``rate`` (..., nz, n) of zdot, ``constraint`` (...,
-        holonomic rows, n), ``constraint_velocity`` and ``constraint_acceleration`` (..., rows, n), with a column for
-        each of the n parameters in ``of``, per SI unit.
+        holonomic rows, n) of Phi, ``constraint_velocity`` (..., rows, n) of B v + Phi_t, then of the rows at velocity
+        level, and ``constraint_acceleration`` (..., rows, n) of B a + g, with a column for each of the n parameters in
+        ``of``, per SI unit.
 
     Raises
     ------
@@ -126,7 +128,8 @@ def output_parameter_partials(
     """Return partials of the scene's outputs in tunable parameters, with q, v, a, z and multipliers held.
 
     Inputs that the scene prescribes and the motion of the base change with the parameters by their laws, even if ``u``
-    or ``base`` gives their values; further inputs are held.
+    or ``base`` gives their values; further inputs are held. The term is compiled at the first call if the model was
+    built without it.
 
     Parameters
     ----------
@@ -138,7 +141,8 @@ def output_parameter_partials(
         Inputs (..., nu), internal states (..., nz) and tunable parameters (..., np), SI units; values of the scene if
         not given.
     multipliers : array_like, optional
-        Multipliers of the constraints (..., rows); zero if not given.
+        Multipliers of the constraints (..., rows); if not given zero, or computed with a if outputs need a and a is not
+        given.
     base : array_like, optional
         State of the base (..., 19), as returned by ``base``; the scene's motion at t if not given.
     of : sequence of str, optional
@@ -222,7 +226,7 @@ def regressor(
     Columns are in the order of ``regressor_parameters``: mass, first moments and inertia of each moving body, always
     ten, in body axes about the origin of the body's frame; then rotor inertia, damping and levels of dry friction of
     each joint, of which coefficients that are 0 in the scene have no column. The remainder has springs, inputs and
-    formulas; gravity is in Y.
+    formulas; gravity is in Y. The term is compiled at the first call if the model was built without it.
 
     Parameters
     ----------
@@ -262,6 +266,8 @@ def regressor(
 
 def regressor_parameters(model: ExtensibleModel, *, parameters: Parameters = None) -> dict[str, Array]:
     """Return the parameters pi of the regressor.
+
+    The term is compiled at the first call if the model was built without it.
 
     Parameters
     ----------

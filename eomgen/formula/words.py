@@ -161,13 +161,14 @@ class Word:
         item : object, optional
             The entry's object if known, for the names of arguments; the word's own arguments by default.
         part : str, optional
-            Name of a component, unused without ``item``; by default the first if several components have names.
+            Name of a component, unused without ``item``, taken unchecked, 64 characters at most; by default the first
+            if several components have names.
 
         Returns
         -------
         str
-            ``WORD.NAME(x, y)``, or ``WORD.NAME.COMPONENT(x, y)`` with ``part`` or for an entry with several named
-            components.
+            ``WORD.NAME(x, y)``; with ``item`` also ``WORD.NAME.COMPONENT(x, y)``, if ``part`` is given or the entry has
+            several named components.
         """
         if item is None:
             return f"{self.name}.{entry}({', '.join(self.arguments)})"

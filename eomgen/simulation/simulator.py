@@ -149,9 +149,9 @@ class Simulator(NamedAttributes):
         Raises
         ------
         UsageError
-            Inputs of another shape or that are not finite; ``end`` for a method that holds its inputs; an event has
-            stopped the motion; curves or prescribed motions end; a motion under way without a target; motions with an
-            adaptive method.
+            Unknown names; inputs of another shape or that are not finite; ``end`` for a method that holds its inputs,
+            functions of t as inputs of ``taylor``; an event has stopped the motion; curves or prescribed motions end; a
+            motion under way without a target; motions with an adaptive method; a function of the caller fails.
         ModelError
             Rows of constraints that were left out do not follow from the others at the new positions of motions; the
             state is unchanged.
@@ -222,7 +222,7 @@ class Simulator(NamedAttributes):
         -----
         RuntimeWarning
             ``t`` is the present time and was the target of the last call, ``advance`` as well: the argument may have
-            been meant as a time span.
+            been meant as a time span. Also as of ``step``.
 
         Examples
         --------
@@ -561,14 +561,15 @@ class Simulator(NamedAttributes):
     def solution(self) -> Solution:
         """Return the recorded rows as a Solution, with plots, files and evaluations like the solution of a run.
 
-        Between rows, inputs are linear. There is no estimate of errors, energies are not compared, and no check of a
-        run is made: there are no findings, and ``success`` is True. Events are not in the solution; ``metadata`` has
-        the parameters of the last row.
+        Between rows, inputs are linear. There is no estimate of errors (``error.available`` is False), energies are not
+        compared, and no check of a run is made: there are no findings, and ``success`` is True. Events are not in the
+        solution; ``metadata`` has the parameters of the last row, which ``outputs_at`` and poses take at all times.
 
         Returns
         -------
         Solution
-            The recorded rows, with outputs and energies at the rows; ``stats`` are the counts of the stepper until now.
+            The recorded rows, with outputs and energies by the parameters of each row, if the model has these terms;
+            ``stats`` are the counts of the stepper since the motion was started.
 
         Raises
         ------
@@ -594,8 +595,9 @@ class Simulator(NamedAttributes):
 
     @property
     def state(self) -> SimulatorState:
-        """Copies of all data that later steps depend on, except the caller's functions of time and of controllers;
-        ``restore`` takes this state. Recorded rows and ``notes`` are not in it."""
+        """Copies of all data that later steps depend on, except inputs given to ``start`` and the caller's functions of
+        time and of controllers; ``restore`` takes this state. Recorded rows, ``notes`` and ``stopped`` are not in it.
+        """
         stepper = self._stepper
         memory, workspace = stepper.memory
         return SimulatorState(
@@ -618,8 +620,8 @@ class Simulator(NamedAttributes):
     def restore(self, state: SimulatorState) -> None:
         """Go back to a state, to the same bits.
 
-        Parameters, step size, and counts of steps and events go back, too; recorded rows, ``notes`` and the caller's
-        functions stay, and ``stopped`` is empty.
+        Parameters, step size, and counts of steps and events go back, too; recorded rows, ``notes``, inputs given to
+        ``start`` and the caller's functions stay, and ``stopped`` and ``events`` are empty.
 
         Parameters
         ----------

@@ -73,13 +73,15 @@ def compare(
     Returns
     -------
     Comparison
-        With the ``differences``, the first of which usually explains the rest, and ``equal``.
+        With the ``differences``, the first of which usually explains the rest, and ``equal``. Other names, initial
+        positions, and parts without an effect are in ``notes`` alone.
 
     Raises
     ------
     FileError, DescriptionError, ModelError, UsageError
-        UsageError also if the package of the ``reader`` is not installed, for a Scene in absolute coordinates, or if
-        ``first`` is a result of ``from_sympy``.
+        UsageError also if the package of the ``reader`` is not installed, for a Scene in absolute coordinates, if
+        ``first`` is a result of ``from_sympy``, for a tolerance that is not above 0, and for an option that neither
+        description has.
 
     Examples
     --------

@@ -39,9 +39,9 @@ def casadi(
     ``forward_dynamics``: (q, v, z, u, p, t) -> vdot; ``inverse_dynamics``: (q, v, a, z, u, p, t) -> tau; with
     constraints ``residual``: (q, v, a, z, lam, u, p, t) -> r, ``constraint``: (q, p, t) -> Phi,
     ``constraint_velocity``: (q, v, p, t) -> w, ``constraint_acceleration``: (q, v, a, p, t) -> w_dot and ``momenta``:
-    (q, v, z, u, p, t) -> (dT/dv, dT/dq + Q); ``internal_rate`` and ``outputs``; ``step``, one step of a method:
-    (x, u, p, t, h) -> x_next, x = (q, v, z). By name alone ``frame_poses``: (q, p, t) -> quaternion and position of
-    each frame.
+    (q, v, z, u, p, t) -> (dT/dv, dT/dq + Q); ``internal_rate``: (q, v, z, u, p, t) -> zdot; ``outputs``: (q, v, a, z,
+    lam, u, p, t) -> y, all outputs in a vector; ``step``, one step of a method: (x, u, p, t, h) -> x_next, x = (q, v,
+    z). By name alone ``frame_poses``: (q, p, t) -> quaternion and position of each frame.
     Arguments on which a function does not depend are left out: see ``name_in()``. Inputs u are passed, also if the
     scene gives formulas; a moving base follows its law at t. CasADi differentiates these functions like expressions;
     the Hessian of a Lagrangian is one call in C.

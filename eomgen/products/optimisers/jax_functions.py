@@ -138,7 +138,7 @@ class JaxFunctions:
         Parameters
         ----------
         q, v : (nq,) and (nv,) arrays
-            Configuration and velocity, left-trivialised, of one sample; batches by ``jax.vmap``.
+            Configuration, and left-trivialised velocity, of one sample; batches by ``jax.vmap``.
         t : () array, optional
             Time, s.
         u, z : (nu,) and (nz,) arrays, optional
@@ -155,8 +155,9 @@ class JaxFunctions:
         Raises
         ------
         UsageError
-            A wrong shape, a batch without ``jax.vmap`` included, or an unknown parameter; a derivative in ``t`` or
-            ``parameters`` while ``u`` is not given and follows formulas of the scene; a third derivative.
+            A wrong shape, a batch without ``jax.vmap`` included, complex numbers, JAX set to float32, or an unknown
+            parameter; a derivative in ``t`` or ``parameters`` while ``u`` is not given and follows formulas of the
+            scene; a third derivative.
         ModelError
             A scene with constraints.
         """
@@ -179,7 +180,7 @@ class JaxFunctions:
         Parameters
         ----------
         q, v, a : (nq,), (nv,) and (nv,) arrays
-            Configuration, velocity and acceleration, left-trivialised, of one sample; batches by ``jax.vmap``.
+            Configuration, and left-trivialised velocity and acceleration, of one sample; batches by ``jax.vmap``.
         t : () array, optional
             Time, s.
         u, z : (nu,) and (nz,) arrays, optional
@@ -191,13 +192,13 @@ class JaxFunctions:
         Returns
         -------
         (nv,) array
-            Generalized forces beyond the scene's own; N m along angles, N along lengths.
+            Generalized forces in addition to the scene's own, with constraint forces among them; N m along angles, N
+            along lengths.
 
         Raises
         ------
         UsageError
-            A wrong shape, a batch without ``jax.vmap`` included, or an unknown parameter; derivatives that are refused
-            as in ``forward_dynamics``.
+            Arguments or derivatives that are refused as in ``forward_dynamics``; scenes with constraints are not.
         """
         return self._evaluate("inverse_dynamics", {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "p": parameters})
 

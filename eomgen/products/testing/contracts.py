@@ -66,6 +66,8 @@ def check_force_element(scene: Scene, name: str, states: Mapping[str, Array] | N
     ------
     ContractError
         Naming the element, the demand, and the error.
+    ValueError
+        ``z`` is missing, or the base moves.
     """
     named = [element for element in scene.elements if element.name == name]
     demand(bool(named), name, f"the scene {scene.name} has no such element")

@@ -103,6 +103,8 @@ def kalman(
 ) -> Observer:
     """Return the observer with the least error in the mean square.
 
+    Warns of a ``sample`` of 10 s or more that is given as a number.
+
     Parameters
     ----------
     space : StateSpace or Linearization
@@ -133,8 +135,8 @@ def kalman(
     ------
     UsageError
         Unknown names, negative intensities, or measurements without noise. For a sampled observer, measurements that
-        contain white noise or follow an input at once; a ``sample`` for a model that is sampled already, a negative
-        delay or more than 1000 samples.
+        contain white noise or follow an input at once; a ``sample`` that is not above 0 or for a model that is sampled
+        already, a delay that is negative or above 1000 samples.
     ModelError
         A motion that does not decay and is unobservable; one that neither grows nor decays without noise.
     NumericalError
@@ -191,7 +193,7 @@ def place_observer(
 ) -> Observer:
     """Return the observer with given eigenvalues of the error of the estimate.
 
-    Warns of eigenvalues that grow.
+    Warns of eigenvalues that grow, and of a ``sample`` of 10 s or more that is given as a number.
 
     Parameters
     ----------
@@ -220,7 +222,8 @@ def place_observer(
     ------
     UsageError
         Names that there are not; poles of another number, without complex conjugates, repeated too often, or not
-        finite; a sampled measurement that follows an input at once; a ``sample`` for a model that is sampled already.
+        finite; a sampled measurement that follows an input at once; a ``sample`` that is not above 0 or for a model
+        that is sampled already, a delay that is negative or above 1000 samples.
     ModelError
         An unobservable motion, or a sampled model with delays of inputs.
     NumericalError

@@ -116,7 +116,7 @@ class Point:
 
         Raises
         ------
-        ValueError, TypeError, KeyError
+        ValueError, TypeError, KeyError, AttributeError
             These are not the data of a point.
         """
         times = (data["seconds"], data["least_seconds"])
@@ -270,9 +270,9 @@ class Tradeoff:
 
     @property
     def slopes(self) -> tuple[Slope, ...]:
-        """The measured order of each configuration at given steps (without tolerance), over three or four points of the
-        asymptotic part. Configurations with fewer points of small errors well above the reference's uncertainty are
-        left out."""
+        """The measured order, ``slope``, of each configuration at given steps (without tolerance), over the three or
+        four smallest steps with errors below 2e-3 and above 30 times the reference's uncertainty (and 1e-12).
+        Configurations with fewer such points are left out."""
         groups: dict[str, list[Point]] = {}
         for point in self.points:
             if point.kind == "step" and point.ended == REACHED:
@@ -293,8 +293,9 @@ class Tradeoff:
         Returns
         -------
         dict
-            By the names of the attributes, and ``front`` (labels of points) and ``slopes``; each of the ``points`` has
-            a ``verdict``. Errors may be infinite.
+            By the names of the attributes, and ``front`` (labels of points) and ``slopes``; ``span`` is by ``start``,
+            ``end`` and ``rows``. Each of the ``points`` has the attributes of its configuration, ``errors``,
+            ``least_seconds`` and a ``verdict``. Errors may be infinite.
         """
         return {
             "scene": self.scene,
