@@ -478,8 +478,8 @@ def jacobian_rate(
     """Return the time derivative of ``jacobian`` along v, dJ/dt.
 
     The motion of the base is included, by the twist in ``base``: turning in ``local_world_aligned``, turning and travel
-    in ``world``; J in ``body`` does not depend on the base. The term is ``frame_jacobian_rates`` (``_aligned``,
-    ``_world``).
+    in ``world``; J in ``body`` or in absolute coordinates does not depend on the base. The term is
+    ``frame_jacobian_rates`` (``_aligned``, ``_world``).
 
     Parameters
     ----------

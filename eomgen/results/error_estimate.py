@@ -216,8 +216,8 @@ class ErrorEstimate:
         -------
         dict
             As of ``described``, with the largest errors over the run: ``q``, ``increment``, ``v``, ``z`` and
-            ``multipliers``, a list of components each, and ``outputs``, a number or a list by name. If the errors are
-            not known, components are NaN, and ``outputs`` is empty.
+            ``multipliers``, a list of components each, and ``outputs``, a number or a list by name. If ``available`` is
+            False, components are NaN, or all lists are empty, as without any estimate made; ``outputs`` is empty.
         """
         return {
             **self.described(),

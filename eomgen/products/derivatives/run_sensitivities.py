@@ -338,11 +338,12 @@ class Sensitivities:
         Returns
         -------
         StationaryRun or None
-            With times ``t``, ``outputs``, ``gradients`` (rows, outputs, parameters in the order of ``by``), and
-            ``hessian(number, row)`` by the numbers of output and row. None if the state changes in the run, or starts
-            from values that depend on parameters of ``by``; if the equations linearised in the state change with time;
-            if ``by`` has other variables than parameters; for constraints, rotations other than angles, methods and
-            jumps that ``hessian`` refuses, and very many rows.
+            With arrays: times ``t``, ``outputs`` (rows, outputs in the order of ``of``) and ``gradients`` (rows,
+            outputs, parameters in the order of ``by``); ``hessian(number, row)`` gives second derivatives (parameters,
+            parameters) by the numbers of output and row. None if the state changes in the run, or starts from values
+            that depend on parameters of ``by``; if the equations linearised in the state change with time; if ``by``
+            has other variables than parameters; for constraints, rotations other than angles, methods and jumps that
+            ``hessian`` refuses, and very many rows.
 
         Raises
         ------

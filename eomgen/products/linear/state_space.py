@@ -167,7 +167,8 @@ class StateSpace(NamedAttributes):
     def stability(self) -> str:
         """``stable`` if all motions decay, ``unstable`` if a motion grows, else ``marginal``.
 
-        Rates up to 1e-9 of the largest eigenvalue, or of 1e-9 per sample, count as zero. Without states ``stable``.
+        Rates up to 1e-9 of the largest eigenvalue, or of 1e-9 per sample, count as zero. Rounding may split the double
+        eigenvalue of a free motion by more, and the system then counts as ``unstable``. Without states ``stable``.
         """
         rate = 1.0 if self.sample is not None else float(np.max(np.abs(self.eigenvalues), initial=0.0))
         decay = self.decay if self.sample is None else self.decay * self.sample

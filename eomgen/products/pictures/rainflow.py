@@ -177,7 +177,7 @@ class Rainflow:
         Raises
         ------
         UsageError
-            A number of classes below 1.
+            A number of classes below 1, or not an ``int``.
 
         Examples
         --------

@@ -306,7 +306,8 @@ class Record:
         Samples
             With first axes (chains, samples): samples is the smallest number of a chain and may be 0. The deviation has
             the divisor n - 1; before the first sample of any chain mean and deviation are 0, and wave numbers
-            undefined.
+            undefined. Energy errors, potential, cells and power are views of the record, which ``take`` overwrites
+            unless ``resize`` was called since.
         """
         done = int(self.counts.min())
         cut: dict[str, Any] = {name: array[:, :done] for name, array in self._arrays.items()}
@@ -338,7 +339,7 @@ class Record:
         ----------
         arrays : mapping
             Arrays by name, of ``arrays``, of at most ``size`` samples of each chain, else ValueError; KeyError for a
-            missing name; other names are ignored.
+            missing name. After either error the record may be changed in part. Other names are ignored.
         """
         self.counts[:] = arrays["counts"].astype(np.int64)
         for name, array in self._arrays.items():

@@ -114,8 +114,11 @@ class RandomVibration:
 
     @property
     def message(self) -> str:
-        """One line of text: mean and standard deviation of the output, lost variance, discretisation errors, and
-        notes."""
+        """One line of text: mean and standard deviation of the output, lost variance if known, discretisation errors,
+        and all notes.
+
+        Both moments are of the first method in ``moments`` among ``corrected``, ``second_order``, ``projected`` and
+        ``monte_carlo``."""
         name = next(name for name in _ORDER if name in self.moments)
         mean, deviation, *_ = self.moments[name]
         text = f"{self.output} at t = {self.t:.6g} s has mean {mean:.6g} and standard deviation {deviation:.6g}"

@@ -155,10 +155,11 @@ def random_vibration(
     Raises
     ------
     UsageError
-        Forces that jump along the motion, without samples; counts below 0, samples below 20, a level, threshold or time
-        that is not finite, a share that is none, no random process, no such output, values for variables of a process,
-        a method without derivatives of runs; with ``points`` or without ``thresholds``, an output that does not depend
-        on the processes to second order.
+        Forces that jump along the motion, without samples; counts below 0, 1 to 19 samples, a level, threshold or time
+        that is not finite, a share not between 0 and 1, a run that is not a whole number of steps, ``times`` that are
+        not ends of steps, no random process, no such output, values for variables of a process, a method without
+        derivatives of runs; with ``points`` or without ``thresholds``, an output that does not depend on the processes
+        to second order.
     NumericalError
         No threshold is reached, and neither samples nor ``times`` nor ``levels`` give other results; the run about the
         mean fails; fewer than 20 samples succeed.

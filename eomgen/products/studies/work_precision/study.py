@@ -211,21 +211,26 @@ def tradeoff(
     """Measure speed against accuracy of a scene: time and error of all configurations.
 
     Errors are against a reference: two runs of different methods, or of one method at full and half accuracy, whose
-    difference is its uncertainty. Configurations that cannot run or have no time left are in ``Tradeoff.left_out``.
+    difference is its uncertainty. The scene's own configuration always runs. Runs that are refused, stop early or take
+    longer than a tenth of the budget (1 s at least) are ``points`` without time, in ``Tradeoff.failures``. Failed
+    builds, runs not begun for lack of time, and named methods that cannot step the scene are in ``Tradeoff.left_out``
+    with the reason; methods that are not named may be left out silently.
 
     Parameters
     ----------
     scene : str, Path, mapping, Scene or document
         Scene, or the document of another front end.
     outputs : sequence of str
-        Names of the scene's outputs, or ``q``, ``v``, ``state`` (both), ``multipliers``. The front is of the first;
-        ``state`` by default.
+        Names of the scene's outputs, or ``q``, ``v``, ``z``, ``state`` (largest error of these three),
+        ``multipliers``. The front is of the first, ``state`` by default; further names are only checked, and points
+        have the errors of all quantities.
     measure : str
         Of the error over time: ``largest``, ``rms`` or ``final``.
     axes : sequence of str
         Varied axes: ``formulation``, ``method``, ``parameters``, ``resolution``, ``policy``, ``arithmetic``,
-        ``profile``, ``fidelity``; all but ``fidelity`` by default. Absolute coordinates of a scene with joint
-        coordinates without constraints are studied if ``formulation`` is named.
+        ``profile``, ``fidelity``; all but ``fidelity`` by default. ``policy``, ``arithmetic`` and ``profile`` are
+        varied singly, of the three configurations with most points on the front. Absolute coordinates of a scene with
+        joint coordinates without constraints are studied if ``formulation`` is named.
     methods : sequence of str
         Methods to try; by default all that make a difference to the scene, the scene's own if ``axes`` lack ``method``.
     steps : sequence of float
@@ -235,7 +240,8 @@ def tradeoff(
     parameters, inputs : mapping
         Tunable parameters and inputs by name, as of ``simulate``; the scene's by default.
     budget : float
-        Seconds of computation; builds may take as many again, or 30. Configurations not built then are left out.
+        Seconds of computation, without references, which take about a quarter as many; builds may take as many again,
+        or 30. Configurations not built then are left out.
     repeats : int
         Number of measured times near the front, of which the median is taken.
     folder : path
