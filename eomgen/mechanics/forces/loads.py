@@ -66,7 +66,7 @@ def add_effort(loads: Loads, quantities: Quantities, joint: str, value: Scalar, 
 
 
 def push(wrenches: list[Wrench | None], quantities: Quantities, name: str, force_in_base: Vector) -> None:
-    """Add a force on a named point to the wrenches of the links; points of the base or world have no effect.
+    """Add a force on a named point to the wrenches of the links; a force on the base or the world has no effect.
 
     Parameters
     ----------
