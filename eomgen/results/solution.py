@@ -241,6 +241,8 @@ class Solution(SolutionMethods):
     def plot(self, *names: str | Sequence[str], axes: object = None, over: str | None = None) -> list[Any]:
         """Draw curves over time, or over another column.
 
+        Energies and positions whose changes are relatively small are drawn as changes from the start, as labels say.
+
         Parameters
         ----------
         *names : str, or lists of str
@@ -464,14 +466,14 @@ class Solution(SolutionMethods):
         -------
         Solution
             With the rows of a run in one piece, and the events of both parts; without an error estimate. Findings,
-            ``success``, ``message``, metadata and model are the later part's; so are ``stats``, with the sum of the
-            wall times.
+            ``success``, ``message``, ``interrupted``, metadata and model are the later part's; so are ``stats``, with
+            the sum of the wall times.
 
         Raises
         ------
         UsageError
-            The parts are not of one run, there is a gap between the parts, or the later part begins at another state,
-            which is not checked if the scene has events.
+            The parts are not of one run, there is a gap between the parts, the later part begins as early as this part,
+            or begins at another state, which is not checked if the scene has events, or without a row at that time.
 
         Examples
         --------

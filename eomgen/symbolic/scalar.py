@@ -145,7 +145,8 @@ class Algebra:
     def named_matrix(self, text: str, rows: Matrix) -> Matrix:
         """Name the entries of a matrix ``text_xx, text_xy, ...``, row by row, on the tape, and return the matrix.
 
-        Inputs and constants get no name, and an earlier name of an operation stays.
+        Inputs and constants get no name, and an earlier name of an operation stays. The operation of a negated entry is
+        named ``minus_text_xx``.
 
         Parameters
         ----------

@@ -397,8 +397,10 @@ class Ensemble:
     def save(self, folder: str | Path) -> list[Path]:
         """Write ``statistics.csv`` over time, ``samples.csv``, ``failed.csv`` if some failed, and ``summary.json``.
 
-        ``samples.csv`` has ``values`` and ``results``. Existing files of these names are replaced, but without failures
-        an earlier ``failed.csv`` stays. The first call makes the runs of ``error``.
+        ``statistics.csv`` has ``t`` and by column the count, mean, deviation, smallest and largest value and quantiles
+        0.05 to 0.95; ``samples.csv`` has ``values`` and ``results``; ``summary.json`` has ``to_dict``, null for NaN.
+        Existing files of these names are replaced, but without failures an earlier ``failed.csv`` stays. The first call
+        makes the runs of ``error``.
 
         Parameters
         ----------

@@ -107,17 +107,18 @@ class EquilibriumPath:
         Parameters
         ----------
         number : int
-            Number of the critical point in ``critical``, from 0.
+            Number of the critical point in ``critical``, from 0, or negative from the end.
         to : float
             Value of the parameter at which the branch is to end, SI units.
         size : float
             First step along the critical point's ``mode``, in twentieths of a radian or of the scene's length; the sign
-            selects the side.
+            selects the side. If this leads to no equilibrium, steps of 2, 0.4, 4 and 0.1 times this size are tried.
 
         Returns
         -------
         EquilibriumPath
-            The equilibria along the branch; ``success`` is False if the branch ends before ``to``.
+            The equilibria along the branch, from the end of the first step on, with ``max_step``, ``max_points`` and
+            ``stability`` of this path; ``success`` is False if the branch ends before ``to``.
 
         Raises
         ------
@@ -231,14 +232,14 @@ class EquilibriumPath:
         }
 
     def plot(self, over: str | Sequence[str] = "", axes: object = None, path: str | Path | None = None) -> list[Any]:
-        """Draw the parameter over columns, and return matplotlib's axes.
+        """Draw the parameter over columns, unstable parts dashed, critical points marked; return matplotlib's axes.
 
         Parameters
         ----------
         over : name or names of columns
             By default the output that changes most, units aside; if no output changes, a position of a body.
         axes : matplotlib Axes, one for each column
-            A new figure if none are given.
+            A new figure if none are given, of pyplot without ``path``.
         path : str or Path, optional
             File of a figure, .png, .svg or .pdf; with ``axes`` of the whole figure of the first.
 
@@ -250,11 +251,9 @@ class EquilibriumPath:
         Raises
         ------
         UsageError
-            A column that is not there, or another number of axes.
+            A column that is not there, another number of axes, or an ending that matplotlib does not support.
         FileError
             The file cannot be written.
-        ValueError
-            An ending that matplotlib does not support.
         """
         names = [over] if isinstance(over, str) and over else list(over) or [self.largest_column]
         columns = [self.column(name) for name in names]

@@ -109,8 +109,9 @@ def from_sympy(
         For a part without a counterpart, with name and remedy; an M that is not symmetric; an initial state that cannot
         meet the constraints.
     UsageError
-        For symbols without a value, values of unknown names, an object that is none of these descriptions, and a pair
-        without ``q``.
+        For symbols without a value, values of unknown names or that are not finite numbers, a ``name`` that is not
+        legal, entries of ``states`` that are coordinates or speeds, an object that is none of these descriptions, and a
+        pair without ``q``.
 
     Examples
     --------

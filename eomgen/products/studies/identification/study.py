@@ -130,9 +130,10 @@ def identify(
     UsageError
         Names that are none, columns that are neither outputs nor inputs, times that do not increase, missing values,
         fewer samples than unknowns, bounds that exclude the start, an unknown without effect, ``t_start`` after the
-        first measured time, unknown states of a scene that starts at equilibrium without ``initial``, a method without
-        derivatives; for ``torque``, arguments of runs: ``states``, ``bounds``, ``initial``, ``outputs``, ``step``,
-        ``t_start`` and the options.
+        first measured time, unknown states of a scene that starts at equilibrium without ``initial``, unknown states
+        and parameters of a scene whose start follows from parameters without ``q`` and ``v`` in ``initial``, two runs
+        of the same name, a method without derivatives; for ``torque``, arguments of runs: ``states``, ``bounds``,
+        ``initial``, ``outputs``, ``step``, ``t_start`` and the options.
     NumericalError
         The run fails at the start of the search.
     FileError

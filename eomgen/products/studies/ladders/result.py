@@ -170,7 +170,7 @@ class Extremes:
         Returns
         -------
         str
-            Comma-separated values with a head.
+            Comma-separated values with a head; numbers are rounded, errors that are not known are empty.
         """
         head = ["ladder", "value", "method", "verdict", "error", "velocity_error", "bound"]
         rows = [[*head, "seconds", "reference", "said", "command"]]
@@ -181,7 +181,7 @@ class Extremes:
         return csv_text(rows)
 
     def save(self, folder: str | Path) -> list[Path]:
-        """Write extremes.csv (``csv``), extremes.json (``to_dict``, with NaN and Infinity) and extremes.png.
+        """Write extremes.csv (``csv``), extremes.json (``to_dict``, null for NaN and infinity) and extremes.png.
 
         Existing files are replaced. Raises FileError.
 

@@ -63,14 +63,15 @@ class Radar:
     def bunching(self, sea: Sea, labels: ArrayLike, time: float) -> tuple[Array, Array]:
         """Return the image points of facets and their intensities.
 
-        The intensity is |J/J'|: J is the Jacobian of places by labels, J' the Jacobian of image points.
+        The intensity is |J/J'|: J is the Jacobian of places by labels, J' the Jacobian of image points by labels.
+        Intensities of facets with the same image point are not added.
 
         Parameters
         ----------
         sea : Sea
             The sea.
         labels : array_like
-            Labels (points, 2) of facets of the surface, m.
+            Labels (points, 2) of facets of the surface, m; UsageError for another shape or numbers that are not finite.
         time : float
             Time, s.
 
@@ -163,7 +164,7 @@ class Radar:
         profile : Profile
             Surface of the sea along the direction of the waves, which is taken to be along the flight.
         length : float
-            Length over which the labels of ``profile`` extend, m; not checked.
+            Length over which the labels of ``profile`` extend, m; not compared with ``profile``.
         cells : int
             Number of cells, of equal width from x = 0 on.
         direction : int, optional
@@ -173,6 +174,11 @@ class Radar:
         -------
         (cells,) ndarray
             Intensities, 1 on average.
+
+        Raises
+        ------
+        UsageError
+            A ``length`` not above 0, ``cells`` that are not a whole number from 1 to 1e7, another ``direction``.
         """
         check_number("Radar.line: length", length, "m", "that after which the sea repeats itself", above_zero=True)
         check_whole("Radar.line: cells", cells, 1, _MOST_CELLS, "400")
@@ -258,7 +264,7 @@ class Radar:
         self, spectrum: DiscreteSpectrum, length: float, count: int, gravity: float = STANDARD_GRAVITY
     ) -> Array:
         """Return the mean image spectrum of a deep sea along the flight, at wave numbers 2 pi n/length, n from 1 to
-        ``count``: the mean of |sum over the line of I exp(-i k x') dx'/length|^2, to first order and exact.
+        ``count``: the mean of |sum over the line of I exp(-i k x') dx'/length|^2, exact for a sea of first order.
 
         Facets are moved by a Gaussian process D of labels, and cover 1 + g of the plane; over the lag r
 
@@ -287,7 +293,8 @@ class Radar:
         ------
         UsageError
             Waves that run not along x, forwards or backwards, or that do not repeat themselves after this length; the
-            wave with the most energy feels the bottom; a ``count`` that needs more than 1e9 terms.
+            wave with the most energy feels the bottom; a ``length`` not above 0; a ``count`` that is not a whole number
+            from 1 on, or needs more than 1e9 terms.
         """
         k, change = self._along_the_flight(spectrum, gravity, "intensity_spectrum")
         check_number("Radar.intensity_spectrum: length", length, "m", above_zero=True)
@@ -371,6 +378,11 @@ class Radar:
         -------
         float
             Cross section over area.
+
+        Raises
+        ------
+        UsageError
+            An argument below 0.
         """
         for name, value in (("slope_density", slope_density), ("reflectivity", reflectivity)):
             if not value >= 0.0:
@@ -400,12 +412,13 @@ def specular_points(profile: Profile, slope: float) -> SpecularPoints:
     profile : Profile
         Surface of a sea of one direction.
     slope : float
-        The slope dz/dx.
+        The slope dz/dx; UsageError if not finite.
 
     Returns
     -------
     SpecularPoints
-        Labels, places and curvatures, by increasing label; empty arrays if no point has the slope.
+        Labels, places, heights and curvatures, by increasing label; empty arrays if no point is seen. Curvatures are
+        linear between labels.
     """
     check_number("specular_points: slope", slope)
     value, rate = profile.za - slope * profile.xa, profile.zaa - slope * profile.xaa
