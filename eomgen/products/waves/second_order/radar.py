@@ -264,7 +264,7 @@ class Radar:
         self, spectrum: DiscreteSpectrum, length: float, count: int, gravity: float = STANDARD_GRAVITY
     ) -> Array:
         """Return the mean image spectrum of a deep sea along the flight, at wave numbers 2 pi n/length, n from 1 to
-        ``count``: the mean of |sum over the line of I exp(-i k x') dx'/length|^2, exact for a sea of first order.
+        ``count``: the mean of |sum over the line of I exp(-i k x') dx'/length|^2, exact for first-order seas.
 
         Facets are moved by a Gaussian process D of labels, and cover 1 + g of the plane; over the lag r
 
