@@ -136,8 +136,8 @@ def key_of(*parts: str | int) -> str:
     Parameters
     ----------
     *parts : str or int
-        Keys and indices. A key that is not an ASCII identifier of at most 64 characters appears in quotes, escaped, and
-        shortened to 48 characters.
+        Keys and indices. A key that is not an ASCII identifier of at most 64 characters appears in quotes, escaped; a
+        quoted text longer than 48 characters is cut to 48, followed by ``...`` and a quote.
 
     Returns
     -------

@@ -94,6 +94,8 @@ def actuator_efforts(
 ) -> ActuatorEfforts:
     """Return the efforts that chosen actuators need for a motion, with or without closed loops.
 
+    Missing terms are compiled once.
+
     Parameters
     ----------
     q, v, a : array_like

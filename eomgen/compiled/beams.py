@@ -199,7 +199,7 @@ def section_loads(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Mapping[str, SectionLoads]:
-    """Return strains and loads along each geometrically exact beam by name.
+    """Return strains and loads along each geometrically exact beam by name; missing terms are compiled once.
 
     Parameters
     ----------

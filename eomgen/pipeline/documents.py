@@ -39,7 +39,8 @@ def load(
 ) -> Scene:
     """Read a scene from a ``.toml``, ``.urdf`` or ``.sdf`` file or an ``.xml`` file of MuJoCo, or from its data.
 
-    Data with ``kind = "hamiltonian"`` give a Hamiltonian system in place of a Scene.
+    Data, or a ``.toml`` file, with ``kind = "hamiltonian"`` give a Hamiltonian system in place of a Scene. Notes of a
+    scene, as on elements left out, go once to the logger ``eomgen.notes``, or to stderr if ``logging`` is not loaded.
 
     Parameters
     ----------

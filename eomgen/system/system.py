@@ -450,7 +450,8 @@ class System(NamedAttributes):
     def second_sizes(self) -> dict[str, int]:
         """Sizes of the blocks ``weights`` and ``direction`` by name: both if there is the function
         ``second_partials``, else ``weights`` alone if there is a ``NAME_hessian``, or a ``NAME_derivatives``, which
-        does not take weights; empty without these functions."""
+        does not take weights; empty without these functions. A size is the sum of ``second_blocks``; ``weights`` has at
+        least 7 components for each frame with ``frame_poses_hessian``, and 2 nv with ``momenta_hessian``."""
         sizes = {name: sum(parts.values()) for name, parts in self.second_blocks._asdict().items()}
         if "frame_poses_hessian" in self.functions:
             sizes["weights"] = max(sizes["weights"], 7 * len(self.frames))
@@ -473,7 +474,7 @@ class System(NamedAttributes):
         """The numbers of components of the blocks ``weights`` and ``direction`` of ``second_partials``, part by part,
         also if there is no such function: two mappings, with ``r`` (residual), ``zdot``, ``Phi`` (holonomic rows),
         ``w`` and ``wdot`` (all rows, rates and accelerations) and ``y`` (outputs), and with ``q`` (nv,
-        left-trivialised), ``v``, ``a``, ``z``, ``lam``, ``p`` and ``u``."""
+        left-trivialised), ``v``, ``a``, ``z``, ``lam`` (multipliers of all rows), ``p`` (parameters) and ``u``."""
         return second_blocks(
             nv=self.nv,
             nz=self.nz,

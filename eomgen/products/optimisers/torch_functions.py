@@ -186,7 +186,7 @@ class TorchFunctions:
         q, v : (nq,) and (nv,) tensors, optional
             Initial state; the start of the scene if not given.
         parameters : mapping, optional
-            Tunable parameters by name, SI units.
+            Tunable parameters by name, SI units; else values of the scene.
         inputs : mapping, optional
             Inputs by name -> values at all steps, (steps + 1,), linear in between; further inputs are the scene's.
         of : sequence of str, optional
@@ -203,8 +203,8 @@ class TorchFunctions:
         Raises
         ------
         UsageError
-            As ``model.sensitivities``: no outputs, a method without derivatives, an event that ends the run; a wrong
-            shape; second derivatives.
+            As ``model.sensitivities``: no outputs, a method without derivatives, an event that ends the run, an end
+            that is not a whole number of steps; a wrong shape, float32, a tensor of another device; second derivatives.
         NumericalError
             The run fails.
         """
@@ -371,7 +371,7 @@ class TorchFunctions:
         Returns
         -------
         (..., nv) tensor
-            J along.
+            J along, without a graph of autograd.
         """
         pattern, nonzeros = self._jacobian(name, tensors)
         order = np.argsort(pattern.rows, kind="stable")
@@ -393,12 +393,13 @@ class TorchFunctions:
         weights : tensor
             Weights (..., nv) of the components.
         along : tensor
-            Direction (..., directions), a change of the arguments in the order of ``tensors``; nv numbers for q.
+            Direction (..., directions), a change of the arguments in the order of ``tensors``; nv numbers for q,
+            left-trivialised.
 
         Returns
         -------
         (..., directions) tensor
-            Change along each direction, in the order of ``along``.
+            Change along each direction, in the order of ``along``, without a graph of autograd.
         """
         pattern = self._model.sparsity(name, 2)
         nonzeros = self._model.hessian(name, weights.numpy(force=True), **self._keywords(name, tensors), sparse=True)

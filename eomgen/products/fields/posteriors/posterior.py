@@ -539,7 +539,7 @@ class FieldPosterior:
         Returns
         -------
         Mode
-            The field, energy and the work.
+            The white field as a half spectrum (``spectrum``), the energy there, and the work.
 
         Raises
         ------

@@ -300,9 +300,11 @@ def extremes(
     budget : float
         Seconds of computation, compiling aside; a cell that has begun is finished.
     limit : float
-        Seconds that a cell may take, compiling aside.
+        Seconds that a run with the method may take, compiling aside; a longer run is interrupted, and the verdict is
+        ``unfinished``, or ``fails`` if the run does not answer. A cell may take longer: runs for references have 10 s
+        each (or ``limit``), and a run that fails may be made again in a new process.
     folder : path
-        Folder for finished cells; see also ``Extremes.save``.
+        Folder in which each finished cell is kept (``cells.jsonl``), also at Ctrl-C; see also ``Extremes.save``.
     resume : bool
         Go on with the cells of the folder.
     progress : callable
@@ -320,7 +322,7 @@ def extremes(
     UsageError
         An unknown ladder, method or cell.
     FileError
-        The folder contains the cells of another scene or version, or of this scene without ``resume``.
+        The folder contains the cells of another scene or version, or any cells without ``resume``.
     EomgenError
         The scene cannot be read or built.
     """

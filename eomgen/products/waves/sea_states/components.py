@@ -160,7 +160,7 @@ def discretized(
     spectrum : Spectrum
         Density over angular frequency.
     depth : float, optional
-        Of the water, m.
+        Of the water, m; infinite by default.
     gravity : float, optional
         In m/s^2.
     length : float, m
@@ -268,7 +268,7 @@ def wave_number(frequency: float, depth: float = math.inf, gravity: float = STAN
     frequency : float
         Angular frequency, rad/s.
     depth : float, optional
-        Of the water, m.
+        Of the water, m; infinite by default.
     gravity : float, optional
         In m/s^2.
 

@@ -106,7 +106,8 @@ class Sea:
     ) -> Sea:
         """Return the sea of one regular wave along x, with a crest at the label 0 at t = 0.
 
-        At first order in deep water this is Gerstner's wave, which is exact.
+        At first order in deep water this is Gerstner's wave, which is exact. RuntimeWarning for water too shallow for
+        order 2.
 
         Parameters
         ----------
@@ -350,8 +351,10 @@ class Sea:
         Returns
         -------
         BoundWaves
-            By groups of pairs: differences, and, in water of finite depth or with several directions, sums and doubles.
-            Numbers of components are in the order of ``vectors`` of the sea, by frequency.
+            Complex amplitudes at the label 0 of the second-order velocity potential, its rate, and displacements x and
+            y, by groups of pairs: differences, and, in water of finite depth or with several directions, sums and
+            doubles; ``drift``, the displacement (2,) of all particles by the mean drift since t = 0, m. Components are
+            numbered as ``vectors`` of the sea, by frequency.
 
         Raises
         ------
@@ -398,7 +401,7 @@ class Sea:
         Returns
         -------
         Sea
-            A new sea with the tables of this sea, which does not change.
+            A new sea with the tables of this sea, which does not change; without the warnings of ``Sea``.
 
         Raises
         ------
@@ -416,7 +419,7 @@ class Sea:
         return sea
 
     def derivatives(self, labels: ArrayLike, time: float, c: float = 0.0) -> tuple[Array, Array]:
-        """Return derivatives of positions by labels a and b.
+        """Return derivatives of positions by labels a and b. Raises UsageError as ``motion``.
 
         Parameters
         ----------
@@ -465,7 +468,8 @@ class Sea:
         -------
         Surface
             Places, slopes along x and y, mean curvatures (1/m, negative at crests), and Jacobians of x and y by labels
-            (negative if folded over), with arrays by point. A slope is infinite if the surface is upright.
+            (negative if folded over, which turns the sign of the curvature), with arrays by point. A slope is infinite,
+            of either sign, if the surface is upright; at a cusp the curvature is NaN.
         """
         first, second = self.derivatives(labels, time)
         along, across = first[:, :, 0], first[:, :, 1]
