@@ -474,7 +474,7 @@ class System(NamedAttributes):
         """The numbers of components of the blocks ``weights`` and ``direction`` of ``second_partials``, part by part,
         also if there is no such function: two mappings, with ``r`` (residual), ``zdot``, ``Phi`` (holonomic rows),
         ``w`` and ``wdot`` (all rows, rates and accelerations) and ``y`` (outputs), and with ``q`` (nv,
-        left-trivialised), ``v``, ``a``, ``z``, ``lam`` (multipliers of all rows), ``p`` (parameters) and ``u``."""
+        left-trivialised), ``v``, ``a``, ``z``, ``lam`` (multipliers), ``p`` (parameters) and ``u``."""
         return second_blocks(
             nv=self.nv,
             nz=self.nz,

@@ -203,10 +203,10 @@ class TorchFunctions:
         Raises
         ------
         UsageError
-            As ``model.sensitivities``: no outputs, a method without derivatives, an event that ends the run, an end
-            that is not a whole number of steps; a wrong shape, float32, a tensor of another device; second derivatives.
+            As ``model.sensitivities``: no outputs, a method without derivatives, an end that is not a whole number of
+            steps; a wrong shape, float32, a tensor of another device; second derivatives.
         NumericalError
-            The run fails.
+            The run fails, or an event ends the run.
         """
         arguments = run_arguments(q, v, parameters, inputs, self._array)
         options = {"t_end": t_end, "step": step, "of": of, "method": method, "record_every": record_every}

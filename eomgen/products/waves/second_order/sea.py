@@ -455,7 +455,7 @@ class Sea:
         return first, np.stack((second[:, :, 0, 0], second[:, :, 0, 1], second[:, :, 1, 1]), axis=2)
 
     def surface(self, labels: ArrayLike, time: float) -> Surface:
-        """Return the surface at labels.
+        """Return the surface at labels. Raises UsageError as ``motion``.
 
         Parameters
         ----------
