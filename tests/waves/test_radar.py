@@ -151,7 +151,8 @@ def test_specular_points_have_the_slope_and_the_backscatter_of_their_density() -
     assert slope == pytest.approx(0.2, abs=2e-3)
     assert found.z == pytest.approx(np.interp(found.labels, profile.labels, profile.z), abs=5e-3)
     assert np.all(np.abs(found.curvature) > 0.0)
-    density = float(statistics_of(storm).slope_density(math.tan(0.2)))
+    across = 1.0 / math.sqrt(2.0 * math.pi * 0.01)  # of slopes of 0, whose variance is 0.01
+    density = across * float(statistics_of(storm).slope_density(math.tan(0.2)))
     expected = math.pi * 0.6 * density / math.cos(0.2) ** 4
     assert Radar(0.0, 0.2).backscatter(density, 0.6) == pytest.approx(expected, rel=1e-12)
 

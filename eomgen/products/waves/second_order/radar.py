@@ -370,7 +370,7 @@ class Radar:
         Parameters
         ----------
         slope_density : float
-            Joint density f of both slopes at (tan(incidence) towards the radar, 0 across), not below 0. It is the density
+            Joint density f of both slopes at (tan(incidence) towards the radar, 0 across), not below 0: the density
             ``SeaStatistics.slope_density`` along the waves, times the density of slopes across them at 0.
         reflectivity : float, optional
             |R|^2 of water at normal incidence, not below 0.
