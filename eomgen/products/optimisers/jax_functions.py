@@ -235,10 +235,12 @@ class JaxFunctions:
             Inputs by name -> values at all steps, (steps + 1,), linear in between; else formulas of the scene, or zero.
         of : sequence of str, optional
             Outputs; all of the scene by default.
-        method, settings : optional
-            Integration method, ``generalized_alpha``, ``rattlie`` or ``rk4`` for instance, and its settings by name.
+        method : str, optional
+            Integration method, ``generalized_alpha``, ``rattlie`` or ``rk4`` for instance; the scene's by default.
         record_every : int, optional
-            Steps from row to row, a divisor of the number of steps; by default the scene's, as the method.
+            Steps from row to row, a divisor of the number of steps; by default the scene's.
+        settings : mapping, optional
+            Of the method, by name.
 
         Returns
         -------
