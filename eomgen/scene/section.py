@@ -149,11 +149,11 @@ class Section:
         Parameters
         ----------
         name : str
-            Name of an entry.
+            Name of an entry, also of an entry that its schema refused, which is not in ``document``.
         document : Entries
-            All entries of the document.
+            The entries of the document that have passed their schemas.
         rows : sequence of Section
-            All sections, in the order of the register.
+            The sections that the document needs, in the order of the register, ``curves`` last.
 
         Returns
         -------

@@ -227,7 +227,7 @@ class FieldSamples:
         Returns
         -------
         dict
-            JSON data, NaN or infinite without a value: ``name``, ``success`` (false if interrupted), ``message``,
+            Numbers, texts, lists and dicts; the float NaN or infinity for a number without a value: ``name``, ``success`` (false if interrupted), ``message``,
             ``cells``, ``lengths``, ``field``, ``memory`` (bytes), ``settings`` (dict), ``chains``, ``samples`` (of each
             chain), ``steps`` (list over chains), ``largest_step``, ``largest_frequency``, ``seconds`` and ``gradients``
             (of all chains, with the warm-up). If each chain has a sample, ``acceptance``, figures of energy errors and
