@@ -250,10 +250,11 @@ class JaxFunctions:
         Raises
         ------
         UsageError
-            As ``model.sensitivities``: no outputs, a method without derivatives, an event that ends the run; a wrong
-            shape; forward or second derivatives.
+            As ``model.sensitivities``: no outputs, a method without derivatives, an end that is not a whole number of
+            steps; a wrong shape; forward or second derivatives.
         NumericalError
-            The run fails. Within ``jax.jit`` or ``jax.grad`` the failure of a run is an error of JAX.
+            The run fails, or an event ends the run. Within ``jax.jit`` or ``jax.grad`` the failure of a run is an
+            error of JAX, except of the run at the scene's values.
 
         Examples
         --------

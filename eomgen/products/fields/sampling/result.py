@@ -227,11 +227,12 @@ class FieldSamples:
         Returns
         -------
         dict
-            Numbers, texts, lists and dicts; the float NaN or infinity for a number without a value: ``name``, ``success`` (false if interrupted), ``message``,
-            ``cells``, ``lengths``, ``field``, ``memory`` (bytes), ``settings`` (dict), ``chains``, ``samples`` (of each
-            chain), ``steps`` (list over chains), ``largest_step``, ``largest_frequency``, ``seconds`` and ``gradients``
-            (of all chains, with the warm-up). If each chain has a sample, ``acceptance``, figures of energy errors and
-            ``gradients_per_trajectory``, of samples alone; with ``calibration``, ``truth_over_deviation``.
+            Numbers, texts, lists and dicts; the float NaN or infinity for a number without a value: ``name``,
+            ``success`` (false if interrupted), ``message``, ``cells``, ``lengths``, ``field``, ``memory`` (bytes),
+            ``settings`` (dict), ``chains``, ``samples`` (of each chain), ``steps`` (list over chains),
+            ``largest_step``, ``largest_frequency``, ``seconds`` and ``gradients`` (of all chains, with the warm-up). If
+            each chain has a sample, ``acceptance``, figures of energy errors and ``gradients_per_trajectory``, of
+            samples alone; with ``calibration``, ``truth_over_deviation``.
         """
         samples, problem, settings = self.samples, self.problem, self.settings
         result: dict[str, Any] = {
