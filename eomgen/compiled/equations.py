@@ -216,12 +216,13 @@ def base_motion(
     Returns
     -------
     b : (..., nv) ndarray
-        N m along angles, N along lengths; zeros if the scene's base is at rest, and in absolute coordinates.
+        N m along angles, N along lengths; zeros if the scene's base is at rest.
 
     Raises
     ------
     UsageError
-        ``base`` for a scene whose base is at rest, or with a component that the base's law keeps at zero.
+        ``base`` for a scene whose base is at rest, or with a component that the base's law keeps at zero. A scene in
+        absolute coordinates with a moving base, which has no such term.
 
     Examples
     --------

@@ -131,8 +131,8 @@ class LinearOperator:
         Returns
         -------
         float
-            Zero up to rounding for an adjoint that fits, also for a filter whose a(-k) is not the conjugate of a(k), which
-            the test does not find. Not divided if A x is 0 in all cells.
+            Zero up to rounding for an adjoint that fits, also for a filter whose a(-k) is not the conjugate of a(k),
+            which the test does not find. Not divided if A x is 0 in all cells.
 
         Examples
         --------

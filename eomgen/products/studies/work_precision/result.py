@@ -217,7 +217,8 @@ class Tradeoff:
 
     @property
     def front(self) -> tuple[Point, ...]:
-        """Timed points with no point both faster and more accurate, fastest first; errors from 0.1 on are left out.
+        """Timed points with no other point at least as fast and as accurate, fastest first (of equal points the first).
+        Errors are of the study's quantity and measure; errors from 0.1 on are left out.
 
         Errors below the uncertainty of the reference count as this uncertainty.
         """
