@@ -17,6 +17,8 @@ from eomgen.fields import (
     FieldPosterior,
     LinearOperator,
     Mesh,
+    Outcome,
+    Record,
     Sampler,
     amplitude,
     difference,
@@ -351,3 +353,15 @@ def test_what_cannot_be_is_refused_in_one_message(call: Callable[[], object], te
 
 def made(energy: CellEnergy | str, counts: Array = COUNTS) -> FieldPosterior:
     return FieldPosterior(MESH, energy, {"s": white(MESH)}, {"counts": counts})
+
+
+def test_a_larger_record_keeps_its_samples(rng: np.random.Generator) -> None:
+    record = Record(Mesh((4, 4), 1.0), 1, 2, np.array([0, 5]), 2)
+    fields = rng.standard_normal((5, 4, 4))
+    for number, values in enumerate(fields):
+        if number == 2:
+            record.resize(5)
+        record.add(0, Outcome(0.1, True, 3), float(number), values)
+    samples = record.samples(np.array([0.1]))
+    assert record.size == 5 and samples.cells.tolist() == fields.reshape(1, 5, 16)[:, :, [0, 5]].tolist()
+    assert samples.potential.tolist() == [[0.0, 1.0, 2.0, 3.0, 4.0]]

@@ -254,11 +254,11 @@ class Record:
             Samples of each chain that there shall be place for in all; from ``size``, the present room, on: ValueError
             for fewer, even if the recorded samples would fit.
         """
-        shapes = {"cells": (len(self.watched),), "power": (self.bins,)}
+        shapes, present = {"cells": (len(self.watched),), "power": (self.bins,)}, self.size if self._arrays else 0
         for name in ("energy_errors", "accepted", "gradients", "potential", "cells", "power"):
             made = np.full((self._chains, samples, *shapes.get(name, ())), np.nan)
-            if name in self._arrays:
-                made[:, : self.size] = self._arrays[name]
+            if present:
+                made[:, :present] = self._arrays[name]
             self._arrays[name] = made
 
     def add(
