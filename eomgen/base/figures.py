@@ -150,10 +150,10 @@ def axes_of_caller(call: str, axes: object, panels: Sequence[str], size: Size | 
 def save_figure(figure: Any, path: Path, hint: str = "another folder") -> Path:
     """Write a figure to a file and return the path of the file. Raises FileError, with a remedy; UsageError
     for an unknown ending."""
+    if path.suffix[1:].lower() not in ("", *figure.canvas.get_supported_filetypes()):
+        raise UsageError(Problem(str(path), "a figure is a .png, .svg or .pdf file [E0154]", "figure.png"))
     try:
-        figure.savefig(path, pil_kwargs={"compress_level": _COMPRESSION} if path.suffix == ".png" else None)
-    except ValueError:
-        raise UsageError(Problem(str(path), "a figure is a .png, .svg or .pdf file [E0154]", "figure.png")) from None
+        figure.savefig(path, **({"pil_kwargs": {"compress_level": _COMPRESSION}} if path.suffix == ".png" else {}))
     except OSError as error:
         raise FileError(Problem(str(path), f"cannot be written ({error.strerror or error}) [E0127]", hint)) from None
     return path

@@ -66,8 +66,9 @@ def test_a_path_is_drawn_through_its_critical_points_with_its_stability() -> Non
 
 
 def test_a_path_is_drawn_into_a_file_also_on_axes_of_the_caller(tmp_path: Path) -> None:
-    path_of().plot(axes=pyplot.figure().subplots(), path=tmp_path / "path.png")
-    assert (tmp_path / "path.png").stat().st_size > 0
+    for name in ("path.png", "path.svg", "path.pdf"):
+        path_of().plot(axes=pyplot.figure().subplots(), path=tmp_path / name)
+        assert (tmp_path / name).stat().st_size > 0
     with pytest.raises(UsageError, match=r"path\.foo: a figure is a \.png, \.svg or \.pdf file; try: figure\.png"):
         path_of().plot(path=tmp_path / "path.foo")
 
