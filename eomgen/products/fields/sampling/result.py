@@ -115,7 +115,7 @@ class FieldSamples:
     @property
     def lost(self) -> str:
         """A sentence on trajectories, of the warm-up and of samples, whose ends were rejected because the energy H
-        there is not finite; empty if there are none. Begins with ``; ``."""
+        there is not finite; empty if there are none. Begins with a semicolon and a blank."""
         errors = np.concatenate([self.warm_up[..., 0].ravel(), self.samples.energy_errors.ravel()])
         count = int(np.sum(~np.isfinite(errors)))
         if not count:
@@ -127,7 +127,7 @@ class FieldSamples:
     @property
     def rest(self) -> str:
         """A sentence on chains whose watched cells change by rounding alone, which R-hat does not show; else empty, and
-        also for fewer than two samples. Begins with ``; ``."""
+        also for fewer than two samples. Begins with a semicolon and a blank."""
         cells = self.samples.cells
         if self.count < 2 or not cells.size:
             return ""
@@ -142,7 +142,7 @@ class FieldSamples:
     @property
     def doubt(self) -> str:
         """A sentence on chains that do not agree, with a split R-hat above 1.3 in a watched cell or a bin; empty for
-        chains that agree, or have fewer than 50 samples each, which are too few for a test. Begins with ``; ``."""
+        chains that agree, or have fewer than 50 samples each, which are too few for a test. Begins with a semicolon and a blank."""
         if self.count < DOUBTED:
             return ""
         worst = {"a cell": _quantile(self.r_hats(), 1.0), "a bin of scales": self.r_hat_of_scales}
