@@ -142,7 +142,8 @@ class FieldSamples:
     @property
     def doubt(self) -> str:
         """A sentence on chains that do not agree, with a split R-hat above 1.3 in a watched cell or a bin; empty for
-        chains that agree, or have fewer than 50 samples each, which are too few for a test. Begins with a semicolon and a blank."""
+        chains that agree, or have fewer than 50 samples each, which are too few for a test. Begins with a
+        semicolon and a blank."""
         if self.count < DOUBTED:
             return ""
         worst = {"a cell": _quantile(self.r_hats(), 1.0), "a bin of scales": self.r_hat_of_scales}
