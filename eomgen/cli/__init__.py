@@ -6,6 +6,7 @@ Exit codes: 0 fine, 2 usage, 3 description, 4 model, 5 toolchain, 6 numerical, 7
 from __future__ import annotations
 
 import contextlib
+import contextvars
 import dataclasses
 import os
 import sys
@@ -110,10 +111,10 @@ def commands(context: click.Context) -> None:
 
 
 def _run_command(words: Sequence[str]) -> object:
-    """Return the result of a command. Raises BrokenPipeError in place of the exit with 1, which is click's answer: any
-    other error is raised."""
+    """Return the result of a command. Settings that options make for the command end with it, however it ends. Raises
+    BrokenPipeError in place of the exit with 1, which is click's answer: any other error is raised."""
     try:
-        return commands.main(list(words), prog_name="eomgen", standalone_mode=False)
+        return contextvars.copy_context().run(commands.main, list(words), prog_name="eomgen", standalone_mode=False)
     except SystemExit as error:
         if error.code == 1:
             raise BrokenPipeError from None

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import eomgen
+from eomgen.base.limits import CALLED, NO_SETTINGS
 from eomgen.cli import main
 from tests.models.scenes import PENDULUM_TOML
 
@@ -113,6 +114,14 @@ def test_the_option_strict_makes_errors_of_doubts(tmp_path: Path, capsys: pytest
     silent = ("discretisation_error", "energy_balance", "unresolved_motion")
     assert main((*call, "--strict", *(word for name in silent for word in ("--quiet", name)))) == 0
     assert main(call) == 0
+
+
+@pytest.mark.parametrize("rest", [("--t-end", "soon"), ("--help",)])
+def test_the_option_strict_ends_with_its_verb(rest: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
+    """Also with a verb that never ran: parts of a command line were refused, or the help was printed."""
+    words = ("simulate", "no scene", "--strict", "--quiet", "unused names", *rest)
+    assert main(words) == (0 if "--help" in rest else 2)
+    assert CALLED.get() is NO_SETTINGS
 
 
 @pytest.mark.parametrize("verb", ["simulate", "equilibrium"])

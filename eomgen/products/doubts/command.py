@@ -6,20 +6,20 @@ import click
 
 from eomgen.cli.parts import AddedOption, RestPart, RunPart
 from eomgen.errors import Problem, UsageError
-from eomgen.products.doubts.settings import fault_of_name, with_settings
+from eomgen.products.doubts.settings import add_settings, fault_of_name
 
 
-def _silence(context: click.Context, _: click.Parameter, names: tuple[str, ...]) -> None:
+def _silence(_context: click.Context, _: click.Parameter, names: tuple[str, ...]) -> None:
     """Leave out the doubts with these names as long as the verb runs. Raises UsageError for an unknown name."""
     for name in names:
         if unknown := fault_of_name(name):
             raise UsageError(Problem(f"--quiet {name}", *unknown))
-    context.with_resource(with_settings(names))
+    add_settings(names)
 
 
-def _refuse(context: click.Context, _: click.Parameter, strict: bool) -> bool:
+def _refuse(_context: click.Context, _: click.Parameter, strict: bool) -> bool:
     """Make errors of doubts as long as the verb runs, if ``strict``, which is returned."""
-    context.with_resource(with_settings(strict=strict))
+    add_settings(strict=strict)
     return strict
 
 

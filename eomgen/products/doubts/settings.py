@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Collection, Iterable, Mapping
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
@@ -68,11 +67,6 @@ def _problems(silence: str, notes: Iterable[Message], report: Report | None = No
     return problems
 
 
-@contextmanager
-def with_settings(quiet: Collection[str] = (), *, strict: bool = False) -> Iterator[None]:
-    """Leave out doubts by name, or make doubts errors, within the block."""
-    before = CALLED.set(_join(CALLED.get(), DoubtSettings(quiet, strict)))
-    try:
-        yield
-    finally:
-        CALLED.reset(before)
+def add_settings(quiet: Collection[str] = (), *, strict: bool = False) -> None:
+    """Leave out doubts by name, or make doubts errors, until the verb ends."""
+    CALLED.set(_join(CALLED.get(), DoubtSettings(quiet, strict)))
