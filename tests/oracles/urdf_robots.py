@@ -165,18 +165,15 @@ def _mimics(path: Path, scene: Scene) -> dict[str, tuple[str, float, float]]:
 HEADING = "## Every robot against Pinocchio\n"
 HEAD = f"""{HEADING}
 Every URDF of [example-robot-data](https://github.com/Gepetto/example-robot-data), read by eomgen and by Pinocchio.
-*Agrees* means that the mass matrix and inverse dynamics at {STATES} random states equal Pinocchio's to 1e-11
-of their norm, with the root fixed and with the root free, and that both read the same placements and inertias.
-Damping of joints is part of eomgen's `inverse_dynamics` and not of `pinocchio.rnea`: there the torques differ by
-damping times `v`.
-Joints that mimic others are not degrees of freedom; Pinocchio's model, in which they move on their own, is
-projected.
+*Agrees* means that the mass matrix and inverse dynamics at {STATES} random states equal Pinocchio's to 1e-11 of their
+norm, with the root fixed and free, and that both read the same placements and inertias. Damping of joints is part of
+eomgen's `inverse_dynamics` and not of `pinocchio.rnea`: it is added there. Joints that mimic others are not degrees of
+freedom; Pinocchio's model, in which they move on their own, is projected.
 
-Refused files have a joint that no force can move, so that M would be singular, or a broken description. Inertias
-that no body can have are taken as the file has them, with a note in `scene.notes`, and refused with `strict`: many
-files in use have some, and M is positive definite at every state here all the same (the table would name exceptions).
-A moment below zero by less than 1e-6 of the largest counts as rounding, and the link as one against the triangle
-inequality: of 13 files with a negative moment, 5 are left that way.
+Refused files have a joint that no force can move, so that M would be singular, or a broken description. Inertias that
+no body can have are taken as the file has them, with a note in `scene.notes`, and refused with `strict`; the table
+names files whose M is not positive definite at a state. A moment below zero by less than 1e-6 of the largest counts as
+rounding, and the link as one against the triangle inequality.
 
 This table is made by `{COMMAND}`, and a test compares it with the results.
 
