@@ -211,7 +211,7 @@ IN_PARTS = {
 #: Pages about one subject each, by their place among the guides.
 GUIDES = (
     "overview", "choosing", "urdf_robots", "statics", "identification", "ensembles", "clusters", "random_vibration",
-    "waves", "hamiltonian", "fields", "optimisers", "fmu", "live", "compilers", "extending",
+    "waves", "hamiltonian", "fields", "optimisers", "fmu", "live", "sympy", "compilers", "extending",
 )  # fmt: skip  # a list of words
 EVIDENCE = ("verification", "accuracy", "orders", "extremes", "benchmarks")
 THEORY = (
@@ -261,7 +261,7 @@ def hand_written() -> Iterator[Page]:
         ("guide", GUIDES),
         ("evidence", EVIDENCE),
         ("project", PROJECT),
-        ("reference", ("glossary", "glossary_of_methods")),
+        ("reference", ("index_of_words", "glossary", "glossary_of_methods", "mjcf", "sdf")),
     ):
         for name in (name for name in names if f"docs/{name}.md" not in BUILT):
             yield Page(f"{folder}/{name}", read(f"docs/{name}.md"), f"docs/{name}.md")
@@ -291,8 +291,11 @@ def parts(site: Site) -> list[Part]:
         "methods/index",
         "c_interface",
         "messages/index",
+        "index_of_words",
         "glossary",
         "glossary_of_methods",
+        "mjcf",
+        "sdf",
     )
     rows = (
         ("tutorials/index", "Tutorials", "A quarter of an hour each, from nothing.", under("tutorials", *TUTORIALS)),
