@@ -93,7 +93,7 @@ def test_mistakes_are_told_as_in_any_other_type(old: str, new: str, message: str
 
 
 def test_the_page_has_this_type(tmp_path: Path) -> None:
-    page = (Path(__file__).parents[2] / "docs" / "extending.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[2] / "docs" / "how_to" / "write_a_plug_in.md").read_text(encoding="utf-8")
     (tmp_path / "page.py").write_text(page.partition("```python\n")[2].partition("```")[0], encoding="utf-8")
     assert runpy.run_path(str(tmp_path / "page.py"))["SLOT"] == slots.SLOT
 
