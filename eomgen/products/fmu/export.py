@@ -188,7 +188,7 @@ def written(file: str | Path | None, make: Callable[[], FmuFiles]) -> tuple[Path
 
 @dataclass(frozen=True)
 class FmuFiles:
-    """An FMU before packing: the interface, and files by path in the archive, in which the check finds no faults."""
+    """An FMU before packing: the interface, and files by path in the archive."""
 
     interface: Interface
     files: Mapping[str, str | bytes]
@@ -217,7 +217,7 @@ def fmu_files(
     license_file: str | Path | None = None,
     description: str = "",
 ) -> FmuFiles:
-    """Return the checked files of an FMU, not yet packed; arguments and errors are as in ``fmu``."""
+    """Return the files of an FMU, not yet packed; arguments and errors are as in ``fmu``."""
     about = About(author, model_version, copyright, license, _licence_text(license_file), description)
     options = replace(_checked(version, types, inputs, dae, arrays, minimal), about=about)
     version = options.version
