@@ -31,6 +31,7 @@ from eomgen.toolchain.library import Library
 from eomgen.toolchain.tables import packed_tables
 from tests.codegen.hand_made import call, compile_program, make_system
 from tests.codegen.test_schedule import POINT, tangled
+from tests.examples.covering import covering
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 #: One for each kind of statement between runs of the engine: loops, tables, samples, events, several methods.
@@ -38,7 +39,7 @@ KINDS = (
     "bouncing_ball", "four_bar", "hanging_chain", "half_car_on_measured_road", "pi_servo", "active_vehicle",
     "jerk_limited_arm", "spin_up_beam", "double_pendulum_on_shaking_base",
 )  # fmt: skip  # a table
-_REST = sorted({path.parent.name for path in EXAMPLES.glob("*/scene.toml")} - {*KINDS, "density_field"})
+_REST = sorted({*covering(sorted(path.parent.name for path in EXAMPLES.glob("*/scene.toml")), KINDS)} - {*KINDS})
 
 
 def _on_engine(program: Program, folder: Path, real: str = "double") -> Library:

@@ -16,6 +16,7 @@ import eomgen
 from eomgen.codegen.convert import to_program
 from eomgen.system.system import System
 from tests.codegen.hand_made import call, compile_program
+from tests.examples.covering import covering
 from tests.oracles.evaluation import Array
 from tests.oracles.states import random_states
 
@@ -39,6 +40,7 @@ LARGE = {
     "elastic_vehicle/full_car.toml",
     "unbalanced_shaft/scene.toml",
 }
+FOUR_TYPES = covering([scene for scene in SCENES if scene not in LARGE])
 STRICT = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
 SANITIZERS = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"]
 #: What a check of every pointer for null and its object's size finds, the sanitizer of addresses finds too, in a third
@@ -86,19 +88,9 @@ def test_the_folder_compiles_strictly_and_runs_under_sanitizers_as_python_does(s
     assert np.abs(last - expected.q[-1]).max() <= 1e-9 * scale
 
 
-@pytest.mark.long_except_every(24)
 @pytest.mark.slow
-@pytest.mark.long_cases(
-    "active_vehicle/scene.toml",
-    "elastic_slider_crank/scene.toml",
-    "elastic_vehicle/scene.toml",
-    "heavy_top/se3.toml",
-    "jerk_limited_arm/scene.toml",
-    "robot_arm/scene.toml",
-    "sea_arm/scene.toml",
-    "slider_crank_spatial/scene.toml",
-)
-@pytest.mark.parametrize("scene", [scene for scene in SCENES if scene not in LARGE])
+@pytest.mark.long_except("active_quarter_car/scene.toml")
+@pytest.mark.parametrize("scene", FOUR_TYPES)
 def test_four_number_types_agree_on_every_function(scene: str, tmp_path: Path, rng: np.random.Generator) -> None:
     system = eomgen.derive(ROOT / "examples" / scene)
     check_four_number_types(system, _state(system, rng), tmp_path)

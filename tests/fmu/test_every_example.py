@@ -1,5 +1,5 @@
-"""FMUs of every example, built from the sources: no warnings of the compiler, no findings of validators, the bits of
-``simulate`` in co-simulation, and model exchange against refined runs.
+"""FMUs of the covering examples, built from the sources: no warnings of the compiler, no findings of validators, the
+bits of ``simulate`` in co-simulation, and model exchange against refined runs.
 
 The C of both versions is the same but for the interface, so an example is exported in one version, in turn, and four
 examples in both."""
@@ -23,16 +23,15 @@ from scipy.integrate import solve_ivp
 import eomgen
 from eomgen.base.files import template_folder
 from eomgen.products.fmu.binary import platform_folder
+from tests.examples.covering import covering
 from tests.fmu.importers import Rows, columns, recorded, run, toolbox_findings, written
 from tests.fmu.test_linking import rebuilt_by_bd2cmake, rebuilt_by_fmpy
 
 Array = np.ndarray
 EXAMPLES = Path(__file__).parents[2] / "examples"
-SCENES = sorted(path.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.glob("*/scene.toml"))
-SCENES += ["pi_servo/sampled.toml", "heavy_top/joint_coordinates.toml", "heavy_top/r3xso3.toml", "heavy_top/se3.toml"]
 #: Their shared functions read and write different elements of one array, or have an argument that only others of their
 #: kind need: gcc warns of both.
-SHARING = ("hanging_chain/scene.toml", "misaligned_four_bar/scene.toml")
+SHARING = ("misaligned_four_bar/scene.toml",)
 #: Steps of the scene in a run of co-simulation.
 STEPS = 40
 #: Errors of model exchange by CVode at 1e-10, relative to the size of the motion: of a column the largest magnitude in
@@ -46,6 +45,13 @@ PRECISE: Any = {"rtol": 3e-14, "atol": 1e-15, "max_step": 1e-3}
 STIFF = ("misaligned_four_bar/scene.toml",)
 #: Examples in both versions: a loop, events, a car and a sampled controller. Other builders build their sources, too.
 BOTH = ("four_bar/scene.toml", "bouncing_ball/scene.toml", "active_vehicle/scene.toml", "pi_servo/sampled.toml")
+SCENES = covering(
+    [
+        *sorted(path.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.glob("*/scene.toml")),
+        *("pi_servo/sampled.toml", "heavy_top/joint_coordinates.toml", "heavy_top/r3xso3.toml", "heavy_top/se3.toml"),
+    ],
+    also=BOTH,
+)
 #: Examples and their versions.
 UNITS = [
     pytest.param(name, version, id=f"{version}-{name}")
@@ -53,11 +59,7 @@ UNITS = [
     for version in ((2, 3) if name in BOTH else (2 + place % 2,))
 ]
 #: Examples whose C takes ten seconds and more to derive and compile.
-LARGE = [
-    str(unit.id)
-    for unit in UNITS
-    if str(unit.values[0]).partition("/")[0] in ("cable_net", "unbalanced_shaft", "elastic_pendulum")
-]
+LARGE = [str(unit.id) for unit in UNITS if str(unit.values[0]).partition("/")[0] in ("cable_net", "unbalanced_shaft")]
 in_turn = pytest.mark.parametrize(("name", "version"), UNITS)
 
 

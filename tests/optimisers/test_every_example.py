@@ -1,5 +1,5 @@
-"""Functions for CasADi of every example: Jacobians and Hessians against complex steps of the C, and sparsity at 1000
-random states, as a table too. Steps against their formulas over complex functions of the model."""
+"""Functions for CasADi of the covering examples: Jacobians and Hessians against complex steps of the C, and
+sparsity at 1000 random states, as a table too. Steps against their formulas over complex functions of the model."""
 
 from __future__ import annotations
 
@@ -18,23 +18,19 @@ from eomgen.compiled.functions import Functions
 from eomgen.lie import numeric
 from eomgen.lie.groups import group_named
 from eomgen.lie.product import Factor, update
+from tests.examples.covering import covering
 from tests.mechanics.test_argument_derivatives import given, state_of
 from tests.optimisers.test_casadi import derivatives
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 Array = np.ndarray
 #: Examples whose functions take minutes to compile: nets, chains and beams of many bodies, rolling ellipsoids.
-LARGE = {"cable_net", "hanging_chain", "misaligned_four_bar", "rattleback", "unbalanced_shaft"}
-SCENES = sorted(path.parent.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.rglob("scene.toml"))
+LARGE = {"cable_net", "misaligned_four_bar", "rattleback", "unbalanced_shaft"}
+EVERY = sorted(path.parent.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.rglob("scene.toml"))
+SCENES = covering(EVERY)
 TESTED = [name for name in SCENES if name not in LARGE]
 #: Examples whose implicit step takes minutes in the Newton iterations of the oracle.
-LONG_STEPS = {
-    "elastic_slider_crank",
-    "slider_crank_spatial",
-    "slider_crank_planar",
-    "elastic_vehicle",
-    "elastic_pendulum",
-}
+LONG_STEPS = {"elastic_slider_crank", "slider_crank_spatial", "elastic_vehicle"}
 #: Examples with laws by cases.
 SWITCHING = {"active_quarter_car", "quarter_car_on_bump", "gear_with_backlash", "jerk_limited_arm", "bouncing_ball"}
 #: Random states for sparsity.
@@ -163,8 +159,6 @@ def largest(values: Array) -> float:
 
 
 @pytest.mark.long
-@pytest.mark.slow
-@pytest.mark.long_cases("elastic_pendulum", *LARGE)
 @pytest.mark.parametrize("example", SCENES)
 def test_derivatives_are_those_of_complex_steps(example: str, rng: np.random.Generator) -> None:
     for row in deviations(example, rng):
@@ -327,7 +321,7 @@ def consistent(model: eomgen.Model, rng: np.random.Generator) -> tuple[Array, Ar
 
 @pytest.mark.long_except_every(30)
 @pytest.mark.slow
-@pytest.mark.long_cases("elastic_pendulum", *LARGE)
+@pytest.mark.long_cases(*LARGE)
 @pytest.mark.parametrize("example", SCENES)
 def test_sparsity_is_exact_at_random_states(example: str, rng: np.random.Generator) -> None:
     for name, order, zero in always_zero(example, rng):
@@ -406,7 +400,7 @@ def main(words: list[str]) -> None:
         "| example | functions | nonzeros of Jacobians | of Hessians | Jacobians differ by | Hessians by | always 0 |",
         "|---|---|---|---|---|---|---|",
     ]
-    for example in words[1:] or SCENES:
+    for example in words[1:] or EVERY:
         rng = np.random.default_rng(37)
         rows = list(deviations(example, rng))
         zeros = sum(int(zero.sum()) for *_, zero in always_zero(example, rng))
