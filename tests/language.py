@@ -72,6 +72,8 @@ _STRING_OR_COMMENT = re.compile(
 _WORD = re.compile(r"[A-Za-z']+")
 #: Names of arguments at the heads of descriptions in a docstring: identifiers, not words.
 _ARGUMENTS = re.compile(r"^\s*\w+(?:, \w+)* : (?=\S)", re.MULTILINE)
+#: Between texts that are searched at once: no phrase and no name of an argument goes across.
+_BETWEEN = "\n\0\n"
 _BLOCK = re.compile(r"^```.*?^```$", re.DOTALL | re.MULTILINE)
 #: A blank line: paragraphs and headings are texts of their own.
 _PARAGRAPH = re.compile(r"\n\s*\n")
@@ -146,9 +148,9 @@ def counts_of(files: list[Path]) -> dict[str, int]:
             counts["words"] += len(_WORD.findall(text))
             counts["repeated"] += len(repetitions(text))
             counts["four of"] += file.suffix == ".py" and has_chain(text)
-            without_names = _ARGUMENTS.sub("", text)
-            for phrase, pattern in {**PHRASES, **PRONOUNS}.items():
-                counts[phrase] += len(pattern.findall(without_names))
+        without_names = _ARGUMENTS.sub("", _BETWEEN.join(texts))
+        for phrase, pattern in {**PHRASES, **PRONOUNS}.items():
+            counts[phrase] += len(pattern.findall(without_names))
         for name in NAMES:
             counts[f"name {name}"] += names.count(name)
     return counts

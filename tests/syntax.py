@@ -42,6 +42,9 @@ class Facts(NamedTuple):
     short: Sequence[tuple[str, int]]
     #: Complexity of each function above ``READABLE``.
     complexities: Sequence[tuple[str, int]]
+    #: Messages without a code, and texts within which a code stands: line and text.
+    unmarked: Sequence[str]
+    misplaced: Sequence[str]
 
 
 def nodes_of(tree: ast.AST) -> list[ast.AST]:
@@ -58,7 +61,9 @@ def nodes_of(tree: ast.AST) -> list[ast.AST]:
 
 
 def _facts(path: Path) -> Facts:
+    from eomgen.base.message_codes import CODE
     from tests import budgets, language, test_doors
+    from tests.messages import sentences
 
     source = path.read_text(encoding="utf-8")
     tree = ast.parse(source)
@@ -76,6 +81,8 @@ def _facts(path: Path) -> Facts:
         [function.name for _, function in budgets.functions(tree)],
         budgets.short_functions(source, tree),
         list(budgets.complex_functions(source, budgets.READABLE, tree)),
+        list(sentences.unmarked(source, nodes)),
+        list(sentences.misplaced_codes(nodes if CODE.search(source) else ())),
     )
 
 
@@ -83,7 +90,7 @@ def _facts(path: Path) -> Facts:
 def facts() -> dict[Path, Facts]:
     """Return the facts of each ``.py`` and ``.pyi`` file of the package, sorted by path."""
     gathering = hashlib.sha256()
-    for name in ("syntax", "budgets", "language", "test_doors"):
+    for name in ("syntax", "budgets", "language", "test_doors", "messages/sentences"):
         gathering.update((ROOT / "tests" / f"{name}.py").read_bytes() + b"\0")
 
     def key(file: Path) -> str:

@@ -6,13 +6,11 @@ is gone, so no code is used twice.
 
 from __future__ import annotations
 
-import ast
 import json
 import re
-from collections.abc import Iterator
 from pathlib import Path
 
-from eomgen.base.message_codes import CODE, EXAMPLES, PACKAGE, rows, sources, written_text
+from eomgen.base.message_codes import EXAMPLES, PACKAGE, rows, sources
 from tests.failures.catalogue import CHAPTERS
 from tests.failures.errors_page import shown_entry
 
@@ -22,11 +20,6 @@ LAST = Path(__file__).with_name("last_codes.json")
 _LONGEST_EXAMPLE = 420
 _NEW = re.compile(r" \[([EW])\](?=[\"']|; )")
 _USED = re.compile(r"\[([EW])(\d{4})\]")
-_ERRORS = ("Usage", "Description", "Model", "Toolchain", "Numerical", "File")
-#: A call whose text needs a code; a file without one is not parsed.
-_MESSAGE = re.compile(rf"\b(?:Problem|warn|(?:{'|'.join(_ERRORS)})\w{{5}})\s*\(")
-#: Letters of a text at least; one with fewer is part of another.
-_FEWEST = 6
 
 
 def examples() -> str:
@@ -59,26 +52,6 @@ def number_new(package: Path = PACKAGE) -> dict[str, int]:
         if _NEW.search(text):
             path.write_text(_NEW.sub(numbered, text), encoding="utf-8")
     return last
-
-
-def letters(text: str) -> int:
-    """Return the number of letters of a text."""
-    return sum(map(str.isalpha, text))
-
-
-def unmarked(package: Path = PACKAGE) -> Iterator[str]:
-    """Yield the places at which an error, a problem or a warning has a literal without a code."""
-    for path in sorted(package.rglob("*.py")):
-        source = path.read_text(encoding="utf-8")
-        for node in ast.walk(ast.parse(source)) if _MESSAGE.search(source) else ():
-            name = getattr(node.func, "id", getattr(node.func, "attr", "")) if isinstance(node, ast.Call) else ""
-            if not isinstance(node, ast.Call) or not (name in {"Problem", "warn"} or name[:-5] in _ERRORS):
-                continue
-            for given in node.args[int(name == "Problem") :][:1]:
-                parts = [given.body, given.orelse] if isinstance(given, ast.IfExp) else [given]
-                for written in map(written_text, parts):
-                    if letters(written) >= _FEWEST and not CODE.search(written):
-                        yield f"{path.relative_to(package)}:{node.lineno}: {written}"
 
 
 def main() -> int:

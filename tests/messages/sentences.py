@@ -4,28 +4,48 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from eomgen.base.message_codes import CODE, written_text
 
 #: A code in the middle of a text; a remedy may follow, as "; try: ..." or as "; ...".
 _MIDDLE = re.compile(r"\[[EW]\d{4}\](?!$|; )")
+_ERRORS = ("Usage", "Description", "Model", "Toolchain", "Numerical", "File")
+#: A call whose text needs a code; a file without one has no such text.
+_MESSAGE = re.compile(rf"\b(?:Problem|warn|(?:{'|'.join(_ERRORS)})\w{{5}})\s*\(")
+#: Letters of a text at least; one with fewer is part of another.
+_FEWEST = 6
 _SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
 #: Values that may be the text of a message; a call makes a new text of its own.
 _TEXTS = (ast.Constant, ast.JoinedStr, ast.IfExp, ast.BinOp, ast.Name)
 
 
-def misplaced_codes(source: str) -> Iterator[tuple[int, str]]:
-    """Yield line and text of each literal that continues behind a code, and of each text with two codes.
+def unmarked(source: str, nodes: Iterable[ast.AST]) -> Iterator[str]:
+    """Yield line and text of each error, problem or warning that has a literal without a code, in the nodes of a
+    source."""
+    for node in nodes if _MESSAGE.search(source) else ():
+        name = getattr(node.func, "id", getattr(node.func, "attr", "")) if isinstance(node, ast.Call) else ""
+        if not isinstance(node, ast.Call) or not (name in {"Problem", "warn"} or name[:-5] in _ERRORS):
+            continue
+        for given in node.args[int(name == "Problem") :][:1]:
+            parts = [given.body, given.orelse] if isinstance(given, ast.IfExp) else [given]
+            for written in map(written_text, parts):
+                if letters(written) >= _FEWEST and not CODE.search(written):
+                    yield f"{node.lineno}: {written}"
+
+
+def misplaced_codes(nodes: Iterable[ast.AST]) -> Iterator[str]:
+    """Yield line and text of each literal that continues behind a code, and of each text with two codes, in the nodes
+    of a source.
 
     Names that hold a text with a code are followed from statement to statement: no text is added to such a name, and a
     literal around such a name adds no more than a place before it and a remedy behind it.
     """
-    for scope in ast.walk(ast.parse(source)):
+    for scope in nodes:
         if isinstance(scope, (ast.Module, *_SCOPES)):
             coded: set[str] = set()
             for statement in scope.body:
-                yield from _misplaced(statement, coded)
+                yield from (f"{line}: {text}" for line, text in _misplaced(statement, coded))
 
 
 def _misplaced(node: ast.AST, coded: set[str]) -> Iterator[tuple[int, str]]:
@@ -56,6 +76,11 @@ def _faults_of_literal(node: ast.JoinedStr | ast.Constant, coded: set[str]) -> I
             rest = written_text(ast.JoinedStr(values=parts[place + 1 :]))
             if CODE.search(text) or (rest and not rest.startswith(("; ", ", or "))):
                 yield node.lineno, text
+
+
+def letters(text: str) -> int:
+    """Return the number of letters of a text."""
+    return sum(map(str.isalpha, text))
 
 
 def _is_docstring(node: ast.AST) -> bool:

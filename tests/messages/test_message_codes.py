@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import pickle
 import re
@@ -30,8 +31,8 @@ from eomgen.scene.document.schema import every_document
 from eomgen.simulation.judgement.register import CHECKS
 from tests.failures.catalogue import CHAPTERS
 from tests.messages import catalogue
-from tests.messages.catalogue import letters, unmarked
-from tests.messages.sentences import misplaced_codes
+from tests.messages.sentences import letters, misplaced_codes, unmarked
+from tests.syntax import facts
 
 DOCUMENT = every_document()
 ROOT = Path(__file__).parents[2]
@@ -56,7 +57,8 @@ def test_the_examples_are_those_of_bad_inputs() -> None:
 
 
 def test_each_error_and_warning_has_a_code_at_its_text() -> None:
-    missing = [place for place in unmarked() if not AROUND.fullmatch(place.partition(": ")[2])]
+    missing = [f"{path}:{place}" for path, row in facts().items() for place in row.unmarked]
+    missing = [place for place in missing if not AROUND.fullmatch(place.partition(": ")[2])]
     assert missing == [], f"[E] or [W] at the end of the text, then: {catalogue.COMMAND}"
 
 
@@ -122,9 +124,9 @@ def test_the_last_codes_are_not_below_those_of_the_source() -> None:
     assert all(int(code[1:]) <= last[code[0]] for code in codes()), f"run: {catalogue.COMMAND}"
 
 
-def test_an_error_without_a_code_is_found(tmp_path: Path) -> None:
-    rows_of(tmp_path / "no", 'raise ModelError("the gate is narrow")\nraise ModelError("the gate is low [E0001]")\n')
-    assert [place.partition(": ")[2] for place in unmarked(tmp_path / "no" / "eomgen")] == ["the gate is narrow"]
+def test_an_error_without_a_code_is_found() -> None:
+    source = 'raise ModelError("the gate is narrow")\nraise ModelError("the gate is low [E0001]")\n'
+    assert list(unmarked(source, ast.walk(ast.parse(source)))) == ["1: the gate is narrow"]
 
 
 def test_a_text_carries_its_code_to_the_problem() -> None:
@@ -153,10 +155,13 @@ def test_codes_are_unique() -> None:
 
 
 def test_a_code_ends_its_fault_and_no_text_has_two() -> None:
-    found = {
-        f"{module}:{line}: {text}" for module, source in sources().items() for line, text in misplaced_codes(source)
-    }
-    assert not found, "\n".join(["write the whole fault with its one code at the end:", *sorted(found)])
+    found = [f"{path}:{place}" for path, row in facts().items() for place in row.misplaced]
+    assert not found, "\n".join(["write the whole fault with its one code at the end:", *found])
+
+
+def misplaced(source: str) -> list[str]:
+    """Return the misplaced codes of a source."""
+    return list(misplaced_codes(ast.walk(ast.parse(source))))
 
 
 @pytest.mark.parametrize(
@@ -173,8 +178,7 @@ def test_a_code_ends_its_fault_and_no_text_has_two() -> None:
     ],
 )
 def test_a_code_within_a_sentence_is_found(statements: str) -> None:
-    assert list(misplaced_codes(statements))
-    assert list(misplaced_codes(f"def check():\n    {statements}"))
+    assert misplaced(statements) and misplaced(f"def check():\n    {statements}")
 
 
 def test_a_place_and_a_remedy_may_stand_around_a_fault() -> None:
@@ -185,7 +189,7 @@ def check(place):
     fault = "narrow"
     raise UsageError(Problem(place, f"the gate is {fault} [E0013]", "a wider gate"))
 """
-    assert not list(misplaced_codes(source))
+    assert not misplaced(source)
 
 
 def test_a_remedy_stands_next_to_its_fault() -> None:

@@ -40,8 +40,10 @@ class Imported:
     data: mujoco.MjData
 
     @classmethod
-    def of(cls, path: Path, terms: tuple[str, ...] = ("mass", "residual"), **options: object) -> Imported:
-        scene = load(path, **options)
+    def of(
+        cls, path: Path, terms: tuple[str, ...] = ("mass", "residual"), scene: Scene | None = None, **options: object
+    ) -> Imported:
+        scene = scene or load(path, **options)
         spec = mujoco.MjSpec.from_file(str(path))
         spec.compiler.fusestatic = False
         model = spec.compile()

@@ -64,7 +64,7 @@ def _is_silent(file: Path, text: str, unchanged: Scene, *, scene_alone: bool, **
     if scene_alone:
         return scene == unchanged
     terms = ("mass", "residual", "internal_rate", *(("outputs",) if scene.outputs else ()))
-    imported = Imported.of(file, terms=terms, **options)
+    imported = Imported.of(file, terms, scene)
     if max(imported.errors(states=3)) > 1e-10:
         return True
     rates, theirs = imported.rates(states=3)
