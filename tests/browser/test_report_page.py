@@ -65,7 +65,7 @@ document.body.dataset.told = JSON.stringify(told);
 </script>"""
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_charts_have_a_size_of_their_own_on_paper(browser: Browser, tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_text(PENDULUM_TOML, encoding="utf-8")
     model = eomgen.build(tmp_path / "scene.toml", profile="quick")

@@ -264,7 +264,7 @@ def check(folder: Path, pair: tuple[str, str], number: int) -> None:
 PAIRS = [(one, other) for one in FORMATS for other in (*FORMATS, "sympy")]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_arm_is_equal_in_all_pairs_of_formats(tmp_path: Path) -> None:
     """To 1e-12 in the equations at random states, in 20 pairs."""
     for pair in PAIRS:

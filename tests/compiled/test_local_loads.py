@@ -12,7 +12,7 @@ from tests.models.cosserat import beam_scene
 __all__ = ["shared_cache"]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_beam_falls_through_drag_with_its_terminal_velocity_and_shape() -> None:
     """With drag of 1 + cos(2 pi s) times its mean, EI w'''' = -mg cos(kx) about the middle, ends free."""
     weight, EI, wave = 0.5, 500.0, 2.0 * np.pi / 10.0

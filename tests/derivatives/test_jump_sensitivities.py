@@ -73,6 +73,7 @@ def servo(sample: float = 0.02, **keys: Any) -> SceneBuilder:
     return builder.output("way", formula="q.rail").output("speed", formula="v.rail")
 
 
+@pytest.mark.slow_cases("0.02-0.007")
 @pytest.mark.long_except("0.02-0.007")
 @pytest.mark.parametrize(("sample", "delay"), [(0.02, 0.0), (0.025, 0.0), (0.02, 0.007)])
 def test_a_sampled_loop_has_the_derivatives_of_its_difference_equation(sample: float, delay: float) -> None:

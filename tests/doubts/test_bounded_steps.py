@@ -29,6 +29,7 @@ def names(run: eomgen.Solution) -> set[str]:
     return {finding.name for finding in run.findings}
 
 
+@pytest.mark.slow_cases("linear table over place-generalized_alpha_adaptive", "kick at a tunable time-rk45")
 @pytest.mark.long_except("kick at a tunable time-rk45", "linear table over place-generalized_alpha_adaptive")
 @pytest.mark.parametrize("method", ["rk45", "generalized_alpha_adaptive"])
 @pytest.mark.parametrize("law", ["kick at a tunable time", "linear table over place"])

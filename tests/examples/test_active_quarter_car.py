@@ -28,6 +28,7 @@ def script() -> dict[str, Any]:
     return runpy.run_path(str(FOLDER / "compare.py"))
 
 
+@pytest.mark.long_cases("skyhook-printed1")
 @pytest.mark.long_cases("passive-printed0")
 @pytest.mark.slow
 @pytest.mark.parametrize(

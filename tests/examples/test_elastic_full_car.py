@@ -129,9 +129,7 @@ def test_runs_are_sums_of_harmonic_responses(model: eomgen.Model, script: dict[s
         assert np.abs(found - values).max() < 5e-3 * np.abs(values).max(), name
 
 
-@pytest.mark.long_except_every(2)
-@pytest.mark.slow
-@pytest.mark.long_cases("passive")
+@pytest.mark.long
 @pytest.mark.parametrize("suspension", SUSPENSIONS)
 def test_covariance_is_the_integral_of_the_spectrum(
     model: eomgen.Model, script: dict[str, Any], suspension: str

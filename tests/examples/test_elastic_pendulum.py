@@ -28,7 +28,7 @@ def distances(path: Path) -> tuple[float, float, eomgen.Solution]:
     return float(np.linalg.norm(tip, axis=1).max()), float(np.linalg.norm(middle, axis=1).max()), run
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_it_swings_as_geometrically_exact_beams_do_and_keeps_its_energy() -> None:
     tip, middle, run = distances(SCENE)
     assert tip < 3e-4 and middle < 4e-4

@@ -76,6 +76,7 @@ def test_3_values_that_a_scene_refuses_are_refused_at_the_run() -> None:
         model.simulate(1.0, 1e-3, parameters={"T": -0.01})
 
 
+@pytest.mark.long_cases("0.0-1e-07")
 @pytest.mark.long_cases("0.0-0.001")
 @pytest.mark.parametrize(("place", "step"), [(0.0, 1e-3), (0.0, 1e-7), (1e4, 1e-5), (1e6, 1e-4)])
 def test_4_multipliers_of_index_3_are_those_of_the_equations_or_doubted(place: float, step: float) -> None:

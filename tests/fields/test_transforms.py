@@ -103,6 +103,7 @@ def test_trajectories_go_back_and_samples_come_again(transforms: str, precision:
     assert one.power == pytest.approx(other.power, rel=1e-5 if precision == "single" else 1e-10, nan_ok=True)
 
 
+@pytest.mark.slow_cases("single")
 @pytest.mark.long_except("single")
 @pytest.mark.parametrize("precision", ["double", "single"])
 def test_threads_that_share_arrays_give_the_same_bits(precision: str, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -190,6 +190,7 @@ TABLE = {
 }
 
 
+@pytest.mark.long_cases("R3xSO3-stabilised")
 @pytest.mark.slow
 @pytest.mark.long_cases("R3xSO3-index3", "SE3-stabilised", "SE3-index3")
 @pytest.mark.parametrize(("group", "form"), TABLE)

@@ -58,6 +58,7 @@ def test_a_tyre_in_c_is_the_tyre_by_definitions(folder: Path, *, partials: bool)
     assert partials or slopes > 1e-14
 
 
+@pytest.mark.slow_cases("rk4")
 @pytest.mark.long_except("rk4", "generalized_alpha")
 @pytest.mark.parametrize("method", ["rk4", "rosenbrock", "generalized_alpha", "dopri5"])
 def test_runs_by_a_law_are_runs_by_the_formula(folder: Path, method: str) -> None:

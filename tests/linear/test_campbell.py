@@ -98,6 +98,7 @@ def test_critical_speeds_are_roots_of_their_own_polynomial(overhung: eomgen.Mode
     assert f"1x at {of_order_1[0]:.6g}" in repr(diagram) and "<td" in diagram._repr_html_()
 
 
+@pytest.mark.slow_cases("2")
 @pytest.mark.long_except("2", "10")
 @pytest.mark.parametrize("after", [2, 5, 9, 10])
 def test_ctrl_c_keeps_the_values_and_crossings_so_far(overhung: eomgen.Model, after: int) -> None:

@@ -153,6 +153,7 @@ def test_neighbouring_motions(name: str, rng: np.random.Generator) -> None:
     assert np.max(np.abs(found - np.eye(size))) > 1e-2
 
 
+@pytest.mark.long_cases("drone")
 @pytest.mark.long_cases("drone on a cord", "slider crank of absolute bodies")
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["drone", "drone on a cord", "slider crank of absolute bodies"])

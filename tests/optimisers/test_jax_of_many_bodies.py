@@ -43,7 +43,7 @@ def arrays(jaxpr: Any) -> Iterator[Any]:
                 yield from arrays(part.jaxpr)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_second_derivatives_of_two_free_bodies() -> None:
     jax.config.update("jax_enable_x64", True)
     model = turning_bodies()

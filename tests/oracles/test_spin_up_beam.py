@@ -38,6 +38,7 @@ def test_set_b_moves_as_published(modes: int, peak: float) -> None:
         assert run.residual == pytest.approx(8.30e-3, abs=6e-6)
 
 
+@pytest.mark.slow
 def test_without_stiffening_the_beam_runs_away() -> None:
     run = simulate(SET_A, 3, end=15.0, stiffening=False)
     assert run.deflection([10.0, 15.0]) == pytest.approx([-72.0, -8.1e10], rel=7e-3)

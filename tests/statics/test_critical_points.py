@@ -99,6 +99,7 @@ def elastica(load: float) -> tuple[float, float]:
     return 2.0 * ellipe(k**2) / ellipk(k**2) - 1.0, 2.0 * k / ellipk(k**2)
 
 
+@pytest.mark.slow_cases("100000.0-2.0")
 @pytest.mark.long_except("100000.0-2.0")
 @pytest.mark.parametrize(("stretch", "factor"), [(16e4, 1.2), (16e6, 1.5), (1e5, 2.0)])
 def test_rest_past_buckling_does_not_depend_on_the_last_digit(column: Model, stretch: float, factor: float) -> None:
@@ -235,6 +236,7 @@ def elastica_across(load: float) -> Array:
     return np.asarray(y[2:, -1])
 
 
+@pytest.mark.slow_cases("30.0-False", "150.0-True")
 @pytest.mark.long_except("30.0-False", "150.0-True")
 @pytest.mark.parametrize(("load", "noted"), [(3.0, False), (30.0, False), (100.0, True), (150.0, True)])
 def test_rest_of_a_beam_with_too_few_elements_says_by_how_much_it_is_off(load: float, noted: bool) -> None:

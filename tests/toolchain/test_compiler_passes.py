@@ -111,7 +111,7 @@ def _bits(model: Model) -> tuple[dict[str, bytes], Array]:
     return bits, np.hstack([solution.q, solution.v])
 
 
-@pytest.mark.long_cases("four_bar-fast")
+@pytest.mark.long_cases("four_bar-fast", "four_bar-reproducible", "elastic_slider_crank-fast")
 @pytest.mark.slow_cases("quarter_car-fast")
 @pytest.mark.parametrize(
     ("example", "profile"),

@@ -101,7 +101,7 @@ def test_a_file_is_for_its_machine_and_prints_the_same_digits(name: str, folder:
 
 
 @needs_zig
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_command_reports_code_stack_and_the_work_of_a_step(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

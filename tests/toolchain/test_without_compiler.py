@@ -121,6 +121,7 @@ def test_what_has_to_be_compiled_says_so(change: str, shipped: Path, tmp_path: P
     )
 
 
+@pytest.mark.slow
 def test_a_compiler_that_cc_names_wrongly_is_no_missing_one(shipped: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("EOMGEN_CACHE", str(shipped / "cache"))
     monkeypatch.setenv("CC", "no-such-cc")
