@@ -14,6 +14,7 @@ import gc
 import sys
 import zlib
 from collections.abc import Generator, Sequence
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -57,6 +58,18 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         providers.is_local_module_file = lambda path: False  # type: ignore[attr-defined]
     if mujoco := sys.modules.get("mujoco"):  # its warnings are lines of a file in the present folder otherwise
         mujoco.set_mju_user_warning(lambda text: None)
+
+
+#: Mark that each file with cases of a tier names, by the expression that takes the tier.
+_MARK_OF_TIER = {"slow and not long": "mark.slow", "long": "mark.long"}
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Leave out files without a case of the chosen tier: to import them takes half a minute."""
+    tier = _MARK_OF_TIER.get(config.getoption("markexpr"))
+    if tier is None or not collection_path.match("test_*.py"):
+        return None
+    return tier not in collection_path.read_text(encoding="utf-8") or None
 
 
 @pytest.hookimpl(wrapper=True)

@@ -82,6 +82,14 @@ def test_a_name_that_is_no_case_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("expression", "read"), [("slow and not long", True), ("long", False)])
+def test_files_without_a_case_of_the_tier_are_not_imported(expression: str, read: bool, tmp_path: Path) -> None:
+    (tmp_path / "test_other.py").write_text("import pytest, nowhere\n\n@pytest.mark.slow\ndef test(): ...\n", "utf-8")
+    _, screen = _collected(tmp_path, FILE, expression)
+    assert ("No module named 'nowhere'" in screen) is read
+
+
+@pytest.mark.slow
 def test_parts_hold_each_test_once(tmp_path: Path) -> None:
     whole, _ = _collected(tmp_path, FILE, "")
     parts = [_collected(tmp_path, FILE, "", f"--part={number}/3")[0] for number in range(3)]
