@@ -23,7 +23,7 @@ PACKAGE = ROOT / "eomgen"
 class Facts(NamedTuple):
     """Facts of a file; its tree would fill the memory."""
 
-    #: Imported modules, and the name of the ``Kind`` of import of each.
+    #: Imported modules, names that they are asked for, and the name of the ``Kind`` of each import.
     imports: Sequence[Sequence[str]]
     identifiers: Sequence[str]
     #: Lines that execute a text, and the functions by which they do so.
@@ -70,7 +70,7 @@ def _facts(path: Path) -> Facts:
     nodes = nodes_of(tree)
     texts, names = language.of_nodes(source, nodes)
     return Facts(
-        [(name, kind.name) for name, kind in test_doors.imports_of(path, tree)],
+        [(module, name, kind.name) for module, name, kind in test_doors.imports_of(path, tree)],
         sorted(test_doors.identifiers(nodes)),
         list(test_doors.evaluations(nodes)),
         list(test_doors.foreign(nodes)),
@@ -86,6 +86,12 @@ def _facts(path: Path) -> Facts:
     )
 
 
+def record_of(package: Path) -> Path:
+    """Return the file of the facts of a package."""
+    folder = Path(tempfile.gettempdir()) / f"eomgen-syntax-{os.getuid() if hasattr(os, 'getuid') else 'user'}"
+    return folder / f"{hashlib.sha256(str(package).encode()).hexdigest()}.json"
+
+
 @cache
 def facts() -> dict[Path, Facts]:
     """Return the facts of each ``.py`` and ``.pyi`` file of the package, sorted by path."""
@@ -95,16 +101,15 @@ def facts() -> dict[Path, Facts]:
 
     def key(file: Path) -> str:
         digest = gathering.copy()
-        digest.update(f"{file}\0".encode() + file.read_bytes())
+        digest.update(f"{file.relative_to(PACKAGE)}\0".encode() + file.read_bytes())
         return digest.hexdigest()
 
     keys = {file: key(file) for file in sorted([*PACKAGE.rglob("*.py"), *PACKAGE.rglob("*.pyi")])}
-    folder = Path(tempfile.gettempdir()) / f"eomgen-syntax-{os.getuid() if hasattr(os, 'getuid') else 'user'}"
-    record = folder / f"{hashlib.sha256(str(PACKAGE).encode()).hexdigest()}.json"
+    record = record_of(PACKAGE)
     known = json.loads(record.read_text(encoding="utf-8")) if record.is_file() else {}
     made = {file: Facts(*known[key]) if key in known else _facts(file) for file, key in keys.items()}
     if keys.values() - known.keys():
-        folder.mkdir(exist_ok=True)
+        record.parent.mkdir(exist_ok=True)
         part = record.with_suffix(f".{os.getpid()}")
         part.write_text(json.dumps({key: made[file] for file, key in keys.items()}), encoding="utf-8")
         part.replace(record)

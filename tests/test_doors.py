@@ -640,8 +640,8 @@ def _modules() -> tuple[tuple[str, Path], ...]:
     return tuple(found)
 
 
-def imports_of(path: Path, tree: ast.Module) -> tuple[tuple[str, Kind], ...]:
-    """Return every imported module, and when it is imported."""
+def imports_of(path: Path, tree: ast.Module) -> tuple[tuple[str, str, Kind], ...]:
+    """Return every imported module, the name that it is asked for, if any, and when it is imported."""
     kinds: dict[ast.AST, Kind] = {}
 
     def walk(node: ast.AST, kind: Kind) -> None:
@@ -660,12 +660,10 @@ def imports_of(path: Path, tree: ast.Module) -> tuple[tuple[str, Kind], ...]:
     found = []
     for node, kind in kinds.items():
         if isinstance(node, ast.Import):
-            found += [(alias.name, kind) for alias in node.names]
+            found += [(alias.name, "", kind) for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}: relative imports hide which door is used"
-            module = node.module or ""
-            submodules = [f"{module}.{alias.name}" for alias in node.names]
-            found += [(name if _is_module(name) else module, kind) for name in submodules]
+            found += [(node.module or "", alias.name, kind) for alias in node.names]
     return tuple(dict.fromkeys(found))
 
 
@@ -685,8 +683,9 @@ def _own() -> Iterator[tuple[str, str, Kind]]:
 def _imports() -> Iterator[tuple[str, str, Kind]]:
     """Yield importing module, imported module and kind of all imports."""
     for module, path in _modules():
-        for name, kind in facts()[path].imports:
-            yield module, name, Kind[kind]
+        for whole, part, kind in facts()[path].imports:
+            name = f"{whole}.{part}"
+            yield module, name if part and _is_module(name) else whole, Kind[kind]
 
 
 def room_of(module: str) -> str:
@@ -896,7 +895,7 @@ def evaluations(nodes: Sequence[ast.AST]) -> Iterator[str]:
 def test_nothing_is_evaluated_or_unpickled() -> None:
     wrong = []
     for module, path in _modules():
-        imports = (name for name, _ in facts()[path].imports)
+        imports = (name for name, _, _ in facts()[path].imports)
         wrong += [f"{module} imports {name}" for name in imports if name.split(".")[0] in NO_PICKLE_NO_EVAL]
         wrong += [f"{module}:{place}" for place in facts()[path].evaluations]
     assert wrong == []

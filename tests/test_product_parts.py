@@ -12,6 +12,7 @@ import pytest
 
 from eomgen.base.products import products
 from tests.product_parts import RENEWALS, ROOT, dependents, paths_of, strays
+from tests.syntax import PACKAGE, facts, record_of
 
 #: Tests of the core that hold without a product.
 HELD = (
@@ -41,11 +42,14 @@ def test_tests_elsewhere_import_nothing_of_a_product(product: str) -> None:
 @pytest.mark.parametrize("product", products())
 def test_a_product_is_removed_by_its_paths(product: str, tmp_path: Path) -> None:
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    for name in listed.splitlines():
+    compiled = (file.relative_to(ROOT).as_posix() for file in (ROOT / "eomgen").rglob("*.pyc"))
+    for name in (*listed.splitlines(), *compiled):
         target = tmp_path / name
         target.parent.mkdir(parents=True, exist_ok=True)
         if (ROOT / name).is_file():
-            shutil.copy(ROOT / name, target)
+            shutil.copy2(ROOT / name, target)  # with its time, by which Python takes the compiled module
+    facts()
+    shutil.copy(record_of(PACKAGE), record_of(tmp_path / "eomgen"))
     for path in (path for one in dependents(product) for path in paths_of(one)):
         shutil.rmtree(tmp_path / path) if (tmp_path / path).is_dir() else (tmp_path / path).unlink(missing_ok=True)
     environment = {**os.environ, "PYTHONPATH": str(tmp_path), "EOMGEN_CACHE": str(tmp_path / "cache")}

@@ -45,21 +45,20 @@ PRECISE: Any = {"rtol": 3e-14, "atol": 1e-15, "max_step": 1e-3}
 STIFF = ("misaligned_four_bar/scene.toml",)
 #: Examples in both versions: a loop, events, a car and a sampled controller. Other builders build their sources, too.
 BOTH = ("four_bar/scene.toml", "bouncing_ball/scene.toml", "active_vehicle/scene.toml", "pi_servo/sampled.toml")
-SCENES = covering(
-    [
-        *sorted(path.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.glob("*/scene.toml")),
-        *("pi_servo/sampled.toml", "heavy_top/joint_coordinates.toml", "heavy_top/r3xso3.toml", "heavy_top/se3.toml"),
-    ],
-    also=BOTH,
-)
+EVERY = [
+    *sorted(path.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.glob("*/scene.toml")),
+    *("pi_servo/sampled.toml", "heavy_top/joint_coordinates.toml", "heavy_top/r3xso3.toml", "heavy_top/se3.toml"),
+]
+SCENES = covering(EVERY, also=BOTH)
 #: Examples and their versions.
 UNITS = [
     pytest.param(name, version, id=f"{version}-{name}")
-    for place, name in enumerate(SCENES)
+    for place, name in enumerate(EVERY)
     for version in ((2, 3) if name in BOTH else (2 + place % 2,))
+    if name in SCENES
 ]
-#: Examples whose C takes ten seconds and more to derive and compile.
-LARGE = [str(unit.id) for unit in UNITS if str(unit.values[0]).partition("/")[0] in ("cable_net", "unbalanced_shaft")]
+#: Units of the second tier, of both versions, with rows of a table and with samples.
+SECOND = ("2-active_quarter_car/scene.toml", "3-half_car_on_measured_road/scene.toml", "3-pi_servo/sampled.toml")
 in_turn = pytest.mark.parametrize(("name", "version"), UNITS)
 
 
@@ -99,20 +98,17 @@ def sources_of(name: str, version: int) -> Path:
     return folder
 
 
-@pytest.mark.long_except_every(6)
 @pytest.mark.slow
-@pytest.mark.long_cases(*LARGE)
+@pytest.mark.long_except(*SECOND)
 @in_turn
-@pytest.mark.long_except_every(5)
 def test_validators_have_no_findings(name: str, version: int) -> None:
     file = file_of(name, version).with_suffix(".fmu")
     assert validate_fmu(str(file)) == []
     assert toolbox_findings(file) == []
 
 
-@pytest.mark.long_except_every(6)
 @pytest.mark.slow
-@pytest.mark.long_cases(*LARGE)
+@pytest.mark.long_except(*SECOND)
 @in_turn
 def test_co_simulation_has_the_bits_of_simulate(name: str, version: int) -> None:
     simulation = scene_of(name).simulation
@@ -201,11 +197,9 @@ def gear_rows(times: Array) -> Rows:
     return dict(zip(("q.motor", "q.load", "v.motor", "v.load"), q.T, strict=True)) | {"twist": q[:, 0] / 3.0 - q[:, 1]}
 
 
-@pytest.mark.long_except_every(6)
 @pytest.mark.slow
-@pytest.mark.long_cases(*LARGE)
+@pytest.mark.long_except(*SECOND)
 @in_turn
-@pytest.mark.long_except_every(3)
 def test_model_exchange_meets_a_refined_run(name: str, version: int) -> None:
     simulation = scene_of(name).simulation
     interval = simulation.step
