@@ -12,7 +12,7 @@ import os
 import re
 import shutil
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -60,6 +60,8 @@ class Part:
         Places of its pages in the order of the list.
     captions : mapping, optional
         Headings of the list, by the place of the first page below each.
+    gains : mapping, optional
+        Result of each page, by place: a line of the list in place of the title alone.
     """
 
     place: str
@@ -67,6 +69,7 @@ class Part:
     text: str
     pages: tuple[str, ...] = ()
     captions: Mapping[str, str] = field(default_factory=dict)
+    gains: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass
@@ -196,8 +199,19 @@ def contents(part: Part) -> str:
         listed = part.pages[start:end]
         heading = f"\n## {part.captions[listed[0]]}\n" if listed[0] in part.captions else ""
         pages = "\n".join(os.path.relpath(place, here) for place in listed)
-        text += f"{heading}\n```{{toctree}}\n:maxdepth: 1\n\n{pages}\n```\n"
+        lines = "".join(f"- {part.gains[place]}\n" for place in listed if place in part.gains)
+        text += f"{heading}\n{lines}\n" if lines else f"{heading}\n"
+        text += f"```{{toctree}}\n{':hidden:' if lines else ':maxdepth: 1'}\n\n{pages}\n```\n"
     return text
+
+
+def gain(page: Page) -> str:
+    """Return the line of a how-to page in the list: title, and first sentence, which starts with "You get"."""
+    title, _, rest = page.text.partition("\n\n")
+    found = re.match(r"You get (.+?[.])(?=\s)", rest, re.DOTALL)
+    if found is None:
+        raise ValueError(f"{page.source}: the first sentence does not start with You get")
+    return f"[{title[2:]}]({Path(page.place).name}.md): {' '.join(found[1].split())}"
 
 
 #: Paths by which pages link to pages that a build of the site makes.
@@ -305,6 +319,7 @@ def parts(site: Site) -> list[Part]:
             "One task on each page. Every block runs as it stands.",
             under("how_to", *(name for names in HOW_TO.values() for name in names)),
             {f"how_to/{names[0]}": subject for subject, names in HOW_TO.items()},
+            {place: gain(page) for place, page in site.pages.items() if place.startswith("how_to/")},
         ),
         ("guide/contents", "Guides", "All uses of one subject, with options.", ("guide/index", *under("guide"))),
         (
@@ -345,7 +360,7 @@ def site_pages(generated: Iterable[Page]) -> Site:
     made = parts(site)
     for part in made:
         places = tuple(place for place in part.pages if place != part.place)
-        site.add(Page(part.place, contents(Part(part.place, part.title, part.text, places, part.captions))))
+        site.add(Page(part.place, contents(replace(part, pages=places))))
     front, tops = site.pages["index"], [part.place for part in made if part.place.count("/") == 1]
     tops.insert(tops.index("project/index"), "gallery/contents")
     tree = "\n".join(tops)

@@ -201,7 +201,11 @@ def test_every_how_to_page_has_a_subject() -> None:
     assert sorted(pages) == sorted(name for names in HOW_TO.values() for name in names)
     front = site().pages["index"].text
     assert all(f"](how_to/{name}.md)" in front for name in pages)
-    assert "## Vibration\n\n```{toctree}\n:maxdepth: 1\n\nnatural_" in site().pages["how_to/index"].text
+    listed = site().pages["how_to/index"].text
+    assert (
+        "\n## Vibration\n\n- [Find natural frequencies and mode shapes](natural_frequencies_and_modes.md): " in listed
+    )
+    assert listed.count("\n- [") == len(pages) and ":hidden:\n\nnatural_" in listed
 
 
 @pytest.mark.slow
