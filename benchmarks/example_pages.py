@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = ROOT / "docs" / "examples"
-#: Demands of a page's table, and those of its sentence.
+#: Demands of a page's table, and of the table of all pages.
 DEMANDS = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8)
 TOLD = (1e-3, 1e-6)
 BEGIN, END = "<!-- measured -->", "<!-- end of the measured part -->"
@@ -144,12 +144,12 @@ def section(name: str, study: Tradeoff, told: Mapping[str, Any]) -> str:
     told : what ``eomgen info --json`` says of the scene
     """
     start, end, _ = study.span
-    what = "the state (the larger error of q and v)" if study.quantity == "state" else f"`{study.quantity}`"
+    what = "the state" if study.quantity == "state" else f"`{study.quantity}`"
     machine = f"{study.machine['processor']}, {study.machine['compiler']}"
     lines = [
         "## Size",
         "",
-        f"{size(told)} (`eomgen info {scene_of(name)}`)",
+        size(told),
         "",
         "## Speed against accuracy",
         "",
@@ -157,8 +157,7 @@ def section(name: str, study: Tradeoff, told: Mapping[str, Any]) -> str:
         "",
         f"![Time and error of the cheapest runs]({name}.png)",
         "",
-        f"Errors: the largest over {end - start:.4g} s of {what}, relative. Times: the processor's, for all steps.",
-        f"{machine}.",
+        f"Largest relative errors of {what} over {end - start:.4g} s; {machine}.",
         "",
         "| demand | cheapest that meets it | step or tolerance | error | time |",
         "|---|---|---|---|---|",
@@ -167,7 +166,7 @@ def section(name: str, study: Tradeoff, told: Mapping[str, Any]) -> str:
         best = study.best(demand)
         cells = ["none meets it", "", "", ""] if best is None else _cells(study, best)
         lines.append(f"| {power(demand)} | {' | '.join(cells)} |")
-    lines += ["", " ".join([*(advice(study, demand) for demand in TOLD), own_settings(study)])]
+    lines += ["", own_settings(study)]
     by, bar = study.reference["by"], study.uncertainty
     lines += ["", f"The reference, {by}, is known to {bar:.0e} by {study.reference['held against']}."]
     return "\n".join(lines)
@@ -194,14 +193,6 @@ def size(told: Mapping[str, Any]) -> str:
         if key in functions
     ]
     return f"{', '.join(parts)}. Floating-point operations: {', '.join(flops)}."
-
-
-def advice(study: Tradeoff, demand: float) -> str:
-    """Return a sentence on what to take for a demand."""
-    best = study.best(demand)
-    if best is None:
-        return f"No run of this study has an error of {power(demand)}."
-    return f"For {power(demand)} take {_words(best)}: {_time(best.seconds)}."
 
 
 def own_settings(study: Tradeoff) -> str:
