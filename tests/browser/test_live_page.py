@@ -148,7 +148,7 @@ told.marks = ticksOf(-45, 45, 2.6).ticks;
 """
 
 
-@pytest.mark.long_except_every(2)
+@pytest.mark.long_except("1280")
 @pytest.mark.slow
 @pytest.mark.parametrize("width", [500, 1280])
 def test_no_text_of_a_plot_is_cut_and_every_curve_is_named(width: int, browser: Browser, tmp_path: Path) -> None:

@@ -215,7 +215,7 @@ def test_rest_that_nothing_determines_or_beside_what_moves() -> None:
     )
 
 
-@pytest.mark.long_except_every(2)
+@pytest.mark.long_except("trapezoidal-initial1")
 @pytest.mark.parametrize(
     ("method", "initial"),
     [

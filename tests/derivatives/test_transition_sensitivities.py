@@ -124,7 +124,7 @@ def test_a_plate_on_a_rod_of_tunable_length(method: str) -> None:
     check(hanging(), method, ["mass", "length", "drag", "q.y", "v.y"], start)
 
 
-@pytest.mark.long_except_every(2)
+@pytest.mark.long_except("rk4_partitioned")
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["rattlie", "rk4_partitioned"])
 def test_a_loop_driven_by_formulas_and_by_the_caller(method: str) -> None:

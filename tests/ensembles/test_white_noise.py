@@ -48,8 +48,7 @@ def positions(model: eomgen.Model, bend: float, step: float) -> Array:
     return found
 
 
-@pytest.mark.long_except_every(3)
-@pytest.mark.long_cases("0.0")
+@pytest.mark.long_except("1.0")
 @pytest.mark.slow
 @pytest.mark.parametrize("bend", [0.0, 0.1, 1.0, 2.0])
 def test_variance_and_kurtosis_are_those_of_the_fokker_planck_equation(bend: float) -> None:

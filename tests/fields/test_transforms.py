@@ -40,8 +40,8 @@ def three_fields(cells: tuple[int, ...]) -> FieldPosterior:
     return FieldPosterior(mesh, "exp(s) - d*s + slope**4 + (noise - s)**2/2", fields, {"d": stream(5).random(cells)})
 
 
+@pytest.mark.long_except("fftw-single-cells0", "fftw-single-cells1", "scipy-single-cells0", "fftw-single-cells2")
 @pytest.mark.slow_cases("scipy-single-cells0", "fftw-double-cells0")
-@pytest.mark.long_except_every(4)
 @pytest.mark.parametrize(
     "cells", [(4, 6, 5), *(pytest.param(cells, marks=pytest.mark.slow) for cells in ((7,), (6, 5), (8, 8, 8)))]
 )

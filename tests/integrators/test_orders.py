@@ -59,9 +59,8 @@ def test_the_checks_that_the_page_lists_are_there() -> None:
             assert f"\ndef {function}(" in (TESTS / file).read_text(encoding="utf-8"), one
 
 
-@pytest.mark.long_except_every(6)
+@pytest.mark.long_except("taylor")
 @pytest.mark.slow
-@pytest.mark.long_cases("adaptive_generalized_alpha", "generalized_alpha", "rosenbrock", "runge_kutta", "partitioned")
 @pytest.mark.parametrize(
     "family",  # compositions of drifts and kicks take none of these scenes
     [family for family in BUILT_IN if family is not SymplecticComposition],

@@ -78,7 +78,7 @@ def motions(scene: dict[str, Any], name: str, units: UnitsOf) -> list[Array]:
     return found
 
 
-@pytest.mark.long_except_every(3)
+@pytest.mark.long_except("rolling")
 @pytest.mark.slow
 @pytest.mark.parametrize("name", METHODS)
 def test_scenes_in_other_units_are_built_and_move_alike(name: str) -> None:

@@ -37,9 +37,8 @@ def blade(offset: int) -> eomgen.Model:
     return eomgen.build(builder.build(), profile="quick")
 
 
-@pytest.mark.long_except_every(2)
+@pytest.mark.long
 @pytest.mark.slow
-@pytest.mark.long_cases("0-0-flap0-lag0", "2-1-flap4-lag4", "2-0-flap1-lag1", "6-1-flap5-lag5", "6-0-flap2-lag2")
 @pytest.mark.parametrize("rate, offset, flap, lag", TABLE)
 def test_frequencies(rate: int, offset: int, flap: tuple[float, float], lag: tuple[float, float]) -> None:
     lin = blade(offset).linearize(parameters={"rate": float(rate)}, t=0.7)

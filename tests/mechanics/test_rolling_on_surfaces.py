@@ -211,8 +211,7 @@ def contact(shape: str, q: Any) -> tuple[Any, Any, Any]:
     return at(root(off, q[4:6], tol=1e-13).x)
 
 
-@pytest.mark.long_except_every(2)
-@pytest.mark.long_cases("disc")
+@pytest.mark.long
 @pytest.mark.parametrize("shape", TIERS)
 def test_other_shapes_roll_by_newton_and_euler_about_their_contact(shape: str) -> None:
     """At rows of a run: contact, no slip, and m (v' + g) and I omega' + omega x I omega of one force at the contact."""

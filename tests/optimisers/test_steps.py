@@ -183,8 +183,7 @@ def along(function: Callable[[Array], Array], y: Array, step: float) -> Array:
     return np.stack(rows, axis=-1)
 
 
-@pytest.mark.long_except_every(12)
-@pytest.mark.long_cases("double_pendulum-generalized_alpha")
+@pytest.mark.long_except("spins-leapfrog")
 @pytest.mark.slow_cases("four_bar-rattlie")
 @pytest.mark.slow
 @pytest.mark.parametrize(("scene", "method"), CASES)

@@ -48,8 +48,6 @@ def test_the_file_of_mutants_has_all_elements() -> None:
 
 #: Attributes that change how soft MuJoCo holds an equality, which is exact here.
 _SOFT = ("solimp", "solref", "torquescale")
-#: Elements whose mutants are in the second tier; all others are in the longest.
-_SECOND = ("body/inertial", "tendon/fixed/joint")
 
 
 def _is_silent(file: Path, text: str, unchanged: Scene, *, scene_alone: bool, **options: str) -> bool:
@@ -72,9 +70,8 @@ def _is_silent(file: Path, text: str, unchanged: Scene, *, scene_alone: bool, **
     return not all(np.allclose(ours, others, rtol=1e-9, atol=1e-10) for ours, others in pairs)
 
 
-@pytest.mark.long_except_every(2)
+@pytest.mark.long_except("tendon/fixed/joint")
 @pytest.mark.slow
-@pytest.mark.long_except(*_SECOND)
 @pytest.mark.parametrize("key", [key for key in elements(ET.fromstring(BASE)) if STATUSES.get(key)])
 @pytest.mark.filterwarnings("ignore:compiler attribute:UserWarning")
 def test_no_attribute_changes_the_equations_in_silence(
