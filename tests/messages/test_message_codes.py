@@ -9,11 +9,14 @@ import re
 import subprocess
 import sys
 import zlib
+from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
 
 import eomgen
+from eomgen.base import message_codes
 from eomgen.base.message_codes import CODE, EXAMPLES, MessageRow, code_of_finding, codes, messages, rows, sources
 from eomgen.cli import main
 from eomgen.cli.explain import (
@@ -45,9 +48,29 @@ AROUND = re.compile(
 )
 
 
+@cache
+def parsed(module: str, source: str) -> tuple[MessageRow, ...]:
+    """Return the messages of a module, which is parsed once."""
+    return tuple(messages(module, source))
+
+
+@pytest.fixture(scope="module", autouse=True)
+def parsed_once() -> Iterator[None]:
+    """Each search parses the modules with its words, which are the same in many tests."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(message_codes, "messages", parsed)
+        yield
+
+
+@cache
+def fitting() -> dict[MessageRow, re.Pattern[str]]:
+    """Return all rows with patterns of their texts: more than the module ``re`` keeps."""
+    return {row: re.compile(".*".join(map(re.escape, row.pattern.split("{}")))) for row in rows()}
+
+
 def code_of(text: str) -> str:
     """Return the code of the message that fits a text best."""
-    fits = [row for row in rows() if re.fullmatch(".*".join(map(re.escape, row.pattern.split("{}"))), text)]
+    fits = [row for row, pattern in fitting().items() if pattern.fullmatch(text)]
     return max(fits, key=lambda row: letters(row.pattern)).code
 
 
@@ -65,7 +88,7 @@ def test_each_error_and_warning_has_a_code_at_its_text() -> None:
 def test_each_code_has_one_meaning() -> None:
     known: dict[str, set[str]] = {}
     for module, text in sources().items():
-        for row in messages(module, text):
+        for row in parsed(module, text):
             known.setdefault(row.code, set()).add(row.pattern)
     for code, patterns in known.items():
         shared = set.intersection(*(set(re.findall(r"\w+", pattern)) for pattern in patterns))
