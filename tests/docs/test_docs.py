@@ -123,6 +123,12 @@ def test_whole_scenes_are_derived(block: Block) -> None:
     assert {"forward_dynamics", *terms} <= set(system.functions)
 
 
+@cache
+def unchanged() -> object:
+    """Return the content of the example."""
+    return load_toml(EXAMPLE).content
+
+
 @pytest.mark.slow_cases("scene/random.md:71")
 @pytest.mark.parametrize("block", PIECES, ids=place)
 def test_pieces_fit_into_the_example(block: Block, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -134,7 +140,7 @@ def test_pieces_fit_into_the_example(block: Block, tmp_path: Path, monkeypatch: 
     for section, entries in piece.items():
         data[section] = {**data.get(section, {}), **entries} if section in (*SECTIONS, "include", "repeat") else entries
     made = from_data(data, file=f"{block.page}:{block.line}")
-    assert made.content != load_toml(EXAMPLE).content or made.shapes  # of pictures alone
+    assert made.content != unchanged() or made.shapes  # of pictures alone
     system = derive(made)
     assert system.counts["mass"].statements > 0 or made.coordinates == "absolute" or system.nv == 1  # a number
 
@@ -411,19 +417,30 @@ def test_rows_of_tables_have_the_cells_of_their_heads(page: str) -> None:
     assert not wrong
 
 
+@cache
+def built() -> set[str]:
+    """Return the files that a build of the site makes."""
+    return {*BUILT, *built_pictures()}
+
+
+@cache
+def anchors_of(path: Path) -> set[str]:
+    """Return the places of a page that a link can name."""
+    text = path.read_text(encoding="utf-8")
+    headings = {heading.lower().replace(" ", "-") for heading in re.findall(r"^#+ (.+)$", text, re.MULTILINE)}
+    return headings | set(re.findall(r'<a id="([^"]+)">', text))
+
+
 @pytest.mark.parametrize("page", PAGES)
 def test_links_lead_somewhere(page: str) -> None:
     source = ROOT / page if page == "README.md" else ROOT / "docs" / page
     for target in re.findall(r"\]\((?!https?:)([^)\s]+)\)", PAGES[page]):
         file, _, anchor = target.partition("#")
         path = source.parent / file if file else source
-        if os.path.relpath(path, ROOT) in {*BUILT, *built_pictures()}:
+        if os.path.relpath(path, ROOT) in built():
             continue
         assert path.exists(), f"{page}: {target} is not there"
-        if anchor:
-            text = path.read_text(encoding="utf-8")
-            headings = {heading.lower().replace(" ", "-") for heading in re.findall(r"^#+ (.+)$", text, re.MULTILINE)}
-            assert anchor in headings | set(re.findall(r'<a id="([^"]+)">', text)), f"{page}: no heading for {target}"
+        assert not anchor or anchor in anchors_of(path), f"{page}: no heading for {target}"
 
 
 def test_pages_for_users_send_nobody_to_the_tests() -> None:
