@@ -2,21 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 import scipy.linalg
 from scipy.optimize import linear_sum_assignment
 
+from eomgen.base.arrays import Array
 from eomgen.products.linear.eigenvalues import decomposition
 from eomgen.products.linear.modes import Modes, modes
+from eomgen.products.linear.state_space import StateSpace
 
 
 def _oscillators(*pairs: tuple[float, float]) -> Modes:
     """Return the modes of x" + damping x' + stiffness x = 0, one mass for each pair (damping, stiffness)."""
+    n = len(pairs)
+    return modes(_matrix(pairs), np.eye(n, 2 * n), [f"x{k}" for k in range(n)], np.ones(n))
+
+
+def _matrix(pairs: Sequence[tuple[float, float]]) -> Array:
     damping, stiffness = np.array(pairs).T
     n = len(pairs)
-    A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.diag(stiffness), -np.diag(damping)]])
-    return modes(A, np.eye(n, 2 * n), [f"x{k}" for k in range(n)], np.ones(n))
+    return np.block([[np.zeros((n, n)), np.eye(n)], [-np.diag(stiffness), -np.diag(damping)]])
+
+
+def _space(A: Array, sample: float | None = None) -> StateSpace:
+    """Return the state space of A without inputs and outputs; of the sampled motion if a time between samples is
+    given."""
+    n = len(A)
+    none, name = np.zeros((n, 0)), tuple(f"x{k}" for k in range(n))
+    sampled = A if sample is None else scipy.linalg.expm(sample * A)
+    return StateSpace(sampled, none, none, none.T, none[:0], none[:0], name, (), (), (), sample=sample)
 
 
 @pytest.mark.parametrize(
@@ -38,6 +55,25 @@ def test_the_verdict_follows_from_damping_and_stiffness(pairs: list[tuple[float,
     found = _oscillators(*pairs)
     assert found.stability == verdict
     assert f", {verdict}" in repr(found)
+    for sample in (None, 0.01):
+        assert _space(_matrix(pairs), sample).stability == verdict
+
+
+@pytest.mark.parametrize("sample", [None, 0.01], ids=["in time", "sampled"])
+def test_free_chains_are_marginal_though_rounding_splits_their_double_zero(sample: float | None) -> None:
+    random = np.random.default_rng(3)
+    for _ in range(20):
+        n = int(random.integers(2, 9))
+        stretches = np.diff(np.eye(n), axis=0)
+        change = np.eye(n) + 0.3 * random.normal(size=(n, n)) / np.sqrt(n)
+        M = change.T @ np.diag(random.uniform(0.5, 3.0, n)) @ change
+        K = change.T @ stretches.T @ np.diag(random.uniform(50.0, 300.0, n - 1)) @ stretches @ change
+        A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(M, K), np.zeros((n, n))]])
+        assert _space(A, sample).stability == "marginal"
+
+
+def test_a_linear_model_without_states_is_stable() -> None:
+    assert _space(np.zeros((0, 0))).stability == _space(np.zeros((0, 0)), 0.01).stability == "stable"
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -92,6 +92,14 @@ def uncertainties(norm: float, cosines: Array) -> Array:
     return np.asarray(_MARGIN * EPSILON * norm * condition)
 
 
+def verdict(growth: Array, uncertainty: Array) -> str:
+    """Return ``stable`` if all motions decay by more than the uncertainty of their growth, both (n,), ``unstable`` if
+    one grows by more, else ``marginal``. Without motions ``stable``."""
+    if np.any(growth > uncertainty):
+        return "unstable"
+    return "stable" if np.all(growth < -uncertainty) else "marginal"
+
+
 def order_of_eigenvalues(values: Complex, uncertainty: Array) -> NDArray[np.intp]:
     """Return the order of eigenvalues: zeros first, then by size, equal ones by decay."""
     first = np.argsort(np.abs(values), kind="stable")

@@ -18,7 +18,7 @@ from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass
 from eomgen.base.figures import axes_of_caller, draw_grid
 from eomgen.base.html import page, paragraph, table
-from eomgen.products.linear.eigenvalues import EPSILON, balance, eigenvectors
+from eomgen.products.linear.eigenvalues import EPSILON, balance, eigenvectors, verdict
 
 #: Places of the collocation in an interval, from 0 on.
 PLACES = 6
@@ -81,10 +81,7 @@ class Floquet:
     def stability(self) -> str:
         """``stable`` if all multipliers are within the unit circle by more than their ``uncertainty``, ``unstable`` if
         a multiplier is outside by more, else ``marginal``, as an orbit of free phase with its multiplier 1 is."""
-        excess = np.abs(self.multipliers) - 1.0
-        if np.any(excess > self.uncertainty):
-            return "unstable"
-        return "stable" if np.all(excess < -self.uncertainty) else "marginal"
+        return verdict(np.abs(self.multipliers) - 1.0, self.uncertainty)
 
     @property
     def headings(self) -> tuple[str, ...]:

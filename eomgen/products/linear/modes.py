@@ -18,7 +18,14 @@ from eomgen.base.data import dataclass
 from eomgen.base.figures import axes_of_caller, draw_grid, new_figure, pyplot_figure, save_figure
 from eomgen.base.html import page, table
 from eomgen.errors import Problem, UsageError
-from eomgen.products.linear.eigenvalues import balance, decomposition, order_of_eigenvalues, unbalance, uncertainties
+from eomgen.products.linear.eigenvalues import (
+    balance,
+    decomposition,
+    order_of_eigenvalues,
+    unbalance,
+    uncertainties,
+    verdict,
+)
 from eomgen.products.linear.freedom import times
 
 #: Damping ratios below this are rounding.
@@ -137,10 +144,7 @@ class Modes(NamedAttributes):
     def stability(self) -> str:
         """``stable`` if all modes decay by more than their ``uncertainty``, ``unstable`` if a mode grows by more, else
         ``marginal``: also with a free rigid-body motion. Without modes ``stable``."""
-        growth = self.eigenvalues.real
-        if np.any(growth > self.uncertainty):
-            return "unstable"
-        return "stable" if np.all(growth < -self.uncertainty) else "marginal"
+        return verdict(self.eigenvalues.real, self.uncertainty)
 
     @property
     def band(self) -> tuple[float, float]:

@@ -20,11 +20,12 @@ from eomgen.base.data import dataclass, field
 from eomgen.base.html import page, table
 from eomgen.base.messages import close_names, nearest, shown
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
+from eomgen.products.linear.eigenvalues import balance, decomposition, uncertainties, verdict
 from eomgen.products.linear.freedom import Freedom, Partials, times
 
 #: Kinds of signals of a linear model.
 KINDS = ("states", "inputs", "disturbances", "outputs")
-#: Distance of an eigenvalue from the border of stability, as a share of the largest, that rounding may make.
+#: Distance of an eigenvalue of a sampled model from the unit circle that rounding of the exponential may make.
 _ON_BORDER = 1e-9
 
 
@@ -167,14 +168,16 @@ class StateSpace(NamedAttributes):
     def stability(self) -> str:
         """``stable`` if all motions decay, ``unstable`` if a motion grows, else ``marginal``.
 
-        Rates up to 1e-9 of the largest eigenvalue, or of 1e-9 per sample, count as zero. Rounding may split the double
-        eigenvalue of a free motion by more, and the system then counts as ``unstable``. Without states ``stable``.
+        Growth within the rounding errors of the eigenvalues counts as zero, as in ``Modes``: also of a free motion,
+        whose double eigenvalue is split. Of a sampled model growth up to 1e-9 per sample does, too. Without states
+        ``stable``.
         """
-        rate = 1.0 if self.sample is not None else float(np.max(np.abs(self.eigenvalues), initial=0.0))
-        decay = self.decay if self.sample is None else self.decay * self.sample
-        if decay > _ON_BORDER * rate or not len(self.A):
-            return "stable"
-        return "unstable" if decay < -_ON_BORDER * rate else "marginal"
+        balanced, _ = balance(self.A)
+        values, _, cosines = decomposition(balanced)
+        bounds = uncertainties(float(np.linalg.norm(balanced)), cosines)
+        if self.sample is None:
+            return verdict(values.real, bounds)
+        return verdict(np.abs(values) - 1.0, np.maximum(bounds, _ON_BORDER))
 
     def frequency_response(self, omega: ArrayLike, input: str, output: str) -> Complex:
         """Return the complex response of an output to an input at angular frequencies.
