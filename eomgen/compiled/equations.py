@@ -216,13 +216,13 @@ def base_motion(
     Returns
     -------
     b : (..., nv) ndarray
-        N m along angles, N along lengths; zeros if the scene's base is at rest.
+        N m along angles, N along lengths; zeros if the scene's base is at rest, and in absolute coordinates, whose
+        velocities are relative to the world.
 
     Raises
     ------
     UsageError
-        ``base`` for a scene whose base is at rest, or with a component that the base's law keeps at zero. A scene in
-        absolute coordinates with a moving base, which has no such term.
+        ``base`` for a scene whose base is at rest, or with a component that the base's law keeps at zero.
 
     Examples
     --------
@@ -230,9 +230,11 @@ def base_motion(
     >>> model.base_motion([0.8, -0.3], [1.0, 0.5], t=0.2).round(4)
     array([-0.6205, -0.1729])
     """
-    if not model.evaluator.moving_base and base is None:
-        return _zeros(model, q, v, numbers("t", t), parameters, "v")
-    return model.evaluator.call("base_motion", q=q, v=v, t=t, parameters=parameters, base=base)[0]
+    terms = model.evaluator
+    if terms.moving_base and not terms.description.joints:
+        return terms.call("base_motion", q=q, v=v, t=t, parameters=parameters, base=base)[0]
+    given = [] if base is None else [terms.base(base)]
+    return _zeros(model, q, v, numbers("t", t), parameters, "v", *given)
 
 
 def inverse_dynamics(
@@ -668,7 +670,7 @@ def evaluate(
     Parameters
     ----------
     term : str
-        One of ``model.terms``; KeyError for terms that take weights (``..._hessian``, ``second_partials``).
+        One of ``model.terms`` that takes no weights (``..._hessian`` and ``second_partials`` do).
     q, v, a : array_like
         Configuration (..., nq), left-trivialised velocity and acceleration (..., nv).
     t : array_like, optional
@@ -937,10 +939,13 @@ def internal_partials(
     return InternalPartials(*model.evaluator.call("internal_partials", **arguments, parameters=parameters, base=base))
 
 
-def _zeros(model: EvaluatedModel, q: ArrayLike, v: ArrayLike, t: Array, parameters: Parameters, block: str) -> Array:
-    """Check q, v and parameters, and return zeros (..., size) with the size of block ``v`` or ``z`` for each."""
+def _zeros(
+    model: EvaluatedModel, q: ArrayLike, v: ArrayLike, t: Array, parameters: Parameters, block: str, *checked: Array
+) -> Array:
+    """Check q, v and parameters, and return zeros (..., size) with the size of block ``v`` or ``z`` for each of these,
+    and of ``checked`` arguments."""
     terms = model.evaluator
-    arrays = (terms.configuration(q), terms.velocity("v", v), terms.parameters(parameters))
+    arrays = (terms.configuration(q), terms.velocity("v", v), terms.parameters(parameters), *checked)
     return np.zeros(
         (*np.broadcast_shapes(*(array.shape[:-1] for array in arrays), t.shape), terms.functions.sizes[block])
     )

@@ -201,6 +201,9 @@ class Terms:
         blocks = set(self.functions.inputs(term))
         if "v" in blocks and arguments.get("v") is None:
             raise UsageError(Problem("v", f"the term {term} needs velocities [E0279]"))
+        if "weights" in blocks and "weights" not in arguments:
+            fault = f"the term {term} takes weights of a sum, which are no arguments here [E2244]"
+            raise UsageError(Problem("term", fault, "hessian(term, weights, ...)"))
         missing_a = "a" in blocks and arguments.get("a") is None
         constrained = "forward_dynamics" not in self.functions and solvable(self.functions)
         if missing_a and constrained:

@@ -606,7 +606,7 @@ class Simulator(NamedAttributes):
             v=memory[self._places["v"]],
             z=self.z,
             parameters=stepper.parameters[:-1].copy(),
-            u=self._u.copy() if self._given else None,
+            u=self.inputs if self._given or self._signals.given is not self._run.signals.given else None,
             begun=self._begun,
             memory=memory,
             workspace=workspace,
@@ -662,7 +662,7 @@ class Simulator(NamedAttributes):
         settings = dict(zip(self._run.settings, state.settings.tolist(), strict=True))
         stepper.step_size = settings["step"]
         self._run = replace(self._run, settings=settings)
-        self._given = state.u is not None
+        self._signals, self._given = self._run.signals, state.u is not None
         if state.u is not None:
             self._u[:] = state.u
         self._motions.reached = dict(state.motions)
@@ -692,7 +692,8 @@ class Simulator(NamedAttributes):
         """
         duplicate = Simulator(self._run, self._library, Motions(self.model))
         duplicate.restore(self.state)
-        duplicate._signals, duplicate._stopped, duplicate.notes = self._signals, self._stopped, self.notes
+        duplicate._signals, duplicate._given = self._signals, self._given
+        duplicate._stopped, duplicate.notes = self._stopped, self.notes
         duplicate._recorded = list(self._recorded)
         return duplicate
 

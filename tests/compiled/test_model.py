@@ -145,6 +145,24 @@ def test_base_at_rest_has_no_base_terms() -> None:
         model.force(model.initial_q, model.initial_v, base=np.zeros(19))
 
 
+def test_in_absolute_coordinates_a_moving_base_has_no_inertia_terms() -> None:
+    builder = eomgen.SceneBuilder("shaken", coordinates="absolute").base(position=["0.1 * cos(6 * t)", 0, 0])
+    builder.body("bob", mass=1.0, inertia=[0.01, 0.01, 0.01]).joint("ball", "spherical", "base", "bob")
+    model = eomgen.build(builder.build(), ["inverse_dynamics"], profile="quick")
+    for base, shape in ((None, (3, 6)), (model.base(T), (3, 6)), (model.base([[0.1], [0.2]]), (2, 3, 6))):
+        found = model.base_motion(np.broadcast_to(model.initial_q, (3, 7)), np.ones(6), T, base=base)
+        np.testing.assert_array_equal(found, np.zeros(shape))
+    with pytest.raises(eomgen.UsageError, match=r"base: the shape is \(3,\)"):
+        model.base_motion(model.initial_q, np.ones(6), base=[1.0, 2.0, 3.0])
+
+
+def test_terms_with_weights_are_no_terms_to_evaluate() -> None:
+    model = eomgen.build(pendulum_scene(), ["second_partials", "outputs_hessian"], profile="quick")
+    for term in model.terms:
+        with pytest.raises(eomgen.UsageError, match=rf"the term {term} takes weights .*; try: hessian\("):
+            model.evaluate(term, Q, V, A)
+
+
 def test_inverse_dynamics_is_the_sum_of_its_terms(rng: np.random.Generator) -> None:
     model = flyer()
     v, a = rng.normal(size=(2, 6, model.nv))

@@ -258,6 +258,14 @@ def test_copies_and_states_go_on_with_the_same_bits(name: str, coordinates: str)
     fresh = start(name, coordinates, step=0.01, **options)
     fresh.restore(state)
     assert np.array_equal(on(fresh), first)
+    run.step()
+    plain = run.state
+    run.step({"torque": 2.0})
+    of_call, same = run.state, run.copy()
+    for again, inputs in ((plain, [0.0]), (of_call, [2.0])):
+        run.restore(again)
+        assert run.inputs == inputs, "inputs of a call by name are in its state"
+    assert same.inputs == [2.0]
 
 
 @pytest.mark.slow
