@@ -139,8 +139,9 @@ def random(
     """Return random configurations.
 
     Orientations are uniform; coordinates are uniform within the limits of their joints, on sides without a limit up to
-    -pi or pi rad, or -1 or 1 m, and elastic coordinates in small deformations. Constraints are not regarded:
-    ``model.consistent`` finds the nearest configuration that meets the constraints.
+    -pi or pi rad, or -1 or 1 m, of a limit further out by pi rad or 1 m from it, and elastic coordinates in small
+    deformations. Constraints are not regarded: ``model.consistent`` finds the nearest configuration that meets the
+    constraints.
 
     Parameters
     ----------
@@ -188,12 +189,12 @@ def _ranges(model: EvaluatedModel, parameters: Parameters) -> tuple[Array, Array
     """Return the lowest and highest number of each component of q for random draws, (nq,) each, by limits of joints."""
     terms = model.evaluator
     described = terms.description
-    upper = np.array([_REACH.get(unit, 1.0) for unit in terms.q_units], dtype=float)
+    reach = np.array([_REACH.get(unit, 1.0) for unit in terms.q_units], dtype=float)
     by_name = {item.name: item for item in described.coordinates}
     for factor in terms.factors:
         if factor.name in by_name and by_name[factor.name].reach:
-            upper[factor.q] = by_name[factor.name].reach
-    lower = -upper
+            reach[factor.q] = by_name[factor.name].reach
+    lower, upper = -reach, reach.copy()
     p_values = dict(zip(terms.parameter_names, terms.one_set(parameters).tolist(), strict=True))
     values = described.values(p_values)
     for limit in described.limits:
@@ -202,4 +203,6 @@ def _ranges(model: EvaluatedModel, parameters: Parameters) -> tuple[Array, Array
             for side, bound in ((lower, limit.lower), (upper, limit.upper)):
                 if bound is not None:
                     side[index] = evaluate(bound, lambda symbol: values[symbol.name])
-    return lower, np.maximum(lower, upper)
+    beyond = lower > upper  # of the limit of one side
+    lowest = np.where(beyond & (lower == -reach), upper - reach, lower)
+    return lowest, np.where(beyond & (upper == reach), lower + reach, upper)

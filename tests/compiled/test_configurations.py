@@ -76,6 +76,18 @@ def test_random_stays_within_limits() -> None:
     assert np.abs(np.mean(rotation_of(free[:, :4]), axis=0)).max() < 0.06  # uniform orientations have mean zero
 
 
+@pytest.mark.parametrize(
+    ("limits", "ends"),
+    [({"lower": 4.0}, (4.0, 4.0 + np.pi)), ({"upper": -4.0}, (-4.0 - np.pi, -4.0)), ({"lower": 1.0}, (1.0, np.pi))],
+)
+def test_random_reaches_out_from_a_limit_of_one_side(limits: dict[str, float], ends: tuple[float, float]) -> None:
+    builder = eomgen.SceneBuilder("door").body("leaf", mass=1.0, inertia=[0.1, 0.1, 0.1])
+    builder.joint("hinge", "revolute", "base", "leaf", axis=[0, 1, 0], limits=limits | {"stiffness": 10.0})
+    q = eomgen.build(builder.build(), terms=["mass"], profile="quick").random(2000, generator=2)
+    np.testing.assert_allclose((q.min(), q.max()), ends, atol=0.01)
+    assert np.all((q >= ends[0]) & (q <= ends[1]))
+
+
 def test_what_is_said_of_mistakes() -> None:
     with pytest.raises(UsageError, match=r"dq: the shape is \(3,\), \(..., 18\) is needed"):
         solo().integrate(solo().neutral(), np.zeros(3))

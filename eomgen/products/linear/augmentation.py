@@ -33,8 +33,8 @@ def driven_by(space: StateSpace | HasStateSpace, source: StateSpace | HasStateSp
         The driven model.
     source : StateSpace or Linearization
         A filter, a delay, an actuator. Inputs and disturbances of equal names in both models are one and the same, and
-        act on both: an input of the source with the name of a driven signal stays, and drives the model directly, too.
-        Units of the two models are not compared.
+        act on both, but one with the name of a driven signal acts on the source alone. Units of the two models are not
+        compared.
 
     Returns
     -------
@@ -66,7 +66,8 @@ def driven_by(space: StateSpace | HasStateSpace, source: StateSpace | HasStateSp
     outputs = [source.outputs[k] for k in new]
     rows = [source.outputs.index(name) for name in driven]
     into_states, into_outputs = _entering(space, driven)
-    (B, D), (of_source, seen) = _entering(space, left), _entering(source, left)
+    direct = [name * (name not in driven) for name in left]
+    (B, D), (of_source, seen) = _entering(space, direct), _entering(source, left)
     A = np.block([[space.A, into_states @ source.C[rows]], [np.zeros((len(source.A), len(space.A))), source.A]])
     G = np.vstack([B + into_states @ seen[rows], of_source])
     C = np.block([[space.C, into_outputs @ source.C[rows]], [np.zeros((len(new), len(space.A))), source.C[new]]])
