@@ -125,6 +125,20 @@ def test_joints_of_one_description_alone(tmp_path: Path) -> None:
     assert comparison.notes[-1] == "equations were not compared: the coordinates of the descriptions differ"
 
 
+def test_options_of_the_caller_are_heeded_or_refused(tmp_path: Path) -> None:
+    first = written(tmp_path / "a.urdf", URDF)
+    second = written(tmp_path / "b.urdf", URDF.replace('friction="0.2"', 'friction="0.3"').replace('"1.5"', '"1.4"'))
+    for options, expected in (
+        ({}, {"coulomb", "upper"}),
+        ({"limits": False}, {"coulomb"}),
+        ({"friction": False}, {"upper"}),
+    ):
+        found = eomgen.compare(first, second, states=2, **options)
+        assert {item.quantity for item in found.differences} == expected
+    with pytest.raises(eomgen.UsageError, match="limits, friction, .* are for URDF only"):
+        eomgen.compare("examples/robot_arm/scene.toml", second, reader="pinocchio", limits=True)
+
+
 def test_notes_are_of_the_descriptions_and_not_of_options_that_nobody_gave(tmp_path: Path) -> None:
     """Friction is asked of both files, and these have none."""
     text = URDF.replace(' friction="0.2"', "")

@@ -45,8 +45,8 @@ def compare(
     Joints are matched by their names, else by a body of the same name that both move; bodies by names. Quantities of
     bodies are compared in the frames of the first description, whichever frames the second has; bodies that fixed
     joints hold count as parts of the carrying bodies, and bodies fixed to the base are left out. Limits and dry
-    friction of URDF, MJCF and SDF are always read, but only by the options of these names if a ``reader`` is named.
-    Equations are compared if all joints have partners of the same types. No compiler is needed.
+    friction of URDF, MJCF and SDF are read unless the options of these names are false, and with a ``reader`` if these
+    are true. Equations are compared if all joints have partners of the same types. No compiler is needed.
 
     Parameters
     ----------
@@ -68,7 +68,8 @@ def compare(
     strict : bool
         Refuse elements that an importer would leave out with a note.
     **options
-        For files of other formats, as in ``load``: each goes to the descriptions whose format has it.
+        For files of other formats, as in ``load``: each goes to the descriptions whose format has it; with a
+        ``reader`` to the first alone.
 
     Returns
     -------
@@ -98,7 +99,7 @@ def compare(
         fault = "one description has no second one to be compared with [E0562]"
         raise UsageError(Problem("second", fault, 'a second one, or reader="mujoco" (--with mujoco)'))
     second_description = first if second is None else second
-    _check_options([first, second_description], options)
+    _check_options([first, second_description] if reader is None else [first], options)
     if _equations_alone(first):
         fault = "equations alone have no bodies [E0563]"
         raise UsageError(Problem("first", fault, "the description with bodies as the first"))
@@ -156,13 +157,13 @@ def _check_options(described: Sequence[Described], options: Mapping[str, Any]) -
 
 def _read(described: Described, caller_options: Mapping[str, Any], *, alone: bool) -> Machine:
     """Return the machine of a description; ``caller_options`` are options of all descriptions. With ``alone``,
-    limits and friction are read, which other programs do not give."""
+    limits and friction, which other programs do not give, are read unless the caller's options refuse them."""
     options: dict[str, Any] = {}
     if isinstance(described, str | Path):
         source = source_of(Path(described))
         names = {option.name for option in source.options} if source is not None else set()
         options = {name: True for name in _ALL if alone and name in names}
-        options |= {name: value for name, value in caller_options.items() if name in names and name not in options}
+        options |= {name: value for name, value in caller_options.items() if name in names}
         options["strict"] = caller_options["strict"]
     scene = documents.load_scene(described, coordinates="joint", **options)
     terms = [name for name in _TERMS if name != "base_motion" or scene.base is not None]
