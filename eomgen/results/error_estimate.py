@@ -238,7 +238,7 @@ class ErrorEstimate:
         numbers = {name: _or_none(getattr(self, name)) for name in _NUMBERS}
         words = {name: getattr(self, name) for name in _WORDS}
         result = {name: getattr(self, name) for name in _LARGEST}
-        return {**words, **{name: None if item is None else vars(item) for name, item in result.items()}, **numbers}
+        return {**words, **{name: item and dict(vars(item)) for name, item in result.items()}, **numbers}
 
     def arrays(self) -> dict[str, Array]:
         """Return the arrays over time by attribute, for a file; outputs as ``outputs_at.`` with the name."""
@@ -365,7 +365,7 @@ class SampleErrors:
             "reason": "" if self.available else self.nominal.reason,
             "relative": None if worst is None else worst[1].share,
             "worst_sample": None if worst is None else worst[0],
-            "largest": None if worst is None else vars(worst[1]),
+            "largest": None if worst is None else dict(vars(worst[1])),
             "columns": {name: None if np.isnan(error) else error for name, error in self.columns.items()},
             "without_variations": self.nominal.described(),
             "samples": {str(number): estimate.described() for number, estimate in self.of_samples.items()},

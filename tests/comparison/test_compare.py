@@ -135,7 +135,7 @@ def test_options_of_the_caller_are_heeded_or_refused(tmp_path: Path) -> None:
     ):
         found = eomgen.compare(first, second, states=2, **options)
         assert {item.quantity for item in found.differences} == expected
-    with pytest.raises(eomgen.UsageError, match="limits, friction, .* are for URDF only"):
+    with pytest.raises(eomgen.UsageError, match=r"limits, friction, .* are for URDF only"):
         eomgen.compare("examples/robot_arm/scene.toml", second, reader="pinocchio", limits=True)
 
 

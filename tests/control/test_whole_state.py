@@ -75,6 +75,7 @@ def test_what_has_a_state_space_stands_for_it() -> None:
     np.testing.assert_array_equal(kalman(Linear(), *seen).gains, kalman(plain, *seen).gains)
     late = delay("w1", "u1", 0.1)
     np.testing.assert_array_equal(driven_by(Linear(), late).A, driven_by(plain, late).A)
+    np.testing.assert_array_equal(discretized(Linear(), 0.1).A, discretized(plain, 0.1).A)
     with pytest.raises(UsageError) as caught:
         lqr(np.eye(2), *weights)  # type: ignore[arg-type]
     assert str(caught.value) == (

@@ -10,7 +10,7 @@ import numpy as np
 
 from eomgen.control import OutputFeedback, Regulator, kalman, lqr
 from eomgen.products.linear import command as linearize
-from eomgen.products.linear.augmentation import delay_line, shaping_filter
+from eomgen.products.linear.augmentation import delay, delay_line, shaping_filter
 from eomgen.products.linear.control.riccati_equation import without_cross_terms
 from eomgen.products.linear.control.second_order import optimal_modal_gains, placed_modal_gains
 from eomgen.products.linear.control.stationary import stationary_covariance
@@ -42,11 +42,11 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     ),
     "delay of no sample": (
         lambda: delay_line("u", "y", 0, 0.1),
-        "delay_line: a delay of 0 samples; try: a whole number of them, from 1 on",
+        "samples: a whole number from 1 on is needed, not 0; try: 1",
     ),
     "delay of a truth value": (
         lambda: delay_line("u", "y", True, 0.1),
-        "delay_line: a delay of True samples; try: a whole number of them, from 1 on",
+        "samples: a whole number from 1 on is needed, not True; try: 1",
     ),
     "delay line of samples at once": (
         lambda: delay_line("u", "y", 2, 0.0),
@@ -121,9 +121,13 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         lambda: PowerSpectrum("y", "m", np.array([1.0, 5.0]), np.ones(2)).rms(4.0, 2.0),
         "rms: the band from 4 to 2 Hz is reversed; try: low <= high",
     ),
+    "band of a spectrum in words": (
+        lambda: PowerSpectrum("y", "m", np.array([1.0, 5.0]), np.ones(2)).rms(cast(Any, "4")),
+        "low, high: an array of real numbers is needed, not list: <U32 is not real numbers",
+    ),
     "segments of a road": (
         lambda: MeasuredRoad.of_profile(np.arange(64.0), np.zeros(64), segments=0),
-        "MeasuredRoad: segments: they are a whole number of 1 and more; try: segments=8",
+        "segments: a whole number from 1 on is needed, not 0; try: 1",
     ),
     "spectrum of a road": (
         lambda: MeasuredRoad(frequencies=np.array([1.0, 2.0]), density=np.array([1.0, -1e-9])),
@@ -132,7 +136,9 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     ),
 }
 ACCEPTED: Sequence[Callable[[], object]] = (
-    lambda: delay_line("u", "y", 1, 0.1),
+    lambda: delay_line("u", "y", np.int64(1), 0.1),
+    lambda: delay("u", "y", 0.1, np.int64(2)),
+    lambda: MeasuredRoad.of_profile(np.arange(64.0), np.zeros(64), segments=np.int64(1)),
     lambda: without_cross_terms(np.eye(2), np.array([[1.0], [0.0]])),
     lambda: MeasuredRoad(frequencies=np.array([1.0, 2.0]), density=np.array([1.0, 0.0])),
 )

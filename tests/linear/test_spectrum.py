@@ -39,7 +39,7 @@ def run() -> eomgen.Solution:
 @pytest.mark.slow
 def test_a_sine_is_a_line_of_its_mean_square(run: eomgen.Solution) -> None:
     for name, size, unit in (("q.x", 0.3, "m^2/Hz"), ("force", 0.3 * (4 * math.pi) ** 2, "N^2/Hz")):
-        spectrum = run.psd(name, segments=7)
+        spectrum = run.psd(name, segments=np.int64(7))
         assert spectrum.unit == unit
         assert spectrum.frequencies[np.argmax(spectrum.density)] == pytest.approx(2.0, abs=0.07)
         assert spectrum.rms() == pytest.approx(size / math.sqrt(2.0), rel=2e-3)
@@ -66,7 +66,8 @@ def test_columns_without_a_spectrum(run: eomgen.Solution) -> None:
         (lambda: run.psd("forces"), "the solution has no curve 'forces'; try: force"),
         (lambda: run.psd("energy"), "'energy' are 3 columns, and psd takes one; try: one of"),
         (lambda: run.psd("force", start=63.97), "the run has 8 rows from 63.97 s on, and a spectrum needs 16"),
-        (lambda: run.psd("force", segments=0), "psd: segments: 0 segments of 16385 rows; try: a whole number from 1"),
+        (lambda: run.psd("force", segments=0), "segments: a whole number from 1 on is needed, not 0; try: 1"),
+        (lambda: run.psd("force", segments=9999), "psd: segments: 9999 segments of 16385 rows; try: a whole number"),
     ):
         with pytest.raises(UsageError, match=text):
             call()

@@ -67,6 +67,9 @@ def test_the_worst_run_is_named_with_a_step_that_makes_its_error_a_hundredth(
     assert (summary["worst_sample"], summary["relative"]) == (worst, errors.relative)
     assert summary["columns"] == {"q.hinge": 0.1, "force": None}
     assert summary["largest"]["name"] == errors.worst[1].name
+    for estimate_of in (errors.summary(), nominal.described()):
+        estimate_of["largest"]["name"] = "another"
+    assert "another" not in str(errors), "a caller changes a dictionary of his own"
     assert set(summary["samples"]) == {str(number) for number in of_samples}
     assert summary["without_variations"]["relative"] == nominal.relative
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import pade
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, count_of
 from eomgen.base.data import replace
 from eomgen.base.messages import listed
 from eomgen.compiled.arguments import numbers
@@ -184,8 +184,8 @@ def delay(input: str, output: str, time: float | str, order: int = 4, unit: str 
     >>> abs(late.frequency_response(10.0, "road", "rear")).round(6)
     np.float64(1.0)
     """
-    late = seconds("time", time)
-    if not late > 0.0 or isinstance(order, bool) or not isinstance(order, int) or not 1 <= order <= _LARGEST_ORDER:
+    late, order = seconds("time", time), count_of("order", order)
+    if not late > 0.0 or order > _LARGEST_ORDER:
         fault = f"a delay of {late:.6g} s by an approximation of order {order!r} [E0371]"
         raise UsageError(Problem("delay", fault, f"a time above zero, and an order from 1 to {_LARGEST_ORDER}"))
     series = [(-1.0) ** k / math.factorial(k) for k in range(2 * order + 1)]
@@ -225,9 +225,7 @@ def delay_line(input: str, output: str, samples: int, sample: float | str, unit:
     >>> len(delay_line("road", "rear", 3, "10 ms").states)
     3
     """
-    if isinstance(samples, bool) or not isinstance(samples, int) or samples < 1:
-        fault = f"a delay of {samples!r} samples [E0372]"
-        raise UsageError(Problem("delay_line", fault, "a whole number of them, from 1 on"))
+    samples = count_of("samples", samples)
     period = seconds("sample", sample)
     if not period > 0.0:
         fault = f"the time between two samples is {period:.6g} s [E0459]"

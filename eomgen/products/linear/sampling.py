@@ -27,7 +27,7 @@ from eomgen.base.data import dataclass, replace
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.formula.units.labels import in_label
 from eomgen.products.linear.freedom import Partials
-from eomgen.products.linear.state_space import StateSpace
+from eomgen.products.linear.state_space import HasStateSpace, StateSpace, state_space_of
 
 #: A delay this close to whole samples, as a share of one, is of whole samples.
 _WHOLE = 1e-9
@@ -65,14 +65,14 @@ def seconds(name: str, value: float | str) -> float:
     return float(time)
 
 
-def discretized(space: StateSpace, sample: float | str, delay: float | str = 0.0) -> StateSpace:
+def discretized(space: StateSpace | HasStateSpace, sample: float | str, delay: float | str = 0.0) -> StateSpace:
     """Return the exact model from sample to sample under inputs and disturbances that are held.
 
     Warns of a time between two samples of 10 s or more that is given as a number.
 
     Parameters
     ----------
-    space : StateSpace
+    space : StateSpace or Linearization
         A model in continuous time.
     sample : float or str
         Time between two samples in s, or a text with a unit.
@@ -97,6 +97,7 @@ def discretized(space: StateSpace, sample: float | str, delay: float | str = 0.0
     >>> discretized(delay("a", "b", 0.1), "10 ms").sample
     0.01
     """
+    space = state_space_of(space)
     ns, nu = space.B.shape
     return sampled_with_cost(space, sample, delay, np.zeros((ns + nu, ns + nu))).space
 

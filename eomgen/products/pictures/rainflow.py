@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, count_of
 from eomgen.base.calls import checked_calls
 from eomgen.base.csv_tables import write_table
 from eomgen.base.data import dataclass
@@ -177,7 +177,7 @@ class Rainflow:
         Raises
         ------
         UsageError
-            A number of classes below 1, or not an ``int``.
+            A number of classes below 1, or no whole number.
 
         Examples
         --------
@@ -186,9 +186,7 @@ class Rainflow:
         >>> len(edges), len(counts)
         (11, 10)
         """
-        if not (isinstance(bins, int) and bins >= 1):
-            fault = f"{shown(bins)} classes [E1276]"
-            raise UsageError(Problem("histogram: bins", fault, "a whole number of 1 and more"))
+        bins = count_of("bins", bins)
         largest = float(self.ranges[0]) if len(self.ranges) else 1.0
         counts, edges = np.histogram(self.ranges, bins, (0.0, largest), weights=self.counts)
         return edges, np.asarray(counts, dtype=float)

@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, count_of
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.coordinates import StateArrays
 from eomgen.errors import Problem, UsageError
@@ -110,8 +110,8 @@ def psd(solution: RecordedSolution, name: str, *, segments: int = 8, start: floa
             f" mean [E1307]"
         )
         raise UsageError(Problem("psd", fault, "a run with a fixed step, without events that record rows of their own"))
-    if not (isinstance(segments, int) and 1 <= segments <= len(t) // _FEWEST):
-        fault = f"{ascii(segments)[:32]} segments of {len(t)} rows [E1308]"
+    if count_of("segments", segments) > len(t) // _FEWEST:
+        fault = f"{segments} segments of {len(t)} rows [E1308]"
         raise UsageError(Problem("psd: segments", fault, f"a whole number from 1 to {len(t) // _FEWEST}"))
     from scipy.signal import welch  # noqa: PLC0415  # slow to import
 

@@ -18,6 +18,7 @@ from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass
 from eomgen.base.figures import axes_of_caller, axis_label, draw_grid
 from eomgen.base.html import page, table
+from eomgen.compiled.arguments import numbers
 from eomgen.errors import Problem, UsageError
 
 
@@ -312,8 +313,8 @@ class PowerSpectrum:
         Raises
         ------
         UsageError
-            ``low`` above ``high``; there is no such weighting, or the quantity has another unit than m/s^2
-            (an unknown unit passes).
+            Ends that are no numbers, ``low`` above ``high``; there is no such weighting, or the quantity has another
+            unit than m/s^2 (an unknown unit passes).
 
         Examples
         --------
@@ -321,6 +322,7 @@ class PowerSpectrum:
         >>> PowerSpectrum("seat", "m/s^2", np.array([1.0, 5.0]), np.array([0.25, 0.25])).rms()
         1.0
         """
+        low, high = numbers("low, high", [low, high])
         if not low <= high:
             raise UsageError(
                 Problem("rms", f"the band from {low:.6g} to {high:.6g} Hz is reversed [E2243]", "low <= high")

@@ -14,7 +14,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, count_of
 from eomgen.base.data import dataclass, field
 from eomgen.base.random_inputs import FREQUENCY_RANGE, REFERENCE_FREQUENCY, ROUGHNESS
 from eomgen.errors import Problem, UsageError
@@ -277,9 +277,7 @@ class MeasuredRoad(Road):
         if len(x) < _FEWEST or not np.all(np.diff(x) > 0.0):
             fault = f"the profile has {len(x)} points, and needs {_FEWEST} at distances that increase [E0478]"
             raise UsageError(Problem("MeasuredRoad", fault, "a longer profile"))
-        if not (isinstance(segments, int) and segments >= 1):
-            fault = "they are a whole number of 1 and more [E0480]"
-            raise UsageError(Problem("MeasuredRoad: segments", fault, "segments=8"))
+        segments = count_of("segments", segments)
         from scipy.signal import detrend, welch  # noqa: PLC0415  # slow to import
 
         spacing = float(x[-1] - x[0]) / (len(x) - 1)
