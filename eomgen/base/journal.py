@@ -31,7 +31,7 @@ class Journal(Generic[Row]):
     others : str
         Description of other work in messages, for instance ``another scene``.
     row_of : callable
-        Makes a row of a line; KeyError, TypeError or ValueError mean that the line is not a row.
+        Makes a row of a line; KeyError, TypeError, ValueError or AttributeError mean that the line is not a row.
     resume : bool
         Whether the rows of an existing file are taken.
 
@@ -98,7 +98,7 @@ class Journal(Generic[Row]):
             same = lines[0]["study"] == identity
             if same:
                 self.rows = [row_of(line) for line in lines[1:]]
-        except (ValueError, KeyError, IndexError, TypeError):
+        except (ValueError, KeyError, IndexError, TypeError, AttributeError):
             raise self._fault(f"these are not the {held} [E0144]") from None
         if not same:
             raise FileError(Problem(str(path.parent), f"holds the {held} of {others} [E0139]", "another folder"))

@@ -449,19 +449,16 @@ class System(NamedAttributes):
     @property
     def second_sizes(self) -> dict[str, int]:
         """Sizes of the blocks ``weights`` and ``direction`` by name: both if there is the function
-        ``second_partials``, else ``weights`` alone if there is a ``NAME_hessian``, or a ``NAME_derivatives``, which
-        does not take weights; empty without these functions. A size is the sum of ``second_blocks``; ``weights`` has at
-        least 7 components for each frame with ``frame_poses_hessian``, and 2 nv with ``momenta_hessian``."""
+        ``second_partials``, else ``weights`` alone if there is a ``NAME_hessian``, and empty without these functions. A
+        size is the sum of ``second_blocks``; ``weights`` has at least 7 components for each frame with
+        ``frame_poses_hessian``, and 2 nv with ``momenta_hessian``."""
         sizes = {name: sum(parts.values()) for name, parts in self.second_blocks._asdict().items()}
         if "frame_poses_hessian" in self.functions:
             sizes["weights"] = max(sizes["weights"], 7 * len(self.frames))
         if "momenta_hessian" in self.functions:
             sizes["weights"] = max(sizes["weights"], 2 * self.nv)
-        if "second_partials" in self.functions:
-            return sizes
-        if any(TERMS[name].differentiated for name in self.functions if name in TERMS):
-            return {"weights": sizes["weights"]}
-        return {}
+        taken = {block for function in self.functions.values() for block in function.inputs}
+        return {name: size for name, size in sizes.items() if name in taken}
 
     @property
     def argument_sizes(self) -> dict[str, int]:

@@ -365,3 +365,12 @@ def test_a_larger_record_keeps_its_samples(rng: np.random.Generator) -> None:
     samples = record.samples(np.array([0.1]))
     assert record.size == 5 and samples.cells.tolist() == fields.reshape(1, 5, 16)[:, :, [0, 5]].tolist()
     assert samples.potential.tolist() == [[0.0, 1.0, 2.0, 3.0, 4.0]]
+    smaller = Record(Mesh((4, 4), 1.0), 1, 2, np.array([0, 5]), 2)
+    smaller.add(0, Outcome(0.2, True, 3), 7.0, fields[0])
+    before = {name: array.copy() for name, array in smaller.arrays().items()}
+    with pytest.raises(ValueError, match="energy_errors: the shape is"):
+        smaller.take(record.arrays())
+    assert all(np.array_equal(array, before[name]) for name, array in smaller.arrays().items())
+    smaller.resize(5)
+    smaller.take(record.arrays())
+    assert all(np.array_equal(array, record.arrays()[name]) for name, array in smaller.arrays().items())

@@ -17,7 +17,7 @@ def journal(folder: Path | None, *, identity: str = "one", resume: bool = False)
         "rows of a study",
         identity=identity,
         others="another scene",
-        row_of=lambda line: int(line["row"]),
+        row_of=lambda line: int(line["row"]) if "row" in line else len(line["rows"].items()),
         resume=resume,
     )
 
@@ -45,7 +45,14 @@ def test_other_work_and_other_files_are_refused(tmp_path: Path) -> None:
         journal(tmp_path)
     with pytest.raises(FileError, match="holds the rows of a study of another scene; try: another folder"):
         journal(tmp_path, identity="two", resume=True)
-    for text in ("", "no JSON\n", '{"study": "one"}\n{"row": "x"}\n', "[]\n", "\xff"):
+    for text in (
+        "",
+        "no JSON\n",
+        '{"study": "one"}\n{"row": "x"}\n',
+        '{"study": "one"}\n{"rows": []}\n',
+        "[]\n",
+        "\xff",
+    ):
         (tmp_path / "rows.jsonl").write_text(text, encoding="latin-1")
         with pytest.raises(FileError, match=r"rows\.jsonl.*these are not the rows of a study"):
             journal(tmp_path, resume=True)

@@ -26,6 +26,7 @@ from eomgen.symbolic.tape import ZERO
 from eomgen.system.system import BASE_SIZE
 from eomgen.system.terms import ARGUMENTS, DIFFERENTIATED
 from tests.models.checked_scenes import drone, gate
+from tests.models.scenes import pendulum_scene
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 Array = np.ndarray
@@ -267,6 +268,11 @@ def test_structural_nonzeros_are_the_nonzeros_at_some_of_1000_states(term: str, 
 
 def test_every_term_has_a_case() -> None:
     assert {term for _, term in CASES} == set(DIFFERENTIATED)
+
+
+@pytest.mark.parametrize(("order", "blocks"), [("derivatives", []), ("hessian", ["weights"])])
+def test_first_derivatives_take_no_weights(order: str, blocks: list[str]) -> None:
+    assert list(derive(pendulum_scene(), [f"inverse_dynamics_{order}"]).second_sizes) == blocks
 
 
 @pytest.mark.long

@@ -193,7 +193,7 @@ _of_tune = arguments_of("eomgen.products.studies:tune")
 @_of_tune("--error", type=float, default=None, metavar="X")
 @_of_tune("--output", metavar="NAME")
 @_of_tune("--measure", metavar="largest|rms|final")
-@click.option("--axes", help="Settings to vary, as of tradeoff; all by default.", **_NAMES)
+@click.option("--axes", help="Settings to vary, as of tradeoff without profile; all but fidelity by default.", **_NAMES)
 @_of_tune("--methods", **_NAMES)
 @end_option
 @_of_tune("--budget", type=float, metavar="S")

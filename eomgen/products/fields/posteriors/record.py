@@ -339,10 +339,14 @@ class Record:
         ----------
         arrays : mapping
             Arrays by name, of ``arrays``, of at most ``size`` samples of each chain, else ValueError; KeyError for a
-            missing name. After either error the record may be changed in part. Other names are ignored.
+            missing name. The record is unchanged after either error. Other names are ignored.
         """
-        self.counts[:] = arrays["counts"].astype(np.int64)
-        for name, array in self._arrays.items():
-            array[:, : int(self.counts.max())] = arrays[name]
-        self._mean, self._squares = arrays["mean"].copy(), arrays["squares"].copy()
-        self._wave_numbers = arrays["wave_numbers"].copy()
+        last = int(arrays["counts"].max())
+        places: dict[str, NDArray[Any]] = {name: array[:, :last] for name, array in self._arrays.items()}
+        places |= {"counts": self.counts, "mean": self._mean, "squares": self._squares}
+        places |= {"wave_numbers": self._wave_numbers}
+        for name, place in places.items():
+            if arrays[name].shape != place.shape:
+                raise ValueError(f"{name}: the shape is {arrays[name].shape}, and the record has {place.shape}")
+        for name, place in places.items():
+            place[...] = arrays[name]

@@ -78,8 +78,8 @@ def tune(
         Of the error over time: ``largest``, ``rms`` or ``final``.
     axes : sequence of str
         Varied axes: ``formulation``, ``parameters``, ``policy``, ``arithmetic`` (for demands of 1e-5 and more),
-        ``fidelity``; all but ``fidelity`` by default. Families of methods and steps always vary, the compiler's profile
-        does not.
+        ``fidelity``; all but ``fidelity`` by default. The ``method`` and the ``resolution`` always vary, and may be
+        named for no further axis; the compiler's profile does not.
     methods : sequence of str
         Methods to try; by default all that make a difference to the scene.
     t_end : float
@@ -117,7 +117,7 @@ def tune(
     if not (isinstance(error, int | float) and 1e-13 <= error <= 0.5):
         raise UsageError(Problem("error", f"a demand lies in 1e-13..0.5, not {error!r} [E1125]", "1e-4"))
     check_measure(measure)
-    chosen = checked_axes(axes)
+    chosen = checked_axes(axes, ("profile",))
     others = formulated and "formulation" in chosen
     variants = formulations(scene, reading, others=others, fidelity="fidelity" in chosen)
     defaults = variants.description.simulation

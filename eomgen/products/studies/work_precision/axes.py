@@ -124,12 +124,13 @@ class Candidate:
                 yield Configuration(self.formulation, self.row.name, settings)
 
 
-def checked_axes(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the requested axes; if none are named all but ``NAMED``. Raises UsageError."""
+def checked_axes(names: Sequence[str], fixed: Sequence[str] = ()) -> tuple[str, ...]:
+    """Return the requested axes; if none are named all but ``NAMED``. Raises UsageError, also for ``fixed`` ones."""
+    known = [name for name in AXES if name not in fixed]
     for name in names:
-        if name not in AXES:
-            raise UsageError(Problem("axes", f"there is no axis {shown(name)} [E0735]", nearest(name, AXES)))
-    return tuple(names) or tuple(name for name in AXES if name not in NAMED)
+        if name not in known:
+            raise UsageError(Problem("axes", f"there is no axis {shown(name)} [E0735]", nearest(name, known)))
+    return tuple(names) or tuple(name for name in known if name not in NAMED)
 
 
 def candidates(
