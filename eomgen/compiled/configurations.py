@@ -195,8 +195,7 @@ def _ranges(model: EvaluatedModel, parameters: Parameters) -> tuple[Array, Array
         if factor.name in by_name and by_name[factor.name].reach:
             reach[factor.q] = by_name[factor.name].reach
     lower, upper = -reach, reach.copy()
-    p_values = dict(zip(terms.parameter_names, terms.one_set(parameters).tolist(), strict=True))
-    values = described.values(p_values)
+    values = described.values(dict(zip(terms.parameter_names, terms.one_set(parameters).tolist(), strict=True)))
     for limit in described.limits:
         if limit.coordinate in terms.q_names:
             index = terms.q_names.index(limit.coordinate)

@@ -233,8 +233,8 @@ def base_motion(
     terms = model.evaluator
     if terms.moving_base and not terms.description.joints:
         return terms.call("base_motion", q=q, v=v, t=t, parameters=parameters, base=base)[0]
-    given = [] if base is None else [terms.base(base)]
-    return _zeros(model, q, v, numbers("t", t), parameters, "v", *given)
+    batches = (numbers("t", t).shape, () if base is None else terms.base(base).shape[:-1])
+    return _zeros(model, q, v, parameters, "v", *batches)
 
 
 def inverse_dynamics(
@@ -886,7 +886,7 @@ def internal_rates(
     (2,)
     """
     if not model.evaluator.state_names:
-        return _zeros(model, q, v, np.asarray(t), parameters, "z")
+        return _zeros(model, q, v, parameters, "z", np.shape(t))
     return model.evaluator.call("internal_rate", q=q, v=v, z=z, t=t, u=u, parameters=parameters, base=base)[0]
 
 
@@ -939,13 +939,10 @@ def internal_partials(
     return InternalPartials(*model.evaluator.call("internal_partials", **arguments, parameters=parameters, base=base))
 
 
-def _zeros(
-    model: EvaluatedModel, q: ArrayLike, v: ArrayLike, t: Array, parameters: Parameters, block: str, *checked: Array
-) -> Array:
-    """Check q, v and parameters, and return zeros (..., size) with the size of block ``v`` or ``z`` for each of these,
-    and of ``checked`` arguments."""
+def _zeros(model: EvaluatedModel, q: ArrayLike, v: ArrayLike, p: Parameters, key: str, *more: tuple[int, ...]) -> Array:
+    """Check q, v and parameters, and return zeros (..., size) with the size of the block ``key``; ``more`` are leading axes
+    of other arguments."""
     terms = model.evaluator
-    arrays = (terms.configuration(q), terms.velocity("v", v), terms.parameters(parameters), *checked)
-    return np.zeros(
-        (*np.broadcast_shapes(*(array.shape[:-1] for array in arrays), t.shape), terms.functions.sizes[block])
-    )
+    arrays = (terms.configuration(q), terms.velocity("v", v), terms.parameters(p))
+    batch = np.broadcast_shapes(*(array.shape[:-1] for array in arrays), *more)
+    return np.zeros((*batch, terms.functions.sizes[key]))

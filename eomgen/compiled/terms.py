@@ -201,9 +201,6 @@ class Terms:
         blocks = set(self.functions.inputs(term))
         if "v" in blocks and arguments.get("v") is None:
             raise UsageError(Problem("v", f"the term {term} needs velocities [E0279]"))
-        if "weights" in blocks and "weights" not in arguments:
-            fault = f"the term {term} takes weights of a sum, which are no arguments here [E2244]"
-            raise UsageError(Problem("term", fault, "hessian(term, weights, ...)"))
         missing_a = "a" in blocks and arguments.get("a") is None
         constrained = "forward_dynamics" not in self.functions and solvable(self.functions)
         if missing_a and constrained:
@@ -281,6 +278,8 @@ class Terms:
         """Add weights, the state of the base and the inputs to ``values``, in place, if ``blocks`` of the term need
         these. They are the caller's in ``arguments``, else the scene's at the time in ``values``."""
         if "weights" in blocks:
+            if "weights" not in arguments:
+                raise UsageError(Problem("weights", "the term needs weights [E2244]", "hessian(term, weights, ...)"))
             values["weights"] = arguments["weights"]
         if arguments.get("base") is not None:
             values["base"] = self.base(arguments["base"])

@@ -692,9 +692,8 @@ class Simulator(NamedAttributes):
         """
         duplicate = Simulator(self._run, self._library, Motions(self.model))
         duplicate.restore(self.state)
-        duplicate._signals, duplicate._given = self._signals, self._given
-        duplicate._stopped, duplicate.notes = self._stopped, self.notes
-        duplicate._recorded = list(self._recorded)
+        duplicate._signals, duplicate._given, duplicate._stopped = self._signals, self._given, self._stopped
+        duplicate.notes, duplicate._recorded = self.notes, list(self._recorded)
         return duplicate
 
     __copy__ = copy

@@ -453,10 +453,8 @@ class System(NamedAttributes):
         size is the sum of ``second_blocks``; ``weights`` has at least 7 components for each frame with
         ``frame_poses_hessian``, and 2 nv with ``momenta_hessian``."""
         sizes = {name: sum(parts.values()) for name, parts in self.second_blocks._asdict().items()}
-        if "frame_poses_hessian" in self.functions:
-            sizes["weights"] = max(sizes["weights"], 7 * len(self.frames))
-        if "momenta_hessian" in self.functions:
-            sizes["weights"] = max(sizes["weights"], 2 * self.nv)
+        least = {"frame_poses_hessian": 7 * len(self.frames), "momenta_hessian": 2 * self.nv}
+        sizes["weights"] = max([sizes["weights"], *(size for name, size in least.items() if name in self.functions)])
         taken = {block for function in self.functions.values() for block in function.inputs}
         return {name: size for name, size in sizes.items() if name in taken}
 

@@ -343,10 +343,9 @@ class Record:
         """
         last = int(arrays["counts"].max())
         places: dict[str, NDArray[Any]] = {name: array[:, :last] for name, array in self._arrays.items()}
-        places |= {"counts": self.counts, "mean": self._mean, "squares": self._squares}
-        places |= {"wave_numbers": self._wave_numbers}
-        for name, place in places.items():
-            if arrays[name].shape != place.shape:
-                raise ValueError(f"{name}: the shape is {arrays[name].shape}, and the record has {place.shape}")
+        places |= {"counts": self.counts, "mean": self._mean}
+        places |= {"squares": self._squares, "wave_numbers": self._wave_numbers}
+        if wrong := [name for name, place in places.items() if arrays[name].shape != place.shape]:
+            raise ValueError(f"the shapes of {', '.join(wrong)} are of another record, or of more samples")
         for name, place in places.items():
             place[...] = arrays[name]

@@ -313,7 +313,7 @@ class PowerSpectrum:
         Raises
         ------
         UsageError
-            Ends that are no numbers, ``low`` above ``high``; there is no such weighting, or the quantity has another
+            Ends that are not numbers, ``low`` above ``high``; there is no such weighting, or the quantity has another
             unit than m/s^2 (an unknown unit passes).
 
         Examples
