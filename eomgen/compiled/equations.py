@@ -940,8 +940,8 @@ def internal_partials(
 
 
 def _zeros(model: EvaluatedModel, q: ArrayLike, v: ArrayLike, p: Parameters, key: str, *more: tuple[int, ...]) -> Array:
-    """Check q, v and parameters, and return zeros (..., size) with the size of the block ``key``; ``more`` are leading axes
-    of other arguments."""
+    """Check q, v and parameters, and return zeros (..., size) with the size of the block ``key``; ``more`` are the
+    leading axes of other arguments."""
     terms = model.evaluator
     arrays = (terms.configuration(q), terms.velocity("v", v), terms.parameters(p))
     batch = np.broadcast_shapes(*(array.shape[:-1] for array in arrays), *more)
