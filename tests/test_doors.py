@@ -524,9 +524,8 @@ LATE: dict[str, dict[str, str]] = {
     },
     "pipeline.documents": {
         "base.files": "a scene of a record is not read",
-        "integrators.families": "few scenes choose a method",
+        "integrators.families": "the methods of scenes are looked up with the library",
         "scene": "a scene of a record needs no reader and no classes of scenes",
-        "system.description": "as integrators.families",
     },
     "pipeline.methods": {"integrators.families": "methods are looked up with the library; loading a scene needs none"},
     "pipeline.requests": {"toolchain": "a compiler is looked for when the arguments are known to be fine"},

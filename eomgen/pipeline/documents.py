@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 
@@ -12,7 +11,7 @@ from eomgen.base.calls import checked_call
 from eomgen.base.data import without_garbage_collection
 from eomgen.base.extensions import extensions, load_row
 from eomgen.base.messages import log_notes
-from eomgen.errors import DescriptionError, EomgenError, Problem, UsageError
+from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.pipeline.front_end import Document, FileKind, FrontEnd, file_kinds, is_scene, other_document
 from eomgen.pipeline.readings import StoredScene, record_of, store, stored_scene
 from eomgen.pipeline.scenes import SCENES
@@ -133,28 +132,21 @@ def as_document(described: Described) -> tuple[Document, FrontEnd]:
 
 def load_scene(path: Described, **options: Any) -> Scene:
     """Return a mechanical scene from a path, nested data or a Scene; options are as in ``load``. Scenes of files are
-    taken from the cache of readings, and else kept there. Raises UsageError and DescriptionError, which also names an
-    unknown method of the scene."""
+    taken from the cache of readings, and else kept there. Raises UsageError and DescriptionError."""
     all_options = {**_DEFAULTS, **options}
     if (stored := stored_scene(path, all_options)) is not None:
         return stored.scene
-    of_source = {name: value for name, value in options.items() if name not in _DEFAULTS}
     if isinstance(path, str | os.PathLike):
         from eomgen.base.files import digests_of_files  # noqa: PLC0415  # each stage of the road is imported when reached
         from eomgen.scene import load as reader  # noqa: PLC0415
 
-        try:
-            with digests_of_files() as files:
-                scene = reader.load(Path(path), **all_options)
-        except DescriptionError as error:
-            method = partial(reader.method_of, Path(path), strict=all_options["strict"], **of_source)
-            raise _add_method_problems(error, method) from None
-        _check_method(scene)
+        with digests_of_files() as files:
+            scene = reader.load(Path(path), **all_options)
         store(path, all_options, scene, SCENES.describe(scene), files)
         return scene
     from eomgen.scene.sources.register import checked_options  # noqa: PLC0415
 
-    checked_options(None, of_source)
+    checked_options(None, {name: value for name, value in options.items() if name not in _DEFAULTS})
     frames, coordinates = all_options["task_frames"], all_options["coordinates"]
     if not frames:
         return _given_scene(path, coordinates)
@@ -168,7 +160,7 @@ def load_scene(path: Described, **options: Any) -> Scene:
 def _given_scene(scene: object, coordinates: Literal["joint", "absolute"] | None) -> Scene:
     """Return a Scene unchanged, or the scene made of a mapping with the data of a scene file. ``coordinates`` replaces
     the entry of a mapping. Raises UsageError for anything else, or for a Scene with other coordinates."""
-    from eomgen.scene.load import from_data, named_method  # noqa: PLC0415  # a stored scene needs no reader
+    from eomgen.scene.load import from_data  # noqa: PLC0415  # a stored scene needs no reader
     from eomgen.scene.scene import Scene  # noqa: PLC0415
 
     if isinstance(scene, Scene):
@@ -177,12 +169,7 @@ def _given_scene(scene: object, coordinates: Literal["joint", "absolute"] | None
             raise UsageError(Problem("coordinates", fault, "the path or the mapping that it was read from"))
         return scene
     if isinstance(scene, Mapping):
-        try:
-            result = from_data(scene, coordinates=coordinates)
-        except DescriptionError as error:
-            raise _add_method_problems(error, lambda: (named_method(scene), "scene")) from None
-        _check_method(result, "scene")
-        return result
+        return from_data(scene, coordinates=coordinates)
     for row in file_kinds():
         if isinstance(scene, row.front_end.document):
             name = getattr(scene, "name", row.kind)
@@ -192,41 +179,6 @@ def _given_scene(scene: object, coordinates: Literal["joint", "absolute"] | None
         raise UsageError("a SceneBuilder collects a scene, which its method build returns [E0553]", "builder.build()")
     hint = "eomgen.load, SceneBuilder(...).build(), or a path"
     raise UsageError(f"a scene, a path or a mapping like a scene file is needed, not {kind} [E0554]", hint)
-
-
-def _check_method(scene: Scene, location: str = "") -> None:
-    """Raise DescriptionError if a scene names an unknown method; ``location`` names a scene without a file."""
-    from eomgen.system.description import Simulation  # noqa: PLC0415
-
-    if scene.simulation.method == Simulation.method:
-        return
-    from eomgen.integrators.families.register import AUTO  # noqa: PLC0415  # few scenes choose a method
-
-    if scene.simulation.method != AUTO:
-        described_method(scene.simulation, scene.source.get("simulation.method", location or scene.name))
-
-
-def _add_method_problems(error: DescriptionError, method: Callable[[], tuple[object, str]]) -> DescriptionError:
-    """Return the error of a description, with one more problem if the description's method is unknown.
-
-    Parameters
-    ----------
-    error : DescriptionError of the description
-    method : returns the description's method and the method's place in the file
-    """
-    from eomgen.system.description import Simulation  # noqa: PLC0415
-
-    try:
-        name, location = method()
-    except EomgenError:  # the file cannot be read, which the error reports
-        return error
-    if not isinstance(name, str) or name == "auto" or any("(simulation.method)" in p.where for p in error.problems):
-        return error
-    try:
-        described_method(Simulation(method=name), location)
-    except DescriptionError as unknown:
-        return DescriptionError([*error.problems, *unknown.problems])
-    return error
 
 
 def described_method(simulation: Simulation, location: str) -> str:

@@ -162,8 +162,7 @@ class SceneBuilder(SectionMethods):
         Returns
         -------
         Scene
-            As ``eomgen.load`` gives it for a file with the same entries; but an unknown integration method is first
-            refused by ``eomgen.build``.
+            As ``eomgen.load`` gives it for a file with the same entries.
 
         Raises
         ------

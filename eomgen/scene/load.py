@@ -72,20 +72,6 @@ def data_of(path: str | Path, *, strict: bool = False, **options: Any) -> dict[s
     return dict(_read(_expand_user(path), strict=strict, **options).data)
 
 
-def method_of(path: str | Path, *, strict: bool = False, **options: Any) -> tuple[object, str]:
-    """Return the value of ``simulation.method`` in a file whose scene cannot be loaded, None without this key, and the
-    key's ``file:line`` for messages. Values are unchecked; errors of reading the file are raised as by ``load``."""
-    path = _expand_user(path)
-    read = _read(path, strict=strict, **options)
-    return named_method(read.data), Report(shown_file(path), read.lines).place("simulation.method")
-
-
-def named_method(data: Mapping[str, Any]) -> object:
-    """Return the ``simulation.method`` of unchecked data, None without this key."""
-    simulation = data.get("simulation")
-    return simulation.get("method") if isinstance(simulation, Mapping) else None
-
-
 def _expand_user(path: str | Path) -> Path:
     """Return a path with the home folder in place of ``~``. Raises UsageError for a text of several lines, which is the
     content of a file rather than a path."""

@@ -144,8 +144,11 @@ def test_an_unknown_method_is_told_with_all_other_problems(
 
 def test_an_unknown_method_of_nested_data_is_refused_before_the_build() -> None:
     data = tomllib.loads(SLIDER + '[simulation]\nmethod = "ode45"\n')
-    with pytest.raises(eomgen.DescriptionError, match=r"scene \(simulation.method\): there is no method 'ode45'"):
+    fault = r"\(simulation.*\): there is no method 'ode45'"
+    with pytest.raises(eomgen.DescriptionError, match=f"scene {fault}"):
         eomgen.load(data)
+    with pytest.raises(eomgen.DescriptionError, match=rf"test_scenes_and_starts\.py:\d+ {fault}"):
+        eomgen.SceneBuilder("slider").simulation(method="ode45").build()
 
 
 @pytest.mark.parametrize("points", ["[0, 0, 0], [1, 0, 0], [0, 0, 0]", "[0, 0, 0], [1, 0, 0], [1, 1, 0], [1, 0, 0.01]"])

@@ -494,7 +494,7 @@ def test_one_problem(old: str, new: str, message: str) -> None:
         ("[simulation]\nduration = -1", "the duration -1 is negative"),
         ("[simulation]\nrho_inf = 1.5", "rho_inf 1.5 is not between 0 and 1"),
         ("[simulation]\nrecord_every = 0", "(simulation.record_every): 0 is out of range here: it should be greater"),
-        ('[simulation]\nmethod = "../x"', "'../x' is not the name of a method"),
+        ('[simulation]\nmethod = "../x"', "there is no method '../x'"),
         ("[bodies.base]\nmass = 1", "the name base is reserved for the frame that carries the tree"),
         ("[bodies.lost]\nmass = 1", "scene.toml:15 (bodies.lost): no joint carries the body lost; try: a joint with"),
         ('[joints.second]\ntype = "fixed"\nparent = "base"\nchild = "link"', "the body link is already carried by"),
