@@ -137,7 +137,7 @@ def _check_machines(machines: Sequence[str], target: str) -> None:
 
 
 def _work_of_step(scene: Scene, method: str | None) -> dict[str, Any]:
-    """Return the operations per step of a method, or per call of each function if steps differ."""
+    """Return the operations per step of a method, or per call of each function without a count of steps."""
     from eomgen.pipeline.methods import method_of  # noqa: PLC0415
     from eomgen.pipeline.step_operations import operations_of_calls, operations_of_step  # noqa: PLC0415
 

@@ -29,14 +29,14 @@ def operations_of_step(scene: Scene, name: str) -> dict[str, Any]:
     ModelError
         The method cannot run on the scene.
     UsageError
-        The method does not exist, or steps of the method differ.
+        The method does not exist, or has no count of the work of a step.
     """
     method, facts = method_named(name), derive(scene, []).facts
     terms = terms_of(name, facts.constraints, facts.internal_states, not facts.ill_scaled)
     system = method.prepared(derive(scene, list(terms)))
     work = method.work(system, method_data(method, system))
     if not work:
-        fault = f"steps of {name} differ from each other: iterations or errors decide their work [E0559]"
+        fault = f"the work of a step of {name} is not counted [E0559]"
         raise UsageError(Problem("--method", fault, "rosenbrock or lsrt2; simulate --timing measures any method"))
     parts: list[dict[str, Any]] = []
     total = dict.fromkeys(_OPERATIONS, 0)

@@ -191,8 +191,6 @@ def _chosen_panels(
     Raises UsageError if no curve is left, and for too many panels."""
     curves, left_out = (chosen_curves(solution, names), "") if abscissa is None else _over(solution, names, abscissa)
     panels = _panels(curves)
-    if not panels:
-        raise UsageError(Problem("plot", "there is no other column to draw over this one [E1269]", "another name"))
     if len(panels) > _PANELS:
         fault = f"{len(curves)} curves need {len(panels)} panels, and a figure has {_PANELS} [E1270]"
         raise UsageError(Problem("plot", fault, f"fewer names: one of {listed(_by_kind(solution))}, or of components"))
@@ -204,6 +202,9 @@ def _over(solution: RecordedSolution, names: Sequence[str], abscissa: PlottedCur
     Without names, over an output of an included file, as one corner of a vehicle, outputs with the same prefix are
     drawn: over the travel of one wheel, the camber of another wheel is a tangle."""
     curves = [curve for curve in chosen_curves(solution, names) if curve.name != abscissa.name]
+    if not curves:
+        fault = f"there is no other column to draw over {abscissa.name} [E1269]"
+        raise UsageError(Problem("plot", fault, "another name"))
     prefix = "" if names or not abscissa.output else _prefix(abscissa.output, list(solution.outputs))
     drawn = [curve for curve in curves if curve.output.startswith(prefix)]
     outputs = {curve.output for curve in curves} - {curve.output for curve in drawn}

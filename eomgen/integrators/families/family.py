@@ -433,7 +433,7 @@ class Family(ABC):
         """
 
     def work(self, system: System, method: Mapping[str, Any]) -> tuple[Work, ...]:
-        """Return the work of every step; empty if steps differ, by iterations or by errors.
+        """Return the work of every step; empty without a count, as for steps that iterations or errors decide.
 
         Parameters
         ----------
