@@ -425,6 +425,7 @@ def test_root_mean_squares_of_filtered_noise() -> None:
 UNMOVED = model([[0.4, 0.0], [0.0, -1.0]], [[0.0], [1.0]], E=[[1.0], [1.0]])
 HELD = model([[0.0, 0.0], [0.0, -1.0]], [[1.0], [1.0]], [[0.0, 1.0]], [[0.0], [1.0]])
 FINE = random_model(3, 1, 2, 1)
+UNDRIVEN = shaping_filter([1.0], [1.0, 1.0], "white", "road")
 
 
 @pytest.mark.parametrize(
@@ -549,6 +550,16 @@ FINE = random_model(3, 1, 2, 1)
             lambda: kalman(FINE, {"w1": 1.0}, {"y1": 0.0}),
             UsageError,
             "measurement_noise: the noise of y1 is 0.0, so its signal would be taken for exact",
+        ),
+        (
+            lambda: kalman(UNDRIVEN, {"white": 1.0}, {"road": 1.0}, inputs=["u1"]),
+            UsageError,
+            "inputs: the model has no",
+        ),
+        (
+            lambda: place_observer(UNDRIVEN, [-2.0], ["road"], inputs=["u1"]),
+            UsageError,
+            "inputs: the model has no input",
         ),
         (lambda: kalman(FINE, {"w1": 1.0}, {}), UsageError, "measurement_noise: no measured signal is named"),
         (lambda: kalman(FINE, {"w9": 1.0}, {"y1": 1.0}), UsageError, "no disturbance, input or state 'w9'"),

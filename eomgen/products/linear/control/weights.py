@@ -144,7 +144,7 @@ def controlled_by(space: StateSpace, inputs: Sequence[str]) -> StateSpace:
     """
     if not space.inputs:
         hint = "an input in the scene without a formula, [inputs] force = {}"
-        raise UsageError(Problem("lqr", "the model has no input that a controller could drive [E0431]", hint))
+        raise UsageError(Problem("inputs", "the model has no input that a controller could drive [E0431]", hint))
     for name in inputs:
         if name not in space.inputs:
             hint = nearest(str(name), space.inputs)
