@@ -524,6 +524,12 @@ class Solution(SolutionMethods):
             "input",
             {name: join(self.inputs[name], array) for name, array in later.inputs.items() if name in self.inputs},
         )
+        if all("section_loads" in vars(part) for part in (self, later)):
+            loads = {}
+            for beam in later.section_loads:
+                (x, *first), (_, *second) = (part.section_loads[beam].named().values() for part in (self, later))
+                loads[beam] = SectionLoads(x, *map(join, first, second))
+            vars(whole)["section_loads"] = NamedResults("beam", loads)
         seen = None if later.model else later._poses_or_none()
         if seen is None or self._poses_or_none() is None:
             return whole

@@ -82,6 +82,12 @@ def test_a_model_tells_loads_of_any_state_and_a_file_keeps_them(tmp_path: Path) 
     kept = eomgen.Solution.load(solution.save(tmp_path / "run.npz")).section_loads["rope"]
     for name, array in loads.named().items():
         np.testing.assert_array_equal(getattr(kept, name), array)
+    parts = [model.simulate(0.2, 2e-3, checkpoint=tmp_path / "c", error_estimate=False)]
+    parts.append(model.resume(tmp_path / "c", 0.5))
+    for part in parts:
+        assert part.section_loads
+    first, rest = (eomgen.Solution.load(part.save(tmp_path / "part.npz")) for part in parts)
+    np.testing.assert_array_equal(first.followed_by(rest).section_loads["rope"].moment, loads.moment)
 
 
 @pytest.mark.long
