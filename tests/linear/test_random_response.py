@@ -156,6 +156,7 @@ def test_tracks_of_an_isotropic_road_are_as_coherent_as_its_plane_spectrum_says(
         excitation = RoadExcitation(road, 20.0, {"left": 0.0, "right": 0.0}, {"left": -0.7, "right": 0.7})
         n = np.array([0.02, 0.1, 0.5])
         found = excitation.between_tracks(20.0 * n)
+        assert np.all(excitation.between_tracks(np.zeros(1)) == 1.0)
         for k, wave in enumerate(n):
 
             def plane(m: float, wave: float = float(wave), exponent: float = exponent) -> float:

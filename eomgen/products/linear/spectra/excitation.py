@@ -325,7 +325,7 @@ class RoadExcitation:
         Parameters
         ----------
         frequencies : ndarray
-            Frequencies (nf,), Hz, above zero.
+            Frequencies (nf,), Hz, zero or above.
 
         Returns
         -------
@@ -341,18 +341,17 @@ class RoadExcitation:
         array([[1., 1.],
                [1., 1.]])
         """
-        distances = np.broadcast_to(self.lateral, (len(frequencies), *self.lateral.shape))
-        same = distances == 0.0
         if self.coherence != "isotropic":
             constant = {"equal": 1.0, "independent": 0.0}.get(str(self.coherence))
-            return np.asarray(np.where(same, 1.0, float(self.coherence) if constant is None else constant))
+            between = np.where(self.lateral == 0.0, 1.0, float(self.coherence) if constant is None else constant)
+            return np.broadcast_to(between, (len(frequencies), *between.shape))
         from scipy.special import gamma, kv  # noqa: PLC0415  # slow to import
 
         order = self.road.exponent / 2.0
-        waves = 2.0 * np.pi * frequencies[:, np.newaxis, np.newaxis] / self.speed * np.where(same, 1.0, distances)
-        bessel = np.asarray(kv(order, waves), dtype=float)
-        ratio: Array = 2.0 / float(gamma(order)) * (waves / 2.0) ** order * bessel
-        return np.asarray(np.where(same, 1.0, ratio))
+        waves = 2.0 * np.pi * frequencies[:, np.newaxis, np.newaxis] / self.speed * self.lateral
+        bessel = np.asarray(kv(order, waves), dtype=float)  # infinite as waves go to 0, and the product goes to 1
+        ratio: Array = 2.0 / float(gamma(order)) * (waves / 2.0) ** order * np.where(np.isinf(bessel), 0.0, bessel)
+        return np.asarray(np.where(np.isinf(bessel), 1.0, ratio))
 
     def phases(self, frequencies: Array) -> Complex:
         """Return e^(-2 pi i f d / V) of each wheel, its delay in the frequency domain: d / V is in ``delays``.
@@ -383,7 +382,7 @@ class RoadExcitation:
         Parameters
         ----------
         frequencies : ndarray
-            Frequencies (nf,), Hz, above zero.
+            Frequencies (nf,), Hz, zero or above.
 
         Returns
         -------
