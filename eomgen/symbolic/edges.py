@@ -107,7 +107,8 @@ def _flat_sum(tape: TapeInterface, node: Ref) -> Ref | None:
 
 
 def quotient(tape: TapeInterface, numerator: Ref, divisor: Ref, x: Ref) -> Ref:
-    """Record numerator / divisor, 0 if x and its first derivatives are 0; the divisor must be 0 only with x."""
+    """Record numerator / divisor; 0 if ``flat_zero`` of x is known and 0, and infinite or not a number at other zeros.
+    The divisor must be 0 only with x."""
     flat = flat_zero(tape, x)
     if flat is None:
         return tape.div(numerator, divisor)
