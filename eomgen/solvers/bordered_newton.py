@@ -157,7 +157,7 @@ class LoadedStatics:
 
 @dataclass(frozen=True)
 class Direction:
-    """A direction in unknowns and load factor: (nv + rows + nz,) and s; of length 1 in the measure of ``weights``."""
+    """A direction in unknowns and load factor: (nv + rows + nz,) and s; of length 1 by their ``measure``."""
 
     unknowns: Array
     s: float
@@ -174,15 +174,6 @@ class CorrectedPoint:
     trouble: str = ""
 
 
-def weights(statics: LoadedStatics, rest: LoadedState) -> Array:
-    """Return the weights by which squared unknowns add to lengths of paths, (nv + rows + nz,). Zero for multipliers and
-    internal states."""
-    nv = len(statics.sizes)
-    result = np.zeros(nv + len(rest.multipliers) + len(rest.z))
-    result[:nv] = statics.measure
-    return result
-
-
 def direction(statics: LoadedStatics, rest: LoadedState, before: Direction) -> Direction | None:
     """Return the direction, of length 1, in which the path of equilibria goes on at a state, on the side of ``before``.
     None if the bordered matrix is singular."""
@@ -192,7 +183,8 @@ def direction(statics: LoadedStatics, rest: LoadedState, before: Direction) -> D
     if solved is None:
         return None
     unknowns, s = solved[:-1], float(solved[-1])
-    length = math.sqrt(unknowns @ (weights(statics, rest) * unknowns) + (s / statics.reach) ** 2)
+    # no squares, which underflow at the reach of an extreme load
+    length = math.hypot(*np.sqrt(statics.measure) * unknowns[: len(statics.sizes)], s / statics.reach)
     return Direction(unknowns / length, s / length) if length > 0.0 and math.isfinite(length) else None
 
 
@@ -217,7 +209,7 @@ def correct(
     along : Direction
         Direction of the step.
     way : float
-        Length of the step in the measure of ``weights``.
+        Length of the step in the measure of ``LoadedStatics``.
     plane : Direction, optional
         Normal of the plane in which the corrections lie; ``along`` by default.
     """

@@ -156,7 +156,7 @@ def step_to(statics: LoadedStatics, point: PathPoint, way: float, target: float 
     point : PathPoint
         Present point.
     way : float
-        Length of the step in the measure of ``weights``.
+        Length of the step in the measure of ``LoadedStatics``.
     target : float, optional
         Load factor at which the step ends if the factor is reached within the step.
     """

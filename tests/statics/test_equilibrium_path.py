@@ -86,11 +86,14 @@ def test_a_path_goes_on_by_time_as_slowly_as_rest_asks(snap: Model) -> None:
     assert [2.0 * item.value for item in found.critical] == pytest.approx([item.value for item in expected.critical])
 
 
-def test_a_path_that_is_too_long_says_where_it_ends(snap: Model) -> None:
-    path = snap.equilibrium_path("load", 20.0, max_points=6)
+@pytest.mark.parametrize(("to", "told"), [(20.0, "20"), (1e200, "1e+200")])
+def test_a_path_that_is_too_long_says_where_it_ends(to: float, told: str, snap: Model) -> None:
+    path = snap.equilibrium_path("load", to, max_points=6)
     assert not path.success
     assert len(path.values) == 6
-    assert path.message.startswith(f"the path ends at load = {path.values[-1]:.6g}, not at 20: 6 points are not enough")
+    assert path.message.startswith(
+        f"the path ends at load = {path.values[-1]:.6g}, not at {told}: 6 points are not enough"
+    )
 
 
 def test_progress_is_reported_and_ctrl_c_keeps_the_path_so_far(snap: Model) -> None:
@@ -145,14 +148,9 @@ def test_a_path_ends_at_the_value_that_its_corrections_pass() -> None:
     scene = truss() | {"gravity": [0.0, 0.0, -9.81], "parameters": {"k": {"value": 4.0, "tunable": True}}}
     scene["joints"]["slide"] |= {"stiffness": "k"}
     del scene["points"], scene["springs"], scene["forces"]
-    model = eomgen.build(scene, profile="quick")
-    path = model.equilibrium_path("k", 8.0, 4.0)
+    path = eomgen.build(scene, profile="quick").equilibrium_path("k", 8.0, 4.0)
     assert path.success
     assert path.column("apex.z")[[0, -1]] == pytest.approx([-9.81 / 4.0, -9.81 / 8.0], rel=1e-9)
-    far = model.equilibrium_path("k", 1e300, 4.0)
-    assert far.message.endswith(
-        "the path ends at k = 4, not at 1e+300: the tangent stiffness is singular there [E2086]"
-    )
 
 
 def test_what_is_not_there_is_named(snap: Model) -> None:

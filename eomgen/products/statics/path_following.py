@@ -41,7 +41,6 @@ from eomgen.solvers.bordered_newton import (
     LoadedStatics,
     correct,
     direction,
-    weights,
 )
 from eomgen.solvers.equilibrium_path import PathEndError, PathPoint, StepLimits, first_point, follow
 from eomgen.solvers.load_steps import by_load_steps
@@ -345,8 +344,8 @@ def _aside(statics: LoadedStatics, critical: CriticalPoint, size: float) -> Path
     rest = critical.point.rest
     unknowns = np.zeros(len(statics.sizes) + len(rest.multipliers) + len(rest.z))
     unknowns[: len(statics.sizes)] = critical.modes[:, 0]
-    measured = (weights(statics, rest) * unknowns)[: len(statics.sizes)]
-    length = float(np.sqrt(unknowns @ (weights(statics, rest) * unknowns)))
+    measured = statics.measure * critical.modes[:, 0]
+    length = float(np.sqrt(critical.modes[:, 0] @ measured))
     along = Direction(unknowns / length, 0.0)
     for part in _ASIDE:
         way = size * part * length
