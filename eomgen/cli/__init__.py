@@ -12,7 +12,7 @@ import os
 import sys
 import traceback
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TextIO
 
@@ -133,9 +133,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
         _check_streams()
-        if {"-v", "--verbose"} & set(words):
-            _talk()
-        with warnings.catch_warnings():
+        with _talking() if {"-v", "--verbose"} & set(words) else contextlib.nullcontext(), warnings.catch_warnings():
             warnings.showwarning = _show_warning
             result = _run_command(words)
         return result if isinstance(result, int) else 0
@@ -214,15 +212,22 @@ def _drop_what_cannot_be_written() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _talk() -> None:
-    """Write the messages of the package's loggers to stderr."""
+@contextlib.contextmanager
+def _talking() -> Iterator[None]:
+    """Write the messages of the package's loggers to stderr within the block."""
     import logging  # noqa: PLC0415  # most runs are silent
 
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(logging.Formatter("%(name)s: %(message)s"))
     logger = logging.getLogger("eomgen")
+    handlers, level = logger.handlers, logger.level
     logger.handlers = [handler]
     logger.setLevel(logging.DEBUG)
+    try:
+        yield
+    finally:
+        logger.handlers = handlers
+        logger.setLevel(level)
 
 
 def _check_streams() -> None:

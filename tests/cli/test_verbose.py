@@ -12,15 +12,7 @@ from eomgen.cli import main
 from tests.models.scenes import pendulum
 
 
-@pytest.fixture
-def own_logger():
-    logger = logging.getLogger("eomgen")
-    before = logger.handlers, logger.level
-    yield logger
-    logger.handlers, logger.level = before
-
-
-def test_verbose_says_what_is_done_on_stderr(own_logger: logging.Logger, tmp_path: Path, capsys) -> None:
+def test_verbose_says_what_is_done_on_stderr(tmp_path: Path, capsys) -> None:
     scene = tmp_path / "slider.toml"
     scene.write_text(
         'format = 1\nname = "slider"\n[bodies]\nslug = { mass = 1.0 }\n[joints]\n'
@@ -33,6 +25,9 @@ def test_verbose_says_what_is_done_on_stderr(own_logger: logging.Logger, tmp_pat
     told = capsys.readouterr()
     assert told.out == quiet.out and quiet.err == ""
     assert "eomgen.pipeline.programs: derived slider in " in told.err
+    assert main(["info", str(tmp_path / "none.toml"), "-v"]) == 7
+    logger = logging.getLogger("eomgen")
+    assert not logger.handlers and not logger.level
 
 
 def test_a_run_is_logged(caplog: pytest.LogCaptureFixture) -> None:
