@@ -12,7 +12,7 @@ import os
 import sys
 import traceback
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TextIO
 
@@ -123,8 +123,7 @@ def _run_command(words: Sequence[str]) -> object:
 
 def _notes(error: BaseException) -> list[str]:
     """Return the notes of interrupted work, each with the progress of the work."""
-    notes: list[str] = getattr(error.__cause__ or error, "__notes__", [])  # click.Abort is raised from Ctrl-C's
-    return notes
+    return list(getattr(error.__cause__ or error, "__notes__", []))  # click.Abort is raised from Ctrl-C's
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -133,7 +132,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
         _check_streams()
-        with _talking() if {"-v", "--verbose"} & set(words) else contextlib.nullcontext(), warnings.catch_warnings():
+        with contextlib.ExitStack() as ended, warnings.catch_warnings():
+            if {"-v", "--verbose"} & set(words):
+                _talk(ended)
             warnings.showwarning = _show_warning
             result = _run_command(words)
         return result if isinstance(result, int) else 0
@@ -143,8 +144,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         path = error.ctx.command_path if error.ctx is not None else "eomgen"
         text = what_of_usage(error)
         text = text[:1].lower() + text[1:]
-        usage = UsageError(Problem(path, text, usage_remedy(error, path, words), usage_code(text)))
-        _show_error(usage, words)
+        _show_error(UsageError(Problem(path, text, usage_remedy(error, path, words), usage_code(text))), words)
         return error.exit_code
     except (click.Abort, KeyboardInterrupt) as stop:
         click.echo(": ".join(["interrupted", *_notes(stop)[:1]]), err=True)
@@ -160,7 +160,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         if "--debug" in words:
             traceback.print_exc()
-        file = "" if error.filename is None else str(error.filename)
+        file = str(error.filename or "")
         from eomgen.base.files import system_code  # noqa: PLC0415  # for a mistake only
 
         remedy = "free space on the disk, or another path of the output"
@@ -212,22 +212,17 @@ def _drop_what_cannot_be_written() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-@contextlib.contextmanager
-def _talking() -> Iterator[None]:
-    """Write the messages of the package's loggers to stderr within the block."""
+def _talk(ended: contextlib.ExitStack) -> None:
+    """Write the messages of the package's loggers to stderr until ``ended`` is closed."""
     import logging  # noqa: PLC0415  # most runs are silent
 
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(logging.Formatter("%(name)s: %(message)s"))
     logger = logging.getLogger("eomgen")
-    handlers, level = logger.handlers, logger.level
+    ended.callback(setattr, logger, "handlers", logger.handlers)
+    ended.callback(logger.setLevel, logger.level)
     logger.handlers = [handler]
     logger.setLevel(logging.DEBUG)
-    try:
-        yield
-    finally:
-        logger.handlers = handlers
-        logger.setLevel(level)
 
 
 def _check_streams() -> None:

@@ -203,8 +203,7 @@ def _over(solution: RecordedSolution, names: Sequence[str], abscissa: PlottedCur
     drawn: over the travel of one wheel, the camber of another wheel is a tangle."""
     curves = [curve for curve in chosen_curves(solution, names) if curve.name != abscissa.name]
     if not curves:
-        fault = f"there is no other column to draw over {abscissa.name} [E1269]"
-        raise UsageError(Problem("plot", fault, "another name"))
+        raise UsageError(Problem("plot", f"no column is left to draw over {abscissa.name} [E1269]", "another name"))
     prefix = "" if names or not abscissa.output else _prefix(abscissa.output, list(solution.outputs))
     drawn = [curve for curve in curves if curve.output.startswith(prefix)]
     outputs = {curve.output for curve in curves} - {curve.output for curve in drawn}

@@ -27,6 +27,7 @@ from eomgen.results.finding import Finding
 from eomgen.results.poses import BodyPoses, PosesAndScenery
 from eomgen.results.recorded import DeferredEvaluator, ModelOfRun, html, model_of
 from eomgen.results.solution_files import (
+    STATES,
     column_named,
     columns_of,
     read_all,
@@ -499,32 +500,27 @@ class Solution(SolutionMethods):
         def join(first: Array, second: Array) -> Array:
             return np.concatenate([first[head], second[tail]])
 
-        wall = float(self.stats.get("wall_time", 0.0)) + float(later.stats.get("wall_time", 0.0))
+        def union(group: str) -> dict[str, Any]:
+            first, second = getattr(self, group), getattr(later, group)
+            return {name: join(first[name], array) for name, array in second.items() if name in first}
 
         events, metadata = later.events, later.metadata
         if events.counts and self.events.counts:
             events = self.events.followed_by(events, float(later.t[0]))
             metadata = {**metadata, "events": events.to_dict()}
+        states: dict[str, Any] = {name: join(getattr(self, name), getattr(later, name)) for name in ("t", *STATES)}
         whole = replace(
             later,
             events=events,
             metadata=metadata,
-            t=join(self.t, later.t),
-            q=join(self.q, later.q),
-            v=join(self.v, later.v),
-            a=join(self.a, later.a),
-            z=join(self.z, later.z),
-            multipliers=join(self.multipliers, later.multipliers),
-            stats={**later.stats, "wall_time": wall},
-            outputs={name: join(self.outputs[name], array) for name, array in later.outputs.items()},
-            energy={name: join(self.energy[name], array) for name, array in later.energy.items()},
+            **states,
+            stats={**later.stats, "wall_time": sum(part.stats.get("wall_time", 0.0) for part in (self, later))},
+            outputs=union("outputs"),
+            energy=union("energy"),
             error=ErrorEstimate.missing("the estimate of each part begins where the part begins"),
         )
-        vars(whole)["inputs"] = NamedResults(
-            "input",
-            {name: join(self.inputs[name], array) for name, array in later.inputs.items() if name in self.inputs},
-        )
-        if all("section_loads" in vars(part) for part in (self, later)):
+        vars(whole)["inputs"] = NamedResults("input", union("inputs"))
+        if {"section_loads"} <= vars(self).keys() & vars(later).keys():
             loads = {}
             for beam in later.section_loads:
                 (x, *first), (_, *second) = (part.section_loads[beam].named().values() for part in (self, later))
@@ -533,8 +529,7 @@ class Solution(SolutionMethods):
         seen = None if later.model else later._poses_or_none()
         if seen is None or self._poses_or_none() is None:
             return whole
-        poses = {name: join(self.poses[name], array) for name, array in seen.poses.items()}
-        return whole._with(seen._replace(poses=poses))
+        return whole._with(seen._replace(poses=union("poses")))
 
     def _check_end(self, later: Solution) -> None:
         """Raise UsageError if `later` does not go on from the end of this solution: it begins as early, or its first q,

@@ -287,8 +287,8 @@ class Tape:
         return self._node(_CURVE, x, position)
 
     def root_slope(self, x: Ref, root: Ref) -> Ref:
-        """Return the reference of the slope 1 / (2 root) of the square root of x; 0 if ``flat_zero`` of x is known and
-        0, and infinite at other zeros and for roots in ``lengths``. ``root`` is the reference of the square root."""
+        """Return the slope 1 / (2 root) of the square root ``root`` of x, a reference: 0 if ``flat_zero(x)`` is known
+        and 0, and infinite at other zeros and for roots in ``lengths``."""
         half = self.constant(0.5)
         return self.div(half, root) if root in self.lengths else quotient(self, half, root, x)
 

@@ -363,7 +363,7 @@ def test_the_verb_draws_what_simulate_stored(tmp_path: Path, monkeypatch: pytest
             2,
             "--over: 'tip' are 3 columns, and --over takes one; try: one of tip[0], tip[1]",
         ),
-        (["{run}", "q.hinge", "--over", "q.hinge"], 2, "plot: there is no other column to draw over q.hinge"),
+        (["{run}", "q.hinge", "--over", "q.hinge"], 2, "plot: no column is left to draw over q.hinge"),
         (["{run}/scene.toml"], 2, "a stored solution is needed, a file .npz; try: {run}/solution.npz"),
         (["scene.toml"], 2, "scene.toml: there is no such file or folder; try: the folder of a run of eomgen simulate"),
         (["{run}/empty"], 2, "this folder has no solution.npz; try: the folder of a run of eomgen simulate"),

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from itertools import takewhile
 from typing import TYPE_CHECKING, Any
 
+from eomgen.base.data import replace
 from eomgen.base.messages import NAME_RULE, is_legal, key_of, nearest, shown
 from eomgen.base.products import import_target
 from eomgen.errors import UsageError
@@ -124,7 +125,8 @@ def _check_simulation(document: SceneDocument, reading: Reading) -> None:
         try:
             canonical_name(simulation.method)
         except UsageError as error:
-            report.add("simulation.method", error.problems[0].what, error.problems[0].hint)
+            where = report.where("simulation.method")
+            report.add_problem("simulation.method", replace(error.problems[0], where=where))
     if simulation.step <= 0.0:
         report.add("simulation.step", f"the step {simulation.step:.6g} is not positive [E1466]", "1e-3")
     if simulation.duration < 0.0:
