@@ -2,9 +2,8 @@
 joint coordinates, continued from scenes with few rows.
 
 Rows are numbered by integers in the names of bodies, points and force elements, as ``[repeat]`` makes them. Three
-scenes with fewer rows are derived, and ``codegen.continuation`` checks that their Programs grow evenly. That all rows
-of the given scene are equal is checked here: apart from the state at the start, numbers of a row are the same in all
-rows, or grow evenly.
+scenes with fewer rows are derived. That the rows of a run are equal is checked here: apart from the state at the start,
+numbers of a row are the same in all rows, or grow evenly.
 """
 
 from __future__ import annotations
@@ -12,6 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Hashable, Mapping, Sequence
 from functools import cache, cached_property, partial
+from itertools import chain, compress
 from typing import Any, cast
 
 import numpy as np
@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, fields, is_dataclass, replace
-from eomgen.codegen.continuation import IrregularSamples, Samples, continued_sums
+from eomgen.codegen.continuation import IrregularSamples, Known, Samples, continued_sums
 from eomgen.codegen.program import Program
 from eomgen.formula.nodes import ZERO, Number
 from eomgen.mechanics.initial_coordinates import AbsoluteStartEquations, free_start, joint_start
 from eomgen.mechanics.scene_tape import Derivation
-from eomgen.pipeline.equal_elements import Derived, continue_samples
+from eomgen.pipeline.equal_parts import LONGEST, Derived, EqualParts, Plan, Run, Start, find_runs, least_work, rename
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.system.system import Sample
@@ -32,16 +32,14 @@ from eomgen.system.terms import TERMS
 
 #: The parts of a name between its numbers, and the numbers.
 Parts = tuple[tuple[str, ...], tuple[int, ...]]
-#: Bodies from which on three scenes with few rows are derived faster; least bodies and rows of the smallest of them,
-#: and rows more of the next one.
-MANY = 800
+#: Least bodies and rows of the smallest derived scene, and rows more of the next one.
 _FEW, _FEW_ROWS, _MORE = 100, 10, 2
 #: The same with joints, rows in place of bodies: the first of them have pivots of their own.
-MANY_JOINED, _FEW_JOINED, _MORE_JOINED = 100, 18, 1
+_FEW_JOINED, _MORE_JOINED = 18, 1
 #: The same in joint coordinates, with least velocities of the smallest scene: shorter chains have functions without
 #: loops, and loops of some lengths begin elsewhere, so that other lengths are tried.
-MANY_HINGED, _FEW_HINGED, _MORE_HINGED, _FREEDOMS = 300, 28, 4, 60
-#: Rows at the end of a scene that may differ from the others, as rows at its beginning may.
+_FEW_HINGED, _MORE_HINGED, _FREEDOMS = 28, 4, 60
+#: Distance of rows from which on a row that names the other one is distant.
 _END = 3
 #: Largest deviation of numbers that grow evenly, as a part of the largest.
 _EVEN = 1e-9
@@ -59,47 +57,39 @@ _START = frozenset({"initial_position", "initial_velocity"})
 
 def equal_rows(scene: Scene) -> EqualRows | None:
     """Return the rows of a scene of many bodies in equal numbered rows; None if such rows are not found. None also if
-    rows differ, are few, or if the scene has other parts than bodies, joints, points, force elements and parameters;
-    scenes with joints other than free ones must be plain chains."""
+    rows are few, or if the scene has other parts than bodies, joints, points, force elements and parameters; scenes
+    with joints other than free ones must be plain chains."""
+    rows = _find_rows(scene)
+    return rows if rows is not None and rows.entries["bodies"] and rows.plans else None
+
+
+def _find_rows(scene: Scene) -> EqualRows | None:
+    """Return the rows of a scene as ``equal_rows`` does, short runs too."""
     hinged = scene.coordinates == "joint"
     joined = any(joint.type != "free" for joint in scene.joints)
-    if len(scene.bodies) < (MANY_HINGED if hinged else MANY_JOINED if joined else MANY):
-        return None
     if (joined or hinged) and not _is_plain_chain(scene, hinged):
         return None
     if any(scene.parts.values()) or any(getattr(scene, item.name) for item in fields(scene) if item.name not in _PLAIN):
         return None
     names = [item.name for part in _LISTS for item in getattr(scene, part)]
-    if len(set(names)) < len(scene.bodies) or not names:
-        return None
-    rows = _find_rows(names)
-    if rows is None:
-        return None
-    made = EqualRows(scene, *rows, joined)
-    return made if made.regular else None
+    numbered = _find_numbers(names) if names and len(set(names)) >= len(scene.bodies) else None
+    return None if numbered is None else EqualRows(scene, *numbered, joined, hinged)
 
 
 def _is_plain_chain(scene: Scene, hinged: bool) -> bool:
     """Return whether a scene has no force elements, no drives or mimic relations, and no wanted term that is a whole
     matrix. In absolute coordinates (not ``hinged``) joints must not have springs, stops or friction either: forces are
     recorded one by one, so their loops grow unevenly."""
+
+    def is_simple(joint: Joint) -> bool:
+        connects_only = not (joint.stops or joint.friction) and joint.stiffness == joint.damping == ZERO
+        return not (joint.drive or joint.mimic) and (hinged or connects_only)
+
     whole = any(TERMS[name].quadratic for name in scene.terms if name in TERMS)
-    simple = _moves_freely if hinged else _only_connects
-    return not whole and not scene.elements and all(map(simple, scene.joints))
+    return not whole and not scene.elements and all(map(is_simple, scene.joints))
 
 
-def _moves_freely(joint: Joint) -> bool:
-    """Return whether a joint has neither a drive nor a mimic relation."""
-    return not (joint.drive or joint.mimic)
-
-
-def _only_connects(joint: Joint) -> bool:
-    """Return whether a joint has no springs, stops, friction or motions of its own."""
-    has_forces_or_motion = joint.stops or joint.friction or not _moves_freely(joint)
-    return not has_forces_or_motion and joint.stiffness == joint.damping == ZERO
-
-
-def _find_rows(names: Sequence[str]) -> tuple[Mapping[tuple[str, ...], int], int, int] | None:
+def _find_numbers(names: Sequence[str]) -> tuple[Mapping[tuple[str, ...], int], int, int] | None:
     """Return the position of the row's number among the integers in a name, and the first and the last row. Positions
     are by the other parts of the name. None if no integer counts many rows, or if two of a name may."""
     numbers: dict[tuple[str, ...], list[tuple[int, ...]]] = {}
@@ -153,7 +143,7 @@ class _Row:
 
 
 @dataclass(frozen=True)
-class EqualRows:
+class EqualRows(EqualParts):
     """A scene with equal rows of bodies, numbered in names, whose Program is continued from scenes with fewer rows.
 
     Attributes
@@ -161,27 +151,36 @@ class EqualRows:
     places : which integer in a name is the number of the row, by the other parts of the name
     first, last : rows
     joined : whether bodies have other joints than free ones
+    hinged : whether the scene is in joint coordinates
     """
 
-    scene: Scene
     places: Mapping[tuple[str, ...], int]
     first: int
     last: int
     joined: bool
+    hinged: bool
 
     @property
     def count(self) -> int:
         return self.last - self.first + 1
 
-    @property
-    def is_hinged(self) -> bool:
-        """Whether the scene is in joint coordinates."""
-        return self.scene.coordinates == "joint"
+    @cached_property
+    def runs(self) -> tuple[Run, ...]:
+        """The runs of equal groups of rows: entries are equal, and numbers grow evenly from group to group. No row of a
+        run is named by a distant row, or by an entry outside of rows."""
+        tables = [self._table(rows) for kinds in self.entries.values() for rows in kinds.values()]
+        even = {
+            period: np.append(
+                np.logical_and.reduce([_is_even(table, period) for table in tables]), [False] * 2 * period
+            )
+            for period in range(1, LONGEST + 1)
+        }
 
-    @property
-    def inner(self) -> range:
-        """The rows that must be equal."""
-        return range(self.first + _END, self.last - _END + 1)
+        def groups(start: int, period: int) -> int:
+            alike = int(np.argmin(even[period][start - self.first :]))
+            return alike // period + 2 if alike >= period else 1
+
+        return tuple(find_runs(self.first, self.last + 1, groups))
 
     def row_of(self, name: str) -> int | None:
         """Return the row's number of a body, joint, point or force element by name, None outside of rows."""
@@ -206,20 +205,32 @@ class EqualRows:
     @cached_property
     def entries(self) -> dict[str, dict[object, dict[int, _Row]]]:
         """Bodies, joints, points and force elements in rows: by list, by kind (type, name without row) and by row."""
-        result: dict[str, dict[object, dict[int, _Row]]] = {}
-        for part in _LISTS:
-            kinds = result.setdefault(part, {})
-            for index, item in enumerate(getattr(self.scene, part)):
-                row = self.row_of(item.name)
-                if row is not None:
-                    numbers: list[float] = []
-                    data = self._data(item, row, numbers)
-                    kinds.setdefault(self._kind(item, row), {})[row] = _Row(index, data, tuple(numbers))
-        return result
+        return self._read[0]
 
-    def _data(self, value: Any, row: int, numbers: list[float]) -> object:
-        """Return nested data that are equal for equal parts of two rows, and append all numbers to ``numbers``. Numbers
-        are replaced by the type, and rows in names are relative to ``row``."""
+    @property
+    def single(self) -> list[int]:
+        """Rows that are named by distant rows or by entries outside of rows, and these distant rows."""
+        return sorted(self._read[1])
+
+    @cached_property
+    def _read(self) -> tuple[dict[str, dict[object, dict[int, _Row]]], set[int]]:
+        entries: dict[str, dict[object, dict[int, _Row]]] = {}
+        single: set[int] = set()
+        for part in _LISTS:
+            kinds = entries.setdefault(part, {})
+            for index, item in enumerate(getattr(self.scene, part)):
+                row, numbers, named = self.row_of(item.name), list[float](), set[int]()
+                data = self._data(item, row or 0, numbers, named)
+                distant = {number for number in named if row is None or abs(number - row) >= _END}
+                single |= distant
+                if row is not None:
+                    single |= {row} if distant else set()
+                    kinds.setdefault(self._kind(item, row), {})[row] = _Row(index, data, tuple(numbers))
+        return entries, single
+
+    def _data(self, value: Any, row: int, numbers: list[float], named: set[int]) -> object:
+        """Return nested data that are equal for equal parts of two rows; add all numbers to ``numbers``, and the rows
+        of all names to ``named``. Numbers are replaced by the type, and rows in names are relative to ``row``."""
         kind = type(value)
         if kind is float:
             numbers.append(value)
@@ -230,180 +241,151 @@ class EqualRows:
         if kind is str:
             shape, integers = parts_of(value)
             index = self.places.get(shape)
-            return value if index is None else (shape, integers[:index], integers[index] - row, integers[index + 1 :])
+            if index is None:
+                return value
+            named.add(integers[index])
+            return shape, integers[:index], integers[index] - row, integers[index + 1 :]
         if kind is tuple or kind is list:
-            return tuple([self._data(item, row, numbers) for item in value])
+            return tuple([self._data(item, row, numbers, named) for item in value])
         names = _names(cast("Hashable", kind))
-        return (kind, *[self._data(getattr(value, name), row, numbers) for name in names]) if names else value
+        return (kind, *[self._data(getattr(value, name), row, numbers, named) for name in names]) if names else value
+
+    def _table(self, rows: Mapping[int, _Row]) -> Array:
+        """Return kind, place in the list and numbers of the entry of each row, zeros for a row without an entry. Rows
+        that are named from afar, or name others, have kinds of their own."""
+        kinds: dict[object, int] = {}
+        table = np.zeros((self.count, 2 + max(len(row.numbers) for row in rows.values())))
+        for number, row in rows.items():
+            kind = kinds.setdefault(row.data, len(kinds) + 1)
+            table[number - self.first, : 2 + len(row.numbers)] = kind, row.place, *row.numbers
+        single = np.array(self.single, dtype=int)
+        table[single - self.first, 0] = -single - 1
+        return table
 
     @cached_property
-    def regular(self) -> bool:
-        """Whether the rows can be continued: enough rows, equal inside and in even order, few other parts."""
-        if self.count < (MANY_HINGED if self.is_hinged else MANY_JOINED if self.joined else 4 * _END + 2 * _FEW_ROWS):
-            return False
-        if not self.joined and not self.is_hinged and free_start(self.scene) is None:
-            return False
-        few = len(self.scene.bodies) // self.count
-        for part, kinds in self.entries.items():
-            if len(getattr(self.scene, part)) - sum(map(len, kinds.values())) > few:
-                return False
-            if not all(map(self._is_regular, kinds.values())):
-                return False
-        return bool(self.entries["bodies"])
-
-    def _is_regular(self, rows: Mapping[int, _Row]) -> bool:
-        inner = [rows.get(row) for row in self.inner]
-        if None in inner:
-            return not any(inner)
-        kept = cast("list[_Row]", inner)
-        if any(_reach(row.data) >= _END for row in kept[:1]) or any(row.data != kept[0].data for row in kept):
-            return False
-        places = np.array([row.place for row in kept])
-        if np.any(np.diff(places, 2)):
-            return False
-        table = np.array([row.numbers for row in kept]).reshape(len(kept), -1)
-        growth = np.ptp(table, axis=0) > 0.0
-        return all(_is_even(column) for column in table.T[growth])
-
-    def _grows(self, rows: Mapping[int, _Row]) -> NDArray[np.bool_]:
-        """Return a flag for each number of the entries of a kind: whether it grows from row to row."""
-        return self._flags[id(rows)]
-
-    @cached_property
-    def _flags(self) -> dict[int, NDArray[np.bool_]]:
-        """The same by the identity of entries, which stay alive."""
-        return {id(rows): self._growth(rows) for kinds in self.entries.values() for rows in kinds.values()}
+    def grows(self) -> dict[object, NDArray[np.bool_]]:
+        """A flag for each number of the entries of a kind: whether it grows from row to row."""
+        return {kind: self._growth(rows) for kinds in self.entries.values() for kind, rows in kinds.items()}
 
     def _growth(self, rows: Mapping[int, _Row]) -> NDArray[np.bool_]:
-        inner = [rows[row].numbers for row in self.inner if row in rows]
-        if not inner:
-            return np.zeros(len(next(iter(rows.values())).numbers), dtype=bool)
-        return np.asarray(np.ptp(np.array(inner).reshape(len(inner), -1), axis=0) > 0.0)
+        table = self._table(rows)[:, 2:]
+        pairs = [
+            (number, number + run.period)
+            for run in self.runs
+            for number in range(run.first - self.first, run.first - self.first + (run.groups - 1) * run.period)
+        ]
+        first, later = np.array(pairs, dtype=int).reshape(-1, 2).T
+        return np.asarray(np.any(table[first] != table[later], axis=0))
 
     @cached_property
     def growing(self) -> Array:
         """All numbers that grow from row to row, sorted."""
-        values: set[float] = set()
-        for kinds in self.entries.values():
-            for rows in kinds.values():
-                columns = np.flatnonzero(self._grows(rows)).tolist()
-                values |= {row.numbers[k] for row in rows.values() for k in columns}
-        return np.array(sorted(values))
+        every = [(rows, self.grows[kind]) for kinds in self.entries.values() for kind, rows in kinds.items()]
+        return np.array(
+            sorted({x for rows, grows in every for row in rows.values() for x in compress(row.numbers, grows)})
+        )
 
-    def fewer(self, count: int) -> Scene | None:
-        """Return the scene with ``count`` rows, whose last rows are like the last ones of the scene. None if rows at
-        the ends have numbers that grow but differ from other rows otherwise."""
-        scene, removed = self.scene, self.count - count
-        turn = self.first + count - _END
+    def fewer(self, removed: Sequence[int]) -> Scene | None:
+        """Return the scene without so many groups of each run. None if rows after a removed one have numbers that
+        grow but differ from other rows otherwise."""
+        scene = self.scene
+        gaps = [run.middle(groups) for run, groups in zip(self.runs, removed, strict=True) if groups]
+        left_out = {*chain.from_iterable(gaps)}
+
+        def rows_before(row: int) -> int:
+            return sum(len(gap) for gap in gaps if row >= gap.start)
+
+        def name_in(row: int | None, name: str) -> str:
+            number = self.row_of(name)
+            if number is None:
+                return name
+            return self.name_before(name, rows_before(number if row is None or abs(number - row) >= _END else row))
+
         lists: dict[str, Any] = {}
-        groups: dict[str, str] = {}
         for part in _LISTS:
-            items, kinds = getattr(scene, part), self.entries[part]
-            made = []
+            items, kinds, made = getattr(scene, part), self.entries[part], []
             for item in items:
                 row = self.row_of(item.name)
-                new = item
-                if row is None or row >= turn + removed:
-                    new = self._at_end(item, removed, turn)
-                    if row is not None:
-                        rows = kinds[self._kind(item, row)]
-                        before, grows = rows.get(row - removed), self._grows(rows)
-                        if before is not None and before.is_like(rows[row], grows):
-                            new = items[before.place]
-                        elif grows.any():
-                            return None
-                        else:
-                            new = _with_start_of(new, None if before is None else items[before.place])
-                elif row >= turn:
+                if row in left_out:
                     continue
+                new = rename(item, partial(name_in, row))
+                if row is not None and (missing := rows_before(row)):
+                    kind = self._kind(item, row)
+                    before = kinds[kind].get(row - missing)
+                    if before is not None and before.is_like(kinds[kind][row], self.grows[kind]):
+                        new = items[before.place]
+                    elif self.grows[kind].any():
+                        return None
+                    else:
+                        new = _with_start_of(new, None if before is None else items[before.place])
                 made.append(new)
-                if part == "bodies" and item.name in scene.groups:
-                    groups[new.name] = scene.groups[item.name]
             lists[part] = tuple(made)
+        groups = {
+            name_in(self.row_of(name), name): group
+            for name, group in scene.groups.items()
+            if self.row_of(name) not in left_out
+        }
         nothing: dict[str, Any] = {"requirements": (), "source": {}, "content": b"", "shapes": ()}
-        if self.joined and not self.is_hinged and not scene.terms:
+        if self.joined and not self.hinged and not scene.terms:
             nothing["terms"] = _LINEAR
         return replace(scene, groups=groups, **lists, **nothing)
 
-    def _at_end(self, value: Any, removed: int, turn: int) -> Any:
-        """Return nested data with names in rows from ``turn`` on moved ``removed`` rows back."""
-        kind = type(value)
-        if kind is str:
-            row = self.row_of(value)
-            return value if row is None or row < turn else self.name_before(value, removed)
-        if kind is tuple or kind is list:
-            return kind([self._at_end(item, removed, turn) for item in value])
-        if is_dataclass(value):
-            pairs = [(item.name, getattr(value, item.name)) for item in fields(value) if item.init]
-            changed = {name: self._at_end(old, removed, turn) for name, old in pairs}
-            return replace(cast("Any", value), **changed)
-        return value
+    @property
+    def plans(self) -> Sequence[Plan]:
+        """Steps to the shortest scene, in the order in which they are tried; none if three scenes are not shorter."""
+        if not (self.joined or self.hinged) and free_start(self.scene) is None:
+            return []
+        more = _MORE if not self.joined else _MORE_HINGED if self.hinged else _MORE_JOINED
+        runs = [(run.groups, run.period) for run in self.runs]
+        every = (least_work(runs, self.count, least, more)[1] for least in self._least)
+        return [plan for plan in every if plan]
+
+    def find(self, scene: Scene) -> EqualParts | None:
+        """Return the rows of a shorter scene."""
+        return _find_rows(scene)
 
     def program(self, derived: Derived) -> tuple[Program, str] | None:
-        """Return the Program of the scene, continued from scenes with few rows, and the reason for a missing stepper.
-
-        None if the Programs of the derived scenes do not grow evenly.
-
-        Parameters
-        ----------
-        derived : returns Program and reason of a scene with few rows, derived in place of a longer one (Sample)
-
-        Raises
-        ------
-        ModelError
-            A function needs more room on the stack than there is.
-        """
-        attempts = (self._continue_from(few, derived) for few in self._least)
-        return next((made for made in attempts if made is not None), None)
-
-    def _continue_from(self, least: int, derived: Derived) -> tuple[Program, str] | None:
-        """Return the Program and the reason as ``program`` does, from scenes with at least ``least`` rows."""
-        more = _MORE if not self.joined else _MORE_HINGED if self.is_hinged else _MORE_JOINED
-        few = least + (self.count - least) % more
-        counts = [few + k * more for k in range(3)]
-        scenes = [] if 2 * counts[2] > self.count else [self.fewer(count) for count in counts]
-        if not scenes or None in scenes:
-            return None
-        orders: dict[object, Any] | None = {} if self.joined else None
-        samples = [Sample(count, self.count - count, orders) for count in counts]
-        number, shorter = (self.count - few) // more, cast("list[Scene]", scenes)
-        derive, continue_numbers = partial(self._derive, derived), partial(self._continue_numbers, number)
-        made = continue_samples(derive, shorter, samples, number, continue_numbers)
-        if made is None:
-            return None
-        q, v = self._start(shorter[0], made[0])
-        asked: dict[str, Any] = {"asked_q": q, "asked_v": v} if self.joined and not self.is_hinged else {}
-        return replace(made[0], initial_q=q, initial_v=v, **asked), made[1]
+        """Return the Program and the reason for a missing stepper."""
+        return super().program(partial(self._derive, derived))
 
     def _derive(self, derived: Derived, scene: Scene, sample: Sample) -> tuple[Program, str]:
         """Return the Program of a shorter scene and the reason for a missing stepper. Raises IrregularSamples if
         assembly changes the initial state, and for Taylor series of trees, which do not grow evenly."""
         program, refusal = derived(scene, sample)
-        if not self.joined or self.is_hinged:
-            if self.is_hinged and program.series:
-                raise IrregularSamples("series")
-            return program, refusal
-        if (program.initial_q, program.initial_v) != (program.asked_q, program.asked_v):
-            raise IrregularSamples("start")
-        return replace(program, asked_q=(), asked_v=()), refusal
+        if self.hinged and program.series:
+            raise IrregularSamples("series")
+        if self.joined and not self.hinged:
+            if (program.initial_q, program.initial_v) != (program.asked_q, program.asked_v):
+                raise IrregularSamples("start")
+            program = replace(program, asked_q=(), asked_v=())
+        return program, refusal
 
     @property
     def _least(self) -> tuple[int, ...]:
         """Numbers of rows of the shortest derived scene, in the order in which they are tried."""
-        if self.is_hinged:
+        if self.hinged:
             freedoms = sum(len(joint.initial_velocity) for joint in self.scene.joints)
             few = max(_FEW_HINGED, _FREEDOMS * self.count // max(1, freedoms))
             return few, few + few // 2
         of_row = max(1, len(self.scene.bodies) // self.count)
         return (_FEW_JOINED,) if self.joined else (max(_FEW_ROWS, -(-_FEW // of_row)),)
 
-    def _start(self, shortest: Scene, program: Program) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return q and v of the initial state of the whole scene, for a Program of the shortest scene."""
-        if self.is_hinged:
-            return joint_start(Derivation(shortest), self.scene, program.factors)
-        if self.joined:
-            return AbsoluteStartEquations(self.scene).at({})
-        return cast("tuple[tuple[float, ...], tuple[float, ...]]", free_start(self.scene))
+    def sample(self, parts: int, missing: int, orders: dict[object, Any]) -> Sample:
+        """Return the sample of a scene."""
+        return Sample(parts, missing, orders if self.joined else None)
+
+    def start(self, shortest: Scene, program: Program) -> Start:
+        """Return the initial state of the whole scene, which is also the requested one."""
+        if self.hinged:
+            q, v = joint_start(Derivation(shortest), self.scene, program.factors)
+        else:
+            q, v = AbsoluteStartEquations(self.scene).at({}) if self.joined else cast("Any", free_start(self.scene))
+        asked = {"asked_q": q, "asked_v": v} if self.joined and not self.hinged else {}
+        return {"initial_q": q, "initial_v": v, **asked}
+
+    def rule(self, _: Sequence[Scene], number: int) -> Known:
+        """Return the rule for numbers that grow from row to row."""
+        return partial(self._continue_numbers, number)
 
     def _continue_numbers(self, number: int, samples: Samples) -> list[float] | None:
         """Return a list of numbers of the whole scene from three lists that grow from row to row; None if they grow
@@ -411,7 +393,7 @@ class EqualRows:
         continued sums."""
         if not all(type(item) is float for sample in samples for item in sample):
             return None
-        if self.is_hinged:
+        if self.hinged:
             return continued_sums(samples, number)
         first, second, third = (np.array(sample) for sample in samples)
         more = len(second) - len(first)
@@ -438,19 +420,14 @@ def _names(kind: Hashable) -> tuple[str, ...]:
     )
 
 
-def _reach(data: object) -> int:
-    """Return the largest distance in rows of the names within data."""
-    if not isinstance(data, tuple):
-        return 0
-    if len(data) == 4 and isinstance(data[0], tuple) and isinstance(data[2], int) and isinstance(data[1], tuple):
-        return abs(data[2])
-    return max(map(_reach, data), default=0)
-
-
-def _is_even(column: Array) -> bool:
-    """Return whether numbers grow evenly but for rounding."""
-    line = column[0] + (column[-1] - column[0]) * np.arange(len(column)) / (len(column) - 1)
-    return bool(np.max(np.abs(column - line)) <= _EVEN * np.max(np.abs(column)))
+def _is_even(table: Array, period: int) -> NDArray[np.bool_]:
+    """Return for each row of a table of entries whether this row, and the rows one and two groups later, have the same
+    kind, and numbers and places that grow evenly but for rounding."""
+    first, second, third = table[: -2 * period], table[period:-period], table[2 * period :]
+    slack = _EVEN * np.max(np.abs(table), axis=0)
+    slack[:2] = 0.0
+    alike = (first[:, 0] == second[:, 0]) & (second[:, 0] == third[:, 0])
+    return np.asarray(alike & np.all(np.abs(first - 2.0 * second + third) <= slack, axis=1))
 
 
 def _with_start_of(item: Any, source: Any) -> Any:

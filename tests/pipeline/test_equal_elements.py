@@ -14,15 +14,16 @@ from eomgen.codegen.program import Program, ProgramFunction
 from eomgen.codegen.targets.c.target import generate_files
 from eomgen.codegen.targets.register import C
 from eomgen.integrators.families.register import method_named
-from eomgen.pipeline import equal_elements
+from eomgen.pipeline import equal_elements, equal_parts
 from eomgen.pipeline.pipeline import build_reproducible
 from eomgen.pipeline.programs import ProgramWriter, write_program
 from eomgen.pipeline.requests import ProgramRequest
 from eomgen.pipeline.scenes import SCENES
+from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.scene import Scene
 from eomgen.system.system import Sample
 from eomgen.system.terms import Selection
-from tests.models.cosserat import beam_scene
+from tests.models.cosserat import ROLL_UP, beam_scene
 
 BENT = {"torsion": 500.0, "bending_y": 400.0, "bending_z": 300.0}
 
@@ -67,6 +68,22 @@ def two_beams(elements: int) -> dict[str, Any]:
     return {**scene, "beams": {name: beam, "other": beam}, "joints": {**scene["joints"], **second}}
 
 
+def of_parts(*parts: tuple[int, float]) -> dict[str, Any]:
+    """Return a cantilever of parts, each with a number of elements and a factor of the stiffness."""
+    scene = cantilever(2)
+    common = {"mass_per_length": 1.0, "rotary_inertia": [10.0, 10.0, 10.0]}
+    every = [
+        {
+            "length": 0.25 * elements,
+            "elements": elements,
+            "stiffness": {name: factor * value for name, value in ROLL_UP.items()},
+            **common,
+        }
+        for elements, factor in parts
+    ]
+    return {**scene, "beams": {"rope": {"model": "cosserat", "parts": every}}}
+
+
 def programs(data: Mapping[str, Any], method: str = "generalized_alpha") -> tuple[Program, Program]:
     """Return the Program of a scene as it is built, and as it is derived."""
     scene = eomgen.load(data)
@@ -100,8 +117,7 @@ def without_constant_mass(program: Program) -> dict[str, Any]:
 @pytest.fixture
 def few(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let beams of so few elements be continued that the derived ones are made fast."""
-    monkeypatch.setattr(equal_elements, "_MANY", 92)
-    monkeypatch.setattr(equal_elements, "_MANY_OF_OTHERS", 92)
+    monkeypatch.setattr(equal_parts, "_WORK", 0.01)
 
 
 @pytest.mark.long
@@ -141,10 +157,16 @@ def test_a_long_beam_is_continued_from_beams_of_28_and_more_elements() -> None:
         hanging(108, 2.5),
         two_beams(96),
         hinged(100),
+        of_parts((44, 1.0), (1, 2.0), (43, 1.0)),
+        of_parts((42, 1.0), (1, 2.0), (60, 1.0)),
+        of_parts(*[(1, 1.0), (1, 2.0)] * 44),
     ],
-    ids=["cantilever", "inextensible", "carrying at its end", "carrying near its root", "two", "hinged"],
-)
-@pytest.mark.long_cases("inextensible", "two")
+    ids=[
+        "cantilever", "inextensible", "carrying at its end", "carrying near its root", "two", "hinged",
+        "another element in the middle", "runs of two lengths", "two kinds in turn",
+    ],
+)  # fmt: skip  # a list
+@pytest.mark.long_cases("inextensible", "two", "runs of two lengths")
 def test_c_of_long_beams_is_that_of_derived_ones(data: Mapping[str, Any]) -> None:
     assert equal_elements.equal_elements(eomgen.load(data)) is not None
     made, derived = programs(data)
@@ -161,19 +183,49 @@ def test_scenes_that_name_elements_are_derived_whole() -> None:
     assert equal_elements.equal_elements(by_element) is None
 
 
-def test_only_one_clamped_beam_of_equal_elements_is_continued_from_very_short_ones() -> None:
+def test_clamped_beams_alone_are_continued_from_very_short_ones() -> None:
     inextensible = cantilever(420, beam={"model": "inextensible", "stiffness": BENT})
-    scenes = [cantilever(160), hinged(420), hanging(840, 105.0), two_beams(420), inextensible]
+    scenes = [cantilever(160), two_beams(420), hinged(420), hanging(840, 105.0), inextensible]
     alike = [equal_elements.equal_elements(eomgen.load(data)) for data in scenes]
-    assert [item is not None and item.alone for item in alike] == [True, False, False, False, False]
-    assert None not in alike
+    assert [item is not None and len(item.plans) == 2 for item in alike] == [False, True, False, False, False]
+    assert [item is not None and item.is_clamped for item in alike] == [True, True, False, False, False]
     assert equal_elements.equal_elements(eomgen.load(hinged(160))) is None
+
+
+@pytest.mark.parametrize(
+    ("parts", "runs", "plan"),
+    [
+        (((500, 1.0), (1, 2.0), (499, 1.0)), [(1, 500), (1, 1), (1, 499)], ((117, (True, False, True)),)),
+        (
+            ((3000, 1.0), (1, 2.0), (2000, 1.0)),
+            [(1, 3000), (1, 1), (1, 2000)],
+            ((493, (True, False, True)), (251, (True, False, False))),
+        ),
+        (((1, 1.0), (1, 2.0)) * 250, [(2, 250)], ((55, (True,)),)),
+        (((3, 1.0), (1, 2.0)) * 200, [(4, 200)], ((43, (True,)),)),
+        (((100, 1.0), (1, 2.0), (60, 1.0)), None, ()),
+    ],
+)
+def test_runs_of_equal_groups_and_the_steps_to_short_scenes(
+    parts: Any, runs: list[tuple[int, int]] | None, plan: Any
+) -> None:
+    alike = equal_elements.equal_elements(eomgen.load(of_parts(*parts)))
+    assert (alike and [(run.period, run.groups) for _, run in alike.runs]) == runs
+    steps = [(step.number, step.grows) for step in alike.plans[0]] if alike else []
+    assert steps == [*plan]
+
+
+def test_elements_with_other_halves_are_other_elements() -> None:
+    beam = next(item.beam for item in eomgen.load(cantilever(10)).elements if isinstance(item, CosseratBeam))
+    part = beam.parts[0]
+    heavier = dataclasses.replace(part, halves=(part.section, part.section))
+    assert equal_elements._kinds((part, heavier, dataclasses.replace(part))) == [0, 1, 0]
 
 
 def test_short_scenes_keep_the_rest() -> None:
     alike = equal_elements.equal_elements(eomgen.load(hanging(420, 105.0)))
     assert alike is not None
-    short: Scene = alike.fewer(10)
+    short: Scene = alike.fewer([410])
     assert len(short.bodies) == 12
     hinge = next(joint for joint in short.joints if joint.name == "hinge")
     assert (hinge.parent, {point.body for point in short.points}) == ("rope.10", {"base", "rope.10"})

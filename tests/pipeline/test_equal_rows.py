@@ -19,7 +19,7 @@ from eomgen.codegen.targets.register import C
 from eomgen.integrators.newton import stages
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.initial_coordinates import free_start
-from eomgen.pipeline import equal_rows
+from eomgen.pipeline import equal_parts, equal_rows
 from eomgen.pipeline.pipeline import build_reproducible
 from eomgen.pipeline.programs import write_program
 from eomgen.pipeline.requests import ProgramRequest
@@ -35,7 +35,7 @@ Change = Callable[[str], str]
 @pytest.fixture(autouse=True)
 def few(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let short nets be continued."""
-    monkeypatch.setattr(equal_rows, "MANY", 40)
+    monkeypatch.setattr(equal_parts, "_WORK", 0.01)
     monkeypatch.setattr(equal_rows, "_FEW", 60)
     monkeypatch.setattr(stages, "_ROWS", 20)
 
@@ -44,6 +44,14 @@ def net(rows: int, change: Change = lambda text: text) -> Scene:
     """Return a net of three knots in a row."""
     text = change(NET).replace("ROWS", f"{rows}").replace("WIDE", f"{WIDTH}")
     return load_toml(text.replace("SPRING", SPRING))
+
+
+def shortened(rows: equal_rows.EqualRows, removed: int) -> Scene:
+    """Return the scene without so many rows of its only long run."""
+    (long,) = (run for run in rows.runs if run.groups > 8)
+    short = rows.fewer([removed * (run is long) for run in rows.runs])
+    assert short is not None
+    return short
 
 
 def programs(scene: Scene) -> tuple[Program, Program]:
@@ -80,11 +88,12 @@ def files(program: Program) -> dict[str, str]:
 
 
 @pytest.mark.long
-def test_the_program_of_a_net_is_the_one_that_is_derived() -> None:
-    scene = net(49)
+@pytest.mark.parametrize(("count", "heavy"), [(49, ()), (60, (91,))], ids=["equal rows", "another knot in the middle"])
+def test_the_program_of_a_net_is_the_one_that_is_derived(count: int, heavy: tuple[int, ...]) -> None:
+    scene = with_heavy(net(count), *heavy)
     rows = equal_rows.equal_rows(scene)
     assert rows is not None
-    assert (rows.first, rows.last) == (1, 49)
+    assert (rows.first, rows.last) == (1, count)
     made, derived = programs(scene)
     assert_alike(made, derived)
     assert files(made) == files(derived)
@@ -106,8 +115,7 @@ def test_numbers_that_grow_from_row_to_row_are_taken_from_the_scene() -> None:
 def test_a_net_with_fewer_rows_is_the_net_of_so_many(count: int) -> None:
     rows, short = equal_rows.equal_rows(net(40)), net(count)
     assert rows is not None
-    made = rows.fewer(count)
-    assert made is not None
+    made = shortened(rows, 40 - count)
     for name in ("bodies", "joints", "points", "elements", "groups"):
         assert getattr(made, name) == getattr(short, name)
 
@@ -120,24 +128,53 @@ CHANGES: dict[str, Change] = {
 }
 
 
-def one_knot(scene: Scene, number: int, **changes: Any) -> Scene:
-    """Return a scene with another body at a place."""
+def with_heavy(scene: Scene, *numbers: int) -> Scene:
+    """Return a scene in which some bodies have another mass."""
     bodies = list(scene.bodies)
-    bodies[number] = dataclasses.replace(bodies[number], **changes)
+    for number in numbers:
+        bodies[number] = dataclasses.replace(bodies[number], mass=bodies[0].inertia[0])
     return dataclasses.replace(scene, bodies=tuple(bodies))
 
 
-def test_rows_that_differ_are_derived_whole() -> None:
-    scene = net(48)
-    assert equal_rows.equal_rows(scene) is not None
-    heavy = one_knot(scene, 45, mass=scene.bodies[45].inertia[0])
-    assert equal_rows.equal_rows(heavy) is None
-    at_the_end = one_knot(scene, 143, mass=scene.bodies[143].inertia[0])
-    rows = equal_rows.equal_rows(at_the_end)
+@pytest.mark.parametrize(
+    ("rows_of_net", "heavy", "runs", "plan"),
+    [
+        (48, (45,), [(1, 1), (1, 14), (1, 1), (1, 32)], (False, False, False, True)),
+        (48, (143,), [(1, 1), (1, 46), (1, 1)], (False, True, False)),
+        (60, range(1, 180, 6), [(1, 1), (2, 29), (1, 1)], (False, True, False)),
+    ],
+)
+def test_runs_of_rows_between_others(
+    rows_of_net: int, heavy: Any, runs: list[tuple[int, int]], plan: tuple[bool, ...]
+) -> None:
+    """A heavy knot in the middle and at the end, and in each second row."""
+    rows = equal_rows.equal_rows(with_heavy(net(rows_of_net), *heavy))
     assert rows is not None
-    short = rows.fewer(12)
+    assert [(run.period, run.groups) for run in rows.runs] == runs
+    assert rows.plans[0][0].grows == plan
+
+
+def test_rows_after_the_removed_ones_keep_their_entries() -> None:
+    scene = net(48)
+    rows = equal_rows.equal_rows(with_heavy(scene, 143))
+    assert rows is not None
+    assert shortened(rows, 36).bodies[35].mass == scene.bodies[143].inertia[0]
+
+
+def test_rows_that_distant_ones_name_are_kept() -> None:
+    """A spring between distant rows, and a point without a row on another one."""
+    scene = net(48)
+    spring = next(item for item in scene.springs if item.name == "along_2_1")
+    far = dataclasses.replace(spring, name="far", first="eye_1_1", second="eye_24_1")
+    marked = dataclasses.replace(scene.points[0], name="marked", body="knot_40_1")
+    changed = dataclasses.replace(scene, elements=(*scene.elements, far), points=(*scene.points, marked))
+    rows = equal_rows._find_rows(changed)
+    assert rows is not None
+    assert rows.single == [1, 24, 40]
+    short = rows.fewer([(run.groups > 10) * 5 for run in rows.runs])
     assert short is not None
-    assert short.bodies[35].mass == scene.bodies[143].inertia[0]
+    assert next(item for item in short.springs if item.name == "far").second == "eye_19_1"
+    assert next(item for item in short.points if item.name == "marked").body == "knot_30_1"
 
 
 @pytest.mark.parametrize("name", ["numbers without a rule", "a moving base", "joint coordinates"])
@@ -164,7 +201,7 @@ def test_the_start_of_free_bodies_is_the_start_of_the_equations() -> None:
 def test_a_continued_net_runs_like_a_derived_one(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = net(48)
     run = eomgen.build(scene).simulate(0.02)
-    monkeypatch.setattr(equal_rows, "MANY", 10**9)
+    monkeypatch.setattr(equal_parts, "_WORK", 1e9)
     changed = dataclasses.replace(scene, name="other")
     other = eomgen.build(changed).simulate(0.02)
     assert run.success
@@ -174,14 +211,13 @@ def test_a_continued_net_runs_like_a_derived_one(monkeypatch: pytest.MonkeyPatch
 def test_a_chain_with_fewer_links_is_the_chain_of_so_many() -> None:
     rows = equal_rows.equal_rows(chains.scene("absolute", "hinge", 120))
     assert rows is not None
-    made, short = rows.fewer(20), chains.scene("absolute", "hinge", 20)
-    assert made is not None
+    made, short = shortened(rows, 100), chains.scene("absolute", "hinge", 20)
     for name in ("bodies", "joints", "elements", "groups"):
         assert getattr(made, name) == getattr(short, name)
 
 
 def test_chains_that_are_short_or_have_other_axes_are_derived_whole() -> None:
-    assert equal_rows.equal_rows(chains.scene("absolute", "hinge", 60)) is None
+    assert equal_rows.equal_rows(chains.scene("absolute", "hinge", 20)) is None
     assert equal_rows.equal_rows(chains.scene("absolute", "skew", 120)) is None
     assert equal_rows.equal_rows(chains.scene("absolute", "hinge", 120, ["mass"])) is None
     scene = chains.scene("absolute", "hinge", 120)
@@ -191,8 +227,7 @@ def test_chains_that_are_short_or_have_other_axes_are_derived_whole() -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("kind", ["hinge", pytest.param("ball", marks=pytest.mark.long)])
-def test_a_continued_chain_moves_like_one_in_joint_coordinates(monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
-    monkeypatch.setattr(equal_rows, "MANY_JOINED", 52)
+def test_a_continued_chain_moves_like_one_in_joint_coordinates(kind: str) -> None:
     model = eomgen.build(chains.scene("absolute", kind, 52), method="generalized_alpha")
     assert model.library.layout["sizes"]["q"] == 7 * 52
     run = model.simulate(0.05, error_estimate=False)
@@ -205,9 +240,8 @@ def test_a_continued_chain_moves_like_one_in_joint_coordinates(monkeypatch: pyte
 def test_a_chain_is_continued(monkeypatch: pytest.MonkeyPatch) -> None:
     made = recorded_programs(monkeypatch)
     scene = chains.scene("absolute", "hinge", 100)
-    made_of_scene, _ = write_program(
-        scene, SCENES, Selection(), "generalized_alpha", C, build_reproducible, for_runs=True
-    )
+    request = ProgramRequest(scene, SCENES, Selection(), "generalized_alpha")
+    made_of_scene, _ = write_program(request, C, build_reproducible, for_runs=True)
     assert made == [(made_of_scene, "")]
     start = derive(scene, ["constraint"])
     np.testing.assert_allclose(made_of_scene.initial_q, start.initial_q, rtol=0, atol=1e-12)
@@ -250,14 +284,17 @@ def hinges(count: int, **joint: Any) -> Scene:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("joint", [{}, SPRINGS, STOPS], ids=["plain", "springs", "stops"])
+@pytest.mark.parametrize(
+    ("joint", "heavy"),
+    [({}, ()), (SPRINGS, ()), (STOPS, ()), ({}, (100,)), ({}, range(1, 200, 2))],
+    ids=["plain", "springs", "stops", "another rod in the middle", "two kinds in turn"],
+)
 def test_the_program_of_a_chain_in_joint_coordinates_is_the_one_that_is_derived(
-    monkeypatch: pytest.MonkeyPatch, joint: dict[str, Any]
+    monkeypatch: pytest.MonkeyPatch, joint: dict[str, Any], heavy: Any
 ) -> None:
     """Numbers that are sums along the chain are equal to rounding."""
-    monkeypatch.setattr(equal_rows, "MANY_HINGED", 200)
     continued = recorded_programs(monkeypatch)
-    made, derived = programs(hinges(200, **joint))
+    made, derived = programs(with_heavy(hinges(200, **joint), *heavy))
     assert continued == [(made, "")]
     made, derived = (dataclasses.replace(item, method={**item.method, "solver": {}}) for item in (made, derived))
     assert difference(made, derived) < 1e-13
@@ -268,28 +305,25 @@ def test_the_program_of_a_chain_in_joint_coordinates_is_the_one_that_is_derived(
 def test_a_continued_chain_in_joint_coordinates_moves_like_a_derived_one(
     monkeypatch: pytest.MonkeyPatch, kind: str
 ) -> None:
-    monkeypatch.setattr(equal_rows, "MANY_HINGED", 200)
     scene = chains.scene("joint", kind, 200)
     continued = recorded_programs(monkeypatch)
     run = eomgen.build(scene).simulate(0.05, error_estimate=False)
     assert [one is None for one in continued] == [False]
-    monkeypatch.setattr(equal_rows, "MANY_HINGED", 10**9)
+    monkeypatch.setattr(equal_parts, "_WORK", 1e9)
     other = eomgen.build(dataclasses.replace(scene, name="other")).simulate(0.05, error_estimate=False)
     assert run.success
     np.testing.assert_allclose(run.q, other.q, rtol=0, atol=1e-12)
 
 
-def test_chains_in_joint_coordinates_with_other_laws_are_derived_whole(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(equal_rows, "MANY_HINGED", 30)
-    scene = hinges(30)
+def test_chains_in_joint_coordinates_with_other_laws_are_derived_whole() -> None:
+    scene = hinges(90)
     assert equal_rows.equal_rows(scene) is not None
     driven = list(scene.joints)
     driven[20] = hinges(21, drive="0.1*t").joints[20]
     assert equal_rows.equal_rows(dataclasses.replace(scene, joints=tuple(driven))) is None
-    assert equal_rows.equal_rows(chains.scene("joint", "skew", 30)) is None
-    assert equal_rows.equal_rows(chains.scene("joint", "hinge", 30, ["mass"])) is None
+    assert equal_rows.equal_rows(chains.scene("joint", "skew", 90)) is None
+    assert equal_rows.equal_rows(chains.scene("joint", "hinge", 90, ["mass"])) is None
     rows = equal_rows.equal_rows(scene)
     assert rows is not None
-    short = rows.fewer(12)
-    assert short is not None
+    short = shortened(rows, 78)
     assert (short.bodies, short.joints) == (hinges(12).bodies, hinges(12).joints)
