@@ -61,6 +61,7 @@ def test_new_makes_a_scene_of_this_name(
     assert json.loads(capsys.readouterr().out) == {"folder": "second", "files": ["scene.toml"]}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_said_command_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -74,6 +74,7 @@ def test_the_code_starts_and_moves_as_a_run_with_these_parameters(
     assert np.max(np.abs(own.q - expected.q)) > 1e-6
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_command_line_sets_values_with_units_and_the_number_type(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch

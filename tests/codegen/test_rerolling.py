@@ -224,7 +224,7 @@ def chain_of(links: int) -> System:
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("inverse_dynamics")
+@pytest.mark.long_cases("inverse_dynamics", "forward_dynamics")
 @pytest.mark.parametrize("name", ["inverse_dynamics", "forward_dynamics", "iteration", "coupling", "energy"])
 def test_the_text_of_a_chain_does_not_grow_with_its_links(name: str) -> None:
     def statements(links: int) -> int:

@@ -190,6 +190,7 @@ def test_sums_of_series_stay_in_registers_of_any_width_with_equal_bits(tmp_path:
     assert len(set(printed.values())) == 1
 
 
+@pytest.mark.long_cases("top")
 @pytest.mark.slow_cases("cart_on_spring")
 @pytest.mark.slow_cases("top")
 @pytest.mark.parametrize("scene", [cart_on_spring, top])

@@ -115,6 +115,7 @@ def test_a_driver_written_once_serves_every_model(name: str, held: bool, tmp_pat
     np.testing.assert_allclose(motion, np.column_stack([run.t, run.q, run.v, run.z, *outputs]), rtol=1e-10, atol=1e-10)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_arrays_that_are_missing_are_told_and_floats_compile(tmp_path: Path) -> None:
     scene = {

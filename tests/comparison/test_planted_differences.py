@@ -327,6 +327,7 @@ def test_a_planted_difference_is_named_first(planted: Planted, tmp_path: Path) -
     _check(tmp_path, ".urdf", URDF, planted)
 
 
+@pytest.mark.long_cases(".urdf")
 @pytest.mark.slow
 @pytest.mark.parametrize("ending", DESCRIPTIONS)
 def test_all_planted_differences_are_named_first(ending: str, tmp_path: Path) -> None:
@@ -336,6 +337,7 @@ def test_all_planted_differences_are_named_first(ending: str, tmp_path: Path) ->
         _check(tmp_path, ending, text, planted)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_further_planted_differences_are_named_first(tmp_path: Path) -> None:
     """Followers, pitches, springs, fixed parts, internal states, efforts, points, missing limits."""

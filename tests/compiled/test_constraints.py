@@ -105,6 +105,7 @@ def test_a_sloppy_start_is_corrected_and_reported_by_row() -> None:
     assert any(line.startswith("initial position corrected: slide: ") for line in solution.metadata["corrections"])
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_explicit_methods_say_why_they_refuse_constraints() -> None:
     with pytest.raises(eomgen.ModelError, match=r"rk4 cannot run on this scene: .*constraints"):

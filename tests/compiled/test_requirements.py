@@ -116,6 +116,7 @@ def _resumed(model: eomgen.Model, parameters: dict[str, float]) -> eomgen.Soluti
         return model.resume(f"{folder}/run.npz", 0.2, parameters=parameters)
 
 
+@pytest.mark.long_cases("<lambda>2")
 @pytest.mark.slow_cases("<lambda>2")
 @pytest.mark.parametrize(
     "run",

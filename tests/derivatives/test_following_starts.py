@@ -280,6 +280,7 @@ def test_a_loop_starts_as_its_scene_with_these_values_does() -> None:
     np.testing.assert_allclose(samples.results["output.y[0].final"], [own["y"][-1, 0], moved["y"][-1, 0]], atol=1e-8)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_derivatives_of_a_loop_are_those_of_the_scene_with_other_values() -> None:
     _, model = built(four_bar())

@@ -43,6 +43,7 @@ def changed(options: dict[str, Any], direction: str, size: float) -> dict[str, A
     return {**options, "inputs": inputs}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_tangents_and_adjoints_against_differences_of_runs() -> None:
     """Of order 6; inputs enter the matrix of a step, internal states and outputs."""

@@ -213,6 +213,7 @@ def test_derivatives_across_jumps_are_differences_of_runs(case: str) -> None:
     np.testing.assert_allclose(found.gradients(functionals), whole, atol=1e-12 * np.abs(whole).max())
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_parts_that_are_stepped_again_have_the_same_gradient(monkeypatch: pytest.MonkeyPatch) -> None:
     runs = []
@@ -245,6 +246,7 @@ def test_second_derivatives_and_gradients_of_all_inputs_are_refused() -> None:
         found.input_gradient("final(y[0])")
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_quanta_and_functions_of_controllers_are_refused() -> None:
     text = refused(eomgen.build(servo(quantum=0.01).build()))

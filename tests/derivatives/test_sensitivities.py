@@ -216,6 +216,7 @@ def on_a_road(travelled: str) -> SceneBuilder:
     return builder.output("bounce", formula="a.heave + a.hop")
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_speed_on_a_road_of_a_class_has_derivatives() -> None:
     options: dict[str, Any] = {"initial": {"q": [0.0, 0.0]}, "settings": TO_ROUNDING}
@@ -343,6 +344,7 @@ def refusal(model: Model, *given: Any, **options: Any) -> str:
     return str(caught.value)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_what_has_no_derivatives_is_refused_by_name() -> None:
     _, model = built(tree())
@@ -396,6 +398,7 @@ def test_parameters_that_move_the_instant_of_a_jump_are_refused() -> None:
     assert model.sensitivities(0.1, STEP, by=["k"]).gradient("final(place)")["k"] > 0.0
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_derivatives_that_are_no_numbers_are_told() -> None:
     """A root of a coordinate that begins at zero."""

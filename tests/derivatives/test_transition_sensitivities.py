@@ -136,6 +136,7 @@ def test_a_loop_driven_by_formulas_and_by_the_caller(method: str) -> None:
     check(driven_loop(), method, by, initial, inputs={"pull": np.linspace(-1.0, 2.0, 13)}, **near)
 
 
+@pytest.mark.long_cases("rattlie")
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["rattlie", "rk4_partitioned"])
 def test_absolute_coordinates_with_an_angle_over_turns(method: str) -> None:
@@ -182,6 +183,7 @@ def test_what_these_steps_have_not() -> None:
     )
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_rattlie_without_constraints() -> None:
     check(controlled(), "rattlie", ["mass", "length", "lag", "gain", "q.a", "v.a"], {"a": 0.6})

@@ -392,6 +392,7 @@ def test_no_run_is_wrong_by_a_tenth_without_a_word_and_resolved_ones_are_quiet(s
         assert error > 0.01 or "unseen_law" not in names, (given, method, step, every, error, run.message)
 
 
+@pytest.mark.long_cases("cogging")
 @pytest.mark.slow_cases("barrier")
 @pytest.mark.parametrize(
     ("law", "step"),

@@ -87,6 +87,7 @@ def test_names_of_included_files(tmp_path: Path) -> None:
     ]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_examples_have_none() -> None:
     for path in (Path(__file__).parents[2] / "examples").rglob("*.toml"):

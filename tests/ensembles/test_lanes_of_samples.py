@@ -85,6 +85,7 @@ def test_lanes_hold_samples_of_similar_values(count: int) -> None:
         assert np.median(widths) < 0.2
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_samples_have_the_same_bits_in_any_lane(monkeypatch: pytest.MonkeyPatch) -> None:
     two = SCENE | {"bodies": {**SCENE["bodies"], "leg": SCENE["bodies"]["rod"]}}
@@ -100,6 +101,7 @@ def test_samples_have_the_same_bits_in_any_lane(monkeypatch: pytest.MonkeyPatch)
     assert sorted_in_lanes.how.startswith("side by side")
 
 
+@pytest.mark.long_cases("{'record_every': 25, 'points': 2}")
 @pytest.mark.slow_except("{'t_end': 0.37, 'points': 5}")
 @pytest.mark.parametrize(
     "options",
@@ -134,6 +136,7 @@ def test_results_are_those_of_runs_one_after_the_other(
     assert set(lanes) == {"EOMGEN_LANES is off"}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_sample_that_explodes_is_judged_alone_and_the_others_stay(swing: eomgen.Model, lanes: list[object]) -> None:
     """RK4 is stable up to 2.83 by the step: a heavy rod on its spring has 2.1, a light one 3.5."""

@@ -50,6 +50,7 @@ def slider() -> eomgen.Model:
     return eomgen.build(load_toml(SLIDER.replace("FORCE", "-k*q.slide")))
 
 
+@pytest.mark.long_cases("0.005")
 @pytest.mark.slow_cases("0.005")
 @pytest.mark.slow_cases("0.02")
 @pytest.mark.parametrize("step", [0.02, 0.005])
@@ -72,6 +73,7 @@ def _true_error(model: eomgen.Model, k: float, step: float) -> np.ndarray:
     return np.asarray(run["output.x"] - 0.1 * np.cos(np.sqrt(k) * run.t))
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_samples_that_the_steps_spoil_are_told_by_the_command_too(
     tmp_path: Path, capsys: pytest.CaptureFixture
@@ -93,6 +95,7 @@ def test_samples_that_the_steps_spoil_are_told_by_the_command_too(
     assert "the discretisation error of samples is not known: it was switched off" in capsys.readouterr().err
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_ensemble_passes_on_what_the_run_without_variations_warns_of() -> None:
     model = eomgen.build(load_toml(SLIDER.replace("FORCE", "-k*q.slide + 10*sin(2*pi*200*t)")))
@@ -100,6 +103,7 @@ def test_the_ensemble_passes_on_what_the_run_without_variations_warns_of() -> No
     assert "the run without variations: the force along slide, which depends on t, varies faster than" in found.message
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_share_above_the_highest_frequency_is_that_of_the_spectrum() -> None:
     """G ~ exp(-2 (pi l f)^2), so the share above f is erfc(sqrt(2) pi l f)."""
@@ -202,6 +206,7 @@ def test_the_first_sample_examined_is_the_farthest_value(far: int) -> None:
         assert spread_samples(np.hstack([values, np.full((8, 1), 5.0)]), 1) == [far]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_error_of_an_internal_state_is_that_of_a_run() -> None:
     model = eomgen.build(oscillator(), profile="quick")

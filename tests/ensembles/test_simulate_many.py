@@ -36,6 +36,7 @@ def place(values: dict[str, np.ndarray], t: np.ndarray) -> np.ndarray:
     return q + v * t + 0.5 * push / mass * t**2
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_statistics_are_those_of_the_closed_form(cart: eomgen.Model) -> None:
     found = cart.simulate_many(vary=VARY, samples=300, seed=3)
@@ -212,6 +213,7 @@ def test_ctrl_c_within_a_reduction_leaves_it_whole(
     assert again.done == 60 and bits(again) == straight
 
 
+@pytest.mark.long_cases("0.0001-5")
 @pytest.mark.slow_except("0.5-64")
 @pytest.mark.parametrize(("step", "block"), [(0.5, 64), (1e-3, 16), (1e-4, 5)])
 def test_blocks_of_short_runs_are_larger(cart: eomgen.Model, step: float, block: int) -> None:
@@ -296,6 +298,7 @@ def test_a_solution_is_kept_also_when_its_sample_is_done(cart: eomgen.Model, tmp
     assert len(list((tmp_path / "runs").iterdir())) == 2
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_columns_of_a_sample_are_kept_as_parquet(cart: eomgen.Model, tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
@@ -405,6 +408,7 @@ def test_what_cannot_be_run_is_told_before_the_first_sample(
     assert said in str(caught.value)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_command_writes_what_it_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene, out = tmp_path / "cart.toml", tmp_path / "out"
@@ -432,6 +436,7 @@ def test_the_command_writes_what_it_found(tmp_path: Path, capsys: pytest.Capture
     assert "line 2: the row has 1 cell, and there are 2 names; try: a cell for each name" in capsys.readouterr().err
 
 
+@pytest.mark.long_cases("tabs")
 @pytest.mark.slow_cases("tabs")
 @pytest.mark.slow_cases("semicolons")
 @pytest.mark.parametrize(

@@ -71,6 +71,7 @@ def test_partials_at_rest_are_the_textbook_matrices(model: Model, skyhook: float
         np.testing.assert_allclose(matrix, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_inertia_matrix_is_symmetric_and_positive_away_from_rest(model: Model, rng: np.random.Generator) -> None:
     q = 0.3 * rng.standard_normal((20, 7))

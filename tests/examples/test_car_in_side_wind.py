@@ -185,6 +185,7 @@ def _rates(t: float, y: Array, coefficients: Array, gust: float) -> Array:
     return np.array([*y[5:10], *acceleration, *spins, *lags])
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_car_is_the_car_by_hand() -> None:
     run = eomgen.build(SCENE).simulate(settings={"rtol": 1e-12, "atol": 1e-12}, step=2.5e-4)

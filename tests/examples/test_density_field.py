@@ -75,6 +75,7 @@ def test_burn_in_of_leapfrogs_that_kick_first_goes_with_the_root_of_the_cells(de
     assert found[32][1] < 2.0 * found[16][1] and found[32][2] < 2.5 * found[16][2]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_field_is_found_where_objects_are() -> None:
     """The file on 32^3 cells of the same size: scales against the prototype of the dossier (B4), within its spread of

@@ -45,6 +45,7 @@ def test_partitioned_coordinates_give_the_samples_of_both_variants(model: Model,
     np.testing.assert_allclose(elastic(run)[1:], SAMPLES[published], rtol=1e-6)
 
 
+@pytest.mark.long
 def test_published_reference_is_met_in_all_positions_velocities_accelerations_and_multipliers(model: Model) -> None:
     run = model.simulate(step=1e-6, method="rk4_partitioned", parameters=PUBLISHED, record_every=100000)
     anchor("elastic_crank_positions").check([*run.outputs["angles"][-1], *np.ravel(run.outputs["slider"][-1])])

@@ -90,6 +90,7 @@ def test_teeth_push_and_never_pull(twist: float, rate: float) -> None:
     assert outputs["y"][0] == pytest.approx([twist, own], abs=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_motion_is_the_motion_between_changes_of_contact() -> None:
     run = eomgen.build(SCENE, profile="quick").simulate(0.4)

@@ -66,7 +66,7 @@ def reference():
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("rk4-0.001-5e-07")
+@pytest.mark.long_cases("rk4-0.001-5e-07", "rk4-0.0005-5e-08")
 @pytest.mark.parametrize(
     ("method", "step", "bound"), [("rk4", 1e-3, 5e-7), ("rk4", 5e-4, 5e-8), ("generalized_alpha", 1e-3, 1e-3)]
 )

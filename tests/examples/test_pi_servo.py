@@ -75,6 +75,7 @@ def test_without_limits_it_is_linear(
     assert np.all(np.abs(slopes - order) <= tolerance), slopes
 
 
+@pytest.mark.long_cases("0.3")
 @pytest.mark.slow
 @pytest.mark.parametrize("tracking", [0.3, 1e6])
 def test_with_limits_it_is_what_its_equations_say(model: eomgen.Model, tracking: float) -> None:

@@ -45,6 +45,7 @@ def test_folds_and_caustics_are_those_of_the_closed_forms_and_of_the_page(demo: 
         assert row[3] == f"from {halved:.6f} m" and row[4] == f"{critical:.6f} m"
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_images_keep_their_intensity_and_lose_waves_beyond_the_cut_off(demo: dict[str, Any]) -> None:
     spectrum, text = demo["swell"](), (FOLDER / "README.md").read_text()

@@ -61,7 +61,7 @@ def test_both_sets_follow_the_linear_equation(name: str, beam: object) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("5")
+@pytest.mark.long_cases("5", "2")
 @pytest.mark.parametrize("modes", [1, 2, 5])
 def test_any_number_of_modes_follows_the_linear_equation(modes: int, tmp_path: Path) -> None:
     text = (FOLDER / "scene.toml").read_text(encoding="utf-8")
@@ -96,6 +96,7 @@ def test_without_stiffening_it_runs_away_as_its_equation_says() -> None:
     np.testing.assert_allclose(tip_at(run, np.array([5.0, 10.0, 12.0])), exact, rtol=1e-3)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")  # EXUDYN renames settings with each version
 def test_geometrically_exact_beams_of_exudyn_agree_to_a_millimetre() -> None:
@@ -152,6 +153,7 @@ def test_demonstration_writes_code_solutions_table_and_figure(tmp_path: Path) ->
     assert float(rows["set A, with stretch"]["greatest_deflection_m"]) == pytest.approx(float(saved.min()))
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_demonstration_says_what_to_do_about_a_folder_it_cannot_make(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")

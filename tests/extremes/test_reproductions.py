@@ -179,7 +179,7 @@ def test_12_a_length_of_zero_at_the_run_is_refused() -> None:
         model.simulate(0.1, 1e-3, parameters={"d": 0.0})
 
 
-@pytest.mark.long_cases("0.0002")
+@pytest.mark.long_cases("0.0002", "2e-05")
 @pytest.mark.parametrize("step", [2e-4, 2e-5, 4e-6])
 def test_13_constrained_motions_in_single_precision_hold_or_say_what_is_rounding(step: float) -> None:
     scene = EXAMPLES / "slider_crank_spatial" / "scene.toml"
@@ -288,7 +288,7 @@ def test_17_the_stabilised_form_does_not_depend_on_the_unit_of_length(length: fl
     assert runs[1].q[:, 4:] / length == pytest.approx(runs[0].q[:, 4:], abs=1e-9)
 
 
-@pytest.mark.long_cases("units0")
+@pytest.mark.long_cases("units0", "units1")
 @pytest.mark.parametrize("units", [(1e5, 1.0), (1e-9, 1.0), (1.0, 1e-9), (1.0, 1e9), (1e8, 1e-3), (1e-12, 1.0)])
 def test_18_machines_of_any_size_are_brought_onto_their_constraints(units: tuple[float, float]) -> None:
     length, time = units

@@ -56,7 +56,7 @@ def test_a_guess_of_the_configuration_alone_is_at_rest() -> None:
     assert repr(model).endswith(f"; {len(model.notes)} notes>")
 
 
-@pytest.mark.long_cases("SceneBuilder")
+@pytest.mark.long_cases("SceneBuilder", "build")
 @pytest.mark.slow_cases("load", "build")
 @pytest.mark.slow_cases("SceneBuilder")
 @pytest.mark.parametrize("way", ["load", "build", "SceneBuilder"])

@@ -139,6 +139,7 @@ def test_other_kinds_of_fmus_have_no_such_layer() -> None:
 _SWITCH, _ALGEBRAIC = '<EnableDAEParameter valueReference="', '<AlgebraicVariable valueReference="'
 
 
+@pytest.mark.long_cases("heavy_top")
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["pendulum", "heavy_top"])
 def test_validators_accept_such_fmus(name: str, tmp_path: Path) -> None:
@@ -242,6 +243,7 @@ def test_residuals_are_the_terms_of_the_model(name: str, rng: np.random.Generato
         assert np.max(np.abs(difference - along)) <= 1e-7 * np.max(np.abs(along))
 
 
+@pytest.mark.long_cases("heavy_top-0.5")
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "end"), [("four_bar", 0.2), ("heavy_top", 0.5)])
 def test_ida_integrates_as_the_model_does(name: str, end: float) -> None:

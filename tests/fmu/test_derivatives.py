@@ -265,6 +265,7 @@ def test_derivatives_during_the_initialization(version: int, tmp_path: Path) -> 
     assert found["before"] == found["after"]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_derivatives_through_a_law_in_c(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator

@@ -63,6 +63,7 @@ def test_multipliers_and_drifts_have_units() -> None:
         assert sentence in page
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.skipif(chromium() is None, reason=MISSING)
 def test_the_page_fits_a_narrow_window(tmp_path: Path) -> None:

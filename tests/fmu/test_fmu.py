@@ -56,6 +56,7 @@ def test_co_simulation_has_the_bits_of_simulate(version: int) -> None:
         assert np.array_equal(rows[name], values), name
 
 
+@pytest.mark.long_cases("3")
 @pytest.mark.slow_cases("3")
 @pytest.mark.parametrize("version", [pytest.param(2, marks=pytest.mark.slow), 3])
 def test_model_exchange_meets_a_refined_run(version: int) -> None:

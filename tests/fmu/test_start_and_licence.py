@@ -29,6 +29,7 @@ def starts_of(text: str) -> dict[str, float]:
     return {item.get("name", ""): float(item.get("start", "nan")) for item in variables}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_initial_values_are_start_values() -> None:
     files = fmu_files(
@@ -44,6 +45,7 @@ def test_initial_values_are_start_values() -> None:
     assert unit.get("q.left", "v.left") == [0.7, 2.0]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_initial_values_in_loops_are_those_of_a_run() -> None:
     files = fmu_files(FOUR_BAR, binary=False, reference=False, initial={"crank_pin": 0.9})

@@ -228,6 +228,7 @@ def test_repetition_makes_the_bodies_and_the_pairs() -> None:
     np.testing.assert_allclose(momentum, momentum[0], atol=1e-14)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_long_chain_is_a_loop() -> None:
     """A thousand cells with cubic springs: the functions are as long as those of a few, and sum up as NumPy does."""

@@ -227,6 +227,7 @@ def stiff_scene() -> eomgen.Scene:
     return builder.joint("hinge", "revolute", "a", "c", axis=[0, 1, 0], initial={"position": 0.5}).build()
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_stiff_transient_takes_a_fifth_of_the_steps() -> None:
     made = eomgen.build(stiff_scene(), method=ADAPTIVE)
@@ -381,6 +382,7 @@ def stiff_chain() -> eomgen.Scene:
     return builder.build()
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_first_step_that_explodes_is_forgotten() -> None:
     """Nothing moves yet, and steps begin with the spacing of rows, which is far too long for the spring."""

@@ -412,6 +412,7 @@ def test_index_3_on_se3_keeps_a_joint_to_ground_exactly(compiled):
         assert one[5:8] == pytest.approx(y, abs=1e-11)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_small_steps_do_not_spoil_the_matrix(compiled):
     stepper, conditions = top(compiled, "R3xSO3"), []

@@ -55,6 +55,7 @@ def test_digits_of_the_shear_frame_with_a_kept_matrix() -> None:
     np.testing.assert_allclose(errors, PROTOTYPE, rtol=0.05)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_order_with_a_kept_matrix_where_the_pendulum_tumbles() -> None:
     runs = [
@@ -171,6 +172,7 @@ def test_a_rig_stays_calm_at_every_step_with_two_thirds_of_its_stiffness_in_the_
     assert np.abs(printed(rig, 100.0, 2000, 0.64)[:, 1]).max() > 1e6
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_order_across_a_known_jump() -> None:
     made = eomgen.build(pushed("3 if t > late else 0"))

@@ -431,6 +431,7 @@ def test_a_checkpoint_goes_on_with_the_same_bits(method: str, tmp_path: Path) ->
     assert all(np.array_equal(getattr(whole, name), getattr(one, name)) for name in ("q", "v", "a", "z"))
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_its_c_stands_alone_and_gives_the_same_rows(tmp_path: Path) -> None:
     eomgen.generate(shear_frame(), tmp_path / "c", method="tdg2")

@@ -66,6 +66,7 @@ def cantilever(model: str) -> dict[str, Any]:
     }
 
 
+@pytest.mark.long_cases("kirchhoff")
 @pytest.mark.parametrize("model", ["cosserat", pytest.param("kirchhoff", marks=pytest.mark.slow)])
 def test_pivots_of_beams_serve_at_steps_of_any_length(model: str) -> None:
     """Stiffness times the squared step is 1e13 times the inertia if the step is 1e-3 h."""

@@ -148,6 +148,7 @@ def test_a_checkpoint_goes_on_with_the_same_bits(tmp_path: Path) -> None:
     assert all(np.array_equal(getattr(whole, name), getattr(one, name)) for name in ("q", "v", "a", "z"))
 
 
+@pytest.mark.long
 def test_its_c_stands_alone_and_gives_the_same_rows(tmp_path: Path) -> None:
     eomgen.generate(shear_frame(), tmp_path / "c", method=METHOD)
     text = run(compiled(tmp_path / "c"), "2", "0.01", "1").stdout

@@ -78,6 +78,7 @@ def test_fresh_factors_tell_nothing_of_later_steps() -> None:
     assert difference(found, own) <= 1e-8
 
 
+@pytest.mark.long
 def test_an_increment_of_nothing_is_no_contraction() -> None:
     """Where Newton's last increment is 0 by chance, at tolerances of rounding, the next step needs its iterations."""
     builder = eomgen.SceneBuilder("shaken_links").input("push")

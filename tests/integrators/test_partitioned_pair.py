@@ -104,6 +104,7 @@ def test_without_constraints_it_says_what_does_the_same() -> None:
         eomgen.build(scene).simulate(1.0, method=METHOD)
 
 
+@pytest.mark.long_cases("0.0001-0.01-0")
 @pytest.mark.slow
 @pytest.mark.parametrize(("tolerance", "bound", "counted"), [(1e-4, 1e-2, 0), (1e-8, 1e-6, 2)])
 def test_it_passes_singular_positions_along_the_velocity(tolerance: float, bound: float, counted: int) -> None:

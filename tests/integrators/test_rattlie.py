@@ -225,6 +225,7 @@ def test_digits_and_orders_of_the_fast_top(group: str) -> None:
     assert orders == pytest.approx([2.0, 2.0, 2.0, 2.0, 1.0, 1.0, 2.0][:size], abs=0.05)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_jumps_of_multipliers_are_of_order_1() -> None:
     jumps = [
@@ -413,6 +414,7 @@ def refusal(made: eomgen.Model) -> str:
     return str(caught.value)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_constraints_of_velocities_alone_are_refused_with_what_to_take() -> None:
     text = refusal(eomgen.build(rolling_disc(), profile="quick"))

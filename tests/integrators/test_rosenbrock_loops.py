@@ -334,6 +334,7 @@ def test_a_stiff_spring_in_a_loop_neither_grows_nor_stops_the_corrections(method
     assert end.stats["max_constraint"] < 1e-12
 
 
+@pytest.mark.long_cases("rosenbrock")
 @pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_a_loop_that_its_drive_moves_alone_is_exact_to_rounding(method: str) -> None:

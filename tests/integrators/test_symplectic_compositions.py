@@ -66,6 +66,7 @@ def test_errors_fall_with_the_order(name: str) -> None:
     assert math.log2(coarse / fine) == pytest.approx(composition_named(name).order, abs=0.2)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_forces_that_change_with_time_are_taken_at_the_times_of_the_kicks() -> None:
     model = eomgen.build(DRIVEN, profile="quick")

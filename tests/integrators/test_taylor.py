@@ -521,6 +521,7 @@ def test_states_between_rows_across_a_corner() -> None:
     assert np.abs(coarse.at(fine.t).v - fine.v).max() < 1e-11
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_position_and_rotation_apart_move_as_a_pose_does() -> None:
     """On R^3 x SO(3) positions stand behind rotations in q, before them among the factors."""

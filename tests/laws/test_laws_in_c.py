@@ -96,6 +96,7 @@ def test_taylor_series_have_no_laws(folder: Path) -> None:
     assert "law tyre" in str(error.value)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_generated_c_has_the_file_and_runs(folder: Path) -> None:
     eomgen.generate(wheel_scene(TYRE_LAW, folder), folder / "c")
@@ -106,6 +107,7 @@ def test_generated_c_has_the_file_and_runs(folder: Path) -> None:
     subprocess.run(["./car"], cwd=folder / "c", check=True, capture_output=True)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_ensembles_have_the_bits_of_single_runs(folder: Path) -> None:
     model = eomgen.build(wheel_scene(TYRE_LAW, folder))
@@ -129,6 +131,7 @@ def test_derivatives_of_third_order_are_not_numbers(folder: Path) -> None:
     assert np.all(np.isfinite(moved["tau_dot"])) and np.any(np.isnan(moved["tau_ddot"]))
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_verification_of_closed_forms_takes_laws(folder: Path) -> None:
     report = eomgen.studies.check(wheel_scene(TYRE_LAW, folder), only=["rates", "partials"], states=2)

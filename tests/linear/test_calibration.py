@@ -97,6 +97,7 @@ def test_published_gains(weights: str, digits: tuple[str, ...]) -> None:
         assert abs(value - float(printed)) <= 0.5 * 10.0 ** -len(printed.partition(".")[2]), (signal, value)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_gains_hold_a_pole_upright(cart: eomgen.Model) -> None:
     for name, value in gains_of(0.6).items():
@@ -246,6 +247,7 @@ def masses(calibration: str) -> tuple[eomgen.Model, np.ndarray, np.ndarray]:
     return model, G_p, G_v
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_modal_control_of_a_scene() -> None:
     model, G_p, G_v = masses('method = "imsc"\neffort_weights = [1e-3, 1e-2]')
@@ -275,6 +277,7 @@ def test_placed_modes_and_placed_poles_of_a_scene() -> None:
         assert np.abs(values - pole).min() < 1e-8
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_one_controller_is_calibrated_with_those_before_it_at_work() -> None:
     both = MASSES.replace('outputs = ["one", "two"]\n', "").replace("hold_one", "hold").replace("hold_two", "later")
@@ -300,6 +303,7 @@ def test_one_controller_is_calibrated_with_those_before_it_at_work() -> None:
     np.testing.assert_allclose(gains("later"), [later.G_p[0], later.G_v[0]], rtol=1e-8, atol=1e-8)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_references_are_where_the_controller_rests() -> None:
     """A hanging load: the spring is stretched, and the controller gives nothing there."""
@@ -319,6 +323,7 @@ def test_references_are_where_the_controller_rests() -> None:
     assert np.abs(run.outputs["hold"]).max() < 1e-9 and np.abs(run.q - sag).max() < 1e-9
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_constraints_are_projected_out() -> None:
     """A parallelogram of two pendulums and a rod moves as one pendulum: gains on one of the angles."""
@@ -525,6 +530,7 @@ def test_modes_beyond_the_model() -> None:
         masses('method = "imsc"\neffort_weights = 1\nmodes = [1, 3]')
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_internal_states_are_part_of_what_is_fed_back() -> None:
     """A cart behind a motor with a lag: gains of the whole state from the Hamiltonian matrix, by hand."""

@@ -422,6 +422,7 @@ def jeffcott(eccentricity: float) -> dict[str, object]:
     }
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:campbell. whirl y.x is against the sense")
 def test_of_two_equal_modes_one_whirls_forward_and_one_backward() -> None:

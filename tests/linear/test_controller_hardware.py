@@ -147,6 +147,7 @@ def test_the_written_scene_moves_as_the_sampled_loop(
     assert np.max(np.abs(free.q - run.q)) > 1e-5  # the hardware is felt
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_limits_of_a_continuous_law_are_limits_of_the_observer_too(plant: StateSpace) -> None:
     regulator = lqr(plant, {"place": 4000.0}, {"push": 0.01})

@@ -88,6 +88,7 @@ def test_the_state_space_has_units_and_references(car: StateSpace) -> None:
     np.testing.assert_allclose(pole.references["outputs"], [0.5, 0.5, 0.0, 1.2], atol=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_feedback_of_the_state_moves_as_the_matrix_says(car: StateSpace) -> None:
     law = lqr(car, WEIGHTS, FORCE)
@@ -104,6 +105,7 @@ def test_feedback_of_the_state_moves_as_the_matrix_says(car: StateSpace) -> None
     np.testing.assert_allclose(again.A, law.closed_loop.A, rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_feedback_of_an_estimate_moves_as_the_matrix_says(car: StateSpace) -> None:
     law = OutputFeedback(lqr(car, WEIGHTS, FORCE), kalman(car, NOISE, MEASURED))
@@ -142,6 +144,7 @@ def test_sampled_feedback_moves_as_its_matrix_says(car: StateSpace, delay: float
     assert 0.0 < law.closed_loop.decay < 50.0
 
 
+@pytest.mark.long_cases("None")
 @pytest.mark.slow
 @pytest.mark.parametrize("sample", [None, "5 ms"])
 def test_a_pole_is_held_upright_where_a_force_is_needed(sample: str | None) -> None:

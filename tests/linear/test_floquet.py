@@ -79,6 +79,7 @@ def test_the_equation_of_mathieu_is_unstable_between_its_characteristic_values(m
     assert mathieu.floquet(math.pi, parameters={"d": high + 0.01, "e": e, "c": 0.05}).stability == "stable"
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_exponents_are_known_but_for_multiples_of_the_frequency() -> None:
     """A constant model: the exponents are its eigenvalues, folded into half of 1 / period."""

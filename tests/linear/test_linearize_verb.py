@@ -263,6 +263,7 @@ def test_roots_in_python_follow_an_equilibrium() -> None:
         model.root_locus("stifness", [5.0])
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_ride_over_classes_and_speeds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "ride"

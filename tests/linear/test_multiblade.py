@@ -190,6 +190,7 @@ def test_the_matrices_are_the_transformed_matrices_of_the_second_order() -> None
         np.testing.assert_allclose(getattr(later, name), getattr(lin, name), atol=1e-11)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_cyclic_moment_moves_the_support_as_the_equations_say() -> None:
     """Inputs of blades are cosine and sine inputs; by the equations of ``ground_resonance`` with moments."""
@@ -235,6 +236,7 @@ def test_signals_of_single_blades_in_no_group_are_named() -> None:
         model.campbell("speed", [1.0, 1.5], u=u, multiblade={"shaft": [GROUP]})
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_campbell_diagram_has_the_frequencies_of_an_observer_and_the_sense_of_whirl() -> None:
     model = rotor()

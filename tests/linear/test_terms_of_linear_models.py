@@ -69,7 +69,7 @@ def test_a_model_for_rest_has_no_stepper_and_no_second_library(loaded: dict[Path
     assert found == pytest.approx(whole.linearize().modes().angular_frequency, rel=1e-9)
 
 
-@pytest.mark.long_cases("unbalanced_shaft")
+@pytest.mark.long_cases("unbalanced_shaft", "active_quarter_car")
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["four_bar", "quarter_car", "unbalanced_shaft", "active_quarter_car"])
 def test_models_for_rest_are_linear_as_whole_models(name: str) -> None:

@@ -175,6 +175,7 @@ def test_jacobian_and_hessian_are_those_of_complex_steps(scene: str, term: str, 
         assert turning < 1e-12 if scene == "double_pendulum" else turning > 1e-2
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_hessian_is_that_of_exponential_coordinates(rng: np.random.Generator) -> None:
     """Second differences of weights . tau along q exp(s d), at d that mixes rotations and travels."""

@@ -187,6 +187,7 @@ def test_absolute_coordinates_have_the_same_forces(rng: np.random.Generator) -> 
     np.testing.assert_allclose(found[0], found[1], rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_energy_of_a_tumbling_body_is_kept_to_the_order_of_the_method() -> None:
     builder = SceneBuilder("mount", gravity=[0, 0, -9.81]).body("block", 2.0, inertia=[0.05, 0.08, 0.1])

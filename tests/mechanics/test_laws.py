@@ -55,6 +55,7 @@ print(functions[:2], [name for name in ("sympy", "mpmath", "scipy") if name in s
 """
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_equations_are_derived_without_sympy_and_scipy(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"

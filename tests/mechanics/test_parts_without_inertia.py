@@ -62,7 +62,7 @@ def along_the_jack(angle: Any) -> Any:
 
 @pytest.mark.slow_cases("rattlie")
 @pytest.mark.slow_cases("generalized_alpha")
-@pytest.mark.long_cases("generalized_alpha_index3")
+@pytest.mark.long_cases("generalized_alpha_index3", "rattlie")
 @pytest.mark.slow_cases("generalized_alpha_index3", "rosenbrock", "rk45_partitioned")
 @pytest.mark.parametrize("method", [*IMPLICIT, *PARTITIONED])
 def test_a_jack_without_mass_follows_the_boom(passive: Any, method: str) -> None:
@@ -80,6 +80,7 @@ def test_a_jack_without_mass_follows_the_boom(passive: Any, method: str) -> None
     np.testing.assert_allclose(np.tan(tilt), vector[:, 0] / vector[:, 1], atol=1e-9)
 
 
+@pytest.mark.long_cases("1e-06-0", "1000000.0-1e-3", "1.0-1e-8")
 @pytest.mark.slow
 @pytest.mark.parametrize("mass", ["0", "1e-8", "1e-3"])
 @pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])

@@ -45,6 +45,7 @@ def model(**keys: str) -> Any:
     return eomgen.build(eomgen.load(scene(**keys)))
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_plane_as_a_formula_is_the_plane() -> None:
     """Height 0.75 x + 0.2 is the plane with the normal (-0.6, 0, 0.8) through (0, 0, 0.2); same tangents."""

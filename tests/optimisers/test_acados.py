@@ -299,6 +299,7 @@ def test_a_solver_of_acados_has_the_optimum_and_iterations_of_one_made_by_casadi
     assert abs(found[2] - wanted[2]) <= (1 if kind == "IRK" else 0)
 
 
+@pytest.mark.long
 @needs_acados
 @pytest.mark.slow
 def test_an_integrator_of_acados_follows_a_loop_with_its_multipliers_as_algebraic_variables(

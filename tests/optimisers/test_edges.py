@@ -47,6 +47,7 @@ def model() -> Any:
     return eomgen.build(scene(), profile="quick")
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_c(model: Any, wanted: Any) -> None:
     n = len(EDGES)
@@ -64,6 +65,7 @@ def test_c_of_rates(model: Any, wanted: Any) -> None:
     assert rate == pytest.approx(wanted[:, 0] * V, **EXACT)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_casadi(wanted: Any) -> None:
     casadi = import_module("casadi")

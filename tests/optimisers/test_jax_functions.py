@@ -60,6 +60,7 @@ def _state(model: Any) -> tuple[Any, Any, Any]:
     return q, random.normal(size=model.nv) * 0.5, random.normal(size=model.nv)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_values_and_batches_have_the_bits_of_the_model(floating: Any) -> None:
     model, functions = floating
@@ -113,6 +114,7 @@ def test_derivatives_are_the_exact_partials(floating: Any) -> None:
     assert np.allclose(by_q @ turned, K, rtol=0.0, atol=1e-13 * np.abs(K).max())
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_second_derivatives_through_a_scan_are_differences_of_gradients() -> None:
     """JAX drops the rules of ``custom_jvp`` in reverse derivatives of a scan."""
@@ -130,6 +132,7 @@ def test_second_derivatives_through_a_scan_are_differences_of_gradients() -> Non
     np.testing.assert_allclose(jax.jit(jax.hessian(end))(point), differences, rtol=1e-7)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_gradient_through_a_loop_of_steps_is_the_difference_of_runs() -> None:
     model = eomgen.build(PENDULUM)
@@ -242,6 +245,7 @@ def test_float32_is_refused(floating: Any) -> None:
         jax.config.update("jax_enable_x64", True)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_gradient_of_a_run_is_the_adjoint_and_the_difference() -> None:
     swing = eomgen.SceneBuilder("bob").parameter("length", 0.8, tunable=True).input("push", unit="N m")

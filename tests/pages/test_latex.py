@@ -56,7 +56,7 @@ def values_at(parts: dict, state: dict) -> dict[str, np.ndarray]:
 
 @pytest.mark.slow_cases("double_pendulum_on_shaking_base", "spherical_pendulum")
 @pytest.mark.slow_cases("four_bar", "rattleback")
-@pytest.mark.long_cases("active_quarter_car")
+@pytest.mark.long_cases("active_quarter_car", "four_bar", "rattleback")
 @pytest.mark.parametrize("name", SCENES)
 def test_expressions_have_the_numbers_of_the_compiled_model(name: str) -> None:
     """At a random state, with all fixed parameters as symbols."""
@@ -94,6 +94,7 @@ def test_expressions_have_the_numbers_of_the_compiled_model(name: str) -> None:
         assert value == pytest.approx(expected, rel=1e-11, abs=1e-11 * max(1.0, np.max(np.abs(expected)))), term
 
 
+@pytest.mark.long_cases("active_quarter_car")
 @pytest.mark.slow_cases("active_quarter_car")
 @pytest.mark.parametrize("name", SCENES)
 def test_documents_are_whole(name: str, tmp_path: Path) -> None:

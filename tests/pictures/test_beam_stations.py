@@ -124,6 +124,7 @@ def test_frames_along_a_beam_are_at_the_points_of_the_model(kind: str) -> None:
         np.testing.assert_allclose(place, run.outputs[f"p{k}"], atol=1e-12, err_msg=f"at x = {x}")
 
 
+@pytest.mark.long_cases("all kinds")
 @pytest.mark.parametrize("kind", BEAMS)
 def test_what_hangs_on_a_beam_goes_with_its_section(kind: str, tmp_path: Path) -> None:
     """The page's own data say where the point beside the axis is; it is turned by slopes and twist."""

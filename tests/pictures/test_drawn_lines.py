@@ -220,6 +220,7 @@ def test_mode_shapes_are_drawn_about_the_shape_at_rest(count: int, monkeypatch: 
         assert axis.lines[3].get_marker() == "^"
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_surface_is_drawn_once_below_a_ball_at_rest_with_a_legend(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -130,6 +130,7 @@ def test_c_of_a_long_beam_is_that_of_the_derived_one() -> None:
     assert interface_layout(made)["loop_operations"] > 10 * sum(item.operations for item in made.functions)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.usefixtures("few")
 def test_a_long_beam_is_continued_from_beams_of_28_and_more_elements() -> None:

@@ -141,6 +141,7 @@ def test_a_checkpoint_of_the_library_of_runs_is_resumed_by_the_whole_one(
     assert resumed.q[-1].tobytes() == other.simulate(0.04).q[-1].tobytes()
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_faults_of_the_rest_are_raised_by_the_call_of_a_function_that_is_missing(
     build: Build, release: threading.Event, monkeypatch: pytest.MonkeyPatch
@@ -167,6 +168,7 @@ def test_profiles_for_few_compilers_are_whole(build: Build) -> None:
     assert not build(profile="quick").library.lacking
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_another_mass_has_all_functions_of_the_library_in_two_at_once(
     build: Build, release: threading.Event, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

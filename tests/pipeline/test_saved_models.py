@@ -119,6 +119,7 @@ def test_a_loaded_model_is_a_model(saved: Path, elsewhere: Path) -> None:
     assert eomgen.load_model(elsewhere / "again.eomgen").nq == 1
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_another_python_opens_the_library_without_its_module(
     saved: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch

@@ -143,6 +143,7 @@ def test_solutions_are_as_many_as_outputs_where_the_state_stays_as_it_is(duffing
     assert [tuple(one.values()) for one in spent] == [(0, 1, 0), (0, 0, 0), (0, 0, 0), (0, 0, 0)]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_solutions_elsewhere_are_a_run_an_adjoint_and_a_tangent_for_each_variable(swinging: eomgen.Model) -> None:
     response = RunResponse(swinging, processes_of(swinging)[1], "x", (15.0, 0.05), {"method": "trapezoidal"})
@@ -577,6 +578,7 @@ def test_a_largest_value_in_the_output_is_the_reason_for_a_jump_of_its_gradient(
     assert "largest value" not in product.message and "of the variance of the process" not in product.message
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_random_constants_have_their_marginal_distributions() -> None:
     """Out to six standard deviations, the same at all times, also behind the window."""

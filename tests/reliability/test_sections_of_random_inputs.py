@@ -197,6 +197,7 @@ def test_a_wheel_behind_runs_over_what_the_first_one_ran_over() -> None:
     assert np.all(np.isfinite(model.input_values(np.array([0.0, 15.0]))))
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_drive_and_the_base_follow_a_process() -> None:
     scene = _with(shake=FORCE | {"translation": "0.01 * g"})

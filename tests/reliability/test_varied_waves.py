@@ -150,6 +150,7 @@ def test_a_model_has_the_seas_of_other_heights_and_seeds(data: dict[str, Any]) -
         assert many.results["output.place[2].min"][number] == pytest.approx(z.min(), abs=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_base_follows_waves_of_other_seeds() -> None:
     data = _data(variables=True) | {"base": {"follow": {"waves": "sea"}, "position": ["t", 0, 1]}}
@@ -311,6 +312,7 @@ def test_info_shows_waves_and_hulls(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert hull == {"name": "hull", "body": "buoy", "waves": "sea", "stations": 2, "moves_water": True}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_standard_normal_variable_that_nothing_draws_is_noted() -> None:
     model = eomgen.build(from_data(_data(variables=True)))

@@ -187,6 +187,7 @@ def lowest(model: eomgen.Model, found: equilibrium.Equilibrium, directions: np.n
     return energy - model.energy(found.q, rest, rest, 0.0)["potential"]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_body_in_space_on_springs_is_where_its_energy_is_least() -> None:
     model = suspended()

@@ -169,6 +169,7 @@ with drawing_process(lambda: lambda order: [draw]) as copy:
 """
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @ONLY_LINUX
 def test_the_copy_makes_no_lists_of_properties_of_matplotlib() -> None:

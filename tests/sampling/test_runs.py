@@ -329,6 +329,7 @@ def test_a_run_says_what_was_not_as_asked() -> None:
     assert sample(changed()).message.endswith("of warm-up")
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_chains_that_stand_still_have_no_diagnostics(tmp_path: Path) -> None:
     """Where no trajectory ends at a finite energy: the message says it, and nothing of NumPy stands beside it."""
@@ -344,6 +345,7 @@ def test_chains_that_stand_still_have_no_diagnostics(tmp_path: Path) -> None:
     assert not lost.message.endswith("nan in a cell")
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_chains_that_do_not_agree_are_said_to() -> None:
     """A third of a line is not seen, and a mass that is of the rest is too heavy there; that of the prior is not."""

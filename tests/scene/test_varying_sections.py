@@ -74,7 +74,7 @@ def test_nodes_have_the_mass_of_their_halves_and_its_place() -> None:
         assert mass == pytest.approx(own, rel=1e-12) and offset == pytest.approx(first / own, rel=1e-9)
 
 
-@pytest.mark.long_cases("5-3.0")
+@pytest.mark.long_cases("5-3.0", "2-1.0")
 @pytest.mark.slow_cases("1-1.0", "2-1.0")
 @pytest.mark.slow_cases("5-3.0")
 @pytest.mark.parametrize(("elements", "parameter"), [(1, 1.0), (2, 1.0), (5, 3.0)])

@@ -72,6 +72,7 @@ def test_a_spring_winds_up_over_several_turns(method: str) -> None:
     np.testing.assert_allclose(total, total[0], rtol=1e-4)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @example(angle=1.0, turns_a_step=5e-324, step=0.015625, method="generalized_alpha")
@@ -126,6 +127,7 @@ def test_poses_alone_are_taken_with_the_turns_of_the_start() -> None:
     assert run.outputs["angle"][0] == pytest.approx(8.0, rel=1e-14)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_states_between_rows_equilibria_and_linear_models_know_turns() -> None:
     run = model().simulate(20.0, 0.01, record_every=20)

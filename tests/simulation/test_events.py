@@ -466,6 +466,7 @@ def test_resets_of_a_loop_hold_the_constraints_or_say_that_they_cannot(reset: di
         np.testing.assert_allclose(event.v / event.v[2], event.v_before / event.v_before[2], rtol=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_events_of_an_orientation_are_on_the_group() -> None:
     scene = {
@@ -493,6 +494,7 @@ def test_events_of_an_orientation_are_on_the_group() -> None:
         np.testing.assert_allclose(events.t, times[times < 2.0], atol=1e-13)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_internal_states_are_reset_and_their_roots_found() -> None:
     """A saw-tooth: z' = 1 - z from 0, back to 0.2 of itself at 0.5."""

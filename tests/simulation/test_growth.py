@@ -295,6 +295,7 @@ def test_what_rests_but_for_rounding_is_not_doubted() -> None:
     assert solution.success and "out of balance" not in solution.message and solution.stats["energy_error"] == 0.0
 
 
+@pytest.mark.long
 def test_a_run_that_stops_because_its_equations_diverge_says_so() -> None:
     builder = eomgen.SceneBuilder("wall", gravity=[0, 0, 0]).body("sled", 1.0)
     builder.joint("rail", "prismatic", "base", "sled", axis=[1, 0, 0], initial={"position": 1.0})

@@ -171,6 +171,7 @@ def test_a_force_that_is_no_number_ends_the_run_and_is_named() -> None:
     assert 0.498 <= run.t[-1] <= 0.5 and np.all(np.isfinite(run.q)) and np.all(np.isfinite(run.v))
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_valley_that_is_narrower_than_the_body_is_named() -> None:
     builder = eomgen.SceneBuilder("roller").body("wheel", 3.0, inertia=[0.02, 0.04, 0.02])
@@ -186,6 +187,7 @@ def test_a_valley_that_is_narrower_than_the_body_is_named() -> None:
     )
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_curve_that_an_internal_state_leaves_is_named() -> None:
     builder = (

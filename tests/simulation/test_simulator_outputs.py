@@ -168,6 +168,7 @@ def test_a_start_follows_inputs_that_begin_to_move(tmp_path: Path) -> None:
     assert errors[1] < errors[0] / 6.0
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_outputs_have_the_modes_that_events_left(tmp_path: Path) -> None:
     switching = slider() | {

@@ -148,6 +148,7 @@ def test_ways_are_those_of_the_method() -> None:
     assert past.startswith("a much smaller step where lengths fit all but exactly, else ")
 
 
+@pytest.mark.long_cases("absolute")
 @pytest.mark.slow_cases("joint")
 @pytest.mark.slow_cases("absolute")
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])

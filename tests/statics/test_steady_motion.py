@@ -118,6 +118,7 @@ def governor(*, looped: bool) -> eomgen.Scene:
     return builder.build()
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_governor_with_closed_loops() -> None:
     """Rod and arm of one length l: m w^2 (e + l sin(x)) cos(x) = (m + M) g sin(x), the virtual work along the arm's
@@ -241,6 +242,7 @@ def test_balance_at_an_instant_is_not_a_steady_motion() -> None:
     assert "try: centres of mass on the axis of hinge (the centre of bob is 0.5 m off, 1 kg m), with" in said
 
 
+@pytest.mark.long_cases("3-gravity along the axis of spin or none")
 @pytest.mark.slow
 @pytest.mark.parametrize(("count", "cause"), [(3, "gravity along the axis of spin or none"), (1, "centres of mass on")])
 def test_gravity_across_the_axis_of_a_balanced_rotor_is_named(count: int, cause: str) -> None:

@@ -159,6 +159,7 @@ def test_the_time_limit_is_not_for_compiling() -> None:
     broken.close()
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_fail_is_tried_again_in_a_process_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
     """A process that others have run in may be broken: here the third run of each crashes."""
@@ -175,6 +176,7 @@ def test_a_fail_is_tried_again_in_a_process_of_its_own(monkeypatch: pytest.Monke
     assert [cell.verdict for cell in found.cells] == ["holds", "holds"]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_single_precision_is_held_against_double_precision(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[tuple[str, str]] = []
@@ -290,6 +292,7 @@ def test_gains_without_units_are_no_similar_scene() -> None:
     assert study.left_out == {"time": reason}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_ladders_over_what_a_scene_has_not_are_left_out_with_the_reason() -> None:
     free = {"type": "free", "parent": "base", "child": "rod", "initial": {"velocity": [1.0, 0, 2.0, 0, 0, 0]}}
@@ -337,6 +340,7 @@ def test_what_turns_by_rounding_while_it_falls_does_not_turn() -> None:
     assert difference(subject, held, turned, 0.01).worst > 0.1
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_study_goes_on_where_it_was_interrupted(tmp_path: Path) -> None:
     first = eomgen.extremes(PENDULUM, ladders=["gravity"], methods=["rk4"], folder=tmp_path)

@@ -103,6 +103,7 @@ def data(seed: int = 0, rows: int = 300, motor: float = 0.0) -> dict[str, Array]
     return columns
 
 
+@pytest.mark.long
 def test_the_motion_by_hand_is_that_of_the_scene(arm: eomgen.Model) -> None:
     given = data()
     q, v, a = (np.column_stack([given[f"{c}.shoulder"], given[f"{c}.elbow"]]) for c in "qva")

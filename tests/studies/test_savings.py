@@ -154,6 +154,7 @@ def test_a_ratio_of_times_is_told_if_rounds_tell_the_times_apart(capsys: pytest.
     assert "1 to 6" in lines["scattered"] and "2.1 to 2.3" in lines["slower"] and "1.9" in lines["slower"]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_mistakes_are_answered() -> None:
     with pytest.raises(UsageError, match="rounds: a whole number from 1 on is needed, not '7'"):

@@ -88,6 +88,7 @@ def test_adjoint_loops(model):
         assert np.abs(found - reference).max() <= 1e-13 * np.abs(reference).max()
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(programs, points)

@@ -341,7 +341,7 @@ def largest_error(case: Case, states: int = 5) -> float:
     return worst
 
 
-@pytest.mark.long_cases("rattleback")
+@pytest.mark.long_cases("rattleback", "cart")
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.slow_except("oscillator", "disc")
 def test_accelerations_and_speeds_are_those_of_sympy(name: str) -> None:
@@ -402,6 +402,7 @@ def test_constraints_are_equations_of_the_model() -> None:
         np.testing.assert_allclose(result, expected, atol=1e-11)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_constraints_hold_along_runs() -> None:
     """Positions, to rounding, over 20 000 steps; accelerations of the pendulum, and its frequency."""
@@ -632,6 +633,7 @@ def test_symbols_without_an_effect_are_no_parameters() -> None:
     assert document.values == (2.0, 1.0)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_it_runs_is_linear_and_is_written_as_c(tmp_path: Path) -> None:
     """An oscillator about rest and its C, which needs no library."""

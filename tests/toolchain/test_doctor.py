@@ -51,6 +51,7 @@ def test_this_machine_is_sound() -> None:
     assert find_compiler().version in {check.name: check for check in checks}["compiler"].found
 
 
+@pytest.mark.long_cases("no-such-cc-no C compiler 'no-such-cc' on the path")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("chosen", "what"),
@@ -60,6 +61,7 @@ def test_a_compiler_that_is_not_there(chosen: str, what: str, tmp_path: Path) ->
     assert_mended("compiler", environment(tmp_path, CC=chosen), what, "unset CC")
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_compiler_that_compiles_nothing(tmp_path: Path) -> None:
     broken = script(tmp_path / "broken", "echo no luck >&2; exit 1")
@@ -87,6 +89,7 @@ def test_no_compiler_at_all(tmp_path: Path) -> None:
         assert rehearsal.returncode == 0, rehearsal.stderr
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_cache_in_the_place_of_which_there_is_a_file(tmp_path: Path) -> None:
     file = tmp_path / "the cache"
@@ -96,6 +99,7 @@ def test_a_cache_in_the_place_of_which_there_is_a_file(tmp_path: Path) -> None:
     assert (tmp_path / "the cache.old").read_text(encoding="utf-8") == "mine"
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_cache_on_a_disk_that_cannot_be_written(tmp_path: Path) -> None:
     with mounted(tmp_path / "disk", "ro") as read_only:
@@ -124,6 +128,7 @@ def test_a_cache_that_everyone_can_write(tmp_path: Path) -> None:
     assert_mended("cache", environment(folder), words, f"chmod go-w {folder}")
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_default_cache_that_cannot_be_written(tmp_path: Path) -> None:
     where = {name: text for name, text in environment(tmp_path).items() if name != "EOMGEN_CACHE"}
@@ -131,11 +136,13 @@ def test_a_default_cache_that_cannot_be_written(tmp_path: Path) -> None:
     assert_mended("cache", where, "cannot be written", 'export EOMGEN_CACHE="$HOME/eomgen-cache"')
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_cache_of_a_user_that_there_is_not() -> None:
     assert_mended("cache", environment(Path("~no_such_user")), "'~no_such_user' cannot be found", "unset EOMGEN_CACHE")
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_disk_with_little_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with mounted(tmp_path / "disk", "size=1m") as small:
@@ -146,6 +153,7 @@ def test_a_disk_with_little_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert doctor._room().found.endswith(f"MB free for the cache in {tmp_path}")
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_no_place_for_temporary_files(tmp_path: Path) -> None:
     blocked = (

@@ -102,7 +102,7 @@ def test_pythons_headers_are_not_needed_either(shipped: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("method")
+@pytest.mark.long_cases("method", "scene")
 @pytest.mark.parametrize("change", ["method", "scene", "damage"])
 def test_what_has_to_be_compiled_says_so(change: str, shipped: Path, tmp_path: Path) -> None:
     folder = tmp_path / "other"
