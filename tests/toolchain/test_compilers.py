@@ -107,7 +107,6 @@ def test_the_page_has_rows_of_examples_in_their_order() -> None:
     assert {cell for row in rows for cell in row[1:4]} == {"equal"}  # with gcc, clang and zig
 
 
-@pytest.mark.long_cases("zig")
 @pytest.mark.slow
 @pytest.mark.skipif(not OTHERS, reason="there is one compiler here")
 @pytest.mark.parametrize("name", OTHERS)
