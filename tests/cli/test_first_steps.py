@@ -114,7 +114,14 @@ def test_the_script_of_completion_asks_this_program(shell: str, capsys: pytest.C
     assert f"_EOMGEN_COMPLETE={shell}_complete" in capsys.readouterr().out
 
 
-@pytest.mark.slow_cases("eomgen sim-expected0")
+@pytest.mark.slow_cases(
+    "eomgen sim-expected0",
+    "eomgen new x --example four-expected2",
+    "eomgen simulate --rho-expected1",
+    "eomgen simulate --method rk45_-expected7",
+    "eomgen cite arm.t-expected6",
+    "eomgen cite lsr-expected5",
+)
 @pytest.mark.parametrize(
     ("words", "expected"),
     [

@@ -58,6 +58,7 @@ def test_the_place_is_looked_at_before_the_scene(tmp_path: Path, capsys: pytest.
         assert capsys.readouterr().err.startswith(f"input/output error: {place.parent}: this is a file, and a folder")
 
 
+@pytest.mark.slow
 def test_folders_of_results_are_made(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene = Path(eomgen.__file__).parents[1] / "examples" / "spherical_pendulum" / "scene.toml"
     place = tmp_path / "new" / "rest.json"

@@ -75,6 +75,7 @@ def test_every_operation_agrees_with_the_tape(real: str, tolerance: float, tmp_p
     assert {op.name for op, error in zip(ops, worst, strict=True) if not error <= tolerance} == set()
 
 
+@pytest.mark.slow
 def test_double_agrees_with_fifty_digits(tmp_path: Path) -> None:
     system, refs, ops = every_operation()
     inputs = samples()

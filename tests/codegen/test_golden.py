@@ -41,6 +41,7 @@ def test_hash_seeds_do_not_change_a_byte(seed: str) -> None:
     assert result.stdout.strip() == hashlib.sha256(files.encode()).hexdigest()
 
 
+@pytest.mark.slow_cases("active_vehicle")
 @pytest.mark.long_except("active_vehicle", "bouncing_ball", "pendulum_on_shaking_base")
 @pytest.mark.parametrize("name", SCENES)
 def test_committed_code_compiles_without_a_warning(name: str, tmp_path: Path) -> None:

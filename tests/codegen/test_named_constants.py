@@ -62,6 +62,7 @@ def test_a_stiffness_that_is_fixed_is_folded_in(tmp_path: Path) -> None:
     assert fixed["blade_k_0_0"] == pytest.approx(1.4e4 * tunable["blade_k_0_0"], rel=1e-15)
 
 
+@pytest.mark.slow
 def test_the_header_says_what_is_kept(tmp_path: Path) -> None:
     texts = {}
     for order, stiffening in ((1, True), (1, False), (2, True)):

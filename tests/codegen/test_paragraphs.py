@@ -60,7 +60,7 @@ def test_functions_whose_values_fit_into_registers_keep_their_order() -> None:
     assert reorder(paragraphs(order, labels), reads) == order
 
 
-@pytest.mark.slow_cases("0", "1", "4", "6", "7", "8", "9", "10", "11")
+@pytest.mark.slow_cases("0", "1", "4", "6", "7", "8", "9", "10", "11", "5", "3")
 @pytest.mark.parametrize("seed", range(12))
 def test_operations_follow_what_they_read_and_paragraphs_stay_whole(seed: int) -> None:
     source = random.Random(seed)

@@ -58,6 +58,7 @@ def test_a_nut_falls_along_its_screw(kind: str, pitch: float) -> None:
     np.testing.assert_allclose(solution.outputs["rim"], expected, atol=2e-4)
 
 
+@pytest.mark.slow
 def test_names_and_units_of_several_coordinates() -> None:
     joints = """
 [bodies.cross]

@@ -113,6 +113,7 @@ def test_batches_of_any_size_and_of_broadcast_operands_have_the_same_bits(
         assert in_lanes(model, name)
 
 
+@pytest.mark.slow
 def test_leading_axes_and_steps_in_memory_are_as_without_lanes(
     model: Model, monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator
 ) -> None:

@@ -117,7 +117,7 @@ def _resumed(model: eomgen.Model, parameters: dict[str, float]) -> eomgen.Soluti
 
 
 @pytest.mark.long_cases("<lambda>2")
-@pytest.mark.slow_cases("<lambda>2")
+@pytest.mark.slow_cases("<lambda>2", "<lambda>0")
 @pytest.mark.parametrize(
     "run",
     [

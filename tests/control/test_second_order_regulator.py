@@ -70,6 +70,7 @@ def test_the_block_equations_hold(n: int, m: int, symmetric: bool, rng: np.rando
     np.testing.assert_allclose(found.G_v, R_inverse @ plant.B.T @ M_inverse.T @ found.P22, rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_gains_are_those_of_40_digit_arithmetic(rng: np.random.Generator) -> None:
     """The stable subspace of the Hamiltonian matrix, by mpmath: nothing of SciPy, nothing of blocks."""
     plant = random_plant(rng, 3, 2, symmetric=False)

@@ -146,6 +146,7 @@ def test_rest_moves_with_the_first_value_of_an_input() -> None:
     assert np.any(found._run.asked.dq[:, [0, 2]]) and not np.any(found._run.asked.dq[:, 1])
 
 
+@pytest.mark.slow
 def test_names_that_are_no_samples_are_refused() -> None:
     _, model = built(driven())
     options = options_of("trapezoidal", samples("torque"))

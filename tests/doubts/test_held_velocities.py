@@ -150,6 +150,7 @@ BY_CHANCE = [
 ]
 
 
+@pytest.mark.slow_cases("rattlie-7.1154-1.2097-0.0569-0.3944-0.04688")
 @pytest.mark.long_cases("rosenbrock-6.500029760082636-1.1358351480278792-0.06130361613452259-0.0-0.012230675020114674")
 @pytest.mark.parametrize(("method", "F", "c", "w", "speed", "step"), BY_CHANCE)
 def test_jumps_that_several_runs_pass_alike_are_no_sign_of_a_small_error(
@@ -189,6 +190,7 @@ def test_runs_of_thousands_of_steps_to_a_row_are_examined_in_part(monkeypatch: p
     assert "partly_examined" not in names(dense)
 
 
+@pytest.mark.slow
 def test_a_force_that_begins_at_zero_is_no_jump() -> None:
     bumper = model("-400*(q.x - 0.1) if q.x > 0.1 else 0")
     run = bumper.simulate(0.4, 0.002, method="generalized_alpha")
@@ -277,6 +279,7 @@ def test_no_aliased_force_is_understated_by_more_than_three(seed: int) -> None:
         assert "unseen_law" not in names(run) or off(run, true) > 0.5 * stated, (p, method, step, run.message)
 
 
+@pytest.mark.slow
 def test_initial_values_that_constraints_do_not_keep_are_in_the_message() -> None:
     """Of inertias I and wheels with v = 2 w the projection by kinetic energy turns v = 3 into 3 I / (I + I/4)."""
     builder = eomgen.SceneBuilder("gear", gravity=[0, 0, 0])

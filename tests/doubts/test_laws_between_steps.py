@@ -332,6 +332,7 @@ def test_rest_and_uniform_motion_are_exact_and_quiet() -> None:
             assert {finding.name for finding in run.findings} <= {"doubtful_call"}, run.message
 
 
+@pytest.mark.slow
 def test_a_state_that_seems_at_rest_at_the_rows_is_measured_between_them() -> None:
     given = {"wave": 1e3, "period": 0.005, "stiffness": 1.0}
     run = sliders().simulate(0.4, 0.01, method="rk45", tolerance=1e-8, parameters=given)
@@ -414,7 +415,7 @@ def test_a_run_is_right_with_the_largest_step_that_its_message_names(law: dict[s
     assert off(again, law) < 0.02 and again.error.relative > off(again, law) / 3.0
 
 
-@pytest.mark.slow_cases("0.03-rk45")
+@pytest.mark.slow_cases("0.03-rk45", "0.3-generalized_alpha_adaptive")
 @pytest.mark.long_cases("0.03-generalized_alpha_adaptive")
 @pytest.mark.parametrize("method", ["rk45", "taylor", "generalized_alpha_adaptive"])
 @pytest.mark.parametrize("bound", [0.03, 0.3])
@@ -473,6 +474,7 @@ def test_a_narrow_load_by_a_quantity_of_its_place_is_seen(quantity: str) -> None
         assert wrong == ("unseen_law" in [one.name for one in run.findings]), (options, run.q[-1], end, run.message)
 
 
+@pytest.mark.slow_cases("q.x")
 @pytest.mark.long_except("q.x", "position.here[0] - 0.2")
 @pytest.mark.parametrize("argument", ["q.x", "position.p[0] - 0.2", "position.here[0] - 0.2", "rotated"])
 def test_a_barrier_of_any_width_is_seen_by_any_name_of_the_place(argument: str) -> None:
@@ -500,6 +502,7 @@ def test_a_barrier_of_any_width_is_seen_by_any_name_of_the_place(argument: str) 
         assert wrong == ("unseen_law" in [one.name for one in run.findings]), (width, run.q[-1], run.message)
 
 
+@pytest.mark.slow
 def test_a_held_force_is_no_law_between_the_steps() -> None:
     """Sampled states keep their values between samples: a coarse converter makes no law of the slow gust beside it."""
     scene = {
@@ -560,6 +563,7 @@ def test_partials_by_one_factorization_are_differences_of_accelerations() -> Non
     np.testing.assert_allclose(partials, np.stack(expected, axis=-1), rtol=1e-6, atol=1e-7 * np.abs(partials).max())
 
 
+@pytest.mark.slow
 def test_a_search_that_is_left_out_is_named() -> None:
     joint = {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0], "initial": {"velocity": 1.0}}
     scene = {

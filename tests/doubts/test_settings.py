@@ -124,6 +124,7 @@ def test_the_option_strict_ends_with_its_verb(rest: tuple[str, ...], capsys: pyt
     assert CALLED.get() is NO_SETTINGS
 
 
+@pytest.mark.slow_cases("simulate")
 @pytest.mark.parametrize("verb", ["simulate", "equilibrium"])
 def test_a_call_silences_notes_of_the_scene(verb: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A scene whose model of an earlier call has the note, and a scene that is strict itself."""
@@ -189,6 +190,7 @@ def rest_of(*names: str, strict: bool = False) -> tuple[str, ...]:
     return tuple(eomgen.build(eomgen.load(data), profile="quick").equilibrium().notes)
 
 
+@pytest.mark.slow
 def test_an_equilibrium_silences_warnings_by_name() -> None:
     assert ["moved farther" in note for note in rest_of()] == [True]
     assert ["farther from the start" in note for note in rest_of("inverted springs")] == [True]

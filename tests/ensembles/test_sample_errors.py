@@ -215,6 +215,7 @@ def test_the_error_of_an_internal_state_is_that_of_a_run() -> None:
     assert result.error.relative == pytest.approx(share_of_state(), rel=1.0)
 
 
+@pytest.mark.slow
 def test_friction_that_steps_do_not_resolve_is_noted() -> None:
     model = eomgen.build(stuck(), profile="quick")
     found = model.simulate_many(table={"pull": [400.0, 410.0]}, columns=["q.rail"], points=2)

@@ -33,6 +33,7 @@ length = "2 - t"
 """
 
 
+@pytest.mark.slow_cases("rk4_partitioned-0.002")
 @pytest.mark.parametrize(("method", "step"), [("rk4_partitioned", 2e-3), ("generalized_alpha", 0.05)])
 def test_a_rope_that_is_wound_up_is_named(method: str, step: float) -> None:
     run = eomgen.build(tomllib.loads(HOIST), profile="quick", method=method).simulate(3.0, step)

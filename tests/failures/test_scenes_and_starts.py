@@ -208,6 +208,7 @@ def car() -> eomgen.Model:
     return eomgen.build(load_toml(CAR), profile="quick")
 
 
+@pytest.mark.slow_cases("0.2")
 @pytest.mark.parametrize("height", [0.2, 0.1, 0.0, -2.0])
 def test_a_tyre_that_a_call_starts_in_the_road_is_told_with_depth_and_force(car: eomgen.Model, height: float) -> None:
     found = car.simulate(0.01, 1e-3, initial={"h": height})
@@ -233,6 +234,7 @@ def test_a_tyre_in_the_road_is_told_by_simulators(car: eomgen.Model) -> None:
     assert car.start({"h": 0.0}, start="equilibrium").notes[0].startswith("initial position")
 
 
+@pytest.mark.slow_cases("initial0-True")
 @pytest.mark.parametrize(
     ("initial", "turned"),
     [
@@ -299,6 +301,7 @@ def test_a_joint_of_the_name_of_a_block_without_numbers_is_a_joint() -> None:
         assert model.start({"z": value}).q[0] == 0.5
 
 
+@pytest.mark.slow
 def test_one_motion_of_several_coordinates_that_nothing_determines_is_told_as_one() -> None:
     """A body hangs on a ball joint with its centre beside all of its axes: turns about the vertical have no force."""
     text = ARM.replace('"revolute"', '"spherical"').replace("axis = [0, 1, 0]", "")

@@ -175,6 +175,7 @@ def test_a_likelihood_of_ones_own_is_one_line() -> None:
     assert sampler.draw(20).acceptance > 0.3
 
 
+@pytest.mark.slow
 def test_what_is_not_asked_for_is_not_in_the_c() -> None:
     posterior, truth = counted(16, 0.04)
     cells = posterior.source[posterior.source.index("Sum of the energies") :]

@@ -222,6 +222,7 @@ def test_a_warm_up_finds_the_step() -> None:
     assert samples.steps[0] <= sampler.largest_step
 
 
+@pytest.mark.slow
 def test_numbers_of_steps_and_splittings_are_drawn() -> None:
     posterior, truth = counted(8, 0.3)
 

@@ -202,6 +202,7 @@ class Logged:
 DISCARD = 2
 
 
+@pytest.mark.slow_cases("nan-3")
 @pytest.mark.parametrize("version", VERSIONS)
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_rates_that_are_not_finite_are_discarded_each_time(version: int, bad: float) -> None:
@@ -263,6 +264,7 @@ def test_steps_without_end_and_sizes_that_differ_are_errors() -> None:
         assert unit.messages[-1] == f"fmi3{name}: 1 values, but the variables have 0"
 
 
+@pytest.mark.slow_cases("cs-3")
 @pytest.mark.parametrize("version", VERSIONS)
 @pytest.mark.parametrize("kind", ["cs", "me"])
 def test_values_that_cannot_be_set_are_named(version: int, kind: str) -> None:
@@ -455,6 +457,7 @@ def test_accumulating_events_end_model_exchange_with_an_error(version: int) -> N
     assert messages[-1].startswith("at t = 0.95") and messages[-1].endswith("an event comes again and again at once")
 
 
+@pytest.mark.slow_cases("3-types0")
 @pytest.mark.long_except("2-types2", "3-types0")
 @pytest.mark.parametrize("types", [("me", "cs"), ("me",), ("cs",)])
 @pytest.mark.parametrize("version", [2, 3])

@@ -53,6 +53,7 @@ def expected(changes: dict[str, float]) -> dict[str, float]:
     return {"m": m, "period": period, "w": w, "k": k, "amplitude": amplitude, "unused": changes.get("unused", 1 / 3)}
 
 
+@pytest.mark.slow_cases("0")
 @pytest.mark.parametrize("seed", range(12))
 def test_a_run_with_other_parameters_is_the_motion_of_these(seed: int) -> None:
     """Against the closed form, whichever parameters are given, derived ones too, and whichever part of the start."""
@@ -131,6 +132,9 @@ def test_the_c_says_what_does_not_follow_there(tmp_path: Path) -> None:
     assert "In files, and not here, these follow the parameters: x, p_x. */" in header.replace("\n *", "")
 
 
+@pytest.mark.slow_cases(
+    "yoshida14-there is no recursion of leapfrogs of order 14 with 1 on either side; try: an even order of 2 to-simulate"
+)
 @pytest.mark.parametrize("verb", ["simulate", "info", "generate"])
 @pytest.mark.parametrize(
     ("setting", "text"),

@@ -256,6 +256,7 @@ def test_a_tolerance_makes_the_method_choose_its_steps() -> None:
     assert made.simulate(0.4, 0.1, **QUIET).metadata["method"] == "generalized_alpha"
 
 
+@pytest.mark.slow_cases("generalized_alpha_index3-velocities lie off the constraints by the square of the step")
 @pytest.mark.parametrize(
     ("method", "text"),
     [

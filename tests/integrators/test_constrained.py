@@ -346,6 +346,7 @@ def test_the_stabilised_form_has_no_transient(compiled, group, published):
 # -- constraints, damping, economy -------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow_cases("SE3-0.0", "R3xSO3-0.0")
 @pytest.mark.parametrize("rho", [0.0, 0.5, 0.8, 0.9, 1.0])
 @pytest.mark.parametrize("group", ["R3xSO3", "SE3"])
 def test_the_stabilised_form_takes_every_spectral_radius(compiled, group, rho):
@@ -360,6 +361,7 @@ def test_the_stabilised_form_takes_every_spectral_radius(compiled, group, rho):
     assert 0.0 < outcome.state["max_eta"] < 0.1 or group == "SE3"
 
 
+@pytest.mark.slow
 def test_index_3_refuses_spectral_radii_near_one(compiled):
     with pytest.raises(
         UsageError, match=r"does not bear a spectral radius of 0\.99: .* after 351 steps .* form stabilised"

@@ -74,6 +74,7 @@ def test_so_it_does_on_constraints(method: str, group: str) -> None:
         assert run.outputs["angle"][-1] == pytest.approx(crept(c, 0.1), abs=2e-6)
 
 
+@pytest.mark.slow
 def test_an_overdamped_ball_is_not_refused() -> None:
     torque = [f"-c * v.h[{k}]" for k in range(3)]
     scene = hinge()

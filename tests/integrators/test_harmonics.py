@@ -50,6 +50,7 @@ def sums(times: np.ndarray, harmonics: int = HARMONICS) -> np.ndarray:
     return np.stack(columns, axis=1).astype(float)
 
 
+@pytest.mark.slow_cases("0.0")
 @pytest.mark.parametrize("start", [0.0, 3.7, -1.2345])
 def test_accelerations_are_the_sums_at_the_times_of_the_grid(start: float) -> None:
     run = model().simulate(start + 0.3, STEP, t_start=start, error_estimate=False)

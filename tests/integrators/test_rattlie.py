@@ -381,6 +381,7 @@ def test_a_simulator_goes_to_any_time_with_whole_steps_and_shorter_ones() -> Non
 # -- the house ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_rows_hold_accelerations_and_multipliers_of_their_states() -> None:
     made = four_bar()
     end = made.simulate(0.1, 1e-3, method="rattlie", record_every=25, error_estimate=False)

@@ -33,6 +33,7 @@ def test_a_run_starts_where_rings_are_not_aligned() -> None:
     np.testing.assert_allclose(run.q[-1], other.q[-1], atol=1e-5)
 
 
+@pytest.mark.slow
 def test_a_run_from_the_singular_state_itself_stops_and_says_so() -> None:
     run = eomgen.build(gimbal(), profile="quick").simulate(0.2, 5e-4, method="generalized_alpha")
     assert not run.success and run.message.startswith("stopped at t = 0 s")

@@ -132,6 +132,9 @@ def test_faults_of_the_compiler_name_the_line(folder: Path, old: str, new: str) 
     assert str(error.value).count("try:") <= 2
 
 
+@pytest.mark.slow_cases(
+    "    results[0] =-    while (load > 0.0) { } results[0] =-tyre does not return within 0.5 s at kappa = 0."
+)
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

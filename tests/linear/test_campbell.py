@@ -310,6 +310,7 @@ def test_warnings_in_the_same_words_are_one_with_a_count(
     assert said[0].startswith("Campbell diagram: at 7 values of spin from 10 to 100, at spin = 10 for instance: coeff")
 
 
+@pytest.mark.slow
 def test_warnings_count_the_values_of_the_caller(overhung: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
     """Linear models between the values, for the crossings, are none of the caller's."""
     linearize = campbell_module.linearize

@@ -202,6 +202,7 @@ def test_the_written_scene_is_generated_as_c(plant: StateSpace, tmp_path: Path) 
     np.testing.assert_allclose(values, expected, rtol=0, atol=1e-12)
 
 
+@pytest.mark.slow_cases("hardware0-limits: 'pusch' is neither an input of the law nor a signal")
 @pytest.mark.parametrize(
     ("hardware", "message"),
     [

@@ -138,6 +138,7 @@ def test_shapes_of_modes_are_bars_with_amplitudes_and_phases(count: int, rng: np
         assert axis.get_xlim() == (0.0, 1.2) and axis.get_ylim() == (-0.6, 2.6)
 
 
+@pytest.mark.slow
 def test_figures_of_modes_draw_the_largest_coordinates_and_count_modes_left_out(
     rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -90,6 +90,7 @@ def test_default_is_the_initial_state_where_nothing_balances() -> None:
     assert model.linearize(at="initial").reference.what == "initial state"
 
 
+@pytest.mark.slow
 def test_an_equilibrium_beside_a_drive_that_turns_is_a_steady_motion() -> None:
     rotor = eomgen.SceneBuilder("rotor", gravity=[0, 0, 0]).body("disc", 5.0, inertia=[0.2, 0.2, 0.3])
     rotor.body("shaft", 1.0, inertia=[0.1, 0.1, 0.1])

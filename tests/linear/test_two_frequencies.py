@@ -41,6 +41,7 @@ def columns(path: Path) -> dict[str, list[float]]:
     return {name: [float(row[k]) for row in rows] for k, name in enumerate(header)}
 
 
+@pytest.mark.slow
 def test_names_of_frequencies_in_files_and_pictures(tmp_path: Path) -> None:
     model = eomgen.build(tomllib.loads(SCENE))
     modes = model.linearize().modes()

@@ -12,6 +12,7 @@ PLACE = np.array([1.0, 2.0, 3.0])
 TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
 
+@pytest.mark.slow_cases("planar-q1-moved1", "free-q0-moved0")
 @pytest.mark.parametrize(
     ("kind", "q", "moved"),
     [

@@ -179,6 +179,7 @@ def test_time_derivatives_of_chains_are_linear(chain: str, constant: int, per_li
         assert derive(CHAINS[chain](count), ["rates"]).counts["rates"].statements == constant + per_link * count, count
 
 
+@pytest.mark.slow_cases("spatial")
 @pytest.mark.parametrize("chain", CHAINS)
 def test_partials_grow_quadratically(chain: str) -> None:
     statements = [derive(CHAINS[chain](count), ["partials"]).counts["partials"].statements for count in range(4, 14)]

@@ -138,6 +138,7 @@ def test_inertias_that_are_not_positive_have_no_bound() -> None:
     assert largest_cancellation(np.zeros((0, 0))) == 1.0
 
 
+@pytest.mark.slow
 def test_parameters_that_cost_digits_are_warned_of_once_with_the_size(tmp_path: Path) -> None:
     model = tunable_chain(tmp_path)
     q, v = np.array([0.3, -0.7, 0.5]), np.array([0.2, 0.4, -0.6])

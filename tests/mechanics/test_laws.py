@@ -20,6 +20,7 @@ from eomgen.symbolic.tape import Tape
 from tests.models.scenes import PENDULUM_TOML
 
 
+@pytest.mark.slow
 def test_the_stored_laws_are_what_sympy_derives() -> None:
     path = Path(eomgen.__file__).parent / "mechanics" / "laws" / "derived.py"
     assert path.read_text(encoding="utf-8") == module(), COMMAND

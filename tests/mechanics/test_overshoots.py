@@ -43,6 +43,7 @@ def test_a_step_through_a_spline_is_noted_with_place_and_size_and_other_curves_a
     assert not list(overshoots([*smooth, Curve("two", t[:2], t[:2])]))
 
 
+@pytest.mark.slow
 def test_a_run_tells_the_note() -> None:
     joint = {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0]}
     points = [[0, 0], [1, 0], [1.1, 1], [2, 1]]

@@ -63,6 +63,7 @@ def test_values_and_derivatives_are_those_of_the_model(name: str, rng: np.random
     assert function.jacobian().nnz_out() == len(model().sparsity(name).rows)
 
 
+@pytest.mark.slow
 def test_a_step_is_that_of_the_method_and_its_derivatives_those_of_complex_steps(rng: np.random.Generator) -> None:
     """Of the method's formula over complex forward dynamics; the Hessian against central differences of the Jacobian,
     which is exact."""

@@ -243,6 +243,7 @@ def test_the_jacobian_is_that_of_the_derivatives_of_a_run(method: str, rng: np.r
     assert found == pytest.approx(jacobian[:, :5], rel=1e-10, abs=1e-12)
 
 
+@pytest.mark.slow_cases("spins-rk4")
 @pytest.mark.long_except("four_bar-rattlie", "spins-rk4")
 @pytest.mark.parametrize(
     ("scene", "method"), [("four_bar", "rattlie"), ("spins", "trapezoidal"), ("spins", "leapfrog"), ("spins", "rk4")]
@@ -264,6 +265,7 @@ def test_the_inverse_of_nonzeros() -> None:
     assert inverse_pattern(np.zeros((2, 2), bool)).all()
 
 
+@pytest.mark.slow
 def test_methods_without_such_steps_are_refused(tmp_path: Path) -> None:
     cases = {
         (
@@ -312,6 +314,7 @@ def test_each_method_has_a_step_or_a_reason() -> None:
     assert all(reasons.values())
 
 
+@pytest.mark.slow
 def test_scenes_without_a_step_say_why(tmp_path: Path) -> None:
     builder = SceneBuilder("clocked").body("mass", 1.0).joint("slide", "prismatic", "base", "mass", axis=[1, 0, 0])
     scene = builder.state("held", sample=0.01, formula="q.slide").effort("push", "slide", "-held").build()

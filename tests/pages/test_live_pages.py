@@ -166,6 +166,7 @@ def test_texts_of_a_page_have_the_numbers_of_the_library_and_give_its_bits(tmp_p
         assert results[0] == results[1], function["name"]
 
 
+@pytest.mark.slow
 def test_a_page_has_no_functions_of_python(tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_text(CONTROLLED, encoding="utf-8")
     model = eomgen.build(tmp_path / "scene.toml", profile="quick")
@@ -215,6 +216,7 @@ def test_the_help_of_live_shows_the_profile_that_pages_take() -> None:
     assert "or in the least time. [default: reproducible]" in text
 
 
+@pytest.mark.slow
 def test_pages_tell_the_error_of_an_internal_state() -> None:
     run = eomgen.build(oscillator(), profile="quick").simulate()
     assert run.error.worst is not None and run.error.worst.name.startswith("z.")

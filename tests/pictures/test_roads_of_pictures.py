@@ -63,6 +63,7 @@ def run(folder: Path, road: str, more: str = "") -> tuple[dict[str, object], np.
     return {**shown, "ground": scenery["ground"]}, poses["wheel"][:, 4:], solution
 
 
+@pytest.mark.slow
 def test_a_road_at_rest_follows_the_path_of_the_wheel(tmp_path: Path) -> None:
     """The strip begins and ends four radii beyond the path; its heights are the heights of the formula."""
     road, center, _ = run(tmp_path, "0.1 * sin(2 * position.hub[0]) * steep + 0.01 * position.hub[1]")
@@ -82,6 +83,7 @@ def test_a_road_that_an_input_moves_is_drawn_over_time(tmp_path: Path) -> None:
     np.testing.assert_allclose(road["heights"], expected, atol=2e-6)
 
 
+@pytest.mark.slow
 def test_a_road_of_time_alone_is_a_plate_and_curves_have_values(tmp_path: Path) -> None:
     road, _, solution = run(tmp_path, "track(4 * t - 1)")
     heights = np.array(road["heights"])

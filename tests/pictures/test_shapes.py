@@ -293,6 +293,7 @@ def test_each_mistake_in_a_shape_has_one_message(tmp_path: Path, text: str, mess
     assert refused(tmp_path, text) == message
 
 
+@pytest.mark.slow_cases("a.glb-data7-message7")
 @pytest.mark.parametrize(
     ("name", "data", "message"),
     [

@@ -102,6 +102,7 @@ def test_documents_of_nobody_are_refused() -> None:
         eomgen.build(3)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_a_document_that_is_no_scene_is_not_saved(tmp_path: Path) -> None:
     model = eomgen.build(lattice("fput"), profile="quick")
     with pytest.raises(ModelError, match=r"save: fput was not made from a scene; try: eomgen\.build"):

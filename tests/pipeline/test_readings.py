@@ -287,6 +287,7 @@ def test_a_model_of_a_record_is_the_model_of_the_scene(arm: Path) -> None:
     assert runs[0].q.tobytes() == runs[1].q.tobytes()
 
 
+@pytest.mark.slow
 def test_a_model_of_a_record_is_derived_if_there_is_no_library(arm: Path) -> None:
     eomgen.load(arm)
     assert stored_scene(arm, DEFAULTS) is not None

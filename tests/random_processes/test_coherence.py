@@ -27,6 +27,7 @@ from eomgen.products.reliability.random_processes.karhunen_loeve import expand, 
 TABLE = CoherenceTable(np.array([0.0, 0.3, 1.2]), np.array([1.0, 0.8, -0.2]))
 
 
+@pytest.mark.slow_cases("kink")
 @pytest.mark.parametrize(
     ("covariance", "coherence", "last"),
     [

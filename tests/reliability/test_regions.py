@@ -77,7 +77,9 @@ def tail_of(response: Response, seed: int) -> tuple[Distribution, list[str]]:
     return correct_by_samples(response, np.zeros(1), points, forms, about_mean, others, seed)
 
 
-@pytest.mark.slow_cases("a corner, where slopes jump")
+@pytest.mark.slow_cases(
+    "a corner, where slopes jump", "three planes of twenty variables", "the size of a product, four regions"
+)
 @pytest.mark.parametrize("name", CASES)
 def test_intervals_hold_the_probability_of_all_regions(name: str) -> None:
     response, true = CASES[name]

@@ -218,6 +218,7 @@ def test_quantities_at_one_place_share_their_sines() -> None:
     assert counts[1] <= counts[0] + 5
 
 
+@pytest.mark.slow
 def test_heights_of_runs_keep_the_waves_from_breaking() -> None:
     data = _on_a_spring(1)
     data["waves"]["sea"] |= {"variables": False, "components": 2}
@@ -295,6 +296,7 @@ def test_what_of_waves_does_not_vary_says_what_would() -> None:
         varied.simulate_many(vary={"seed.sea": "uniform(0, 1)"}, samples=2)
 
 
+@pytest.mark.slow
 def test_info_shows_waves_and_hulls(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text = toml_text(_data(variables=True, order=2))
     (tmp_path / "buoy.toml").write_text(text)

@@ -78,6 +78,7 @@ def test_constrained_runs_keep_order_two_and_almost_the_constraints(build) -> No
     assert np.polyfit(np.log(steps), np.log(violations), 1)[0] > 2.5
 
 
+@pytest.mark.slow
 def test_rows_far_apart_cost_the_order_of_their_spacing_and_say_so() -> None:
     model = flyer()
     exact = model.simulate(0.4, 2e-4, method="rk4")

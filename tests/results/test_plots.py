@@ -248,6 +248,7 @@ def test_small_changes_of_positions_beside_a_long_way_are_drawn_as_changes() -> 
     assert plots._panels(still) == [still]
 
 
+@pytest.mark.slow
 def test_curves_over_another_column_have_its_values_and_its_label(tmp_path: Path) -> None:
     from matplotlib import pyplot
 
@@ -286,6 +287,7 @@ def test_a_prefix_is_of_one_of_several_alike(name: str, prefix: str) -> None:
     assert plots._prefix(name, outputs) == prefix
 
 
+@pytest.mark.slow
 def test_over_an_output_of_one_corner_no_other_corner_is_drawn() -> None:
     from matplotlib import pyplot
 

@@ -155,6 +155,7 @@ def test_names_of_any_text_are_taken(tmp_path: Path) -> None:
     assert [joint.name for joint in load(file).joints] == ["_j___", "_"]
 
 
+@pytest.mark.slow
 def test_a_chain_of_many_bodies_is_read(tmp_path: Path) -> None:
     file, count = tmp_path / "a.xml", 150
     body = '<body pos="0.1 0 0"><joint axis="0 1 0"/><geom size="0.05"/>'

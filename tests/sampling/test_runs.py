@@ -313,6 +313,7 @@ def test_info_shows_a_system_of_fields(
     assert "large.toml:5 (mesh.cells): sampling with 2 chains on 10000000 x 10000000 cells" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_run_says_what_was_not_as_asked() -> None:
     """Steps that the guard has cut, and trajectories that went where the energy has no values."""
     cut = sample(changed(), step=100.0)

@@ -110,6 +110,7 @@ def test_shafts_without_mass_have_every_term() -> None:
     np.testing.assert_allclose(solution.outputs["twist"], expected, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_tunable_mass_may_be_zero() -> None:
     text = SHAFTS.replace("mass = 0,", 'mass = "m",', 1).replace(
         "bodies.motor", "parameters.m = { value = 1, tunable = true }\nbodies.motor", 1

@@ -116,6 +116,7 @@ def test_a_definition_is_computed_once_under_its_name(tmp_path: Path) -> None:
     assert outputs.count("EG_ABS") == 1  # the force and the power take the same drag
 
 
+@pytest.mark.slow
 def test_local_quantities_are_those_of_the_load_that_mentions_the_definition(tmp_path: Path) -> None:
     loads = """
 [forces.left]
@@ -188,6 +189,7 @@ def test_a_magic_formula_of_definitions_has_the_slip_of_each_tyre(rng: np.random
     np.testing.assert_allclose(defined, expected, rtol=0.0, atol=1e-13 * np.max(np.abs(expected)))
 
 
+@pytest.mark.slow
 def test_the_tyre_of_the_docs_has_slips_and_forces_of_the_magic_formula() -> None:
     """Along a run that brakes the wheel into sliding: forces against the formula by hand, and the axle's moment."""
     page = whole("scene")
@@ -304,6 +306,7 @@ def test_definitions_that_double_one_another_stay_within_a_limit(tmp_path: Path)
     )
 
 
+@pytest.mark.slow_cases("1 + y{}")
 @pytest.mark.parametrize("form", ["1 + y{}", "y{}"])
 def test_definitions_within_one_another_stay_within_a_limit(form: str, tmp_path: Path) -> None:
     lines = [f'y{k} = "{form.format(k - 1)}"' for k in range(1, 300)]
@@ -357,6 +360,7 @@ def test_one_mistake_is_told_once_in_any_order(tmp_path: Path) -> None:
         ]
 
 
+@pytest.mark.slow
 def test_definitions_that_are_one_name_or_number_are_used(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     lines = 'place = "q.rail"\nhalf = 0.5\nM_PI = "half * place"\nSIZE_MAX = "M_PI + M_PI * M_PI"\n'
     file = written(tmp_path, f'{HEAD}[definitions]\n{lines}[outputs]\ny = {{ formula = "SIZE_MAX * push" }}')

@@ -35,6 +35,7 @@ def rotation_of(matrix: Any) -> list[dict[str, Any]]:
     return [{"axis": vector.tolist(), "angle": float(np.linalg.norm(vector))}]
 
 
+@pytest.mark.slow
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 10**6), st.integers(2, 6))
 def test_placements_in_any_frame_are_the_same_as_in_their_own(seed: int, count: int) -> None:

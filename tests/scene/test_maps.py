@@ -234,6 +234,7 @@ def test_maps_are_held_to_the_rules_of_curves(sections: dict[str, Any], message:
     assert message in str(raised.value)
 
 
+@pytest.mark.slow
 def test_a_run_that_leaves_the_grid_names_the_map_and_the_argument() -> None:
     entry = {"x": X.tolist(), "y": Y.tolist(), "values": (0.0 * VALUES).tolist()}
     run = eomgen.build(eomgen.load(scene(entry)), profile="quick").simulate(3.0)

@@ -245,6 +245,7 @@ def test_waves_are_judged_by_the_steps_in_a_period_beside_any_steady_travel(wave
         assert ("too steep" in model.simulate(0.5, 1e-3).message) is (verdict == "said")
 
 
+@pytest.mark.slow
 def test_a_base_steeper_than_the_step_is_refused() -> None:
     builder = eomgen.SceneBuilder("kicked").body("link", 1.0, center_of_mass=[0, 0, -0.5], inertia=[0.01, 0.01, 0.01])
     builder.joint("hinge", "revolute", "base", "link", axis=[0, 1, 0])

@@ -88,6 +88,7 @@ def test_the_net_of_the_page_has_its_knots_and_springs() -> None:
     assert ends == expected
 
 
+@pytest.mark.slow
 def test_what_repeats_is_said_by_info(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Names that count over whole ranges are shown by the first and the last; few are listed."""
     text = """

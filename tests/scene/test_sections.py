@@ -99,6 +99,7 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]
     other_words.cache_clear()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("installed")
 def test_a_body_falls_with_a_drag_of_another_distribution() -> None:
     """v = v_t tanh(g t / v_t) with v_t = sqrt(m g / c)."""
@@ -175,6 +176,7 @@ def windy(t: np.ndarray, x: np.ndarray) -> np.ndarray:
     return np.asarray(12.0 * ((20.0 + x) / 10.0) ** 0.25 * (1.0 - np.exp(-t / 2.0)))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("installed")
 def test_a_word_of_another_distribution_is_a_quantity_in_formulas() -> None:
     """The motion against SciPy's integration of m x'' = c w(20 + x, t)."""

@@ -99,6 +99,7 @@ ROBOT = """<robot name="floating"><link name="root"/>
 <joint name="shoulder" type="revolute"><parent link="root"/><child link="arm"/><axis xyz="0 1 0"/></joint></robot>"""
 
 
+@pytest.mark.slow
 def test_a_free_root_without_mass_is_named() -> None:
     """With its root fixed the robot is sound; free, the root turns about the shoulder's axis while the shoulder turns
     back."""

@@ -62,6 +62,7 @@ def integral(function: Callable[[float], float]) -> float:
     return float(quad(function, 0.0, 1.0, points=KNOTS[1:-1], epsabs=0.0, epsrel=1e-13)[0])
 
 
+@pytest.mark.slow
 def test_nodes_have_the_mass_of_their_halves_and_its_place() -> None:
     nodes = beam_of(from_data(scene(5, "cosserat", center_of_mass=["0.1 * s", 0]))).bodies()
     masses = [evaluate(node.mass, lambda _: 1.0) for node in nodes]

@@ -149,6 +149,7 @@ def test_inputs_go_on(file: Path) -> None:
         assert same(first.followed_by(model.resume(file, inputs=again)), one)
 
 
+@pytest.mark.slow
 def test_a_checkpoint_of_the_middle_survives_a_failure(file: Path) -> None:
     run = breaking().simulate(1.0, 1e-3, checkpoint=file, checkpoint_every=130)
     assert not run.success and run.t[-1] > 0.49

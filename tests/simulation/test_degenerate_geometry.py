@@ -76,6 +76,7 @@ def test_equations_beyond_the_range_of_squares_have_a_message_alone() -> None:
             eomgen.derive(scene)
 
 
+@pytest.mark.slow
 def test_an_equilibrium_names_formulas_without_derivative() -> None:
     scene = {
         "format": 1,

@@ -44,6 +44,7 @@ def test_an_angle_in_sines_alone_is_measured_by_a_turn(disc: eomgen.Model) -> No
     assert f"the estimated error is {run.error.largest}" in finding.text and finding.text in run.message
 
 
+@pytest.mark.slow
 def test_an_angle_that_changes_no_force_is_measured_by_its_travel(disc: eomgen.Model) -> None:
     run = disc.simulate(20.0, 0.05)
     assert run.error.largest is not None and run.error.largest.measure == "its motion"
@@ -83,6 +84,7 @@ def test_a_coordinate_that_its_error_hides_is_named(travel: float, named: bool) 
     assert ("unresolved_coordinate" in [finding.name for finding in run.findings]) == named
 
 
+@pytest.mark.slow_cases("1e-06-0.014-True")
 @pytest.mark.parametrize(("step", "named"), [(0.014, True), (0.002, False)])
 @pytest.mark.parametrize("travel", [1e-6, 1e-3])
 def test_a_small_coordinate_with_a_large_error_in_parts_of_its_own_motion_is_named(

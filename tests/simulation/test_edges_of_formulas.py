@@ -29,7 +29,7 @@ def falling(size: str) -> dict[str, Any]:
 NORM = "sqrt(velocity.here[0]**2 + velocity.here[1]**2 + velocity.here[2]**2)"
 
 
-@pytest.mark.slow_cases("generalized_alpha", "rattlie", "taylor")
+@pytest.mark.slow_cases("generalized_alpha", "rattlie", "taylor", "tdg1", "corrected_predictor", "rk4")
 @pytest.mark.parametrize(
     "method", ["generalized_alpha", "rk4", "rosenbrock", "tdg1", "rattlie", "corrected_predictor", "taylor"]
 )

@@ -99,6 +99,7 @@ def test_what_is_only_recorded_leaves_the_motion_as_it_is() -> None:
     np.testing.assert_allclose(watched.events["time"].t, [2.0 * np.pi / 7.0], rtol=1e-15)
 
 
+@pytest.mark.slow
 def test_a_ball_that_comes_to_rest_ends_the_run_and_names_event_and_time() -> None:
     solution = ball().simulate(5.0, parameters={"restitution": 0.3}, initial={"ball": 0.1})
     rest = np.sqrt(0.2 / G) * (1.0 + 2.0 * 0.3 / 0.7)
@@ -364,6 +365,7 @@ def test_a_method_keeps_its_order_through_switches(method: str, order: int) -> N
     assert np.all(np.abs(slopes - order) < 0.3), errors
 
 
+@pytest.mark.slow
 def test_events_at_one_time_come_in_the_order_of_the_scene() -> None:
     reset = {"when": "t - 0.5", "action": "reset"}
     events = {
@@ -563,6 +565,7 @@ def test_a_negative_restitution_is_refused_whatever_it_is_made_of() -> None:
     )
 
 
+@pytest.mark.slow
 def test_an_event_that_stops_a_run_tells_the_steps_of_its_own() -> None:
     run = ball().simulate(method="generalized_alpha", tolerance=1e-5)
     assert run.message == (

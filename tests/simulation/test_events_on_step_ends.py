@@ -79,6 +79,7 @@ def test_each_root_on_an_end_of_a_step_is_found_once(method: str) -> None:
         assert found == pytest.approx(true, abs=1e-6), (via, direction, step, start, speed, roots)
 
 
+@pytest.mark.slow_cases("rk45")
 @pytest.mark.parametrize("method", ["rk4", "rk45"])
 def test_three_roots_within_a_step_are_found_where_rates_tell(method: str) -> None:
     found, true = found_and_true(method, "t", "both", 0.5, 0.0, 1.0, [0.1, 0.25, 0.4])

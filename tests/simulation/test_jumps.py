@@ -194,6 +194,7 @@ def test_the_base_jumps_in_acceleration_only() -> None:
     assert np.allclose(slopes(model, "generalized_alpha", float(exact), (200, 400, 800)), 2.0, rtol=0, atol=0.1)
 
 
+@pytest.mark.slow
 def test_which_times_are_known() -> None:
     scene = load_toml(
         'format = 1\nname = "s"\n[parameters]\nv = 2\nw = { value = 2, tunable = true }\n[bodies.m]\nmass ='

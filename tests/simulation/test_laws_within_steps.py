@@ -41,6 +41,7 @@ def test_a_smooth_stop_is_none() -> None:
     assert "runs at 2 and 4 times the step" in model.simulate(2.0, 1e-3, method="trapezoidal").error.method
 
 
+@pytest.mark.slow
 def test_extrema_of_a_growing_vibration_are_no_jumps() -> None:
     """The largest bends of accelerations belong to the last rows, and there to extrema, whose net change is small."""
     builder = eomgen.SceneBuilder("unstable", gravity=[0, 0, 0]).body("block", 1.0)

@@ -62,6 +62,7 @@ def test_a_motion_moves_the_machine_as_the_same_law_as_a_formula(method: str) ->
     assert run.motions["lift"] == pytest.approx(sine(0.5), abs=1e-15)
 
 
+@pytest.mark.slow
 def test_the_effort_of_a_drive_is_mass_by_acceleration() -> None:
     """Without a pendulum: a body of 2 kg, whose acceleration 12 t^2 the method has to h^2 times its second rate, 24."""
     builder = eomgen.SceneBuilder("block", gravity=[0, 0, 0]).body("block", 2.0)
@@ -204,6 +205,7 @@ def test_a_state_set_at_another_time_keeps_its_motions() -> None:
     assert run.q[0] == pytest.approx(sine(0.051)[0], abs=1e-14)
 
 
+@pytest.mark.slow
 def test_a_scene_that_includes_one_with_a_motion(tmp_path: Path) -> None:
     inner = (
         'format = 1\nname = "slide"\n[inputs]\nlift = { motion = true, unit = "m" }\n[bodies.block]\nmass = 1.0\n'
@@ -256,7 +258,7 @@ REFUSED: list[tuple[str, Callable[[], object], str]] = [
 ]  # fmt: skip  # a table
 
 
-@pytest.mark.slow_cases("a scene without motions")
+@pytest.mark.slow_cases("a scene without motions", "steps of its own")
 @pytest.mark.parametrize(("refused", "message"), [row[1:] for row in REFUSED], ids=[row[0] for row in REFUSED])
 def test_what_is_no_motion_is_refused(refused: Callable[[], object], message: str) -> None:
     with pytest.raises(eomgen.UsageError) as caught:

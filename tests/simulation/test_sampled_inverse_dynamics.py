@@ -57,6 +57,7 @@ def test_a_sampled_state_holds_computed_torque() -> None:
     assert (solution.q[-1, 0], solution.v[-1, 0]) == pytest.approx(_by_hand(500), abs=1e-13)
 
 
+@pytest.mark.slow
 def test_a_sampled_controller_is_given_it() -> None:
     effort = {"efforts": {"motor": {"joint": "elbow", "effort": "servo_law_torque"}}}
     model = eomgen.build(SCENE | CONTROLLER | effort, method="rk4", profile="quick")

@@ -171,6 +171,7 @@ def test_a_drive_beyond_the_reach_of_its_loop_is_named(coordinates: str) -> None
         start.consistent(start.initial_q, np.zeros(start.nv), t=1.0)
 
 
+@pytest.mark.slow
 def test_a_driven_loop_at_crossing_branches_is_not_beyond_its_reach() -> None:
     scene = parallelogram("revolute")
     scene["joints"]["drive"] = {**scene["joints"]["drive"], "drive": "0.8 + 1.1 * t + 0.3 * sin(3 * t)"}

@@ -148,6 +148,7 @@ def on_free(stiffness: TangentStiffness) -> Array:
     return np.asarray(free.T @ (stiffness.K.toarray() * np.outer(stiffness.sizes, stiffness.sizes)) @ free)
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(st.integers(0, 10**6), st.integers(3, 30), st.integers(0, 2))
 def test_signs_are_those_of_eigenvalues(seed: int, nv: int, rows: int) -> None:
@@ -170,6 +171,7 @@ def test_signs_without_a_potential_are_those_of_determinants(seed: int, nv: int,
     assert stiffness.negative % 2 == int(np.linalg.det(on_free(stiffness)) < 0.0)
 
 
+@pytest.mark.slow
 def test_sparse_pivots_have_the_signs_of_eigenvalues() -> None:
     for seed in range(3):
         stiffness = random_stiffness(seed, 700, 5, band=6)

@@ -59,6 +59,7 @@ def snap() -> Model:
     return eomgen.build(truss(), profile="quick")
 
 
+@pytest.mark.slow
 def test_a_truss_snaps_through_at_its_limit_loads(snap: Model) -> None:
     path = snap.equilibrium_path("load", 20.0)
     assert path.success

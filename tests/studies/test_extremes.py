@@ -142,6 +142,7 @@ def test_runs_that_hang_crash_and_raise_are_told_apart(runner: RunnerProcess, mo
     np.testing.assert_array_equal(answer.arrays["q"], expected["q"])
 
 
+@pytest.mark.slow
 def test_a_process_runs_one_thing_after_another_until_it_is_lost(runner: RunnerProcess) -> None:
     first, used = runner.execute(right, 20.0), runner.used
     assert not used and runner.execute(right, 20.0).said == first.said and runner.used
@@ -149,6 +150,7 @@ def test_a_process_runs_one_thing_after_another_until_it_is_lost(runner: RunnerP
     assert runner.execute(right, 20.0).said != first.said and not runner.used
 
 
+@pytest.mark.slow
 def test_the_time_limit_is_not_for_compiling() -> None:
     compiled = RunnerProcess(lambda _: time.sleep(0.8), lambda call: call())
     assert compiled.execute(right, 0.7).how == REACHED
@@ -310,6 +312,7 @@ def test_ladders_over_what_a_scene_has_not_are_left_out_with_the_reason() -> Non
     }
 
 
+@pytest.mark.slow
 def test_differences_are_relative_to_the_motion_of_each_kind() -> None:
     subject = Subject(PENDULUM, {})
     t = np.linspace(0.0, 1.0, 3)

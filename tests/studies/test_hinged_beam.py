@@ -59,6 +59,7 @@ def test_a_beam_bent_too_far_is_named() -> None:
     assert np.linalg.eigvalsh(eomgen.build(blade((0.0, 3.0, 0.0), 2), profile="quick").mass(model.initial_q))[0] > 0.0
 
 
+@pytest.mark.slow
 def test_a_run_away_is_blamed_on_the_step() -> None:
     model = eomgen.build(blade((0.01, 0.0, 0.0)), method="rk4", profile="quick")
     run = model.simulate(1.0, 2e-2, method="rk4")

@@ -17,6 +17,7 @@ def subject(model: eomgen.Model) -> Subject:
     return cast("Subject", SimpleNamespace(model=lambda name: model, extent=1.0))
 
 
+@pytest.mark.slow_cases("1e-13")
 @pytest.mark.parametrize("turned", [1e-13, 1e-11, 1e-9])
 def test_a_rotation_that_is_rounding_is_measured_by_what_moves(turned: float) -> None:
     builder = eomgen.SceneBuilder("bob").body("bob", 1.0, inertia=[0.1, 0.1, 0.1])

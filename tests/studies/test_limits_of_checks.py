@@ -22,6 +22,7 @@ def slide(**parts: Any) -> dict[str, Any]:
     }
 
 
+@pytest.mark.slow
 def test_differences_do_not_step_across_a_regularisation() -> None:
     """At a velocity of 1e-4 m/s in friction that turns over within 1e-4 m/s, steps of 1 m/s see a constant."""
     friction = {"coulomb": 5.0, "velocity": 1e-4}
@@ -30,6 +31,7 @@ def test_differences_do_not_step_across_a_regularisation() -> None:
     assert report.passed, report.failures
 
 
+@pytest.mark.slow
 def test_choices_with_equal_operands_take_a_side_each() -> None:
     """A clipped damper at rest: both limits and the wanted force are 0, and the slope is 0 on both sides."""
     limits = "soft*v.x", "hard*v.x"
@@ -93,6 +95,7 @@ def test_laws_by_differences_are_known_to_their_steps() -> None:
     assert report.passed, report.failures
 
 
+@pytest.mark.slow
 def test_inputs_of_a_scene_without_parameters_are_differentiated_in_time() -> None:
     inputs = {"push": {"unit": "N", "formula": "sin(3 * t)"}}
     scene = slide(joint={}, inputs=inputs, efforts={"motor": {"joint": "x", "effort": "push"}})

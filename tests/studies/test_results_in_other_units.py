@@ -134,6 +134,7 @@ def test_runs_of_constrained_scenes_are_the_same(scene: str, method: str, units:
         alike(found, expected, 1e-6)
 
 
+@pytest.mark.slow_cases("mass 1e-06")
 @pytest.mark.parametrize("units", SCALES, ids=NAMES)
 def test_gains_of_regulators_are_the_same(units: SceneUnits) -> None:
     gains = []

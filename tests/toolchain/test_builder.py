@@ -241,6 +241,7 @@ def test_two_models_in_one_process_do_not_mix(tmp_path: Path) -> None:
     assert (y[0], second.fingerprint) == (20.0, "beef")
 
 
+@pytest.mark.slow
 def test_the_wrapper_is_compiled_while_the_caller_derives(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A fault in the background is reported by the build alone."""
     names, plain = list[str](), builder_module.compile_object

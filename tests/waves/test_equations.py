@@ -40,7 +40,7 @@ def at_two_steepnesses(
     return one, other
 
 
-@pytest.mark.slow_cases("standing-inf", "standing-20.0")
+@pytest.mark.slow_cases("standing-inf", "standing-20.0", "one direction-20.0")
 @pytest.mark.long_cases("spread-inf", "spread-20.0")
 @pytest.mark.parametrize("depth", [math.inf, 20.0])
 @pytest.mark.parametrize("vectors", CASES.values(), ids=CASES)

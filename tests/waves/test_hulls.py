@@ -67,6 +67,7 @@ def _force(model: Model, t: float = 0.0, v: Array | None = None) -> Array:
     return -model.inverse_dynamics(q, np.zeros(nv) if v is None else v, np.zeros(nv), t)
 
 
+@pytest.mark.slow
 def test_a_buoy_floats_at_its_draught_and_heaves_with_its_period() -> None:
     """2 pi sqrt((m + a)/(rho g A)); the added mass is in the inertia matrix."""
     model = _model()

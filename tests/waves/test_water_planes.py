@@ -117,7 +117,7 @@ def test_the_righting_stiffness_of_a_disc_and_of_a_spar(
         assert model.linearize([0.0], [0.0]).K0[0, 0] == pytest.approx(exact, rel=2e-5), stations
 
 
-@pytest.mark.slow_cases("0")
+@pytest.mark.slow_cases("0", "6")
 @pytest.mark.long_cases("1")
 @pytest.mark.parametrize("seed", range(10))
 def test_wall_sided_hulls_at_any_angle_against_quadrature(seed: int) -> None:
