@@ -133,7 +133,7 @@ def test_the_c_says_what_does_not_follow_there(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow_cases(
-    "yoshida14-there is no recursion of leapfrogs of order 14 with 1 on either side; try: an even order of 2 to-simulate"
+    "yoshida14-there is no recursion of leapfrogs of order 14 with 1 on either side; try: an even order of 2 to-simulate"  # noqa: E501  # an id
 )
 @pytest.mark.parametrize("verb", ["simulate", "info", "generate"])
 @pytest.mark.parametrize(
