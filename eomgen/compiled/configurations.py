@@ -194,7 +194,7 @@ def _ranges(model: EvaluatedModel, parameters: Parameters) -> tuple[Array, Array
     for factor in terms.factors:
         if factor.name in by_name and by_name[factor.name].reach:
             reach[factor.q] = by_name[factor.name].reach
-    lower, upper = -reach, reach.copy()
+    lower, upper = np.full((2, len(reach)), np.nan)
     values = described.values(dict(zip(terms.parameter_names, terms.one_set(parameters).tolist(), strict=True)))
     for limit in described.limits:
         if limit.coordinate in terms.q_names:
@@ -202,6 +202,5 @@ def _ranges(model: EvaluatedModel, parameters: Parameters) -> tuple[Array, Array
             for side, bound in ((lower, limit.lower), (upper, limit.upper)):
                 if bound is not None:
                     side[index] = evaluate(bound, lambda symbol: values[symbol.name])
-    beyond = lower > upper  # of the limit of one side
-    lowest = np.where(beyond & (lower == -reach), upper - reach, lower)
-    return lowest, np.where(beyond & (upper == reach), lower + reach, upper)
+    lowest = np.where(np.isnan(lower), np.where(upper <= -reach, upper, 0.0) - reach, lower)
+    return lowest, np.where(np.isnan(upper), np.where(lower >= reach, lower, 0.0) + reach, upper)

@@ -279,7 +279,7 @@ class Terms:
         these. They are the caller's in ``arguments``, else the scene's at the time in ``values``."""
         if "weights" in blocks:
             if "weights" not in arguments:
-                raise UsageError(Problem("weights", "the term needs weights [E2244]", "hessian(term, weights, ...)"))
+                raise UsageError(Problem("weights", "the term needs weights [E2244]", "hessian of the derived term"))
             values["weights"] = arguments["weights"]
         if arguments.get("base") is not None:
             values["base"] = self.base(arguments["base"])

@@ -78,7 +78,12 @@ def test_random_stays_within_limits() -> None:
 
 @pytest.mark.parametrize(
     ("limits", "ends"),
-    [({"lower": 4.0}, (4.0, 4.0 + np.pi)), ({"upper": -4.0}, (-4.0 - np.pi, -4.0)), ({"lower": 1.0}, (1.0, np.pi))],
+    [
+        ({"lower": 4.0}, (4.0, 4.0 + np.pi)),
+        ({"upper": -4.0}, (-4.0 - np.pi, -4.0)),
+        ({"lower": 1.0}, (1.0, np.pi)),
+        ({"lower": np.pi}, (np.pi, 2.0 * np.pi)),
+    ],
 )
 def test_random_reaches_out_from_a_limit_of_one_side(limits: dict[str, float], ends: tuple[float, float]) -> None:
     builder = eomgen.SceneBuilder("door").body("leaf", mass=1.0, inertia=[0.1, 0.1, 0.1])

@@ -3,6 +3,7 @@ separation, sampling against exponentials of matrices and against integrals."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from itertools import pairwise
 from typing import Any, cast
@@ -400,8 +401,10 @@ def test_delays_before_a_model() -> None:
     w = np.array([1.0, 30.0, 80.0])
     expected = space.frequency_response(w, "w1", "y1") + np.exp(-0.05j * w) * space.frequency_response(w, "w2", "y1")
     np.testing.assert_allclose(late.frequency_response(w, "w1", "y1"), expected, rtol=1e-5)
-    same = driven_by(space, delay("w2", "w2", "50 ms", order=6))
+    source = delay("w2", "w2", "50 ms", order=6)
+    same = driven_by(space, dataclasses.replace(source, units={**source.units, "disturbances": ("V",)}))
     assert same.disturbances == ("w1", "w2")
+    assert same.unit("disturbances", "w2") == "V"
     expected = np.exp(-0.05j * w) * space.frequency_response(w, "w2", "y1")
     np.testing.assert_allclose(same.frequency_response(w, "w2", "y1"), expected, rtol=1e-5)
     sampled = discretized(space, 0.01)

@@ -341,8 +341,10 @@ def test_histograms_hold_all_samples(cart: eomgen.Model) -> None:
 def test_what_is_refused_leaves_no_ensemble_behind(cart: eomgen.Model, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="workers: a whole number from 1 on is needed, not 0"):
         cart.simulate_many(vary=VARY, folder=tmp_path / "out", workers=0)
-    with pytest.raises(UsageError, match="inputs: a mapping from the names of inputs is needed, not int"):
-        cart.simulate_many(vary=VARY, folder=tmp_path / "out", inputs=5)
+    for inputs in (5, np.zeros((3, 2))):
+        kind = type(inputs).__name__
+        with pytest.raises(UsageError, match=f"inputs: a mapping from the names of inputs is needed, not {kind}"):
+            cart.simulate_many(vary=VARY, folder=tmp_path / "out", inputs=inputs)
     assert not (tmp_path / "out").exists()
 
 

@@ -130,7 +130,7 @@ def test_the_command_takes_versions_and_types_as_people_write_them(
         "event_indicators": 2,
         "variables": 9,
         "binaries": [],
-        "check": f"fmpy --validate {file}",
+        "check": f"fmpy validate {file}",
     }
     assert main([*words[:5], "--version", "2.1"]) == 2
     assert "there is no version '2.1' of FMI here; try: 2 or 3" in capsys.readouterr().err

@@ -384,7 +384,7 @@ def with_scenes_laws(model: CompiledModel, items: Sequence[Variation], common: M
     UsageError
         An input whose law varies is also given, or also varies.
     """
-    given = common.get("inputs") or {}
+    given = {} if common.get("inputs") is None else common["inputs"]
     if not isinstance(given, Mapping):
         return common  # for the run to refuse
     input_names = {*given, *(item.name for item in items if item.block == "inputs")}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -139,5 +140,5 @@ def _facts(path: Path, made: FmuFiles) -> dict[str, Any]:
         "event_indicators": len(rows) if interface.exchange else 0,
         "variables": len(interface.variables),
         "binaries": [name for name in sorted(made.files) if name.startswith("binaries/")],
-        "check": f"fmpy --validate {path}",  # another program checks an FMU
+        "check": f"fmpy validate {shlex.quote(str(path))}",  # another program checks an FMU
     }

@@ -75,7 +75,7 @@ def driven_by(space: StateSpace | HasStateSpace, source: StateSpace | HasStateSp
     names = ((*space.states, *source.states), tuple(inputs), tuple(disturbances), (*space.outputs, *outputs))
     nu = len(inputs)
     matrices = (A, G[:, :nu], G[:, nu:], C, H[:, :nu], H[:, nu:])
-    labels = [_labels(kind, wanted, (space, source)) for kind, wanted in zip(KINDS, names, strict=True)]
+    labels = [_labels(kind, wanted, (space, source), driven) for kind, wanted in zip(KINDS, names, strict=True)]
     units = {kind: tuple(unit for unit, _ in of) for kind, of in zip(KINDS, labels, strict=True)}
     references = {kind: np.array([value for _, value in of]) for kind, of in zip(KINDS, labels, strict=True)}
     of = (space.sample, space.input_delay, space.waiting, space.orientations)
@@ -275,9 +275,20 @@ def _entering(space: StateSpace, names: Sequence[str]) -> tuple[Array, Array]:
     return into_states[:, columns], into_outputs[:, columns]
 
 
-def _labels(kind: str, names: Sequence[str], spaces: Sequence[StateSpace]) -> list[tuple[str, float]]:
-    """Return (unit, reference value) of each named signal of a kind, from the first of the models that has the signal.
-    A signal that drives both models may be an input of one model and a disturbance of the other model."""
+def _labels(
+    kind: str, names: Sequence[str], spaces: Sequence[StateSpace], of_source: Sequence[str]
+) -> list[tuple[str, float]]:
+    """Return (unit, reference value) of each named signal of a kind, from the first of the models that has the signal,
+    from the last one for names ``of_source``. A signal that drives both models may be an input of one model and a
+    disturbance of the other model."""
     kinds = ("inputs", "disturbances") if kind in ("inputs", "disturbances") else (kind,)
-    homes = [next((space, of) for space in spaces for of in kinds if name in getattr(space, of)) for name in names]
+    homes = [
+        next(
+            (space, of)
+            for space in spaces[:: -1 if name in of_source else 1]
+            for of in kinds
+            if name in getattr(space, of)
+        )
+        for name in names
+    ]
     return [(space.unit(of, name), space.reference(of, name)) for (space, of), name in zip(homes, names, strict=True)]

@@ -110,7 +110,8 @@ def psd(solution: RecordedSolution, name: str, *, segments: int = 8, start: floa
             f" mean [E1307]"
         )
         raise UsageError(Problem("psd", fault, "a run with a fixed step, without events that record rows of their own"))
-    if count_of("segments", segments) > len(t) // _FEWEST:
+    segments = count_of("segments", segments)
+    if segments > len(t) // _FEWEST:
         fault = f"{segments} segments of {len(t)} rows [E1308]"
         raise UsageError(Problem("psd: segments", fault, f"a whole number from 1 to {len(t) // _FEWEST}"))
     from scipy.signal import welch  # noqa: PLC0415  # slow to import

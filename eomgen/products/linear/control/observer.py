@@ -151,7 +151,11 @@ def kalman(
     (('suspension_travel',), (4, 1))
     """
     space = state_space_of(space)
-    known = controlled_by(space, names_of("inputs", "inputs", inputs, "force")) if space.inputs or inputs else space
+    known = (
+        controlled_by(space, names_of("inputs", "inputs", inputs, "force"))
+        if space.inputs or np.size(inputs)
+        else space
+    )
     measured, V = _measurement_noise(known, measurement_noise)
     G, F, W = _noise(known, noise, measured)
     if sample is None:
@@ -239,7 +243,11 @@ def place_observer(
     array([5., 6.])
     """
     space = state_space_of(space)
-    known = controlled_by(space, names_of("inputs", "inputs", inputs, "force")) if space.inputs or inputs else space
+    known = (
+        controlled_by(space, names_of("inputs", "inputs", inputs, "force"))
+        if space.inputs or np.size(inputs)
+        else space
+    )
     if sample is None:
         only_with_sample(delay)
     else:

@@ -56,7 +56,8 @@ def stationary_covariance(space: StateSpace | HasStateSpace, noise: Mapping[str,
     space = state_space_of(space)
     G, _, W = _entering(space, noise)
     if space.stability != "stable":
-        fault = f"there is no stationary motion: the slowest motion does not decay ({-space.decay:.4g} 1/s) [E0424]"
+        growth = f"beyond rounding errors ({-space.decay:.4g} 1/s)"
+        fault = f"there is no stationary motion: the slowest motion does not decay {growth} [E0424]"
         raise ModelError(Problem("", fault, "a damper, or feedback"))
     if space.sample is None:
         covariance = np.asarray(solve_continuous_lyapunov(space.A, -G @ W @ G.T), dtype=float)
