@@ -353,7 +353,7 @@ def _build(shape: Any, numbers: Iterator[int]) -> Any:
 
 
 def continued_program(programs: Sequence[Program], number: int, known: Known) -> Program:
-    """Return the Program of n + ``number`` d equal parts, with empty initial q and v.
+    """Return the Program of n + ``number`` d equal parts, without an initial state.
 
     Parameters
     ----------
@@ -366,9 +366,8 @@ def continued_program(programs: Sequence[Program], number: int, known: Known) ->
     IrregularSamples
         The Programs differ by more than evenly growing integers and lists.
     """
-    plain = [
-        replace(program, patterns={}, initial_q=(), initial_v=(), method=_assemble(program)) for program in programs
-    ]
+    no_start: dict[str, Any] = dict.fromkeys(("initial_q", "initial_v", "asked_q", "asked_v"), ())
+    plain = [replace(program, patterns={}, method=_assemble(program), **no_start) for program in programs]
     made = cast("Program", extrapolate(cast("Samples", tuple(plain)), number, known))
     patterns = {}
     for name in programs[0].patterns:

@@ -34,6 +34,11 @@ class EqualElements(EqualParts):
     runs: tuple[tuple[Cosserat, Run], ...]
 
     @property
+    def sizes(self) -> Sequence[tuple[int, int]]:
+        """Number of groups and elements of a group, for each run."""
+        return [(run.groups, run.period) for _, run in self.runs]
+
+    @property
     def is_clamped(self) -> bool:
         """Whether no strains are constrained, and all joints beyond nodes of beams are fixed."""
         beams = _beams(self.scene)
@@ -45,9 +50,8 @@ class EqualElements(EqualParts):
     def plans(self) -> tuple[Plan, ...]:
         """Steps to the shortest scene, in the order in which they are tried."""
         elements = sum(beam.elements for beam in _beams(self.scene))
-        runs = [(run.groups, run.period) for _, run in self.runs]
         every = (_FEW, _FEW_OF_OTHERS) if self.is_clamped else (_FEW_OF_OTHERS,)
-        return tuple(plan for least in every if (plan := least_work(runs, elements, least, _MORE)[1]))
+        return tuple(plan for least in every if (plan := least_work(self.sizes, elements, least, _MORE)[1]))
 
     def fewer(self, removed: Sequence[int]) -> Scene:
         """Return the scene without so many groups of each run; nodes, joints and names beyond are removed or

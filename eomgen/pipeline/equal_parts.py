@@ -90,6 +90,11 @@ class EqualParts(ABC):
 
     @property
     @abstractmethod
+    def sizes(self) -> Sequence[tuple[int, int]]:
+        """Number of groups and parts of a group, for each run."""
+
+    @property
+    @abstractmethod
     def plans(self) -> Sequence[Plan]:
         """Steps to the shortest scene, in the order in which they are tried; none for a scene that is derived with less
         work."""
@@ -135,6 +140,8 @@ class EqualParts(ABC):
         """Return the Program and the reason as ``program`` does, by the steps of a plan. The last of the three scenes
         is derived by a copy of the process, if one may be made."""
         (least, more, number, grows), *further = plan
+        if len(grows) != len(self.sizes):  # shorter runs have become one
+            return None
         scenes = [self.fewer([more * (number - k) * long for long in grows]) for k in range(3)]
         shorter = [scene for scene in scenes if scene is not None]
         if len(shorter) < len(scenes):

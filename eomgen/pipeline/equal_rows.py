@@ -32,6 +32,7 @@ from eomgen.system.terms import TERMS
 
 #: The parts of a name between its numbers, and the numbers.
 Parts = tuple[tuple[str, ...], tuple[int, ...]]
+Entries = dict[str, dict[object, dict[int, tuple[float, ...]]]]
 #: Least bodies and rows of the smallest derived scene, and rows more of the next one.
 _FEW, _FEW_ROWS, _MORE = 100, 10, 2
 #: The same with joints, rows in place of bodies: the first of them have pivots of their own.
@@ -73,7 +74,10 @@ def _find_rows(scene: Scene) -> EqualRows | None:
         return None
     names = [item.name for part in _LISTS for item in getattr(scene, part)]
     numbered = _find_numbers(names) if names and len(set(names)) >= len(scene.bodies) else None
-    return None if numbered is None else EqualRows(scene, *numbered, joined, hinged)
+    rows = None if numbered is None else EqualRows(scene, *numbered, joined, hinged)
+    if rows is None or any(rows.row_of(parameter.name) is not None for parameter in scene.parameters):
+        return None
+    return rows
 
 
 def _is_plain_chain(scene: Scene, hinged: bool) -> bool:
@@ -128,21 +132,6 @@ def parts_of(name: str) -> Parts:
 
 
 @dataclass(frozen=True)
-class _Row:
-    """A body, joint, point or force element of a scene: place in the list, data without numbers, and numbers."""
-
-    place: int
-    data: object
-    numbers: tuple[float, ...]
-
-    def is_like(self, other: _Row, grows: NDArray[np.bool_]) -> bool:
-        """Return whether two entries differ at most in numbers that grow."""
-        if self.data != other.data:
-            return False
-        return all(a == b for a, b, free in zip(self.numbers, other.numbers, grows, strict=True) if not free)
-
-
-@dataclass(frozen=True)
 class EqualRows(EqualParts):
     """A scene with equal rows of bodies, numbered in names, whose Program is continued from scenes with fewer rows.
 
@@ -168,13 +157,9 @@ class EqualRows(EqualParts):
     def runs(self) -> tuple[Run, ...]:
         """The runs of equal groups of rows: entries are equal, and numbers grow evenly from group to group. No row of a
         run is named by a distant row, or by an entry outside of rows."""
-        tables = [self._table(rows) for kinds in self.entries.values() for rows in kinds.values()]
-        even = {
-            period: np.append(
-                np.logical_and.reduce([_is_even(table, period) for table in tables]), [False] * 2 * period
-            )
-            for period in range(1, LONGEST + 1)
-        }
+        kinds = [rows for entries in self.entries.values() for rows in entries.values()]
+        periods = range(1, LONGEST + 1)
+        even = {period: np.all([self._is_even(rows, period) for rows in kinds], axis=0) for period in periods}
 
         def groups(start: int, period: int) -> int:
             alike = int(np.argmin(even[period][start - self.first :]))
@@ -199,34 +184,36 @@ class EqualRows(EqualParts):
         pieces[1::2] = [piece or str(next(texts)) for piece in pieces[1::2]]
         return "".join(pieces)
 
-    def _kind(self, item: Any, row: int) -> object:
-        return type(item), self.name_before(item.name, row)
-
-    @cached_property
-    def entries(self) -> dict[str, dict[object, dict[int, _Row]]]:
-        """Bodies, joints, points and force elements in rows: by list, by kind (type, name without row) and by row."""
+    @property
+    def entries(self) -> Entries:
+        """Bodies, joints, points and force elements in rows: by list, by kind (type, name without row, data without
+        numbers, Lie group) and by row; place in the list, then numbers."""
         return self._read[0]
 
     @property
-    def single(self) -> list[int]:
+    def named_from_afar(self) -> list[int]:
         """Rows that are named by distant rows or by entries outside of rows, and these distant rows."""
         return sorted(self._read[1])
 
     @cached_property
-    def _read(self) -> tuple[dict[str, dict[object, dict[int, _Row]]], set[int]]:
-        entries: dict[str, dict[object, dict[int, _Row]]] = {}
-        single: set[int] = set()
+    def _read(self) -> tuple[Entries, set[int]]:
+        entries: Entries = {}
+        far: set[int] = set()
         for part in _LISTS:
             kinds = entries.setdefault(part, {})
             for index, item in enumerate(getattr(self.scene, part)):
-                row, numbers, named = self.row_of(item.name), list[float](), set[int]()
-                data = self._data(item, row or 0, numbers, named)
+                row, numbers, named = self.row_of(item.name), [float(index)], set[int]()
+                kind = self._kind(item, row or 0, numbers, named)
                 distant = {number for number in named if row is None or abs(number - row) >= _END}
-                single |= distant
+                far |= distant
                 if row is not None:
-                    single |= {row} if distant else set()
-                    kinds.setdefault(self._kind(item, row), {})[row] = _Row(index, data, tuple(numbers))
-        return entries, single
+                    far |= {row} if distant else set()
+                    kinds.setdefault(kind, {})[row] = tuple(numbers)
+        return entries, far
+
+    def _kind(self, item: Any, row: int, numbers: list[float], named: set[int]) -> object:
+        data = self._data(item, row, numbers, named)
+        return type(item), self.name_before(item.name, row), data, self.scene.groups.get(item.name)
 
     def _data(self, value: Any, row: int, numbers: list[float], named: set[int]) -> object:
         """Return nested data that are equal for equal parts of two rows; add all numbers to ``numbers``, and the rows
@@ -250,40 +237,43 @@ class EqualRows(EqualParts):
         names = _names(cast("Hashable", kind))
         return (kind, *[self._data(getattr(value, name), row, numbers, named) for name in names]) if names else value
 
-    def _table(self, rows: Mapping[int, _Row]) -> Array:
-        """Return kind, place in the list and numbers of the entry of each row, zeros for a row without an entry. Rows
-        that are named from afar, or name others, have kinds of their own."""
-        kinds: dict[object, int] = {}
-        table = np.zeros((self.count, 2 + max(len(row.numbers) for row in rows.values())))
-        for number, row in rows.items():
-            kind = kinds.setdefault(row.data, len(kinds) + 1)
-            table[number - self.first, : 2 + len(row.numbers)] = kind, row.place, *row.numbers
-        single = np.array(self.single, dtype=int)
-        table[single - self.first, 0] = -single - 1
-        return table
+    def _is_even(self, rows: Mapping[int, tuple[float, ...]], period: int) -> NDArray[np.bool_]:
+        """Return for each row whether this row, and the rows one and two groups later, have no entry of a kind, or
+        entries with numbers and places that grow evenly but for rounding. False for rows that are named from afar."""
+        table = np.zeros((self.count, 1 + len(next(iter(rows.values())))))
+        for number, numbers in rows.items():
+            table[number - self.first] = 1.0, *numbers
+        first, second, third = table[: -2 * period], table[period:-period], table[2 * period :]
+        slack = _EVEN * np.max(np.abs(table), axis=0)
+        slack[:2] = 0.0
+        even = np.all((np.abs(first - 2.0 * second + third) <= slack), axis=1) & (first[:, 0] == second[:, 0])
+        free = ~np.isin(np.arange(self.first, self.last + 1), self.named_from_afar)
+        return np.append(even & free[: -2 * period] & free[period:-period] & free[2 * period :], [False] * 2 * period)
 
     @cached_property
-    def grows(self) -> dict[object, NDArray[np.bool_]]:
-        """A flag for each number of the entries of a kind: whether it grows from row to row."""
-        return {kind: self._growth(rows) for kinds in self.entries.values() for kind, rows in kinds.items()}
+    def grows(self) -> Mapping[object, NDArray[np.bool_] | None]:
+        """Whether each number of the entries of a kind differs within a run: then the number grows evenly over all rows
+        of the scene. None if a number does otherwise, as one that grows in one of two runs."""
+        return {kind: self._growth(rows) for entries in self.entries.values() for kind, rows in entries.items()}
 
-    def _growth(self, rows: Mapping[int, _Row]) -> NDArray[np.bool_]:
-        table = self._table(rows)[:, 2:]
-        pairs = [
-            (number, number + run.period)
-            for run in self.runs
-            for number in range(run.first - self.first, run.first - self.first + (run.groups - 1) * run.period)
-        ]
-        first, later = np.array(pairs, dtype=int).reshape(-1, 2).T
-        return np.asarray(np.any(table[first] != table[later], axis=0))
+    def _growth(self, rows: Mapping[int, tuple[float, ...]]) -> NDArray[np.bool_] | None:
+        order = np.array(sorted(rows))
+        table = np.array([rows[row][1:] for row in order]).reshape(len(order), -1)
+        grown = np.zeros(table.shape[1], dtype=bool)
+        for run in self.runs:
+            for first in range(run.first, run.first + run.period):
+                part = table[np.isin(order, range(first, first + run.groups * run.period, run.period))]
+                grown |= np.any(part != part[:1], axis=0)
+        x, place = table[:, grown], (order - order[0]) / max(1, order[-1] - order[0])
+        line = x[0] + (x[-1] - x[0]) * place[:, np.newaxis]
+        return grown if np.all(np.abs(x - line) <= _EVEN * np.max(np.abs(x), axis=0)) else None
 
     @cached_property
     def growing(self) -> Array:
         """All numbers that grow from row to row, sorted."""
-        every = [(rows, self.grows[kind]) for kinds in self.entries.values() for kind, rows in kinds.items()]
-        return np.array(
-            sorted({x for rows, grows in every for row in rows.values() for x in compress(row.numbers, grows)})
-        )
+        every = [(rows, self.grows[kind]) for entries in self.entries.values() for kind, rows in entries.items()]
+        values = (compress(row[1:], cast("Any", grows)) for rows, grows in every for row in rows.values())
+        return np.array(sorted({*chain.from_iterable(values)}))
 
     def fewer(self, removed: Sequence[int]) -> Scene | None:
         """Return the scene without so many groups of each run. None if rows after a removed one have numbers that
@@ -302,42 +292,48 @@ class EqualRows(EqualParts):
             return self.name_before(name, rows_before(number if row is None or abs(number - row) >= _END else row))
 
         lists: dict[str, Any] = {}
+        groups: dict[str, str] = {}
         for part in _LISTS:
             items, kinds, made = getattr(scene, part), self.entries[part], []
+            by_name = {item.name: item for item in items}
             for item in items:
                 row = self.row_of(item.name)
                 if row in left_out:
                     continue
                 new = rename(item, partial(name_in, row))
                 if row is not None and (missing := rows_before(row)):
-                    kind = self._kind(item, row)
-                    before = kinds[kind].get(row - missing)
-                    if before is not None and before.is_like(kinds[kind][row], self.grows[kind]):
-                        new = items[before.place]
-                    elif self.grows[kind].any():
+                    before = by_name.get(self.name_before(item.name, missing))
+                    kind = self._kind(item, row, [], set())
+                    rows, grows = kinds[kind], cast("NDArray[np.bool_]", self.grows[kind])
+                    numbers = zip(rows[row][1:], rows.get(row - missing, ())[1:], grows, strict=False)
+                    if row - missing in rows and all(free or a == b for a, b, free in numbers):
+                        new = before  # with numbers that grow to its row
+                    elif grows.any():
                         return None
                     else:
-                        new = _with_start_of(new, None if before is None else items[before.place])
+                        new = _with_start_of(new, before)
                 made.append(new)
+                if part == "bodies" and item.name in scene.groups:
+                    groups[new.name] = scene.groups[item.name]
             lists[part] = tuple(made)
-        groups = {
-            name_in(self.row_of(name), name): group
-            for name, group in scene.groups.items()
-            if self.row_of(name) not in left_out
-        }
         nothing: dict[str, Any] = {"requirements": (), "source": {}, "content": b"", "shapes": ()}
         if self.joined and not self.hinged and not scene.terms:
             nothing["terms"] = _LINEAR
         return replace(scene, groups=groups, **lists, **nothing)
 
     @property
+    def sizes(self) -> Sequence[tuple[int, int]]:
+        """Number of groups and rows of a group, for each run."""
+        return [(run.groups, run.period) for run in self.runs]
+
+    @property
     def plans(self) -> Sequence[Plan]:
         """Steps to the shortest scene, in the order in which they are tried; none if three scenes are not shorter."""
-        if not (self.joined or self.hinged) and free_start(self.scene) is None:
+        unknown_start = not (self.joined or self.hinged) and free_start(self.scene) is None
+        if unknown_start or any(grows is None for grows in self.grows.values()):
             return []
         more = _MORE if not self.joined else _MORE_HINGED if self.hinged else _MORE_JOINED
-        runs = [(run.groups, run.period) for run in self.runs]
-        every = (least_work(runs, self.count, least, more)[1] for least in self._least)
+        every = (least_work(self.sizes, self.count, least, more)[1] for least in self._least)
         return [plan for plan in every if plan]
 
     def find(self, scene: Scene) -> EqualParts | None:
@@ -354,10 +350,9 @@ class EqualRows(EqualParts):
         program, refusal = derived(scene, sample)
         if self.hinged and program.series:
             raise IrregularSamples("series")
-        if self.joined and not self.hinged:
-            if (program.initial_q, program.initial_v) != (program.asked_q, program.asked_v):
-                raise IrregularSamples("start")
-            program = replace(program, asked_q=(), asked_v=())
+        absolute = self.joined and not self.hinged
+        if absolute and (program.initial_q, program.initial_v) != (program.asked_q, program.asked_v):
+            raise IrregularSamples("start")
         return program, refusal
 
     @property
@@ -407,7 +402,7 @@ class EqualRows(EqualParts):
         low, high = self.growing[after - 1], self.growing[after]
         nearest = np.where(blocks - low < high - blocks, low, high)
         exact = np.where(step == 0.0, blocks, nearest)
-        if np.any(np.abs(exact - blocks) > _EVEN * np.max(np.abs(self.growing))):
+        if np.any(np.abs(exact - blocks) > _EVEN * np.max(np.abs(blocks), axis=0)):
             return None
         return [*third.tolist(), *exact.ravel().tolist()]
 
@@ -418,16 +413,6 @@ def _names(kind: Hashable) -> tuple[str, ...]:
     return (
         tuple(item.name for item in fields(cast("Any", kind)) if item.name not in _START) if is_dataclass(kind) else ()
     )
-
-
-def _is_even(table: Array, period: int) -> NDArray[np.bool_]:
-    """Return for each row of a table of entries whether this row, and the rows one and two groups later, have the same
-    kind, and numbers and places that grow evenly but for rounding."""
-    first, second, third = table[: -2 * period], table[period:-period], table[2 * period :]
-    slack = _EVEN * np.max(np.abs(table), axis=0)
-    slack[:2] = 0.0
-    alike = (first[:, 0] == second[:, 0]) & (second[:, 0] == third[:, 0])
-    return np.asarray(alike & np.all(np.abs(first - 2.0 * second + third) <= slack, axis=1))
 
 
 def _with_start_of(item: Any, source: Any) -> Any:

@@ -16,6 +16,7 @@ from eomgen.base.data import fields, is_dataclass
 from eomgen.codegen.program import Program
 from eomgen.codegen.targets.c.target import generate_files
 from eomgen.codegen.targets.register import C
+from eomgen.formula.nodes import Number, Symbol
 from eomgen.integrators.newton import stages
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.initial_coordinates import free_start
@@ -26,6 +27,7 @@ from eomgen.pipeline.requests import ProgramRequest
 from eomgen.pipeline.scenes import SCENES
 from eomgen.scene.load import load_toml
 from eomgen.scene.scene import Scene
+from eomgen.system.signals import Parameter
 from eomgen.system.terms import Selection
 
 WIDTH = 3
@@ -170,11 +172,68 @@ def test_rows_that_distant_ones_name_are_kept() -> None:
     changed = dataclasses.replace(scene, elements=(*scene.elements, far), points=(*scene.points, marked))
     rows = equal_rows._find_rows(changed)
     assert rows is not None
-    assert rows.single == [1, 24, 40]
+    assert rows.named_from_afar == [1, 24, 40]
     short = rows.fewer([(run.groups > 10) * 5 for run in rows.runs])
     assert short is not None
     assert next(item for item in short.springs if item.name == "far").second == "eye_19_1"
     assert next(item for item in short.points if item.name == "marked").body == "knot_30_1"
+
+
+def stiffened(stiffness: Callable[[int], Any], count: int = 400) -> Scene:
+    """Return a chain of hinges in joint coordinates with a stiffness for each joint."""
+    scene = hinges(count)
+    joints = [dataclasses.replace(joint, stiffness=stiffness(k)) for k, joint in enumerate(scene.joints)]
+    return dataclasses.replace(scene, joints=tuple(joints))
+
+
+LOCKED = {300: Number(1e10)}
+NOISE = np.diff(np.linspace(0.0, 300.0, 401))
+
+
+@pytest.mark.parametrize(
+    "stiffness",
+    [
+        lambda k: Number(100.0 + 5.0 * max(k - 200, 0)),
+        lambda k: Number(100.0 + min(k, 200)),
+        lambda k: Number(100.0 + k if k != 200 else 5000.0),
+        lambda k: Number(NOISE[k] if k != 200 else 5.0),
+        lambda k: LOCKED.get(k, Number(1.0 if k < 200 else 5.0)),
+        lambda k: Number(100.0 + 1e-7 * max(k - 200, 0) ** 2),
+    ],
+    ids=["bend", "end of growth", "another one", "rounding", "locked joint", "slow bend"],
+)
+def test_numbers_that_grow_otherwise_are_not_continued(stiffness: Callable[[int], Any]) -> None:
+    """A short scene would lose the numbers, or have these of other rows."""
+    scene = stiffened(stiffness)
+    rows = equal_rows.equal_rows(scene)
+    if rows is not None:  # constant in each run: all numbers are in the short scene
+        step = rows.plans[0][0]
+        short = rows.fewer([step.number * step.more * long for long in step.grows])
+        assert short is not None
+        assert {joint.stiffness for joint in short.joints} == {joint.stiffness for joint in scene.joints}
+
+
+def test_parameters_with_names_of_rows_are_derived_whole() -> None:
+    scene = stiffened(lambda k: Symbol("parameter", f"rod{k}"))
+    names = tuple(Parameter(f"rod{k}", 2.0 + k // 200) for k in range(400))
+    assert equal_rows.equal_rows(dataclasses.replace(scene, parameters=names)) is None
+
+
+def test_a_row_with_other_data_is_kept() -> None:
+    """Stops of one joint, and the Lie group of one body."""
+    chain, grouped = hinges(400), chains.scene("absolute", "hinge", 200)
+    joints = list(chain.joints)
+    joints[200] = hinges(201, **STOPS).joints[200]
+    groups = {**grouped.groups, grouped.bodies[100].name: "R3xSO3"}
+    stopped, grouped = dataclasses.replace(chain, joints=tuple(joints)), dataclasses.replace(grouped, groups=groups)
+    for scene in (stopped, grouped):
+        rows = equal_rows.equal_rows(scene)
+        assert rows is not None
+        short = rows.fewer([10 * (run.groups > 20) for run in rows.runs])
+        assert short is not None
+        assert len(short.bodies) == len(scene.bodies) - 20
+        assert sum(bool(joint.stops) for joint in short.joints) == (scene is stopped)
+        assert [*short.groups.values()].count("R3xSO3") == [*scene.groups.values()].count("R3xSO3")
 
 
 @pytest.mark.parametrize("name", ["numbers without a rule", "a moving base", "joint coordinates"])
