@@ -121,6 +121,7 @@ def test_the_script_of_completion_asks_this_program(shell: str, capsys: pytest.C
     "eomgen simulate --method rk45_-expected7",
     "eomgen cite arm.t-expected6",
     "eomgen cite lsr-expected5",
+    "eomgen simulate sce-expected3",
 )
 @pytest.mark.parametrize(
     ("words", "expected"),

@@ -21,7 +21,7 @@ VERBS = {
 
 
 @pytest.mark.long_cases("simulate")
-@pytest.mark.slow_cases("simulate")
+@pytest.mark.slow_cases("simulate", "equilibrium", "linearize")
 @pytest.mark.parametrize("verb", VERBS)
 def test_numbers_of_tables_stay_whole(
     verb: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch

@@ -235,6 +235,7 @@ def test_a_folder_to_write_to_that_is_a_file_is_called_one(
     assert f"{scene_file}: this is a file, and a folder is needed; try: another folder" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_timing_repeats_the_run_step_by_step(
     scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

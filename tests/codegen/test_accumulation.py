@@ -67,6 +67,7 @@ def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("cache")
 
 
+@pytest.mark.slow_cases("how0")
 @pytest.mark.long_except("how0", "how1")
 @pytest.mark.parametrize("how", [{}, {"clamped": True}, {"read": True}, {"order": [3, 1, 4, 8, 5, 9, 2, 6, 7, 0]}])
 def test_outputs_are_those_of_the_tape(how: dict[str, object], cache: Path, rng: np.random.Generator) -> None:

@@ -103,6 +103,7 @@ def test_complex_step_on_the_compiled_code_gives_derivatives(tmp_path: Path) -> 
     assert np.max(np.abs(found.imag)) * 1e200 > 0.5
 
 
+@pytest.mark.slow
 def test_negative_bases_of_powers_keep_their_derivative(tmp_path: Path) -> None:
     tape = Tape()
     power = tape.call(Op.POW, tape.input("q", 0), tape.input("q", 1))

@@ -32,6 +32,7 @@ def chain(count: int) -> dict[str, Any]:
     }
 
 
+@pytest.mark.slow
 @given(st.integers(14, 20), st.integers(1, 3), st.integers(3, 40))
 def test_evenly_growing_data_are_continued(first: int, half: int, number: int) -> None:
     more = 2 * half  # the places have a period of two
@@ -46,6 +47,7 @@ def test_lists_keep_their_beginning_and_their_end(few: int, more: int, number: i
     assert extrapolate(samples(made, few, more), number) == made(few + number * more)
 
 
+@pytest.mark.slow
 @given(st.integers(8, 12), st.integers(3, 20), st.integers(1, 3))
 def test_lists_may_grow_in_several_places(few: int, number: int, rows: int) -> None:
     def made(count: int) -> list[int]:

@@ -16,6 +16,7 @@ import pytest
 from tests.golden import ACCEPT, GENERATED, ROOT, SCENES, committed_files, difference, generated_files, strangers
 
 
+@pytest.mark.slow_cases("active_vehicle")
 @pytest.mark.parametrize("name", SCENES)
 def test_generated_code_is_the_committed_code(name: str) -> None:
     diff = difference(name, committed_files(name), generated_files(name))

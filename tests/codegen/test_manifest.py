@@ -73,6 +73,7 @@ def bounded() -> dict[str, Any]:
     }
 
 
+@pytest.mark.slow
 def test_ranges_are_the_ones_that_runs_accept(tmp_path: Path) -> None:
     eomgen.generate(bounded(), tmp_path / "c")
     quantities = manifest_of(tmp_path / "c")["quantities"]

@@ -55,6 +55,7 @@ def test_the_numbers_of_a_beam(tmp_path: Path) -> None:
     assert set(re.findall(r"SPIN_(blade_\w+)", code)) == set(named)
 
 
+@pytest.mark.slow
 def test_a_stiffness_that_is_fixed_is_folded_in(tmp_path: Path) -> None:
     tunable, fixed = (
         constants(generated(tmp_path / str(k), stiffness)[0]) for k, stiffness in enumerate(("flexural", 1.4e4))

@@ -45,6 +45,7 @@ def test_absolute_error_stays_below_one_unit(sincos, limit: float, rng: np.rando
     assert errors(x, sincos(x)) < 1e-16
 
 
+@pytest.mark.slow_cases("fast-double", "quick-double")
 def test_small_arguments_keep_their_relative_accuracy(sincos) -> None:
     x = np.concatenate([10.0 ** np.arange(-300, -1), -(10.0 ** np.arange(-20, -1, 0.1))])
     found = sincos(x)

@@ -97,6 +97,7 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
     sys.modules.pop("into_python", None)
 
 
+@pytest.mark.slow
 def test_a_distribution_brings_a_target(installed: Path, rng: np.random.Generator) -> None:
     scene, folder = EXAMPLES / "four_bar" / "scene.toml", installed / "model"
     terms = ["mass", "coupling", "residual", "constraint", "constraint_jacobian"]

@@ -26,6 +26,7 @@ def test_a_run_takes_the_method_that_the_model_was_built_with() -> None:
     assert np.array_equal(plain.simulate(0.2, 1e-2, method="rk4").q, run.q)
 
 
+@pytest.mark.slow
 def test_the_command_line_takes_the_method_of_its_option(tmp_path: Path) -> None:
     scene = tmp_path / "scene.toml"
     scene.write_text(PENDULUM_TOML, encoding="utf-8")

@@ -145,6 +145,7 @@ print(noted, "OPENBLAS_THREAD_TIMEOUT" in os.environ)
 """
 
 
+@pytest.mark.slow
 def test_threads_of_algebra_sleep_soon_after_the_import_of_numpy(tmp_path: Path) -> None:
     """They waited busily through the import, 30 to 60 ms of the processor."""
     ran = subprocess.run([sys.executable, "-c", _NOTED], capture_output=True, text=True, check=True, cwd=tmp_path)

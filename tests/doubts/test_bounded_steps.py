@@ -137,6 +137,7 @@ def test_other_runs_pay_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(taken) == 4
 
 
+@pytest.mark.slow
 def test_the_bound_goes_with_checkpoints_files_and_resumed_runs(tmp_path: Path) -> None:
     given, _, _ = LAWS["linear table over place"]
     options: dict[str, Any] = {"method": "rk45", "parameters": given}

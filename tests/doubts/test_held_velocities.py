@@ -150,7 +150,7 @@ BY_CHANCE = [
 ]
 
 
-@pytest.mark.slow_cases("rattlie-7.1154-1.2097-0.0569-0.3944-0.04688")
+@pytest.mark.slow_cases("rattlie-7.1154-1.2097-0.0569-0.3944-0.04688", "trapezoidal-7.0017-0.4579-0.0203-0.0-0.03907")
 @pytest.mark.long_cases("rosenbrock-6.500029760082636-1.1358351480278792-0.06130361613452259-0.0-0.012230675020114674")
 @pytest.mark.parametrize(("method", "F", "c", "w", "speed", "step"), BY_CHANCE)
 def test_jumps_that_several_runs_pass_alike_are_no_sign_of_a_small_error(

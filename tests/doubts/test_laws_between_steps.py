@@ -209,6 +209,7 @@ def test_a_law_that_steps_pass_over_is_named(law: str, method: str) -> None:
         assert "unseen_law" not in [finding.name for finding in resolved.findings], resolved.message
 
 
+@pytest.mark.slow
 def test_the_message_names_law_time_size_and_step() -> None:
     run = sliders().simulate(0.8, 0.1, method="rk4", parameters=LAWS["kick at a tunable time"][0])
     (found,) = (finding for finding in run.findings if finding.name == "unseen_law")
@@ -415,7 +416,7 @@ def test_a_run_is_right_with_the_largest_step_that_its_message_names(law: dict[s
     assert off(again, law) < 0.02 and again.error.relative > off(again, law) / 3.0
 
 
-@pytest.mark.slow_cases("0.03-rk45", "0.3-generalized_alpha_adaptive")
+@pytest.mark.slow_cases("0.03-rk45", "0.3-generalized_alpha_adaptive", "0.03-taylor")
 @pytest.mark.long_cases("0.03-generalized_alpha_adaptive")
 @pytest.mark.parametrize("method", ["rk45", "taylor", "generalized_alpha_adaptive"])
 @pytest.mark.parametrize("bound", [0.03, 0.3])

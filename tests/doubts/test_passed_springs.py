@@ -22,6 +22,7 @@ def message(builder: eomgen.SceneBuilder, **options: float) -> str:
     return eomgen.build(builder.build(), method="rk4", profile="quick").simulate(1.0, 1e-3, **options).message
 
 
+@pytest.mark.slow
 def test_ends_of_a_spring_that_pass_one_another_are_named() -> None:
     """x = 1 + 1.5 cos(sqrt(10) t) until it is 0."""
     when = math.acos(-1.0 / 1.5) / math.sqrt(10.0)

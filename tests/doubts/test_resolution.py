@@ -77,6 +77,7 @@ def test_steps_that_pass_over_friction_are_told_and_those_that_resolve_it_are_ri
         assert off < max(3.0 * float(run.error.outputs["x"]) / np.ptp(exact), 1e-6)
 
 
+@pytest.mark.slow_cases("0.004")
 @pytest.mark.parametrize("step", [4e-3, 2e-3])
 def test_friction_that_steps_leave_at_once_is_no_doubt(step: float) -> None:
     """A block that starts at rest and is pulled away: its friction is steep at rest alone, where no step stays."""
@@ -110,6 +111,7 @@ def test_searches_within_steps_are_left_out_with_the_estimate_and_named(monkeypa
     assert "unresolved_damping" in {finding.name for finding in run.model.alike()}
 
 
+@pytest.mark.slow_cases("4")
 @pytest.mark.parametrize("steps", [4, 60])
 def test_a_check_factorizes_no_more_systems_than_the_run_has_steps(steps: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """A pulse that is narrow between two steps: its effect fades by Jacobians, three times eight states at least."""
@@ -129,6 +131,7 @@ def test_a_check_factorizes_no_more_systems_than_the_run_has_steps(steps: int, m
     assert sum(states) <= max(24, steps)
 
 
+@pytest.mark.slow_cases("1e-06")
 @pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
 def test_motion_and_forces_of_rounding_are_measured_by_those_at_work(unit: float) -> None:
     """The slider rests, since sin^2 + cos^2 = 1: it moves by the rounding of the sum alone, in any unit of length."""

@@ -231,6 +231,7 @@ def test_blocks_of_short_runs_keep_to_some_memory(cart: eomgen.Model, monkeypatc
     assert done == [*range(50, 640, 50), 640]
 
 
+@pytest.mark.slow_cases("BlockJournal-write", "BlockJournal-keep")
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the killed process is a fork of this one")
 @pytest.mark.parametrize(
     ("owner", "name"), [(BlockJournal, "keep"), (BlockJournal, "write"), (Reduction, "_merge_products")]

@@ -40,6 +40,7 @@ def test_symmetric_top_of_simo_and_wong(coordinates: str) -> None:
     assert np.ptp(coarse.outputs["energy"]) < 1e-4  # with rho_inf = 1, far below what was published
 
 
+@pytest.mark.slow
 def test_symmetric_top_by_runge_kutta_munthe_kaas() -> None:
     run = _model("symmetric_top").simulate(method="rk4")
     anchor("symmetric_top_axis").check(run.outputs["axis"][-1])

@@ -175,6 +175,7 @@ def _torque_free(t: np.ndarray) -> np.ndarray:
     return np.stack([a * cn, spin * sn, c * dn], axis=1)
 
 
+@pytest.mark.slow
 def test_free_body_flips_as_the_elliptic_functions_say() -> None:
     model = _model("free_spinning_body")
     run = model.simulate(method="rk4")

@@ -76,6 +76,7 @@ def test_an_initial_state_is_a_mapping_and_no_array(model: eomgen.Model) -> None
             begin(np.zeros(2))
 
 
+@pytest.mark.slow
 def test_efforts_are_not_taken_for_times() -> None:
     builder = eomgen.SceneBuilder("pair").body("first", 1.0).body("second", 2.0)
     builder.joint("lower", "prismatic", "base", "first", axis=[1, 0, 0])

@@ -66,6 +66,7 @@ def test_an_operation_without_a_finite_value_is_shown(tmp_path: Path, formula: s
     )
 
 
+@pytest.mark.slow
 def test_a_fixed_condition_guards_its_division(tmp_path: Path) -> None:
     tail = '[efforts.motor]\njoint = "hinge"\neffort = "1 / nothing if nothing > 0 else 7 + q.hinge"\n'
     model = eomgen.build(odd(tmp_path, tail), profile="quick")

@@ -61,6 +61,7 @@ def noise_held_over_steps() -> Callable[[float], float]:
     return lambda t: float(values[int(t * 1000.0 + 1e-6)])
 
 
+@pytest.mark.slow_cases("generalized_alpha-<lambda>0")
 @pytest.mark.parametrize(
     "push",
     [

@@ -15,6 +15,7 @@ def answered(mistake: Mistake) -> None:
     assert not missing, f"{missing} in: {answer}"
 
 
+@pytest.mark.slow_cases("simulate(u=)")
 @pytest.mark.parametrize("mistake", [each for each in MISTAKES if each not in MOTIONS], ids=lambda each: each.what)
 def test_answers(mistake: Mistake) -> None:
     answered(mistake)

@@ -311,6 +311,7 @@ def test_one_motion_of_several_coordinates_that_nothing_determines_is_told_as_on
     assert f"nothing determines 1 motion along {', '.join(rest.undetermined)}" in rest.message
 
 
+@pytest.mark.slow_cases("generalized_alpha")
 @pytest.mark.parametrize("method", ["generalized_alpha", "rk4"])
 def test_a_motion_that_grows_beyond_the_largest_number_is_told_without_a_warning(method: str) -> None:
     text = SLIDER.replace('effort = "motor"', 'effort = "30 * (q.x - 1) + 2 * v.x"')
@@ -331,6 +332,7 @@ def test_percentages_of_errors_are_short(share: float) -> None:
     assert float(told) == pytest.approx(100.0 * share, rel=0.06)
 
 
+@pytest.mark.slow
 def test_a_tyre_on_a_raised_road_is_measured_from_there() -> None:
     text = CAR.replace("damping = 500", 'road = "0.2 + 0.1 * position.hub[0]"')
     assert "starts 0.21 m deep in its road" in load_toml(text).notes[0]

@@ -97,6 +97,7 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
 ]
 
 
+@pytest.mark.slow_cases("a Model has no 'step' to set; try: simul", "a Modes has no 'frequencies'; try: frequ")
 @pytest.mark.parametrize(("call", "piece"), CALLS, ids=[piece[:40] for _, piece in CALLS])
 def test_each_is_answered_with_what_to_try(call: Callable[[], Any], piece: str) -> None:
     with pytest.raises(eomgen.EomgenError) as error:

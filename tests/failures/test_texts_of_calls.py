@@ -136,6 +136,7 @@ for table in tables_of_products("REFUSED"):
     REFUSED |= table
 
 
+@pytest.mark.slow_cases("a path over an input of a list")
 @pytest.mark.parametrize("name", REFUSED)
 def test_calls_beyond_the_border_are_refused_in_these_words(name: str) -> None:
     call, text = REFUSED[name]

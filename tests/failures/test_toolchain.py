@@ -47,6 +47,7 @@ def test_a_compiler_that_only_says_it_worked_is_caught(tmp_path: Path) -> None:
         compile_object(Compiler((str(idle),), idle), source, ())
 
 
+@pytest.mark.slow
 def test_a_relative_cache_is_a_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("EOMGEN_CACHE", "here")

@@ -156,6 +156,7 @@ def test_derivatives_against_differences(case: str) -> None:
         assert np.abs(product - change).max() <= 2e-9 * np.abs(product).max()
 
 
+@pytest.mark.slow
 def test_a_likelihood_of_ones_own_is_one_line() -> None:
     """Student's distribution about a density with a threshold, C of which nobody has written."""
     mesh = MESHES[2]

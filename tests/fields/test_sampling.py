@@ -175,6 +175,7 @@ def test_cells_that_are_not_seen_keep_the_prior() -> None:
     assert np.sqrt(np.mean(seen**2)) == pytest.approx(0.605, rel=0.06)
 
 
+@pytest.mark.slow
 def test_without_data_samples_have_the_power_of_the_prior() -> None:
     posterior = alone(16)
     sampler = Sampler(posterior, start="prior", step=0.5, chains=2, seed=5, bins=4)
@@ -257,6 +258,7 @@ def test_gradients_that_are_kept_are_those_of_the_chain() -> None:
     assert prior.energy_and_gradient(truth, slope) == prior.energy(truth) and np.array_equal(slope, truth)
 
 
+@pytest.mark.slow
 def test_the_guard_holds_steps_below_what_is_stable() -> None:
     posterior, truth = counted(16, 1.0)
     sampler = Sampler(posterior, mass="prior", method="suzuki4", step=5.0, start=[truth], seed=1)
@@ -392,6 +394,7 @@ def test_fields_that_are_not_there_cannot_be_watched() -> None:
         Sampler(FieldPosterior(mesh, "0", {}), start="zero").draw(4)
 
 
+@pytest.mark.slow_cases("-3*s**2")
 @pytest.mark.parametrize("energy", ["-3*s**2", "-s**3"])
 def test_an_energy_without_a_lower_bound_is_told(energy: str) -> None:
     mesh = Mesh((4, 4), 1.0)

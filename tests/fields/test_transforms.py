@@ -81,6 +81,7 @@ def test_columns_of_large_meshes_go_through_an_array_of_their_own(
     test_what_a_posterior_gives_is_the_same("fftw", precision, cells)
 
 
+@pytest.mark.slow_cases("scipy-single")
 @pytest.mark.parametrize(("transforms", "precision"), KINDS)
 def test_trajectories_go_back_and_samples_come_again(transforms: str, precision: str) -> None:
     """The errors of energies are those of doubles, and rounding of gradients does not turn a way back aside."""
@@ -148,6 +149,7 @@ def error_of_single(cells: int) -> Array:
     return np.array(errors)
 
 
+@pytest.mark.slow
 def test_energy_errors_of_gradients_in_single_precision() -> None:
     found = np.abs(error_of_single(16))
     assert 0.0 < found.max() < 1e-4

@@ -63,6 +63,7 @@ def numbers_of(name: str) -> tuple[str, ...]:
     return tuple(labels if inner == name else [f"der({label})" for label in labels])
 
 
+@pytest.mark.slow
 def test_vectors_are_variables_with_a_dimension() -> None:
     files = texts(arrays=True).files
     text = str(files["modelDescription.xml"])

@@ -32,6 +32,7 @@ def rate_of(builder: Any) -> Any:
     return builder.create("rate", ["x", "u", "p"], ["ode"])
 
 
+@pytest.mark.slow
 def test_the_import_knows_states_inputs_and_parameters(builder: Any) -> None:
     assert (builder.nx(), builder.nu(), builder.np()) == (4, 1, 3)
     sparsity = np.array(rate_of(builder).jac_sparsity(0, 0), dtype=bool)

@@ -79,6 +79,7 @@ CHANGES = {
 }  # fmt: skip
 
 
+@pytest.mark.slow_cases("free_spinning_body-2")
 @pytest.mark.long_except("gear_with_backlash-3", "free_spinning_body-2", "pi_servo-3", "four_bar-2")
 @pytest.mark.parametrize("version", [2, 3])
 @pytest.mark.parametrize("name", SCENES)

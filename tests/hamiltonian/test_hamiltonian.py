@@ -92,6 +92,7 @@ def _by_sympy(data: dict[str, Any]) -> tuple[sympy.Expr, list[sympy.Symbol], dic
     return energy, [sympy.Symbol(name) for name in names], {sympy.Symbol(key): item for key, item in values.items()}
 
 
+@pytest.mark.slow_cases("henon_heiles")
 @pytest.mark.parametrize("data", [HENON_HEILES, SWINGING], ids=lambda data: data["name"])
 def test_energy_gradient_and_hessian_products_are_those_of_sympy(data: dict[str, Any]) -> None:
     compiled = model(data["name"])
@@ -216,6 +217,7 @@ def test_compensated_sums_lose_less_over_many_steps() -> None:
     assert errors[1] < 2e-14
 
 
+@pytest.mark.slow
 def test_repetition_makes_the_bodies_and_the_pairs() -> None:
     document = hamiltonian_from_data(BODIES)
     assert [item.name for item in document.parameters] == ["m0", "m1", "m2"]
@@ -481,6 +483,7 @@ WRITTEN: dict[str, Any] = {
 }
 
 
+@pytest.mark.slow
 def test_a_definition_is_evaluated_once_under_its_name_in_the_c() -> None:
     """A definition of coordinates and momenta is split, so that H stays separable, and equal formulas have the same
     bits."""
@@ -512,6 +515,7 @@ def changed(**changes: Any) -> dict[str, Any]:
     return {**HENON_HEILES, **changes}
 
 
+@pytest.mark.slow_cases("data25-text25")
 @pytest.mark.parametrize(
     ("data", "text"),
     [

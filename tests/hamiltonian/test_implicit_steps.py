@@ -104,6 +104,7 @@ def test_steps_of_any_size_solve_their_equations(step: float) -> None:
     assert (run.stats["products"] > 0) == (step > 1)
 
 
+@pytest.mark.slow
 def test_newton_takes_what_iteration_does_not() -> None:
     """Where steps are too long to iterate, each still solves z1 - z0 = h J dH((z0 + z1)/2)."""
     initial = {"a": 0.3, "b": -0.1}
@@ -115,6 +116,7 @@ def test_newton_takes_what_iteration_does_not() -> None:
     np.testing.assert_allclose(np.diff(run.p, axis=0), -0.4 * dq, atol=2e-13)
 
 
+@pytest.mark.slow
 def test_oscillators_of_four_decades_turn_by_the_angles_of_the_midpoint_rule() -> None:
     frequencies = np.geomspace(1.0, 1e4, 40).tolist()
     data: Any = {

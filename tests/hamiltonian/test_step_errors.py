@@ -127,6 +127,7 @@ def test_a_run_whose_energy_explodes_has_failed(tmp_path: Path, capsys: pytest.C
     assert json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["success"] is False
 
 
+@pytest.mark.slow_cases("p_x**2/2 + x**2/2-start0-0.1-False")
 @pytest.mark.parametrize(
     ("hamiltonian", "start", "step", "said"),
     [

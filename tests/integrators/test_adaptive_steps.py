@@ -279,6 +279,7 @@ def test_what_cannot_follow_a_tolerance_says_why_and_what_can(method: str, text:
     assert f"tolerance: {method} takes no tolerance: " in str(raised.value) and text in str(raised.value)
 
 
+@pytest.mark.slow
 def test_a_scene_says_so_too() -> None:
     builder = eomgen.SceneBuilder("by_tolerance")
     builder.body("a", 1.0).joint(

@@ -215,6 +215,7 @@ def table_of(inputs, method, step, steps):
     return np.array([inputs(t) for t in times])
 
 
+@pytest.mark.slow_cases("rkmk")
 @METHODS
 def test_a_table_of_inputs_replaces_the_formulas(built, method):
     model = tied_body()

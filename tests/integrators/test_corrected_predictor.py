@@ -157,6 +157,7 @@ def rig(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return program(folder, builder.effort("measured", "rail", "answer").build(), METHOD, RIG)
 
 
+@pytest.mark.slow_cases("1.0")
 @pytest.mark.parametrize("share", [1.0, 0.75, 0.0])
 def test_forces_measured_at_the_prediction_keep_the_order(rig: Path, share: float) -> None:
     errors = []

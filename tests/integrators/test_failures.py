@@ -51,6 +51,7 @@ def pendulum_at(t):
     return rates.y[:, -1]
 
 
+@pytest.mark.slow_cases("alpha")
 @METHODS
 def test_not_a_number_stops_with_the_last_good_state(stepper, method):
     set_parameter(stepper, "p_last_time", 0.0505)

@@ -37,6 +37,7 @@ def test_every_method_has_its_order_on_every_group(kind: Kind) -> None:
     assert moved == {}, f"run: {COMMAND}"
 
 
+@pytest.mark.slow
 def test_every_method_that_runs_has_measured_slopes_which_are_those_declared() -> None:
     assert list(KNOWN) == [kind.name for kind in KINDS]
     for kind in KINDS:
@@ -47,6 +48,7 @@ def test_every_method_that_runs_has_measured_slopes_which_are_those_declared() -
     assert written(KNOWN) == MEASURED.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_the_page_has_a_row_for_every_method() -> None:
     rows = {line.split("`")[1]: line.count("|") for line in page().splitlines() if line.startswith("| `")}
     assert tuple(rows) == names() and set(rows.values()) == {3 + len(KINDS)}

@@ -224,6 +224,7 @@ def test_a_damped_start_takes_off_what_steps_cannot_follow() -> None:
     assert (runs[0].stats["factorizations"], runs[1].stats["factorizations"]) == (20, 21)
 
 
+@pytest.mark.slow
 def test_a_damped_start_keeps_the_order() -> None:
     made, exact = model("pendulum"), reference("pendulum", 0.8)
     errors = [
@@ -244,6 +245,7 @@ def test_order_across_a_known_jump(method: str) -> None:
     assert slopes(errors) == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.slow_cases("rosenbrock")
 @pytest.mark.parametrize("method", METHODS)
 def test_every_step_is_the_same_operations(method: str) -> None:
     end = frame().simulate(2.0, 0.01, method=method, error_estimate=False)

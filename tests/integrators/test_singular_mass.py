@@ -77,6 +77,7 @@ def stepper(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     return request.param, program(tmp_path_factory.mktemp("pair"), scene("light"), request.param, main)
 
 
+@pytest.mark.slow_cases("lsrt2")
 def test_order_2_and_the_algebraic_equation_where_mass_is_nothing(stepper: tuple[str, Path]) -> None:
     method, made = stepper
     errors = []

@@ -105,6 +105,7 @@ def test_two_stages_are_stable_from_085_of_the_stiffness_on_and_damp_all_of_an_i
     assert sp.simplify(sp.series(function - sp.exp(z), z, 0, 3).removeO()) == 0
 
 
+@pytest.mark.slow
 def test_a_corrected_prediction_is_stable_from_two_thirds_of_the_stiffness_on() -> None:
     b3, b2, b1, b0 = hurwitz(corrected_predictor, 3)
     least = sp.Rational(2, 3)

@@ -362,6 +362,7 @@ def test_a_run_stops_before_a_singularity_with_the_last_good_state() -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_motion_that_reaches_infinity_stops_where_no_step_is_left() -> None:
     builder = eomgen.SceneBuilder("explosion", gravity=[0, 0, 0]).body("mass", 1.0)
     builder.joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0], initial={"position": 1.0, "velocity": 1.0})
@@ -378,6 +379,7 @@ def test_a_motion_that_reaches_infinity_stops_where_no_step_is_left() -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_false_small_coefficient_is_found_out() -> None:
     builder = eomgen.SceneBuilder("late", gravity=[0, 0, 0]).body("mass", 1.0)
     builder.joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0])

@@ -89,6 +89,7 @@ def test_linear_models_and_derivatives_of_runs(folder: Path) -> None:
     assert difference(run.derivatives["forces"], formula_run.derivatives["forces"]) < 1e-8
 
 
+@pytest.mark.slow
 def test_taylor_series_have_no_laws(folder: Path) -> None:
     model = eomgen.build(wheel_scene(TYRE_LAW, folder), method="taylor")
     with pytest.raises(eomgen.EomgenError) as error:

@@ -133,7 +133,9 @@ def test_faults_of_the_compiler_name_the_line(folder: Path, old: str, new: str) 
 
 
 @pytest.mark.slow_cases(
-    "    results[0] =-    while (load > 0.0) { } results[0] =-tyre does not return within 0.5 s at kappa = 0."
+    "    results[0] =-    while (load > 0.0) { } results[0] =-tyre does not return within 0.5 s at kappa = 0.",
+    "    results[0] =-    if (load > 0.0) exit(3); results[0] =-tyre ends the process by exit(3) at kappa = 0.",
+    "    results[0] =-    exit(0); results[0] =-tyre ends the process by exit(0) at kappa = 0.",
 )
 @pytest.mark.parametrize(
     ("old", "new", "message"),

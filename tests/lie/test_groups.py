@@ -168,6 +168,7 @@ def test_groups_by_name():
         group_named("E2")
 
 
+@pytest.mark.slow
 def test_running_needs_no_sympy():
     # the road from a cached build to a running model
     modules = "eomgen.lie.product, tests.oracles.lie_on_tape, tests.oracles.stepper, eomgen.integrators.stepper_data"

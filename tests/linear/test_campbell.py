@@ -119,6 +119,7 @@ def test_ctrl_c_keeps_the_values_and_crossings_so_far(overhung: eomgen.Model, af
     assert told == sorted(told) and {total for _, total in told} == {18}
 
 
+@pytest.mark.slow
 def test_progress_of_a_diagram_arrives_at_its_end(overhung: eomgen.Model) -> None:
     told = list[tuple[int, int]]()
     diagram = overhung.campbell("spin", np.linspace(0.0, 1500.0, 9), progress=lambda *step: told.append(step))
@@ -174,6 +175,7 @@ def test_it_draws_on_axes_of_the_caller(overhung: eomgen.Model) -> None:
     assert {text.get_text() for text in axis.texts} >= {"1x", "2x"}
 
 
+@pytest.mark.slow
 def test_rays_and_crossings_fill_the_picture_where_modes_lie_far_above(overhung: eomgen.Model) -> None:
     diagram = overhung.campbell("spin", [0.0, 100.0], orders=(1, 2), whirl=[("x", "y")])
     axis = Figure().subplots()

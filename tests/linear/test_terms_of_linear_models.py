@@ -31,6 +31,7 @@ def loaded(monkeypatch: pytest.MonkeyPatch) -> dict[Path, set[str]]:
     return libraries
 
 
+@pytest.mark.slow_cases("slider_crank_spatial")
 @pytest.mark.parametrize("name", ["four_bar", "slider_crank_spatial"])
 def test_partials_of_accelerations_of_constraints_vanish_at_rest(name: str, rng: np.random.Generator) -> None:
     terms = ("constraint_bias", "acceleration_partials")

@@ -96,6 +96,7 @@ def double_pendulum_of_kane() -> Equations:
     return numeric([q1, q2], [u1, u2], kane.mass_matrix, kane.forcing)
 
 
+@pytest.mark.slow
 def test_double_pendulum_with_springs_and_dampers(rng) -> None:
     first = rigid_body("first", 1.3, (0.1, 0, -0.35), (0.2, 0.25, 0.1, 0, 0, 0))
     second = rigid_body("second", 0.7, (0, 0, -0.3), (0.05, 0.06, 0.02, 0, 0, 0))

@@ -72,6 +72,7 @@ def test_number_of_operations(name: str, term: str, count: int, limit: int) -> N
     assert system_of(name).counts[term].flops == count
 
 
+@pytest.mark.slow_cases("forward_dynamics_hessian-8066-13827")
 @pytest.mark.parametrize(
     ("term", "count", "limit"),
     # 18109: instructions of CasADi's Hessian of its own recursion (benchmarks/optimisers.py); 8328 and 13827 by
@@ -186,6 +187,7 @@ def test_partials_grow_quadratically(chain: str) -> None:
     assert len(set(np.diff(statements, 2))) == 1, statements
 
 
+@pytest.mark.slow_cases("spatial-330")
 @pytest.mark.parametrize(("chain", "per_link"), [("planar", 71), ("spatial", 330)])
 def test_forward_dynamics_of_long_chains_is_linear(chain: str, per_link: int) -> None:
     term = "forward_dynamics"

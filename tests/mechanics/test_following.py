@@ -128,6 +128,7 @@ def test_fingers_of_a_gripper(multiplier: float, rng) -> None:
     assert reduced.dof_parent == (-1, 0)
 
 
+@pytest.mark.slow
 def test_parents_tell_which_components_are_coupled(rng) -> None:
     """M of scenes whose branches meet in a follower is factored without losing an entry."""
     scene = random_scene(9, 8)

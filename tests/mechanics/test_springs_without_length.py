@@ -23,7 +23,7 @@ def tied(count: int, length: float, damping: float) -> eomgen.Scene:
     return builder.build()
 
 
-@pytest.mark.slow_cases("generalized_alpha-in a loop", "rk4-in a loop")
+@pytest.mark.slow_cases("generalized_alpha-in a loop", "rk4-in a loop", "generalized_alpha-alone")
 @pytest.mark.parametrize("count", [1, 8], ids=["alone", "in a loop"])
 @pytest.mark.parametrize("method", ["rk4", "generalized_alpha"])
 def test_a_spring_of_length_0_pulls_from_its_own_end(method: str, count: int) -> None:

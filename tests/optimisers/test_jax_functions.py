@@ -164,6 +164,7 @@ def test_lanes_have_the_bits_of_single_samples(monkeypatch: pytest.MonkeyPatch) 
     assert np.array_equal(batch, np.stack([model.forward_dynamics(x, np.ones(2)) for x in q]))
 
 
+@pytest.mark.slow_cases("<lambda>-derivatives in t or in parameters, with inputs by the formulas of the scene; try: u=")
 @pytest.mark.parametrize(
     ("call", "text"),
     [

@@ -179,6 +179,7 @@ def test_a_page_has_no_functions_of_python(tmp_path: Path) -> None:
     assert caught.value.exit_code == 4
 
 
+@pytest.mark.slow
 def test_inputs_that_are_functions_are_refused_and_a_name_that_is_none_of_a_page(tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_text(CART, encoding="utf-8")
     model = eomgen.build(tmp_path / "scene.toml", profile="quick")

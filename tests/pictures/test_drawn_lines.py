@@ -83,6 +83,7 @@ def test_sections_over_time_are_maps_of_the_components_that_differ_from_zero(rng
     assert drawn[-1].get_xlabel() == "time, s"
 
 
+@pytest.mark.slow
 def test_figures_of_sections_have_six_instants_beside_maps(
     rng: np.random.Generator, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -74,6 +74,7 @@ def test_a_road_at_rest_follows_the_path_of_the_wheel(tmp_path: Path) -> None:
     assert road["ground"] == [0.0, 0.0, z.min()]
 
 
+@pytest.mark.slow
 def test_a_road_that_an_input_moves_is_drawn_over_time(tmp_path: Path) -> None:
     more = 'road_rate = "lift_rate"'
     road, center, solution = run(tmp_path, "lift + 0.02 * cos(position.hub[0])", more)

@@ -30,6 +30,7 @@ def forces_at_rest(elements: int, load: dict[str, Any], tip: dict[str, Any] = NO
     return np.stack([ends[:, 0] + halves[:, 0], ends[:, 1] - halves[:, 1]], axis=1)[..., 3:]
 
 
+@pytest.mark.slow_cases("4")
 @pytest.mark.parametrize("elements", [1, 4])
 def test_shear_of_a_cantilever_is_exact_at_all_nodes(elements: int) -> None:
     """(q + mass per length times g)(l - x) for constant loads; the integral of a polynomial beyond x."""

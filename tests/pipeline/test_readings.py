@@ -198,6 +198,7 @@ def test_records_that_others_can_write_are_left_aside(arm: Path) -> None:
     assert stored_scene(arm, DEFAULTS) is not None
 
 
+@pytest.mark.slow
 def test_the_number_of_records_is_bounded(arm: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(readings, "_MOST", 8)
     for number in range(20):

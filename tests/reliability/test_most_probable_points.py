@@ -255,6 +255,7 @@ def test_projections_onto_hermite_polynomials_mend_the_variance_of_the_mean_expa
     assert abs(projected.mean - samples.mean()) < 0.03 * spread
 
 
+@pytest.mark.slow
 def test_hessians_of_leading_directions_alone() -> None:
     gradients = np.array([Duffing(0.1, 0.3, last).expansion(np.zeros(21)).gradient for last in range(20, NODES, 40)])
     whole = Duffing(0.1, 0.3).expansion(np.zeros(21))

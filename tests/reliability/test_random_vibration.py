@@ -253,6 +253,7 @@ def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.Capt
         assert (out / name).stat().st_size > 5000
 
 
+@pytest.mark.slow_cases("options18-times: t = 0.333 s is not a row of the run; the nearest one is at 0.35 s")
 @pytest.mark.parametrize(
     ("options", "text"),
     [

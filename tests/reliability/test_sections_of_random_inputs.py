@@ -378,6 +378,7 @@ def test_a_translation_that_turns_round_is_noted_and_one_without_a_value_is_refu
         _scene(force=FORCE | {"translation": "log(2 + g)"})
 
 
+@pytest.mark.slow
 def test_correlated_processes_have_their_correlations_and_a_lag_behind_them() -> None:
     scene = _scene(
         u={"type": "oscillator", "frequency": 2.0, "damping": 0.2, "standard_deviation": 2.0, "share": 0.999},
@@ -412,6 +413,7 @@ def test_correlated_processes_have_their_correlations_and_a_lag_behind_them() ->
     assert samples[0] != samples[1] != samples[2]
 
 
+@pytest.mark.slow
 def test_coherent_processes_share_variables_and_have_the_covariances_of_their_cross_spectra() -> None:
     base, decay = SquaredExponential(2.0, 1.0), 0.7
     scene = _scene(
@@ -531,6 +533,7 @@ def test_tables_of_modes_are_short_and_as_close_at_the_ends_as_elsewhere() -> No
     assert len(modes[0].x) < len(modes[-1].x) <= 257
 
 
+@pytest.mark.slow
 def test_tables_of_a_long_road_are_as_close_as_what_its_share_leaves_out_asks_for() -> None:
     builder = eomgen.SceneBuilder("road").body("wheel", 1.0).simulation(step=0.01, duration=2.0)
     builder.random("road", "road", road_class="C", speed=20, share=0.98)

@@ -92,6 +92,7 @@ def test_as_many_as_the_rank_for_robots_of_all_kinds(rng: np.random.Generator) -
         assert len(found) == np.sum(values > 1e-10 * values[0]), name
 
 
+@pytest.mark.slow
 def test_what_has_none() -> None:
     builder = plane_arm()
     builder.constraint(

@@ -75,6 +75,7 @@ def test_forces_do_not_depend_on_units(units: SceneUnits, tmp_path: Path) -> Non
     np.testing.assert_allclose(forces(units, tmp_path / "b.xml"), expected, rtol=1e-9)
 
 
+@pytest.mark.slow_cases("1.0", "0.1")
 @pytest.mark.parametrize("length", [1.0, 0.1, 1e-3])
 def test_forces_are_mujoco_s_at_scales_of_its_own(length: float, tmp_path: Path) -> None:
     (tmp_path / "a.xml").write_text(machine(SceneUnits(length=length)), encoding="utf-8")

@@ -64,6 +64,7 @@ def press_at(count: int) -> Any:
     return progress
 
 
+@pytest.mark.slow_cases("3")
 @pytest.mark.parametrize("at", [3, 12, 13, 27])  # in the warm-up, at its end, and in the middle of a round of chains
 def test_a_run_that_is_interrupted_goes_on_to_the_same_bits(at: int, tmp_path: Path) -> None:
     data = changed(mesh={"cells": [8, 8], "length": 40.0})
@@ -181,6 +182,7 @@ def test_a_run_takes_no_more_memory_than_it_says(start: str, transforms: str, pr
     assert 0.7 * made.problem.memory < peak <= made.problem.memory
 
 
+@pytest.mark.slow
 def test_scales_are_those_of_the_fields() -> None:
     made = sample(changed(mesh={"cells": [12, 10], "length": [60.0, 50.0]}), samples=30)
     mesh, truth = made.problem.mesh, made.problem.true_field()

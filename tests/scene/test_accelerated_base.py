@@ -296,6 +296,7 @@ def test_mistakes(data: dict[str, Any], text: str) -> None:
     assert text in " ".join(str(raised.value).split())
 
 
+@pytest.mark.slow_cases("exp(-t) * sin(t)-base.acceleration[0] (to simulation.duration)")
 @pytest.mark.parametrize(
     ("formula", "integrated"),
     [("exp(-t) * sin(t)", "base.acceleration[0] (to simulation.duration)"), ("quake(t)", "quake")],

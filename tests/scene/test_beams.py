@@ -159,6 +159,7 @@ def test_an_included_beam_has_a_prefix(tmp_path: Path) -> None:
     assert next(parameter.value for parameter in scene.parameters if parameter.name == "left_flexural") == 100
 
 
+@pytest.mark.slow
 def test_the_json_schema_takes_beams() -> None:
     jsonschema.Draft4Validator(schema()).validate(tomllib.loads(BLADE))
     wrong: dict[str, Any] = tomllib.loads(BLADE.replace("modes = 2", "modes = 0"))

@@ -108,6 +108,7 @@ for _axis in ("m", "rad", "m/s"):
     )
 
 
+@pytest.mark.slow_cases("input.points.argument")
 @pytest.mark.parametrize("place", PLACES)
 def test_a_column_takes_every_unit_of_its_dimension_and_no_other(place: str) -> None:
     wanted, written = PLACES[place]
@@ -321,6 +322,7 @@ def test_records_of_accelerations_in_g_are_multiples_of_standard_gravity(tmp_pat
     assert curve.y[1] == pytest.approx(2 * 9.80665, rel=1e-15)
 
 
+@pytest.mark.slow
 def test_messages_quote_nothing_of_a_table_outside_the_folder_of_the_scene(tmp_path: Path) -> None:
     inside = tmp_path / "scene"
     inside.mkdir()

@@ -72,6 +72,7 @@ def test_alike_elements_are_one() -> None:
     assert all(part is parts[0] for part in parts)
 
 
+@pytest.mark.slow
 def test_a_beam_of_points_has_the_length_of_its_curve() -> None:
     u = np.linspace(0.0, 2.0, 9)
     points = [[0.0, 0.0, 0.0], *np.column_stack([np.sin(u), 1.0 - np.cos(u), 0.0 * u])[1:].tolist()]

@@ -252,6 +252,7 @@ def test_what_a_table_holds_is_part_of_the_scene(tmp_path: Path) -> None:
     assert loaded(tmp_path, GOOD.replace("3", "3.0000000000001")).content != first.content
 
 
+@pytest.mark.slow_cases("table27-100002|the table has 100001 rows")
 @pytest.mark.parametrize(
     ("table", "message"),
     [

@@ -66,6 +66,7 @@ def _rates(t: float, y: np.ndarray) -> list[float]:
     return [spin, speed, *np.linalg.solve(inertia, forces)]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("installed")
 def test_a_plate_in_a_slot_moves_as_lagrange_says() -> None:
     model = eomgen.build(load_toml(TEXT), profile="quick")

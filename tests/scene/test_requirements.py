@@ -253,6 +253,7 @@ def test_followers_without_mass_leave_nothing_to_move() -> None:
         checked.check(np.array([1.0, 0.0]))
 
 
+@pytest.mark.slow
 def test_no_check_where_a_scene_requires_nothing() -> None:
     """A tunable spring may have any stiffness: nothing is kept, and nothing evaluated."""
     assert from_data(scene_with(("springs", "coil", "stiffness"), "X")).requirements == ()

@@ -798,6 +798,7 @@ def test_json_schema() -> None:
     assert len(schema["$defs"]["BodyEntry"]["properties"]["inertia"]["anyOf"]) == 4
 
 
+@pytest.mark.slow
 def test_the_scene_needs_no_pydantic() -> None:
     program = "import sys, eomgen.scene.scene, eomgen.scene.load; print('pydantic' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)

@@ -160,6 +160,7 @@ def test_an_element_of_coupled_sections_has_the_flexibility_of_its_moments(rng: 
     np.testing.assert_allclose(damping, expected[1], rtol=1e-8, atol=1e-8 * np.abs(expected[1]).max())
 
 
+@pytest.mark.slow
 def test_a_curvature_by_a_table_turns_by_its_integral() -> None:
     beam = beam_of(from_data(scene(1, "cosserat", curvature=[0, 0, "0.1 * m(s)"])))
     assert beam.parts[0].twist[2] == pytest.approx(integral(lambda s: 0.1 * np.interp(s, KNOTS, MASS)), rel=1e-12)

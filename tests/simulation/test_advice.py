@@ -24,6 +24,7 @@ def swing() -> eomgen.Scene:
     return builder.simulation(step=1e-3, duration=5.0).build()
 
 
+@pytest.mark.slow
 def test_a_run_with_too_large_steps_says_so() -> None:
     model = eomgen.build(swing(), method="rk4", profile="quick")
     good = model.simulate(method="rk4")
@@ -48,6 +49,7 @@ def test_an_error_that_may_be_a_tenth_is_said() -> None:
     assert f" in 40 steps; the estimated error is {run.error.largest}; try: a step smaller than " in run.message
 
 
+@pytest.mark.slow
 def test_halved_steps_are_told() -> None:
     model = eomgen.build(swing(), profile="quick")
     solution = model.simulate(10.0, 0.2, settings={"max_iterations": 4, "max_halvings": 8})

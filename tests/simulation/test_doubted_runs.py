@@ -50,6 +50,7 @@ def test_an_angle_that_changes_no_force_is_measured_by_its_travel(disc: eomgen.M
     assert run.error.largest is not None and run.error.largest.measure == "its motion"
 
 
+@pytest.mark.slow
 def test_an_output_that_is_wrong_is_warned_of(disc: eomgen.Model) -> None:
     """The point goes round at the angle of a symmetric disc, whose own error is a small part of its travel."""
     run = disc.simulate(20.0, 0.1)

@@ -48,6 +48,7 @@ def test_quotient_without_a_value_is_named() -> None:
     assert "may have no value there" in run.message
 
 
+@pytest.mark.slow
 def test_root_without_a_slope_is_named() -> None:
     """From q = 0 the tangent of sqrt(q) is vertical."""
     scene = {

@@ -384,6 +384,7 @@ def test_events_at_one_time_come_in_the_order_of_the_scene() -> None:
     np.testing.assert_allclose(solution.q[-1], second.q + 0.5 * second.v, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_two_roots_within_a_step_are_found_where_rates_tell() -> None:
     events = {"below": {"when": "q.cart - (t - 0.53)**2 + 0.0001 - q.cart", "action": "record"}}
     solution = eomgen.build(changed(CLUTCH, "within_a_step", events=events), profile="quick").simulate(1.0, 0.1)
@@ -513,6 +514,7 @@ def test_internal_states_are_reset_and_their_roots_found() -> None:
         np.testing.assert_allclose(found.z, 0.1, rtol=1e-13)
 
 
+@pytest.mark.slow
 def test_events_in_single_precision() -> None:
     events = eomgen.build(BALL, profile="quick", real="float").simulate().events
     assert events is not None and events.counts == {"bounce": 6, "top": 6, "rises": 5, "end": 1}
@@ -551,6 +553,7 @@ def test_what_is_wrong_with_an_event_is_said_with_its_place(event: dict[str, Any
     assert "events.bounce" in str(caught.value) and text in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_negative_restitution_is_refused_whatever_it_is_made_of() -> None:
     with pytest.raises(
         UsageError, match=r"\(events\.bounce\.restitution\): the restitution is -0\.5 at restitution = -0\.5"
@@ -580,6 +583,7 @@ def test_an_impact_needs_a_formula_of_positions() -> None:
         eomgen.derive(eomgen.load(changed(BALL, "wrong", events=events)))
 
 
+@pytest.mark.slow
 def test_states_and_outputs_between_rows_follow_the_modes() -> None:
     solution = eomgen.build(CLUTCH, profile="quick").simulate(3.0, 0.1, method="taylor")
     t = np.linspace(0.0, 3.0, 101)

@@ -86,6 +86,7 @@ def test_three_roots_within_a_step_are_found_where_rates_tell(method: str) -> No
     assert found == pytest.approx(true, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_function_that_returns_while_another_event_comes_has_both_roots() -> None:
     """The second event counts falls alone; it rises before the first event in a step and falls after it."""
     events = {"middle": {"when": "t - 0.53"}, "hill": {"when": "0.03**2 - (t - 0.53)**2", "direction": "falling"}}

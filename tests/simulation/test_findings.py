@@ -197,6 +197,7 @@ def test_limits_are_numbers_with_unit_meaning_and_source() -> None:
     assert copy == limits[0] == float(limits[0]) and copy.source == limits[0].source and isinstance(copy, Limit)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("error")
 def test_a_run_without_a_step_is_judged_without_warnings_of_numpy() -> None:
     scene = Path(__file__).parents[2] / "examples/quarter_car/scene.toml"

@@ -56,6 +56,7 @@ def test_extrema_of_a_growing_vibration_are_no_jumps() -> None:
     assert 1.0 < run.error.q_at.max() / np.abs(run.q[:, 0] - exact).max() < 3.0
 
 
+@pytest.mark.slow_cases("generalized_alpha")
 @pytest.mark.parametrize("method", ["generalized_alpha", "trapezoidal"])
 def test_decays_that_longer_steps_leave_out_are_compared_with_shorter_ones(method: str) -> None:
     """An internal state that falls by exp(-1.5) in a step: differences of longer steps begin after the decay."""

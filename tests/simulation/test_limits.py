@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import cache
 
+import pytest
+
 import eomgen
 from tests.models.cache import shared_cache
 
@@ -19,6 +21,7 @@ def stopped() -> eomgen.Model:
     return eomgen.build(builder.build(), profile="quick")
 
 
+@pytest.mark.slow
 def test_a_run_that_starts_beyond_a_limit_says_so() -> None:
     said = "joint elbow starts at 0 rad, beyond its upper limit -0.07 rad: the stop pushes back with up to 607 N m"
     run = stopped().simulate(0.01, 1e-3)

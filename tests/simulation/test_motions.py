@@ -128,6 +128,7 @@ int main(void)
 """
 
 
+@pytest.mark.slow
 def test_the_page_shows_how_c_moves_a_motion(tmp_path: Path) -> None:
     page = whole("python")
     (snippet,) = (block for block in re.findall(r"```c\n(.*?)```", page, re.DOTALL) if "followed_parameters" in block)

@@ -158,6 +158,7 @@ def test_compilers_tell_a_display_that_is_there(monkeypatch: pytest.MonkeyPatch,
     assert capsys.readouterr().err == ""
 
 
+@pytest.mark.slow
 def test_compilers_tell_nobody_if_stderr_is_no_terminal(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -20,6 +20,7 @@ def cart() -> eomgen.Model:
     return eomgen.build(builder.build(), method="rk4", profile="quick")
 
 
+@pytest.mark.slow
 def test_rows_are_those_of_a_run(tmp_path: Path) -> None:
     run, expected = cart().start({"x": 0.1}, step=1e-2), cart().simulate(1.0, 1e-2, initial={"x": 0.1})
     run.record()

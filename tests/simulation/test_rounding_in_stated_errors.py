@@ -24,7 +24,7 @@ def chain(links: int) -> Any:
     return builder.build()
 
 
-@pytest.mark.slow_cases("rk4-0.003")
+@pytest.mark.slow_cases("rk4-0.003", "generalized_alpha-0.0001")
 @pytest.mark.parametrize(("method", "step"), [("rk4", 3e-3), ("rk4", 3e-4), ("generalized_alpha", 1e-4)])
 def test_rounding_of_single_precision_is_in_the_stated_error(method: str, step: float) -> None:
     run = eomgen.build(chain(2), real="float", method=method, profile="quick").simulate(

@@ -136,6 +136,7 @@ def test_a_linked_function_of_c_moves_as_its_law_in_formulas(name: str, tmp_path
     assert share[0] == pytest.approx(share[1], rel=1e-6, abs=1e-13)
 
 
+@pytest.mark.slow
 def test_states_copies_and_checkpoints_hold_declared_memory(tmp_path: Path) -> None:
     machine, functions = called("memory = 2"), {"servo": law}
     whole = machine.simulate(1.0, 0.004, method="rk4", error_estimate=False, controllers=functions)
@@ -175,6 +176,7 @@ def test_the_estimate_calls_again_only_what_can_be_called_again() -> None:
     assert again.error.available and len(calls) >= 100 and calls[:50] == pytest.approx(np.arange(50) * 0.01)
 
 
+@pytest.mark.slow_cases("restore")
 @pytest.mark.parametrize("option", ["restore", "copy"])
 def test_what_a_function_keeps_by_itself_is_not_restored_silently(option: str) -> None:
     simulator = called().start(method="rk4", step=0.01, controllers={"servo": Law()})
@@ -255,6 +257,7 @@ def test_functions_are_checked_before_the_run(given: Any, text: str) -> None:
     assert text in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_scene_without_such_controllers_takes_no_functions() -> None:
     with pytest.raises(eomgen.UsageError, match="no controller of the scene leaves its function to the caller"):
         model(FORMULAS).simulate(0.1, 0.01, method="rk4", controllers={"servo": law})

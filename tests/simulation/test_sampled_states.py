@@ -171,6 +171,7 @@ def test_the_program_in_c_runs_as_simulate_does(name: str, events: bool, tmp_pat
     assert last[1:3] == pytest.approx([q, v], abs=1e-11)
 
 
+@pytest.mark.slow
 def test_samples_count_from_the_origin_of_time() -> None:
     """A run that begins between two samples waits for the next one with what it starts from."""
     solution = model(HOLD).simulate(0.031, 0.001, method="rk4", t_start=0.015, error_estimate=False)
@@ -280,6 +281,7 @@ def test_what_moves_continuously_only_is_refused() -> None:
         model(HOLD).simulate(2e4, 1e4, method="rk4")
 
 
+@pytest.mark.slow_cases("0.53195326136296-False")
 @pytest.mark.parametrize(("digits", "noted"), [("0.53195326136296", False), ("0.53", True)])
 def test_gains_that_a_program_computed_have_no_note_on_units(digits: str, noted: bool) -> None:
     clock = 'sample = "10 ms"\nformula ='

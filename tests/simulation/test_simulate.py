@@ -314,6 +314,7 @@ def test_runs_in_several_threads_do_not_disturb_each_other() -> None:
         np.testing.assert_array_equal(first, second)
 
 
+@pytest.mark.slow_cases("q")
 @pytest.mark.parametrize("name", ["q", "v"])
 def test_a_joint_with_the_name_of_all_coordinates(name: str) -> None:
     scene = eomgen.SceneBuilder("rail").body("cart", 1.0)

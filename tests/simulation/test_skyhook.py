@@ -64,6 +64,7 @@ def test_tensions_are_those_of_the_laws(width: float | None, rng: np.random.Gene
         assert found["semi"] == pytest.approx(held, rel=1e-11, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_velocities_are_those_against_the_world() -> None:
     """On a moving base the mount moves with it, and a skyhook feels that."""
     model = eomgen.build(scene(moving=True), terms=["outputs", "forward_dynamics"], profile="quick")

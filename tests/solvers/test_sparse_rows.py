@@ -51,6 +51,7 @@ def test_rows_have_the_scales_and_corrections_of_whole_matrices() -> None:
     assert other.all_new(1e-3) is True
 
 
+@pytest.mark.slow_cases("True")
 @pytest.mark.parametrize("closed", [False, True])
 def test_assemblies_are_equal(closed: bool) -> None:
     scene = chain(8, closed=closed)

@@ -144,6 +144,7 @@ def test_calls_that_cannot_be_answered(snap: Model, arguments: tuple[Any, ...], 
     assert message in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_path_ends_at_the_value_that_its_corrections_pass() -> None:
     """A weight on a spring: the path turns within the step to the last value."""
     scene = truss() | {"gravity": [0.0, 0.0, -9.81], "parameters": {"k": {"value": 4.0, "tunable": True}}}

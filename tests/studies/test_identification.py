@@ -233,6 +233,7 @@ def test_masses_that_move_together_are_known_by_their_sum(slider: eomgen.Model) 
     assert np.isnan(found.correlation[1]).all() and found.correlation[0, 0] == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 def test_motion_without_forces_decides_ratios_alone(slider: eomgen.Model) -> None:
     found = found_by(slider, data(), "mass_a", "stiffness", "damping", values={"mass_b": 0.0})
     texts = {one.text: one for one in found.combinations}
@@ -348,6 +349,7 @@ def test_data_of_a_solution_are_read_as_they_were_written(slider: eomgen.Model, 
     np.testing.assert_allclose(found["stiffness"].value, 30.0, rtol=1e-8)
 
 
+@pytest.mark.slow_cases("-the file is empty; try: a first line of names")
 @pytest.mark.parametrize(
     ("text", "told"),
     [
@@ -422,6 +424,10 @@ def test_mistakes_in_data_are_named(slider: eomgen.Model, change: dict[str, Any]
     assert told in str(caught.value)
 
 
+@pytest.mark.slow_cases(
+    "names4-options4-no measurement depends on far at the initial guess; try: other outputs",
+    "names36-options36-tdg2 has no derivatives of runs here",
+)
 @pytest.mark.parametrize(
     ("names", "options", "told"),
     [

@@ -103,6 +103,7 @@ def test_equilibria_and_linear_models_are_the_same(units: SceneUnits) -> None:
     alike(values * units.time, of)
 
 
+@pytest.mark.slow_cases("mass 1e-06")
 @pytest.mark.parametrize("units", SCALES, ids=NAMES)
 def test_paths_of_equilibria_are_the_same(units: SceneUnits) -> None:
     ends = []

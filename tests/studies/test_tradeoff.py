@@ -96,6 +96,7 @@ def test_no_point_counts_as_more_accurate_than_the_reference_is_known(study: tup
     assert found.best(1e-8) is not None
 
 
+@pytest.mark.slow
 def test_the_reference_itself_counts_as_accurate_as_it_is_known() -> None:
     model = eomgen.build(SWING)
     run = observe(model, model.simulate(0.2))

@@ -98,6 +98,7 @@ def test_live_follows_what_a_map_gathers_once(tape):
     assert tape.live([-rows[0], rows[3]]) == [*range(3, 3 + 2 * 4), rows[0], rows[3]]
 
 
+@pytest.mark.slow
 @given(
     strategies.lists(strategies.tuples(*[strategies.integers(0, 20)] * 4), min_size=1, max_size=30), strategies.data()
 )

@@ -137,6 +137,7 @@ def test_the_bits_are_as_of_all_passes(
     assert np.abs(run - run_of_every).max() <= 1e-13 * np.abs(run_of_every).max() > 0.0
 
 
+@pytest.mark.slow
 def test_the_fault_of_one_of_several_files_is_reported_with_its_command_and_place(tmp_path: Path) -> None:
     """The other compilers run at the same time, and one of them is ended."""
     slow = "\n".join(f"double f{k}(double x) {{ return x * {k}.0; }}" for k in range(400))

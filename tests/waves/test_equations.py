@@ -40,7 +40,7 @@ def at_two_steepnesses(
     return one, other
 
 
-@pytest.mark.slow_cases("standing-inf", "standing-20.0", "one direction-20.0")
+@pytest.mark.slow_cases("standing-inf", "standing-20.0", "one direction-20.0", "one direction-inf")
 @pytest.mark.long_cases("spread-inf", "spread-20.0")
 @pytest.mark.parametrize("depth", [math.inf, 20.0])
 @pytest.mark.parametrize("vectors", CASES.values(), ids=CASES)
@@ -68,6 +68,7 @@ def test_first_order_alone_leaves_residuals_of_second_order() -> None:
     assert orders == pytest.approx([2.0, 2.0, 2.0], abs=0.05)
 
 
+@pytest.mark.slow
 def test_equal_lengths_in_finite_depth_need_their_standing_part(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without Q, which is proportional to 1/sinh^2 k h, the surface bears a pressure of second order."""
     whole = KERNELS["degenerate"]
@@ -160,6 +161,7 @@ def test_a_vorticity_that_is_none_is_refused() -> None:
         SteppedSea(sea, (2.0 * math.pi / 0.05, 1.0), (16, 1))
 
 
+@pytest.mark.slow
 def test_another_dispersion_relation_is_one_line() -> None:
     """A current: compiled kernels, and particles that drift with it, hold the equations to third order."""
 

@@ -148,6 +148,7 @@ def test_pruned_kernels_are_the_whole_ones(c: float) -> None:
         assert pruned.pressure == pytest.approx(whole.pressure, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_stored_kernels_are_those_that_the_equations_give() -> None:
     assert Path(derived.__file__).read_text(encoding="utf-8") == derivation.module()
     assert set(KERNELS) == {"sum", "difference", "degenerate"}

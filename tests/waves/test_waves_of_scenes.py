@@ -484,6 +484,7 @@ def test_a_base_that_follows_waves_has_their_height_and_tilt() -> None:
     np.testing.assert_allclose(run.outputs["tip"], other.outputs["tip"], rtol=0, atol=1e-10)
 
 
+@pytest.mark.slow
 def test_a_base_may_go_up_and_down_alone() -> None:
     level = {"follow": {"waves": "sea", "tilt": False}, "position": [3, 0, 0]}
     run = eomgen.build(from_data(_pendulum_on(level))).simulate(0.5)
