@@ -118,7 +118,6 @@ class DeformationEntry(Table):
     masses: Annotated[tuple[ModeMass, ...], Field(strict=False)] = key(
         "added to the mesh for the modes of `finite_elements`; a body joined to the beam has the mass itself",
         (),
-        kind="list of tables, below",
         shown_default="`[]`",
     )
 
@@ -190,23 +189,23 @@ class BeamPart(Table):
     elements: Annotated[int, Field(ge=1, le=MOST_EXACT_ELEMENTS)] = key(
         "equal elements along the part", kind=f"1 to {MOST_EXACT_ELEMENTS}"
     )
-    section: SectionEntry | None = optional("shape and material", kind="table, above", shown_default="the beam's")
+    section: SectionEntry | None = optional("shape and material", shown_default="the beam's")
     mass_per_length: Value | None = of_parameters("density times area", unit="kg/m", shown_default="the beam's")
     rotary_inertia: Triple | None = of_parameters(
         "density times second moments of area: polar, about y, about z", unit="kg m", shown_default="the beam's"
     )
     center_of_mass: Pair | None = optional("centre of mass of the sections", **_OF_CENTER, shown_default="the beam's")
     inertia_matrix: SixBySixValues | None = optional("section inertia", **_OF_MATRIX, shown_default="the beam's")
-    stiffness: SectionStiffness | None = optional("section stiffness", kind="table, above", shown_default="the beam's")
+    stiffness: SectionStiffness | None = optional("section stiffness", shown_default="the beam's")
     stiffness_matrix: SixBySixValues | None = optional(
         "stiffness of all strains together", **_OF_MATRIX, shown_default="the beam's"
     )
-    damping: SectionDamping | None = optional("section damping", kind="table, above", shown_default="the beam's")
+    damping: SectionDamping | None = optional("section damping", shown_default="the beam's")
     stiffness_damping: Value | None = of_parameters("damping by stiffness", unit="s", shown_default="the beam's")
     curvature: Triple | None = of_fixed_parameters(
         "curvature of the initial shape, section axes", unit="rad/m", shown_default="the beam's"
     )
-    prestrain: SectionStrain | None = optional("initial strains", kind="table, above", shown_default="the beam's")
+    prestrain: SectionStrain | None = optional("initial strains", shown_default="the beam's")
 
 
 class ShapeFrame(Table):
@@ -232,7 +231,7 @@ class BeamShape(Table):
         strict=False,
     )
     frames: tuple[ShapeFrame, ...] | None = optional(
-        "frames of sections, the first one the beam's frame; helices join them", kind="list of tables", strict=False
+        "frames of sections, the first one the beam's frame; helices join them", strict=False
     )
 
 
@@ -270,59 +269,58 @@ class BeamEntry(Table):
     stretch: Stretch | None = optional("elongation along x")
     torsion: Torsion | None = optional("twist about x")
     elements: Annotated[int, Field(ge=1, le=MOST_EXACT_ELEMENTS)] | None = optional(
-        "`cosserat`: equal elements along the beam",
+        "exact: equal elements along the beam",
         kind=f"1 to {MOST_EXACT_ELEMENTS}",
-        shown_default="required for `cosserat`, but with `parts`",
+        shown_default="required for exact beams, but with `parts`",
     )
     parts: Annotated[tuple[BeamPart, ...], Field(strict=False)] = key(
-        "`cosserat`: parts of other sections or elements, one after the other, in place of `length` and `elements`",
+        "exact: parts of other sections or elements, one after the other, in place of `length` and `elements`",
         (),
-        kind="list of tables, below",
         shown_default="none",
     )
-    stiffness: SectionStiffness | None = optional("`cosserat`: section stiffness", shown_default="of the section")
+    stiffness: SectionStiffness | None = optional("exact: section stiffness", shown_default="of the section")
     stiffness_matrix: SixBySixValues | None = optional(
-        "`cosserat`: symmetric stiffness of all strains together, in place of `stiffness`: twist, bending about y"
+        "exact: symmetric stiffness of all strains together, in place of `stiffness`: twist, bending about y"
         " and z (N m²), stretch, shear along y and z (N)",
         **_OF_MATRIX,
     )
-    damping: SectionDamping | None = optional("`cosserat`: section damping", shown_default="zeros")
+    damping: SectionDamping | None = optional("exact: section damping", shown_default="zeros")
     stiffness_damping: Value | None = of_parameters(
-        "`cosserat`: damping by stiffness, of all strains", unit="s", shown_default="`0`"
+        "exact: damping by stiffness, of all strains", unit="s", shown_default="`0`"
     )
     rotary_inertia: Triple | None = of_parameters(
-        "`cosserat`: density times second moments of area: polar, ρ ∫ z² dA about y, ρ ∫ y² dA about z",
+        "exact: density times second moments of area: polar, ρ ∫ z² dA about y, ρ ∫ y² dA about z",
         unit="kg m",
         shown_default="of the section",
     )
     center_of_mass: Pair | None = optional(
-        "`cosserat`: centre of mass of the sections, y and z; `rotary_inertia` is about the axes through it",
+        "exact: centre of mass of the sections, y and z; `rotary_inertia` is about the axes through it",
         **_OF_CENTER,
         shown_default="`[0, 0]`",
     )
     inertia_matrix: SixBySixValues | None = optional(
-        "`cosserat`: inertia of the sections about the beam's axis, in place of the two keys before and"
+        "exact: inertia of the sections about the beam's axis, in place of the two keys before and"
         " `mass_per_length`: rotary inertia (kg m), products of mass and centre of mass (kg), mass (kg/m)",
         **_OF_MATRIX,
     )
     curvature: Triple | None = of_fixed_parameters(
-        "`cosserat`: curvature of the initial shape, in section axes: twist per length about x, then curvature"
+        "exact: curvature of the initial shape, in section axes: twist per length about x, then curvature"
         " about y and z; an arc or a helix",
         unit="rad/m",
         shown_default="`[0, 0, 0]`",
     )
-    shape: BeamShape | None = optional("`cosserat`: the initial shape, in place of `curvature` and `length`")
+    shape: BeamShape | None = optional("exact: the initial shape, in place of `curvature` and `length`")
     pretwist: Value | None = of_fixed_parameters(
-        "`cosserat`: angle by which sections are turned about the axis of the initial shape, 0 at s = 0",
+        "exact: angle by which sections are turned about the axis of the initial shape, 0 at s = 0",
         unit="rad",
         shown_default="`0`",
     )
     prestrain: SectionStrain | None = optional(
-        "`cosserat`: strains that the initial shape has; without them it is at rest",
+        "exact: strains that the initial shape has; without them it is at rest",
         shown_default="zeros",
     )
     group: Literal["SE3", "R3xSO3"] | None = optional(
-        "`cosserat`: group of nodes, for [absolute coordinates](absolute_coordinates.md) only", shown_default="`SE3`"
+        "exact: group of nodes, for [absolute coordinates](absolute_coordinates.md) only", shown_default="`SE3`"
     )
 
 

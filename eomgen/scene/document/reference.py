@@ -2,7 +2,8 @@
 eomgen.scene.document.reference docs/scene.md``, and the JSON Schema of scene files, for editors.
 
 A table stands between ``<!-- keys of Joint -->`` and ``<!-- end -->``, Joint being a class of the schema; the table of
-units stands between ``<!-- units -->`` and ``<!-- end -->``. All else on the pages is written by hand.
+units stands between ``<!-- units -->`` and ``<!-- end -->``. All else on the pages is written by hand. The type of a
+key whose table stands on another page is a link to this page.
 """
 
 from __future__ import annotations
@@ -10,9 +11,9 @@ from __future__ import annotations
 import json
 import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from types import UnionType
+from types import MappingProxyType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from pydantic.fields import FieldInfo
@@ -32,7 +33,15 @@ from eomgen.scene.formula.scope import (
     TRANSLATION,
     Scope,
 )
-from eomgen.scene.reading.key_metadata import KeyMetadata, Table, every_unit, fields_of, meaning_of, tables_of
+from eomgen.scene.reading.key_metadata import (
+    KeyMetadata,
+    Table,
+    every_unit,
+    fields_of,
+    inner_table,
+    meaning_of,
+    tables_of,
+)
 from eomgen.scene.reading.kinds import (
     NUMBER_SCHEMA,
     QUANTITY_SCHEMA,
@@ -62,6 +71,7 @@ SCOPES: dict[Scope, str] = {
 }
 _MARKED = re.compile(r"(<!-- keys of (\w+) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
 _UNITS = re.compile(r"(<!-- units -->\n).*?(<!-- end -->)", re.DOTALL)
+_NO_PAGES: Mapping[str, str] = MappingProxyType({})
 _KINDS: tuple[tuple[Any, str], ...] = (
     (Finite, "number"),
     (Value, "value"),
@@ -84,23 +94,25 @@ def tables() -> dict[str, type[Table]]:
     return {part.__name__.removesuffix("Entry"): part for part in parts}
 
 
-def table(model: type[Table]) -> str:
+def table(model: type[Table], elsewhere: Mapping[str, str] = _NO_PAGES) -> str:
     """Return the Markdown table of a class of the schema, one row of key, type, default and meaning for each key that
-    the class declares with a description."""
+    the class declares with a description; ``elsewhere`` has the pages of tables that need a link, by class."""
     rows = ["| key | type | default | meaning |", "|---|---|---|---|"]
     hints = get_type_hints(model, include_extras=True)
     for name, field in model.model_fields.items():
         if field.description is not None and name in model.__annotations__:
             key = field.alias or name
-            rows.append(f"| `{key}` | {_type(hints[name], field)} | {_default(field)} | {field.description} |")
+            kind = _type(hints[name], field, elsewhere)
+            rows.append(f"| `{key}` | {kind} | {_default(field)} | {field.description} |")
     return "\n".join(rows) + "\n"
 
 
-def renew(page: str) -> str:
-    """Return the text of a page with the tables of the present schema."""
-    known = tables()
+def renew(page: str, pages: Mapping[str, str] = _NO_PAGES) -> str:
+    """Return the text of a page with the tables of the present schema; ``pages`` as of ``pages_of_tables``."""
+    known, own = tables(), described_classes(page)
+    elsewhere = {name: file for name, file in pages.items() if name not in own}
     page = _UNITS.sub(lambda match: match[1] + units() + match[2], page)
-    return _MARKED.sub(lambda match: match[1] + table(known[match[2]]) + match[4], page)
+    return _MARKED.sub(lambda match: match[1] + table(known[match[2]], elsewhere) + match[4], page)
 
 
 def units() -> str:
@@ -120,9 +132,16 @@ def described_classes(page: str) -> list[str]:
     return [match[2] for match in _MARKED.finditer(page)]
 
 
-def _type(annotation: Any, field: FieldInfo) -> str:
-    meaning = meaning_of(field)
+def pages_of_tables(files: Iterable[Path]) -> dict[str, str]:
+    """Return the names of the files that have the tables, by class."""
+    return {name: file.name for file in files for name in described_classes(file.read_text(encoding="utf-8"))}
+
+
+def _type(annotation: Any, field: FieldInfo, elsewhere: Mapping[str, str]) -> str:
+    meaning, inner = meaning_of(field), inner_table(annotation)
     kind = meaning.kind or (_entry(meaning.refers) if meaning.refers else _kind(annotation, field))
+    if inner is not None and (page := elsewhere.get(inner.model.__name__.removesuffix("Entry"))):
+        kind = f"[{kind}]({page})"
     if meaning.kind:
         return kind
     scope = f" {SCOPES[meaning.names]}" if meaning.names is not None else ""
@@ -148,9 +167,10 @@ def _kind(annotation: Any, field: FieldInfo) -> str:
         return f"{', '.join(most)} or {last}" if most else last
     if get_origin(annotation) is Annotated:  # a kind with limits that no row of kinds names
         return _kind(get_args(annotation)[0], field)
-    if not (isinstance(annotation, type) and issubclass(annotation, Table)):
+    inner = inner_table(annotation)
+    if inner is None:
         raise TypeError(f"the table of keys has no words for {annotation}")
-    return "table, below"
+    return {"table": "table", "list": "list of tables", "entries": "tables by name"}[inner.shape]
 
 
 def _entry(section: str) -> str:
@@ -177,9 +197,10 @@ def main(arguments: Sequence[str]) -> int:
         sys.stderr.write(f"usage: {COMMAND}\n")
         return 2
     for page in map(Path, arguments):
-        for path in (page, *sorted(page.with_suffix("").glob("*.md"))):
-            text = path.read_text(encoding="utf-8")
-            path.write_text(renew(text), encoding="utf-8")
+        files = [page, *sorted(page.with_suffix("").glob("*.md"))]
+        pages = pages_of_tables(files)
+        for path in files:
+            path.write_text(renew(path.read_text(encoding="utf-8"), pages), encoding="utf-8")
     return 0
 
 

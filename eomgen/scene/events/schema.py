@@ -18,7 +18,7 @@ class EventEntry(Table):
 
     when: Value = key("formula with the event at its roots", unit=ANY_UNIT, names=EVERYTHING)
     direction: Literal["rising", "falling", "both"] = key("direction in which the formula passes zero", "both")
-    action: Literal["record", "count", "stop", "reset", "impact", "switch"] = key("see [events](events.md)", "record")
+    action: Literal["record", "count", "stop", "reset", "impact", "switch"] = key("effect on the run", "record")
     reset: dict[str, Value] | None = optional(
         'new values of `"q.joint"`, `"v.joint"` or a state, from values before the event; for `reset`',
         unit=ANY_UNIT,

@@ -30,8 +30,8 @@ Rows = tuple[tuple[Formula, ...], ...]
 class BushingEntry(Table):
     """A spring and damper in all six directions between two frames."""
 
-    first: FrameEntry = key("a frame in one body", kind="frame, see [constraints](constraints.md)")
-    second: FrameEntry = key("a frame in another", kind="frame, see [constraints](constraints.md)")
+    first: FrameEntry = key("a frame in one body", kind="frame")
+    second: FrameEntry = key("a frame in another", kind="frame")
     stiffness: Triple | None = of_parameters("stiffness along x, y, z of `first`", unit="N/m", shown_default=_NOTHING)
     damping: Triple | None = of_parameters("damping along x, y, z", unit="N s/m", shown_default=_NOTHING)
     rotational_stiffness: Triple | None = of_parameters(

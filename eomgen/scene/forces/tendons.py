@@ -29,7 +29,7 @@ class WrapEntry(Table):
 
     after: str = key("point of the path before the obstacle", refers="points")
     shape: Literal["sphere", "cylinder"] = key("shape of the obstacle; a cylinder has no ends", "sphere")
-    center: FrameEntry = key("a frame; z is the axis of a cylinder", kind="frame, see [constraints](constraints.md)")
+    center: FrameEntry = key("a frame; z is the axis of a cylinder", kind="frame")
     radius: Value = key("radius of the obstacle", unit="m", names=PARAMETERS)
     side: str | None = optional(
         "point outside the obstacle, on the side on which the tendon passes; without one the shorter way",
@@ -42,9 +42,7 @@ class TendonEntry(Table):
     """A spring, damper or actuator along a path of points; the same tension acts along the whole path."""
 
     points: tuple[str, ...] = key("the path, two points or more", refers="points", kind="list of points", strict=False)
-    wraps: tuple[WrapEntry, ...] = key(
-        "obstacles of the path", (), kind="list of tables, below", shown_default="`[]`", strict=False
-    )
+    wraps: tuple[WrapEntry, ...] = key("obstacles of the path", (), shown_default="`[]`", strict=False)
     stiffness: Value = key("tension by length beyond `length`", 0.0, unit="N/m", names=PARAMETERS)
     damping: Value = key("tension by rate of length", 0.0, unit="N s/m", names=PARAMETERS)
     length: Value = key("length at which the tendon is slack", 0.0, unit="m", names=PARAMETERS)

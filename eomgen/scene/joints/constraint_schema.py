@@ -56,11 +56,11 @@ class ConstraintEntry(Table):
 
     type: ConstraintType = key("relative motion that it allows", kind="see below")
     first: FrameEntry | None = optional(
-        "a frame in one body", kind="frame, below", shown_default="required, but for `formula`"
+        "a frame in one body", kind="frame", shown_default="required, but for `formula`"
     )
     second: FrameEntry | None = optional(
         "a frame in another, that can move against the first",
-        kind="frame, below",
+        kind="frame",
         shown_default="required, but for `formula`",
     )
     drive: Value | None = optional(

@@ -66,7 +66,7 @@ class ParameterEntry(Table):
 
 def _section_key(description: str) -> Any:
     """Return the key of a quantity of the sections of a beam."""
-    return optional(description, refers="beams", kind="beam of the model `cosserat`")
+    return optional(description, refers="beams", kind="[exact beam](exact_beams.md)")
 
 
 class OutputEntry(Table):

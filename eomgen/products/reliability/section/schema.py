@@ -88,7 +88,7 @@ class RandomProcess(Table):
         column=("argument", "value"),
         kind="list of [lag or frequency, value], any unit that fits",
     )
-    table: TableFile | None = optional("the same from a CSV file, with the keys of the tables of [curves](curves.md)")
+    table: TableFile | None = optional("the same from a CSV file")
     duration: Value | None = of_fixed_parameters(
         "time from t = 0 on in which the process is known", unit="s", shown_default="`simulation.duration`"
     )

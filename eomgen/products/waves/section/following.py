@@ -53,7 +53,7 @@ FOLLOW = AddedKey(
     "base",
     "follow",
     SurfaceFollowing | None,
-    optional("go with the surface of waves, as a small boat does", kind="table, below"),
+    optional("go with the surface of waves, as a small boat does"),
     read_follow,
     _example,
     {"waves": '"sea"'},

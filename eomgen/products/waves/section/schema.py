@@ -51,9 +51,9 @@ class Spread(Table):
 class SeaWaves(Table):
     """Waves, which formulas ask for elevation, slope, velocity and acceleration of the water at a place."""
 
-    spectrum: SeaSpectrum | None = optional("spectrum of an irregular sea", kind="table, below")
+    spectrum: SeaSpectrum | None = optional("spectrum of an irregular sea")
     regular: Annotated[tuple[RegularWave, ...], Field(strict=False)] | None = optional(
-        "waves one by one, in place of a spectrum", kind="list of tables, below"
+        "waves one by one, in place of a spectrum"
     )
     components: Annotated[int, Field(ge=1, le=2000)] = key(
         "number of frequencies of a spectrum, each a constant factor above the one before",
@@ -69,7 +69,7 @@ class SeaWaves(Table):
     heading: Value = key(
         "direction of propagation of a spectrum, from x towards y", 0.0, unit="rad", names=FIXED_PARAMETERS
     )
-    spreading: Spread | None = optional("spread of a spectrum over directions", kind="table, below")
+    spreading: Spread | None = optional("spread of a spectrum over directions")
     seed: Seed = key("seed of amplitudes and phases of a spectrum", 0, kind="whole number from 0")
     amplitudes: Literal["gaussian", "fixed"] = key(
         "amplitudes of a spectrum, at random as in a Gaussian sea, or from its energies, with phases alone at random",
