@@ -70,7 +70,7 @@ class Sample(Table):
 
 
 def test_a_table() -> None:
-    assert table(Sample).splitlines()[2:] == [
+    assert table(Sample, {}).splitlines()[2:] == [
         "| `place` | 3 values of parameters, m | `[0, 0, 1.5]` | where it is |",
         "| `strength` | value of parameters, N/m or N m/rad | none | how strong |",
         "| `count` | 1 to 9 | `3` | how many |",
@@ -100,7 +100,7 @@ def test_the_command_renews_a_page(tmp_path: Path) -> None:
 
 def test_a_page_with_an_unknown_table_is_refused() -> None:
     with pytest.raises(KeyError, match="Wheel"):
-        renew("<!-- keys of Wheel -->\n<!-- end -->")
+        renew("<!-- keys of Wheel -->\n<!-- end -->", {})
 
 
 def test_a_kind_without_words_is_no_table() -> None:
@@ -108,4 +108,4 @@ def test_a_kind_without_words_is_no_table() -> None:
         count: dict[str, int] = key("what cannot be said")
 
     with pytest.raises(TypeError, match="no words"):
-        table(Strange)
+        table(Strange, {})

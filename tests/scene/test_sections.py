@@ -248,7 +248,7 @@ def test_editors_and_pages_know_it() -> None:
     assert schema()["properties"]["drags"]["additionalProperties"] == {"$ref": "#/$defs/DragEntry"}
     assert "drags" not in KEYS and "drags" in every_document().model_fields
     row = "| `coefficient` | value of parameters, kg/m | required | force per squared velocity |\n"
-    assert row in renew("<!-- keys of Drag -->\n<!-- end -->")
+    assert row in renew("<!-- keys of Drag -->\n<!-- end -->", {})
 
 
 @pytest.mark.usefixtures("installed")

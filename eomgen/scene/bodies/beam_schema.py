@@ -316,8 +316,7 @@ class BeamEntry(Table):
         shown_default="`0`",
     )
     prestrain: SectionStrain | None = optional(
-        "exact: strains that the initial shape has; without them it is at rest",
-        shown_default="zeros",
+        "exact: strains that the initial shape has; without them it is at rest", shown_default="zeros"
     )
     group: Literal["SE3", "R3xSO3"] | None = optional(
         "exact: group of nodes, for [absolute coordinates](absolute_coordinates.md) only", shown_default="`SE3`"

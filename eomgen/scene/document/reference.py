@@ -13,7 +13,7 @@ import re
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from types import MappingProxyType, UnionType
+from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from pydantic.fields import FieldInfo
@@ -71,7 +71,6 @@ SCOPES: dict[Scope, str] = {
 }
 _MARKED = re.compile(r"(<!-- keys of (\w+) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
 _UNITS = re.compile(r"(<!-- units -->\n).*?(<!-- end -->)", re.DOTALL)
-_NO_PAGES: Mapping[str, str] = MappingProxyType({})
 _KINDS: tuple[tuple[Any, str], ...] = (
     (Finite, "number"),
     (Value, "value"),
@@ -94,20 +93,19 @@ def tables() -> dict[str, type[Table]]:
     return {part.__name__.removesuffix("Entry"): part for part in parts}
 
 
-def table(model: type[Table], elsewhere: Mapping[str, str] = _NO_PAGES) -> str:
+def table(model: type[Table], pages: Mapping[str, str]) -> str:
     """Return the Markdown table of a class of the schema, one row of key, type, default and meaning for each key that
-    the class declares with a description; ``elsewhere`` has the pages of tables that need a link, by class."""
+    the class declares with a description. Tables in ``pages``, by class, are links."""
     rows = ["| key | type | default | meaning |", "|---|---|---|---|"]
     hints = get_type_hints(model, include_extras=True)
     for name, field in model.model_fields.items():
         if field.description is not None and name in model.__annotations__:
             key = field.alias or name
-            kind = _type(hints[name], field, elsewhere)
-            rows.append(f"| `{key}` | {kind} | {_default(field)} | {field.description} |")
+            rows.append(f"| `{key}` | {_type(hints[name], field, pages)} | {_default(field)} | {field.description} |")
     return "\n".join(rows) + "\n"
 
 
-def renew(page: str, pages: Mapping[str, str] = _NO_PAGES) -> str:
+def renew(page: str, pages: Mapping[str, str]) -> str:
     """Return the text of a page with the tables of the present schema; ``pages`` as of ``pages_of_tables``."""
     known, own = tables(), described_classes(page)
     elsewhere = {name: file for name, file in pages.items() if name not in own}
@@ -167,8 +165,7 @@ def _kind(annotation: Any, field: FieldInfo) -> str:
         return f"{', '.join(most)} or {last}" if most else last
     if get_origin(annotation) is Annotated:  # a kind with limits that no row of kinds names
         return _kind(get_args(annotation)[0], field)
-    inner = inner_table(annotation)
-    if inner is None:
+    if (inner := inner_table(annotation)) is None:
         raise TypeError(f"the table of keys has no words for {annotation}")
     return {"table": "table", "list": "list of tables", "entries": "tables by name"}[inner.shape]
 

@@ -59,9 +59,7 @@ class ConstraintEntry(Table):
         "a frame in one body", kind="frame", shown_default="required, but for `formula`"
     )
     second: FrameEntry | None = optional(
-        "a frame in another, that can move against the first",
-        kind="frame",
-        shown_default="required, but for `formula`",
+        "a frame in another, that can move against the first", kind="frame", shown_default="required, but for `formula`"
     )
     drive: Value | None = optional(
         "angle of `revolute`, or travel of `prismatic` and `cylindrical`, prescribed",
