@@ -98,7 +98,7 @@ class Jonswap:
         Returns
         -------
         (...) ndarray
-            One-sided, m^2 s/rad, with the integral ``height``^2/16; NaN at 0, and meaningless below 0.
+            One-sided, m^2 s/rad, with the integral ``height**2 / 16``; NaN at 0, and meaningless below 0.
 
         Examples
         --------
