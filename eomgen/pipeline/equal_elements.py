@@ -43,8 +43,8 @@ class EqualElements(EqualParts):
         """Whether no strains are constrained, and all joints beyond nodes of beams are fixed."""
         beams = _beams(self.scene)
         nodes = {node for beam in beams for node in beam.nodes[1:]}
-        strained = not any(beam.absent_strains for beam in beams)
-        return strained and all(joint.type == "fixed" or joint.child in nodes for joint in self.scene.joints)
+        unconstrained = not any(beam.absent_strains for beam in beams)
+        return unconstrained and all(joint.type == "fixed" or joint.child in nodes for joint in self.scene.joints)
 
     @property
     def plans(self) -> tuple[Plan, ...]:

@@ -82,7 +82,7 @@ def of_scene(scene: Callable[[Any], Mapping[str, Any]]) -> Callable[[Any], Repor
 
 
 @contextmanager
-def silenced(names: tuple[str, ...]) -> Iterator[None]:
+def without_doubts(names: tuple[str, ...]) -> Iterator[None]:
     """Leave out doubts by name within the block, as a call does."""
     before = CALLED.set(DoubtSettings(names))
     try:
@@ -96,7 +96,7 @@ def of_rest(rest: Callable[[Any], Any]) -> Callable[[Any], Reported]:
 
     def reports(value: Any, quiet: tuple[str, ...] = ()) -> Reported:
         measures, path = rest(value)
-        with silenced(quiet):
+        with without_doubts(quiet):
             return {note.doubt: note for note in equilibrium_notes(measures, path, None)}
 
     return reports
@@ -106,7 +106,7 @@ def of_run(changes: Callable[[Any], tuple[Change, ...]]) -> Callable[[Any], Repo
     """Report the checks of a run of the pendulum, of which quantities are changed."""
 
     def reports(value: Any, quiet: tuple[str, ...] = ()) -> Reported:
-        with pytest.MonkeyPatch.context() as patch, silenced(quiet):
+        with pytest.MonkeyPatch.context() as patch, without_doubts(quiet):
             run = finished(patch, *changes(value))
             patch.setattr(FinishedRun, "has", lambda self, facts: True)
             return {finding.name: finding.text for finding in Verdict(run).findings}

@@ -68,7 +68,7 @@ def two_beams(elements: int) -> dict[str, Any]:
     return {**scene, "beams": {name: beam, "other": beam}, "joints": {**scene["joints"], **second}}
 
 
-def of_parts(*parts: tuple[int, float]) -> dict[str, Any]:
+def beam_of_parts(*parts: tuple[int, float]) -> dict[str, Any]:
     """Return a cantilever of parts, each with a number of elements and a factor of the stiffness."""
     scene = cantilever(2)
     common = {"mass_per_length": 1.0, "rotary_inertia": [10.0, 10.0, 10.0]}
@@ -158,9 +158,9 @@ def test_a_long_beam_is_continued_from_beams_of_28_and_more_elements() -> None:
         hanging(108, 2.5),
         two_beams(96),
         hinged(100),
-        of_parts((44, 1.0), (1, 2.0), (43, 1.0)),
-        of_parts((42, 1.0), (1, 2.0), (60, 1.0)),
-        of_parts(*[(1, 1.0), (1, 2.0)] * 44),
+        beam_of_parts((44, 1.0), (1, 2.0), (43, 1.0)),
+        beam_of_parts((42, 1.0), (1, 2.0), (60, 1.0)),
+        beam_of_parts(*[(1, 1.0), (1, 2.0)] * 44),
     ],
     ids=[
         "cantilever", "inextensible", "carrying at its end", "carrying near its root", "two", "hinged",
@@ -210,7 +210,7 @@ def test_clamped_beams_alone_are_continued_from_very_short_ones() -> None:
 def test_runs_of_equal_groups_and_the_steps_to_short_scenes(
     parts: Any, runs: list[tuple[int, int]] | None, plan: Any
 ) -> None:
-    alike = equal_elements.equal_elements(eomgen.load(of_parts(*parts)))
+    alike = equal_elements.equal_elements(eomgen.load(beam_of_parts(*parts)))
     assert (alike and [(run.period, run.groups) for _, run in alike.runs]) == runs
     steps = [(step.number, step.grows) for step in alike.plans[0]] if alike else []
     assert steps == [*plan]

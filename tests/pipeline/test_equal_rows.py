@@ -48,7 +48,7 @@ def net(rows: int, change: Change = lambda text: text) -> Scene:
     return load_toml(text.replace("SPRING", SPRING))
 
 
-def shortened(rows: equal_rows.EqualRows, removed: int) -> Scene:
+def short_scene(rows: equal_rows.EqualRows, removed: int) -> Scene:
     """Return the scene without so many rows of its only long run."""
     (long,) = (run for run in rows.runs if run.groups > 8)
     short = rows.fewer([removed * (run is long) for run in rows.runs])
@@ -117,7 +117,7 @@ def test_numbers_that_grow_from_row_to_row_are_taken_from_the_scene() -> None:
 def test_a_net_with_fewer_rows_is_the_net_of_so_many(count: int) -> None:
     rows, short = equal_rows.equal_rows(net(40)), net(count)
     assert rows is not None
-    made = shortened(rows, 40 - count)
+    made = short_scene(rows, 40 - count)
     for name in ("bodies", "joints", "points", "elements", "groups"):
         assert getattr(made, name) == getattr(short, name)
 
@@ -160,7 +160,7 @@ def test_rows_after_the_removed_ones_keep_their_entries() -> None:
     scene = net(48)
     rows = equal_rows.equal_rows(with_heavy(scene, 143))
     assert rows is not None
-    assert shortened(rows, 36).bodies[35].mass == scene.bodies[143].inertia[0]
+    assert short_scene(rows, 36).bodies[35].mass == scene.bodies[143].inertia[0]
 
 
 def test_rows_that_distant_ones_name_are_kept() -> None:
@@ -179,7 +179,7 @@ def test_rows_that_distant_ones_name_are_kept() -> None:
     assert next(item for item in short.points if item.name == "marked").body == "knot_30_1"
 
 
-def stiffened(stiffness: Callable[[int], Any], count: int = 400) -> Scene:
+def chain_of_stiffness(stiffness: Callable[[int], Any], count: int = 400) -> Scene:
     """Return a chain of hinges in joint coordinates with a stiffness for each joint."""
     scene = hinges(count)
     joints = [dataclasses.replace(joint, stiffness=stiffness(k)) for k, joint in enumerate(scene.joints)]
@@ -204,7 +204,7 @@ NOISE = np.diff(np.linspace(0.0, 300.0, 401))
 )
 def test_numbers_that_grow_otherwise_are_not_continued(stiffness: Callable[[int], Any]) -> None:
     """A short scene would lose the numbers, or have these of other rows."""
-    scene = stiffened(stiffness)
+    scene = chain_of_stiffness(stiffness)
     rows = equal_rows.equal_rows(scene)
     if rows is not None:  # constant in each run: all numbers are in the short scene
         step = rows.plans[0][0]
@@ -214,7 +214,7 @@ def test_numbers_that_grow_otherwise_are_not_continued(stiffness: Callable[[int]
 
 
 def test_parameters_with_names_of_rows_are_derived_whole() -> None:
-    scene = stiffened(lambda k: Symbol("parameter", f"rod{k}"))
+    scene = chain_of_stiffness(lambda k: Symbol("parameter", f"rod{k}"))
     names = tuple(Parameter(f"rod{k}", 2.0 + k // 200) for k in range(400))
     assert equal_rows.equal_rows(dataclasses.replace(scene, parameters=names)) is None
 
@@ -270,7 +270,7 @@ def test_a_continued_net_runs_like_a_derived_one(monkeypatch: pytest.MonkeyPatch
 def test_a_chain_with_fewer_links_is_the_chain_of_so_many() -> None:
     rows = equal_rows.equal_rows(chains.scene("absolute", "hinge", 120))
     assert rows is not None
-    made, short = shortened(rows, 100), chains.scene("absolute", "hinge", 20)
+    made, short = short_scene(rows, 100), chains.scene("absolute", "hinge", 20)
     for name in ("bodies", "joints", "elements", "groups"):
         assert getattr(made, name) == getattr(short, name)
 
@@ -384,5 +384,5 @@ def test_chains_in_joint_coordinates_with_other_laws_are_derived_whole() -> None
     assert equal_rows.equal_rows(chains.scene("joint", "hinge", 90, ["mass"])) is None
     rows = equal_rows.equal_rows(scene)
     assert rows is not None
-    short = shortened(rows, 78)
+    short = short_scene(rows, 78)
     assert (short.bodies, short.joints) == (hinges(12).bodies, hinges(12).joints)

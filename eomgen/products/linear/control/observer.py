@@ -150,12 +150,7 @@ def kalman(
     >>> seen.measured, seen.gains.shape
     (('suspension_travel',), (4, 1))
     """
-    space = state_space_of(space)
-    known = (
-        controlled_by(space, names_of("inputs", "inputs", inputs, "force"))
-        if space.inputs or np.size(inputs)
-        else space
-    )
+    known = _with_known_inputs(state_space_of(space), inputs)
     measured, V = _measurement_noise(known, measurement_noise)
     G, F, W = _noise(known, noise, measured)
     if sample is None:
@@ -242,12 +237,7 @@ def place_observer(
     >>> seen.gains.round(6).ravel()                    # 2 + 3, and 2 * 3
     array([5., 6.])
     """
-    space = state_space_of(space)
-    known = (
-        controlled_by(space, names_of("inputs", "inputs", inputs, "force"))
-        if space.inputs or np.size(inputs)
-        else space
-    )
+    known = _with_known_inputs(state_space_of(space), inputs)
     if sample is None:
         only_with_sample(delay)
     else:
@@ -262,6 +252,13 @@ def place_observer(
     C = observer.C if known.sample is None else observer.C @ known.A
     gains = placed_gains(C.T, wanted, Dynamics(known.A.T, known.states, known.sample), check_observable).T
     return replace(observer, gains=gains)
+
+
+def _with_known_inputs(space: StateSpace, names: Sequence[str]) -> StateSpace:
+    """Return the model whose inputs of these names are known, all without names. Raises UsageError for other names."""
+    if not (space.inputs or np.size(names)):
+        return space
+    return controlled_by(space, names_of("inputs", "inputs", names, "force"))
 
 
 def _without_gains(space: StateSpace, measured: tuple[str, ...]) -> Observer:
