@@ -116,12 +116,12 @@ def __getattr__(name: str) -> object:
     elif name == "__all__":
         value = __dir__()
     else:
-        value = _of_products(name)
+        value = _public_name_of_products(name)
     setattr(sys.modules[__name__], name, value)
     return value
 
 
-def _of_products(name: str) -> object:
+def _public_name_of_products(name: str) -> object:
     """Return the public name or module of a product. Raises AttributeError."""
     text = f"module 'eomgen' has no attribute {name!r}"
     if name.startswith("_"):

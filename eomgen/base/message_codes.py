@@ -63,8 +63,8 @@ class MessageRow(NamedTuple):
 
 #: Codes of kinds of errors, for messages without a code.
 _GENERAL = [
-    MessageRow(f"E{place:04d}", kind, "errors", f"{KINDS[kind]}{' without a code' * (place > 1)}", "")
-    for place, kind in enumerate("iudmtnf", 1)
+    MessageRow(f"E{number:04d}", kind, "errors", f"{KINDS[kind]}{' without a code' * (number > 1)}", "")
+    for number, kind in enumerate("iudmtnf", 1)
 ]
 
 

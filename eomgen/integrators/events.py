@@ -90,7 +90,7 @@ _FLAGS: Mapping[str, Callable[[EventRow], bool]] = {
     "has_rate": lambda row: row.has_rate,
     "acts": lambda row: row.action not in ("record", "count"),
     "moves": lambda row: row.action in ("reset", "impact"),
-    "places": lambda row: any(one.block == "q" for one in row.assignments),
+    "places": lambda row: any(item.block == "q" for item in row.assignments),
     "impacts": lambda row: row.action == "impact",
     "stops": lambda row: row.action == "stop",
     "counts": lambda row: row.action == "count",

@@ -264,8 +264,8 @@ class EqualRows(EqualParts):
             for first in range(run.first, run.first + run.period):
                 part = table[np.isin(order, range(first, first + run.groups * run.period, run.period))]
                 grown |= np.any(part != part[:1], axis=0)
-        x, place = table[:, grown], (order - order[0]) / max(1, order[-1] - order[0])
-        line = x[0] + (x[-1] - x[0]) * place[:, np.newaxis]
+        x, progress = table[:, grown], (order - order[0]) / max(1, order[-1] - order[0])
+        line = x[0] + (x[-1] - x[0]) * progress[:, np.newaxis]
         return grown if np.all(np.abs(x - line) <= _EVEN * np.max(np.abs(x), axis=0)) else None
 
     @cached_property

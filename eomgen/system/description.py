@@ -216,7 +216,7 @@ class ElementStiffness:
         ``mechanics.forces.cosserat_beams``; the flexibility is S^-1 + l^2/12 ad S^-1 ad^T, ad of the initial shape,
         with ad C1 + C1 ad^T of the first moment C1 of the compliance in addition if sections vary.
         """
-        return np.array([stiffness for stiffness, _ in self._of_elements(values)])
+        return np.array([stiffness for stiffness, _ in self._stiffness_of_elements(values)])
 
     def bending_within(self, values: Mapping[str, float], forces: Array) -> Array:
         """Return deflections within elements, (elements,), relative to the lengths of elements: Q l^2 / 12 EI for a
@@ -229,10 +229,10 @@ class ElementStiffness:
         values : of the parameters by name
         forces : (elements, 6) section forces by the matrices of ``matrices``
         """
-        bends = [within @ force for (_, within), force in zip(self._of_elements(values), forces, strict=True)]
+        bends = [within @ force for (_, within), force in zip(self._stiffness_of_elements(values), forces, strict=True)]
         return np.asarray(np.linalg.norm(np.array(bends)[:, 3:], axis=1))
 
-    def _of_elements(self, values: Mapping[str, float]) -> list[tuple[Array, Array]]:
+    def _stiffness_of_elements(self, values: Mapping[str, float]) -> list[tuple[Array, Array]]:
         """Return for each element the stiffness, (6, 6), and ad C2 ad^T, the flexibility by varying forces, (6, 6).
         ``values`` are the parameters by name. Equal elements are evaluated once."""
         made: dict[object, tuple[Array, Array]] = {}
@@ -240,12 +240,12 @@ class ElementStiffness:
         for rows, length, twist, means in zip(self.stiffness, self.lengths, self.twists, self.compliance, strict=True):
             key = id(rows), length, twist, id(means)
             if key not in made:
-                made[key] = _of_element(rows, means, length, twist, values)
+                made[key] = _stiffness_of_element(rows, means, length, twist, values)
             result.append(made[key])
         return result
 
 
-def _of_element(
+def _stiffness_of_element(
     rows: _Rows, means: Sequence[_Rows], length: float, twist: Sequence[float], values: Mapping[str, float]
 ) -> tuple[Array, Array]:
     """Return the stiffness of an element, (6, 6), and ad C2 ad^T, the flexibility by forces that vary along the

@@ -157,7 +157,7 @@ def test_the_largest_loads_are_told_with_place_and_time(
     def at_rows(state: Any, multipliers: np.ndarray) -> dict[str, SectionLoads]:
         rows = np.searchsorted(solution.t, state.t)
         assert multipliers[:, 0].tolist() == rows.tolist()
-        return {"rope": section_loads._of_rows(rope, rows)}
+        return {"rope": section_loads._loads_at_rows(rope, rows)}
 
     state = {name: np.zeros((7, 5)) for name in ("q", "v", "a", "z")}
     run = SimpleNamespace(

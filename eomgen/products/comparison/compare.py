@@ -134,7 +134,7 @@ def compare(
         listed += unexplained[: 0 if listed else 1]
     elif listed:
         notes.append("equations were not compared: the coordinates of the descriptions differ [W0048]")
-    notes += _of_names(pairing)
+    notes += _notes_on_names(pairing)
     only = sorted(set(first_machine.inputs) ^ set(second_machine.inputs))
     if only and reader is None:
         notes.append(f"inputs of one description alone are zero: {', '.join(only)} [W0049]")
@@ -206,11 +206,11 @@ def _parts(pairing: Pairing, *, forces_equal: bool) -> tuple[list[Difference], l
                 present = name.partition(".")[0].removesuffix("s").replace("_", " ")
                 listed.append(pairing.alone(name, "element", present, second=mine is None))
         elif pairing.same_frames or not forces_equal:
-            listed += _of_part(pairing, name, mine, theirs)
+            listed += _differences_of_part(pairing, name, mine, theirs)
     return listed, notes
 
 
-def _of_names(pairing: Pairing) -> list[str]:
+def _notes_on_names(pairing: Pairing) -> list[str]:
     """Return notes on paired joints with different names or initial positions, which change no equation."""
     result = []
     for i, j in pairing.pairs:
@@ -223,7 +223,7 @@ def _of_names(pairing: Pairing) -> list[str]:
     return result
 
 
-def _of_part(
+def _differences_of_part(
     pairing: Pairing, name: str, mine: Mapping[str, float | str], theirs: Mapping[str, float | str]
 ) -> list[Difference]:
     """Return differences of a part that both descriptions have. A quantity of one alone is a difference, too."""

@@ -191,7 +191,7 @@ def differences(pairing: Pairing) -> list[Difference]:
         listed += _place_differences(pairing, i, link, partner)
         listed += _weighed(pairing, i, link, partner)
         if link.type == partner.type:
-            for item in _of_joint(pairing, link, partner):
+            for item in _differences_of_joint(pairing, link, partner):
                 (late if item.quantity.partition("[")[0] in _LATE else listed).append(item)
     listed += _loops(pairing)
     return listed + late
@@ -297,18 +297,18 @@ def _weighed(pairing: Pairing, number: int, link: MachineLink, partner: MachineL
     if carrying == {name for name, body in partner.bodies.items() if _has_inertia(body.inertia)}:
         for name in link.bodies:
             if name in carrying:
-                yield from _of_body(pairing, name, link.bodies[name], partner.bodies[name], aligned)
+                yield from _differences_of_body(pairing, name, link.bodies[name], partner.bodies[name], aligned)
         return
     names = tuple(next(iter(carrying & set(side.bodies)), side.body) for side in (link, partner))
     moved = partner.whole.transform(*aligned)
-    yield from _of_inertia(pairing, (names[0], names[1]), link.whole, moved)
+    yield from _differences_of_inertia(pairing, (names[0], names[1]), link.whole, moved)
 
 
 def _has_inertia(inertia: Inertia) -> bool:
     return bool(inertia.mass) or bool(inertia.about_center.any())
 
 
-def _of_body(
+def _differences_of_body(
     pairing: Pairing, name: str, body: MachineBody, partner: MachineBody, aligned: Placement
 ) -> Iterator[Difference]:
     """Yield differences of a body on paired links: the place of its fixed joint if mass properties agree in the body's
@@ -325,10 +325,12 @@ def _of_body(
             yield pairing.difference(keys, "position", body.place.origin, placement.origin, "m")
         return
     back = body.place.inverse()
-    yield from _of_inertia(pairing, (name, name), body.inertia, theirs.transform(*back))
+    yield from _differences_of_inertia(pairing, (name, name), body.inertia, theirs.transform(*back))
 
 
-def _of_inertia(pairing: Pairing, names: tuple[str, str], first: Inertia, second: Inertia) -> Iterator[Difference]:
+def _differences_of_inertia(
+    pairing: Pairing, names: tuple[str, str], first: Inertia, second: Inertia
+) -> Iterator[Difference]:
     """Yield differences of mass, centre of mass and inertia, given in one frame; ``names`` are the body's in both
     machines."""
     keys = f"bodies.{names[0]}", f"bodies.{names[1]}"
@@ -341,7 +343,7 @@ def _of_inertia(pairing: Pairing, names: tuple[str, str], first: Inertia, second
         yield pairing.difference(keys, "inertia", *values, "kg m^2")
 
 
-def _of_joint(pairing: Pairing, link: MachineLink, partner: MachineLink) -> Iterator[Difference]:
+def _differences_of_joint(pairing: Pairing, link: MachineLink, partner: MachineLink) -> Iterator[Difference]:
     """Yield differences of the quantities of a joint that both readers know."""
     for quantity in link.numbers:
         if quantity not in partner.numbers:

@@ -116,8 +116,8 @@ class LinearOperations(StepOperations[Moved]):
         sizes = {"q": self.nv, "v": self.nv, "z": self.nz, "p": run.equations.parameters}
         along: dict[str, dict[str, Block]] = {name: {name: 1.0} for name in sizes}
         if not unknowns:  # all variables together
-            unit, place = np.eye(sum(sizes.values())), np.cumsum([0, *sizes.values()])
-            for name, first, last in zip(sizes, place[:-1], place[1:], strict=True):
+            unit, bounds = np.eye(sum(sizes.values())), np.cumsum([0, *sizes.values()])
+            for name, first, last in zip(sizes, bounds[:-1], bounds[1:], strict=True):
                 along[name] = {"y": unit[first:last]}
             sizes = {"y": len(unit)}
         self.sizes = sizes
@@ -133,7 +133,7 @@ class LinearOperations(StepOperations[Moved]):
     def sum(self, *terms: StepTerm[Moved]) -> Moved:
         factors = [term.factor * self.h**term.power for term in terms]
         moved = list(zip(factors, (term.value for term in terms), strict=True))
-        return Moved(np.asarray(sum(factor * one.value for factor, one in moved)), add(*moved))
+        return Moved(np.asarray(sum(factor * term.value for factor, term in moved)), add(*moved))
 
     def time(self, share: float) -> Instant:
         ends = self.ends

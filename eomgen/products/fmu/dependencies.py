@@ -45,7 +45,7 @@ class Dependencies:
         """Return two sets of knowns that determine an unknown: with constant derivatives, and all others; None if not
         known. ``kind`` is ``der_q``, ``der_v``, ``der_z`` or ``output``, ``index`` the place in this kind's array."""
         if kind == "der_q":
-            return self._of_rate(index)
+            return self._dependencies_of_rate(index)
         if kind == "der_v":
             return None if self.accelerations is None else (set(), self.accelerations[index])
         if kind == "der_z":
@@ -54,7 +54,7 @@ class Dependencies:
             return set(), self.outputs[index]
         return None
 
-    def _of_rate(self, index: int) -> tuple[set[Known], set[Known]]:
+    def _dependencies_of_rate(self, index: int) -> tuple[set[Known], set[Known]]:
         for factor in self.program.factors:
             q, v = int(factor["q_start"]), int(factor["v_start"])
             if not q <= index < q + int(factor["q_size"]):

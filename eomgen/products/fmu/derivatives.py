@@ -55,7 +55,7 @@ def derivative_data(program: Program, interface: Interface) -> dict[str, Any] | 
         firsts[block] = width
         width += 1 if block == "t" else program.input_size({"q": "v"}.get(block, block))
     if _OF_INPUTS in program.patterns:
-        functions[_OF_INPUTS] = _of_inputs(program, interface, firsts)
+        functions[_OF_INPUTS] = _functions_of_inputs(program, interface, firsts)
     numbers = sum(function["count"] for function in functions.values())
     scratch = [("direction", width), ("raw", program.input_size("q")), ("solved", sizes["v"] + sizes["lam"])]
     scratch += [("kept", sizes["v"] + sizes["lam"]), ("numbers", max(numbers, 1))]
@@ -81,7 +81,7 @@ def _function(program: Program, name: str) -> dict[str, Any]:
     return {"name": f"{name}{_SUFFIX}", "count": len(rows), "rows": rows, "directions": directions}
 
 
-def _of_inputs(program: Program, interface: Interface, firsts: Mapping[str, int]) -> dict[str, Any]:
+def _functions_of_inputs(program: Program, interface: Interface, firsts: Mapping[str, int]) -> dict[str, Any]:
     """Return the nonzeros of the derivatives of inputs by formula: ``own`` has (number, row, direction) of each. Inputs
     that importers set are left out; directions count from ``firsts`` of each argument."""
     rows, columns = (np.asarray(places).tolist() for places in unpacked_places(program.patterns[_OF_INPUTS]))

@@ -110,8 +110,8 @@ class StateSpace(NamedAttributes):
         >>> space.unit("outputs", "body_acceleration")
         'm/s^2'
         """
-        place, units = self._place("unit", kind, name), self.units.get(kind)
-        return units[place] if units else ""
+        index, units = self._place("unit", kind, name), self.units.get(kind)
+        return units[index] if units else ""
 
     def reference(self, kind: str, name: str) -> float:
         """Return a signal of a kind at the reference of the model; not a number if unknown.
@@ -139,8 +139,8 @@ class StateSpace(NamedAttributes):
         >>> abs(space.reference("outputs", "suspension_travel")) < 1e-12
         True
         """
-        place, references = self._place("reference", kind, name), self.references.get(kind)
-        return np.nan if references is None else float(references[place])
+        index, references = self._place("reference", kind, name), self.references.get(kind)
+        return np.nan if references is None else float(references[index])
 
     def _place(self, call: str, kind: str, name: str) -> int:
         if kind not in KINDS:

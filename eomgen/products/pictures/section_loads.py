@@ -161,7 +161,9 @@ def draw_sections(solution: RecordedSolution, drawn: Mapping[str, SectionLoads],
         figure.subplots_adjust(**edges, top=1.0 - _ABOVE / height, wspace=0.14, hspace=0.13)
         instants = np.unique(np.linspace(0, len(rows) - 1, _INSTANTS).astype(int))
         for number, ((left, right), (quantity, index)) in enumerate(zip(axes, panels, strict=True)):
-            _along(left, _of_rows(loads, instants), quantity, index, solution.t[rows][instants], legend=number == 0)
+            _along(
+                left, _loads_at_rows(loads, instants), quantity, index, solution.t[rows][instants], legend=number == 0
+            )
             _over_time(right, loads, quantity, index, solution.t[rows])
         axes[-1][0].set_xlabel("x at rest, m")
         axes[-1][1].set_xlabel("time, s")
@@ -220,7 +222,7 @@ def _loads(solution: LoadedSolution, beam: str, rows: Array) -> tuple[str, Secti
 def _by_beam(solution: LoadedSolution, rows: Array) -> Mapping[str, SectionLoads]:
     if "section_loads" not in vars(solution) and solution.model is not None:
         return solution.model.section_loads(rows_of(solution, rows), solution.multipliers[rows])
-    return {name: _of_rows(loads, rows) for name, loads in solution.section_loads.items()}
+    return {name: _loads_at_rows(loads, rows) for name, loads in solution.section_loads.items()}
 
 
 def rows_of(solution: LoadedSolution, rows: Array | slice) -> StateArrays:
@@ -228,7 +230,7 @@ def rows_of(solution: LoadedSolution, rows: Array | slice) -> StateArrays:
     return StateArrays(*(getattr(solution, name)[rows] for name in ("t", "q", "v", "a", "z")))
 
 
-def _of_rows(loads: SectionLoads, rows: Array) -> SectionLoads:
+def _loads_at_rows(loads: SectionLoads, rows: Array) -> SectionLoads:
     return SectionLoads(**{name: part if name == "x" else part[rows] for name, part in loads.named().items()})
 
 

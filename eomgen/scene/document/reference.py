@@ -107,8 +107,8 @@ def table(model: type[Table], pages: Mapping[str, str]) -> str:
 
 def renew(page: str, pages: Mapping[str, str]) -> str:
     """Return the text of a page with the tables of the present schema; ``pages`` as of ``pages_of_tables``."""
-    known, own = tables(), described_classes(page)
-    elsewhere = {name: file for name, file in pages.items() if name not in own}
+    known, described = tables(), described_classes(page)
+    elsewhere = {name: file for name, file in pages.items() if name not in described}
     page = _UNITS.sub(lambda match: match[1] + units() + match[2], page)
     return _MARKED.sub(lambda match: match[1] + table(known[match[2]], elsewhere) + match[4], page)
 

@@ -257,18 +257,18 @@ def _by_method(
             excess = np.log(large / sizes)
             worst = np.flatnonzero((excess > _UNEQUAL * growth) & moved)
             if len(worst):
-                one = worst[np.argmax(excess[worst])]
+                fastest = worst[np.argmax(excess[worst])]
                 rest = finer[finer.index(parts) :]
-                held, size = _refined_size(run, library, window, components[one], rest, _EQUAL * growth[one])
-                return _as_growth(run, times, components[one], small[one], large[one], step / held, size)
+                held, size = _refined_size(run, library, window, components[fastest], rest, _EQUAL * growth[fastest])
+                return _as_growth(run, times, components[fastest], small[fastest], large[fastest], step / held, size)
             agreeing = np.where(np.abs(np.log(coarser / sizes)) < _EQUAL * growth, agreeing + 1, 0)
             if np.all(((agreeing > 1) & (excess > -_UNEQUAL * growth)) | ~moved):
                 return None
     left = np.flatnonzero((agreeing == 0) & moved)
     if finer is _FINER_OF_SLOW or not len(left):
         return None
-    one = left[np.argmax(growth[left])]
-    return _as_growth(run, times, components[one], small[one], large[one], step / finer[-1], math.inf)
+    fastest = left[np.argmax(growth[left])]
+    return _as_growth(run, times, components[fastest], small[fastest], large[fastest], step / finer[-1], math.inf)
 
 
 def _refined_size(

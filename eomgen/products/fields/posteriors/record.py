@@ -345,7 +345,7 @@ class Record:
         places: dict[str, NDArray[Any]] = {name: array[:, :last] for name, array in self._arrays.items()}
         places |= {"counts": self.counts, "mean": self._mean}
         places |= {"squares": self._squares, "wave_numbers": self._wave_numbers}
-        if wrong := [name for name, place in places.items() if arrays[name].shape != place.shape]:
+        if wrong := [name for name, array in places.items() if arrays[name].shape != array.shape]:
             raise ValueError(f"the shapes of {', '.join(wrong)} are of another record, or of more samples")
-        for name, place in places.items():
-            place[...] = arrays[name]
+        for name, array in places.items():
+            array[...] = arrays[name]
