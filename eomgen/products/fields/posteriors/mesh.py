@@ -177,12 +177,12 @@ class Mesh:
         )
         return made
 
-    def product(self, first: Complex, second: Complex) -> float:
+    def product(self, one: Complex, two: Complex) -> float:
         """Return the sum over cells of the product of two real fields, given by spectra.
 
         Parameters
         ----------
-        first, second : complex ndarray
+        one, two : complex ndarray
             Half spectra, shape ``half``.
 
         Returns
@@ -190,7 +190,7 @@ class Mesh:
         float
             The sum over cells.
         """
-        return float(np.sum((first.real * second.real + first.imag * second.imag) * self.weights))
+        return float(np.sum((one.real * two.real + one.imag * two.imag) * self.weights))
 
     def white(self, generator: np.random.Generator) -> Complex:
         """Return the spectrum of independent standard normal numbers in all cells.
