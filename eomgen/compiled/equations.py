@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import NamedResults
-from eomgen.compiled.arguments import numbers
 from eomgen.compiled.terms import EvaluatedModel, Inputs, Parameters, States, check_derivatives
 from eomgen.errors import NumericalError
 from eomgen.system.cancellation import LOST, cancellation, digits_kept, relative_error
@@ -231,10 +230,9 @@ def base_motion(
     array([-0.6205, -0.1729])
     """
     terms = model.evaluator
-    if terms.moving_base and not terms.description.joints:
+    if terms.carried:
         return terms.call("base_motion", q=q, v=v, t=t, parameters=parameters, base=base)[0]
-    batches = (numbers("t", t).shape, () if base is None else terms.base(base).shape[:-1])
-    return _zeros(model, q, v, parameters, "v", *batches)
+    return terms.zeros("v", t, base, parameters, q=q, v=v)
 
 
 def inverse_dynamics(
@@ -886,7 +884,7 @@ def internal_rates(
     (2,)
     """
     if not model.evaluator.state_names:
-        return _zeros(model, q, v, parameters, "z", np.shape(t))
+        return model.evaluator.zeros("z", t, base, parameters, q=q, v=v)
     return model.evaluator.call("internal_rate", q=q, v=v, z=z, t=t, u=u, parameters=parameters, base=base)[0]
 
 
@@ -937,12 +935,3 @@ def internal_partials(
     """
     arguments = {"q": q, "v": v, "z": z, "t": t, "u": u}
     return InternalPartials(*model.evaluator.call("internal_partials", **arguments, parameters=parameters, base=base))
-
-
-def _zeros(model: EvaluatedModel, q: ArrayLike, v: ArrayLike, p: Parameters, key: str, *more: tuple[int, ...]) -> Array:
-    """Check q, v and parameters, and return zeros (..., size) with the size of the block ``key``; ``more`` are the
-    leading axes of other arguments."""
-    terms = model.evaluator
-    arrays = (terms.configuration(q), terms.velocity("v", v), terms.parameters(p))
-    batch = np.broadcast_shapes(*(array.shape[:-1] for array in arrays), *more)
-    return np.zeros((*batch, terms.functions.sizes[key]))

@@ -328,7 +328,7 @@ class CompiledModel(NamedAttributes):
             "tunable": bool(self.parameters),
             "tunable_outputs": bool(self.parameters) and bool(self.library.layout["outputs"]),
             "samples": bool(self.library.layout["sampled"]),
-            "moving_base": self.evaluator.moving_base,
+            "moving_base": self.evaluator.carried,
             "given_inputs": "inputs" in self.functions,
             "exact_beams": bool(self.description.exact_beams),
         }

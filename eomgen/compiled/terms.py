@@ -63,6 +63,7 @@ class Terms:
         self.initial_q = read_only(layout["initial_q"])
         self._first_angles = self.initial_q[int(layout["sizes"]["q"]) - len(self.angles) :]
         self.moving_base = bool(layout["facts"]["moving_base"])
+        self.carried = self.moving_base and not description.joints  # absolute bodies hang in the world
         self.fixed_parameters = tuple(description.fixed)
         self.parameter_names = [str(item["name"]) for item in layout["parameters"]]
         self.parameter_units = {str(item["name"]): str(item["unit"]) for item in layout["parameters"]}
@@ -173,6 +174,14 @@ class Terms:
     def velocity(self, name: str, v: ArrayLike) -> Array:
         """Return v or a as (..., nv)."""
         return components(name, v, self.functions.sizes["v"])
+
+    def zeros(self, block: str, t: ArrayLike, base: ArrayLike | None, p: Parameters, **more: ArrayLike) -> Array:
+        """Check arguments, and return zeros (..., size) with the size of ``block``; ``more`` are q, v, a, and so on."""
+        arrays = [numbers("t", t)[..., np.newaxis], self.parameters(p), self.configuration(more.pop("q"))]
+        arrays += [self.velocity(name, value) for name, value in more.items()]
+        arrays += [] if base is None else [self.base(base)]
+        batch = np.broadcast_shapes(*(array.shape[:-1] for array in arrays))
+        return np.zeros((*batch, self.functions.sizes[block]))
 
     def internal(self, z: States) -> Array:
         """Return internal states as (..., nz). Raises UsageError."""

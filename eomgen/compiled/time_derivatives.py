@@ -323,8 +323,8 @@ def base_motion_rates(
 ) -> tuple[Array, Array]:
     """Return the first and second time derivative of b.
 
-    The term is ``base_motion_rates``, which scenes with a base at rest do not have; a model that was built without the
-    term raises UsageError.
+    Both are zero as b is: if the scene's base is at rest, and in absolute coordinates. Else the term is
+    ``base_motion_rates``; a model that was built without the term raises UsageError.
 
     Parameters
     ----------
@@ -353,6 +353,9 @@ def base_motion_rates(
     >>> model.base_motion_rates(q, v, a, j, t=0.2)[0].round(4)
     array([5.6379, 0.7658])
     """
-    arguments: dict[str, Any] = {"q": q, "v": v, "a": a, "j": j, "t": t, "base": base, "base_rates": base_rates}
-    first, second = model.evaluator.call("base_motion_rates", **arguments, parameters=parameters)
+    terms, motion = model.evaluator, {"q": q, "v": v, "a": a, "j": j}
+    if not terms.carried:
+        return terms.zeros("v", t, base, parameters, **motion), terms.zeros("v", t, base, parameters, **motion)
+    more = {"t": t, "base": base, "base_rates": base_rates}
+    first, second = terms.call("base_motion_rates", **motion, **more, parameters=parameters)
     return first, second

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import re
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import sympy
 
 import eomgen
 from eomgen.toolchain.compiler import find_compiler
+from tests.models.library import scene
 from tests.models.scenes import DAMPING, GRAVITY, INERTIA, LENGTH, MASS, RATE, SHAKE, pendulum_scene
 from tests.oracles.evaluation import Array, relative_error
 
@@ -196,3 +198,19 @@ def test_program_that_stands_alone_prints_the_rates(model: eomgen.Model, tmp_pat
     held = subprocess.run([program, "torque=0.5"], check=True, capture_output=True, text=True, timeout=60).stdout
     still = model.rates(model.initial_q, model.initial_v, zero, zero, zero, u=[0.5])
     assert f"rates.tau_dot,{still[1][0]:.17g}\n" in held
+
+
+def test_rates_of_base_motion_are_zero_where_b_is(rng: np.random.Generator) -> None:
+    """In absolute coordinates bodies hang in the world, and tau is the sum of its blocks there, too."""
+    terms = ["mass", *TERMS]
+    absolute = eomgen.build(replace(pendulum_scene(), coordinates="absolute"), terms=terms, profile="quick")
+    q, (v, a, j, s) = absolute.initial_q, rng.normal(size=(4, 2, absolute.nv))
+    found = absolute.base_motion_rates(q, v, a, j, AT)
+    np.testing.assert_array_equal(found, np.zeros((2, 2, absolute.nv)))
+    assert absolute.having(["base_motion_rates"]) is absolute
+    M, h_dot, Q_dot = absolute.mass(q), absolute.coupling_rates(q, v, a, j)[0], absolute.force_rates(q, v, a, j, AT)[0]
+    assert relative_error(absolute.rates(q, v, a, j, s, AT)[1], j @ M + h_dot + found[0] - Q_dot) <= 1e-13
+    still = eomgen.build(scene("pendulum"), terms=["mass"], profile="quick")
+    assert not np.any(still.base_motion_rates([0.5], [1.0], [1.0], [1.0]))
+    with pytest.raises(eomgen.UsageError, match=re.escape("j: the shape is (2,), (..., 1) is needed")):
+        still.base_motion_rates([0.5], [1.0], [1.0], [1.0, 2.0])
