@@ -12,6 +12,7 @@ from scipy.optimize import linear_sum_assignment
 from eomgen.base.arrays import Array
 from eomgen.products.linear.eigenvalues import decomposition
 from eomgen.products.linear.modes import Modes, modes
+from eomgen.products.linear.second_order_modes import second_order_modes
 from eomgen.products.linear.state_space import StateSpace
 
 
@@ -101,11 +102,41 @@ def test_parts_that_are_not_coupled_have_the_modes_of_the_whole_matrix() -> None
     parts = [*[spun] * 4, random.normal(size=(21, 21)), random.normal(size=(14, 14))]
     order = random.permutation(sum(map(len, parts)))
     A = scipy.linalg.block_diag(*parts)[np.ix_(order, order)]
-    values, vectors, cosines = decomposition(A)
+    values, vectors, errors = decomposition(A)
     assert np.linalg.norm(A @ vectors - vectors * values) < 1e-13 * np.linalg.norm(A)
     whole = scipy.linalg.eigvals(A)
     distances = np.abs(values[:, np.newaxis] - whole)
     assert np.max(distances[linear_sum_assignment(distances)]) < 1e-11
     of_bodies = np.abs(values) == 0.0  # bodies that turn freely
-    assert np.sum(of_bodies) == 8 and np.all(cosines[of_bodies] < 1e-200)
+    assert np.sum(of_bodies) == 8 and np.all(errors[of_bodies] == 16.0 * np.finfo(float).eps ** 0.5)
     assert np.allclose(np.linalg.norm(vectors, axis=0), 1.0)
+
+
+SLOW, FAST = _matrix([(1e-8, 1.0)]), _matrix([(1e5, 1e14)])
+ONE_WAY = np.block([[SLOW, np.zeros((2, 2))], [np.full((2, 2), 1e9), FAST]])
+
+
+@pytest.mark.parametrize(
+    ("A", "sample", "verdict"),
+    [
+        ([[-1.0, 1e9], [0.0, -1.0]], None, "stable"),
+        ([[-1.0, 0.0, 0.0], [1e9, -2.0, 0.0], [0.0, 1e9, -3.0]], None, "stable"),
+        (scipy.linalg.block_diag(SLOW, FAST), None, "stable"),
+        (ONE_WAY, None, "stable"),
+        (ONE_WAY + 2e-8 * np.diag([0.0, 1.0, 0.0, 0.0]), None, "unstable"),
+        ([[0.9, 1e9], [0.0, 0.9]], 0.01, "stable"),
+        ([[1.0 - 1e-7, 1e3], [0.0, 1.0 - 1e-7 * (1.0 + 1e-7)]], 0.01, "stable"),
+    ],
+)
+def test_gains_between_parts_make_no_rounding_errors(A: Array, sample: float | None, verdict: str) -> None:
+    """A is triangular, or block triangular: its eigenvalues are its parts' own."""
+    n = len(A)
+    none, names = np.zeros((n, 0)), tuple("abcd"[:n])
+    space = StateSpace(np.array(A), none, none, none.T, none[:0], none[:0], names, (), (), (), sample=sample)
+    assert space.stability == verdict and (space.decay > 0.0) == (verdict == "stable")
+
+
+def test_fast_parts_do_not_blur_modes_of_slow_parts() -> None:
+    assert _oscillators((1e-8, 1.0), (1e5, 1e14)).stability == "stable"
+    parts = second_order_modes(np.eye(2), np.diag([1e-8, 1e5]), np.diag([1.0, 1e14]), ["slow", "fast"])
+    assert parts.stability == "stable"

@@ -1,12 +1,14 @@
 """Eigenvalues and eigenvectors in balanced units, with bounds of the rounding errors of eigenvalues, and their order.
 
-An eigenvalue is known to machine precision times the norm of the balanced matrix times its condition 1 / |y^H x|
-(Wilkinson 1965). For the double zero of a rigid-body motion it is the square root of the precision.
+An eigenvalue is known to machine precision times the norm of its balanced part of the matrix times its condition
+1 / |y^H x| (Wilkinson 1965). For the double zero of a rigid-body motion it is the square root of the precision. Parts
+are sets of states: states of no other part act on them, or they act on no other; so the eigenvalues of the matrix are
+the eigenvalues of the parts, whatever the gains between these.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import scipy.linalg
@@ -17,8 +19,6 @@ from eomgen.base.arrays import Array, Complex
 #: Rounding errors are this many times the bound's unit.
 _MARGIN = 16.0
 EPSILON = float(np.finfo(float).eps)
-#: States up to which a matrix is not searched for parts that are not coupled.
-_FEW = 40
 
 
 def balance(A: Array, *, permute: bool = True) -> tuple[Array, Array]:
@@ -40,22 +40,34 @@ def unbalance(T: Array, vectors: Complex) -> Complex:
     return result
 
 
+def eigenvalues_of_parts(A: Array) -> tuple[Complex, Array]:
+    """Return the eigenvalues (n,) of A in no order, and their rounding errors (n,), by parts of states that all act on
+    one another, in which A is block triangular."""
+    values, errors = np.zeros(len(A), complex), np.zeros(len(A))
+    for part in _parts(A, "strong"):
+        balanced, _ = balance(A[np.ix_(part, part)])
+        values[part], _, cosines = eigenvectors(balanced)
+        errors[part] = uncertainties(float(np.linalg.norm(balanced)), cosines)
+    return values, errors
+
+
 def decomposition(A: Array) -> tuple[Complex, Complex, Array]:
-    """Return the eigenvalues (n,) of A, the right eigenvectors (n, n), and |y^H x| of the eigenvectors (n,).
+    """Return the eigenvalues (n,) of A, the right eigenvectors (n, n), and the rounding errors of eigenvalues (n,).
 
     Parts of A that are not coupled are decomposed each, and equal ones once: bending in two planes, bodies that turn
     freely. The work grows with the cube of the number of states.
     """
-    parts = _uncoupled_parts(A)
-    values, vectors, cosines = np.zeros(len(A), complex), np.zeros(A.shape, complex), np.zeros(len(A))
+    parts = _parts(A, "weak")
+    values, vectors, errors = np.zeros(len(A), complex), np.zeros(A.shape, complex), np.zeros(len(A))
     known: dict[bytes, tuple[Complex, Complex, Array]] = {}
     for part in parts:
         block = np.ascontiguousarray(A[np.ix_(part, part)]) if len(parts) > 1 else A
         content = block.tobytes() if len(parts) > 1 else b""
         if content not in known:
-            known[content] = eigenvectors(block)
-        values[part], vectors[np.ix_(part, part)], cosines[part] = known[content]
-    return values, vectors, cosines
+            found, right, cosines = eigenvectors(block)
+            known[content] = (found, right, uncertainties(float(np.linalg.norm(block)), cosines))
+        values[part], vectors[np.ix_(part, part)], errors[part] = known[content]
+    return values, vectors, errors
 
 
 def eigenvectors(A: Array) -> tuple[Complex, Complex, Array]:
@@ -65,23 +77,21 @@ def eigenvectors(A: Array) -> tuple[Complex, Complex, Array]:
     return values, right, np.abs(np.sum(left.conj() * right, axis=0))
 
 
-def _uncoupled_parts(A: Array) -> list[NDArray[np.intp]]:
-    """Return the numbers of the states of each part of A that is not coupled to others; a single part for small
-    matrices."""
-    if len(A) > _FEW:
-        coupled = A != 0.0
+def _parts(A: Array, connection: Literal["weak", "strong"]) -> list[NDArray[np.intp]]:
+    """Return the numbers of the states of each part of A. States of parts of the connection ``weak`` and of other parts
+    do not act on each other; all states of a ``strong`` part act on one another."""
+    coupled = A != 0.0
+    if len(A) and connection == "weak":
         reached = coupled[np.argmax(coupled.sum(axis=1))]
         for _ in range(2):
             reached = reached | coupled[reached].any(axis=0)
         if reached.all():
             return [np.arange(len(A))]
-        from scipy.sparse import csr_array  # noqa: PLC0415  # of long models only
-        from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
+    from scipy.sparse import csr_array  # noqa: PLC0415  # of matrices with parts only
+    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
 
-        count, labels = connected_components(csr_array(coupled), directed=False)
-        if count > 1:
-            return np.split(np.argsort(labels, kind="stable"), np.cumsum(np.bincount(labels))[:-1])
-    return [np.arange(len(A))]
+    _, labels = connected_components(csr_array(coupled), connection=connection)
+    return np.split(np.argsort(labels, kind="stable"), np.cumsum(np.bincount(labels))[:-1])
 
 
 def uncertainties(norm: float, cosines: Array) -> Array:

@@ -23,7 +23,6 @@ from eomgen.products.linear.eigenvalues import (
     decomposition,
     order_of_eigenvalues,
     unbalance,
-    uncertainties,
     verdict,
 )
 from eomgen.products.linear.freedom import times
@@ -211,8 +210,7 @@ def modes(A: Array, of_coordinates: Array, coordinates: Sequence[str], inertias:
             np.zeros(0, complex), np.zeros(0), empty, np.zeros((0, 0), complex), tuple(coordinates), weights
         )
     balanced, back = balance(A)
-    values, right, cosines = decomposition(balanced)
-    uncertainty = uncertainties(float(np.linalg.norm(balanced)), cosines)
+    values, right, uncertainty = decomposition(balanced)
     kept = order_of_eigenvalues(values, uncertainty)
     kept = kept[values[kept].imag >= 0.0]
     original = unbalance(back, right[:, kept])

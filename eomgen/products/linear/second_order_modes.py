@@ -46,14 +46,12 @@ class _UncoupledModes:
     ----------
     values : (n,)
     vectors : (coordinates, n) changes of the coordinates
-    cosines : (n,) |y^H x| of the eigenvectors
-    size : Frobenius norm of the matrix that was decomposed
+    uncertainty : (n,) rounding errors of the values
     """
 
     values: Complex
     vectors: Complex
-    cosines: Array
-    size: float
+    uncertainty: Array
 
 
 def second_order_modes(M: Array, C: Array, K: Array, coordinates: Sequence[str]) -> Modes:
@@ -65,12 +63,10 @@ def second_order_modes(M: Array, C: Array, K: Array, coordinates: Sequence[str])
     coordinates : names of the components of x
     """
     n, parts = len(M), list(_parts(M, C, K))
-    values, cosines = (
+    values, uncertainty = (
         np.concatenate([np.tile(getattr(part, name), len(places)) for places, part in parts])
-        for name in ("values", "cosines")
+        for name in ("values", "uncertainty")
     )
-    norm = float(np.sqrt(sum(len(places) * part.size**2 for places, part in parts)))
-    uncertainty = uncertainties(norm, cosines)
     order = order_of_eigenvalues(values, uncertainty)
     columns = np.empty(len(values), np.intp)
     columns[order] = np.arange(len(values))
@@ -125,9 +121,8 @@ def _decompose(M: Array, C: Array, K: Array) -> _UncoupledModes:
     balanced, back = balance(np.vstack([np.eye(n, 2 * n, n), accelerations]))
     values, vectors, cosines = eigenvectors(balanced)
     kept = values.imag >= 0.0
-    return _UncoupledModes(
-        values[kept], unbalance(back, vectors[:, kept])[:n], cosines[kept], float(np.linalg.norm(balanced))
-    )
+    uncertainty = uncertainties(float(np.linalg.norm(balanced)), cosines)
+    return _UncoupledModes(values[kept], unbalance(back, vectors[:, kept])[:n], uncertainty[kept])
 
 
 def _by_undamped_modes(M: Array, C: Array, K: Array) -> _UncoupledModes | None:
@@ -164,7 +159,7 @@ def _by_undamped_modes(M: Array, C: Array, K: Array) -> _UncoupledModes | None:
             values, vectors, cosines = _coupled_mode_eigenvalues(squares[group], damping[np.ix_(group, group)], pace)
             results.append((values, directions[:, group] @ vectors, cosines))
     values, vectors, cosines = (np.concatenate(items, axis=-1) for items in zip(*results, strict=True))
-    return _UncoupledModes(values, vectors, cosines, size)
+    return _UncoupledModes(values, vectors, uncertainties(size, cosines))
 
 
 def _coupled_groups(damping: Array, rounding: float) -> list[Numbers]:

@@ -20,7 +20,7 @@ from eomgen.base.data import dataclass, field
 from eomgen.base.html import page, table
 from eomgen.base.messages import close_names, nearest, shown
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
-from eomgen.products.linear.eigenvalues import balance, decomposition, uncertainties, verdict
+from eomgen.products.linear.eigenvalues import eigenvalues_of_parts, verdict
 from eomgen.products.linear.freedom import Freedom, Partials, times
 
 #: Kinds of signals of a linear model.
@@ -148,9 +148,13 @@ class StateSpace(NamedAttributes):
         return _number(kind[:-1], name, getattr(self, kind), call)
 
     @cached_property
+    def _spectrum(self) -> tuple[Complex, Array]:
+        return eigenvalues_of_parts(self.A)
+
+    @cached_property
     def eigenvalues(self) -> Complex:
         """(ns,) eigenvalues of A, slow ones first: 1/s; sampled e^(s T), without unit."""
-        values = np.asarray(scipy.linalg.eigvals(self.A), dtype=complex) if len(self.A) else np.zeros(0, complex)
+        values, _ = self._spectrum
         slowness = np.abs(values) if self.sample is None else -np.abs(values)
         return np.asarray(values[np.lexsort((values.imag, np.round(slowness, 12)))])
 
@@ -169,12 +173,10 @@ class StateSpace(NamedAttributes):
         """``stable`` if all motions decay, ``unstable`` if a motion grows, else ``marginal``.
 
         Growth within the rounding errors of the eigenvalues counts as zero, as in ``Modes``: also of a free motion,
-        whose double eigenvalue is split. Of a sampled model growth up to 1e-9 per sample does, too. Without states
-        ``stable``.
+        whose double eigenvalue is split. Gains between states that do not act back make no such errors. Of a sampled
+        model growth up to 1e-9 per sample counts as zero, too. Without states ``stable``.
         """
-        balanced, _ = balance(self.A)
-        values, _, cosines = decomposition(balanced)
-        bounds = uncertainties(float(np.linalg.norm(balanced)), cosines)
+        values, bounds = self._spectrum
         if self.sample is None:
             return verdict(values.real, bounds)
         return verdict(np.abs(values) - 1.0, np.maximum(bounds, _ON_BORDER))
