@@ -154,6 +154,11 @@ class LoadedStatics:
         """(nv,) weights of squares of displacements in lengths of paths."""
         return 1.0 / (self.sizes**2 * max(len(self.sizes), 1))
 
+    def length(self, displacement: Array, s: float = 0.0) -> float:
+        """Return the length of a displacement (nv,) and a change of the load factor, without squares, which underflow
+        at the reach of an extreme load."""
+        return math.hypot(*np.sqrt(self.measure) * displacement, s / self.reach)
+
 
 @dataclass(frozen=True)
 class Direction:
@@ -183,8 +188,7 @@ def direction(statics: LoadedStatics, rest: LoadedState, before: Direction) -> D
     if solved is None:
         return None
     unknowns, s = solved[:-1], float(solved[-1])
-    # no squares, which underflow at the reach of an extreme load
-    length = math.hypot(*np.sqrt(statics.measure) * unknowns[: len(statics.sizes)], s / statics.reach)
+    length = statics.length(unknowns[: len(statics.sizes)], s)
     return Direction(unknowns / length, s / length) if length > 0.0 and math.isfinite(length) else None
 
 

@@ -1,17 +1,16 @@
 """Equilibria along a load factor: steps of arc length, past limit points, with step control (Keller 1977).
 
 A step goes along the tangent of the path and is corrected across it. It is taken if corrections are few and small
-compared with the step, and the path does not turn much meanwhile, so that no step leaps to another path.
+compared with the step, the path does not turn much meanwhile, and the load factor changes in the sense of the tangents
+at both ends: else it would have two limit points between, or the step leaps to another path.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
 
-from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.solvers.bordered_newton import (
     CorrectedPoint,
@@ -169,15 +168,18 @@ def step_to(statics: LoadedStatics, point: PathPoint, way: float, target: float 
     if result.trouble or passes:
         return result.trouble or step_to(statics, point, left, target)
     rest = LoadedState(result.rest.q, result.rest.multipliers, result.rest.z, target) if ends else result.rest
-    length = _length(statics, result, start, rest)
-    if _off(statics, result, along, left if ends else way) > _SHARE * length:
+    stride, change = left if ends else way, rest.s - start.s
+    length = statics.length(result.displacement, change)
+    corrected = statics.length(result.displacement - stride * along.unknowns[: len(statics.sizes)])
+    if corrected > _SHARE * length:
         return "the path turns too sharply [E2089]"
     onwards = direction(statics, rest, along)
     if onwards is None:
         return "the tangent stiffness is singular there [E2086]"
-    if _cosine(statics, along, onwards) < _COSINE:
+    against = along.s * onwards.s > 0.0 > change * along.s and abs(change) > _THERE * statics.reach
+    if against or _cosine(statics, along, onwards) < _COSINE:
         return "the path turns too sharply [E2089]"
-    return PathPoint(rest, onwards, point.way + length, result.corrections, left if ends else way)
+    return PathPoint(rest, onwards, point.way + length, result.corrections, stride)
 
 
 def point_within(statics: LoadedStatics, first: PathPoint, second: PathPoint, way: float) -> PathPoint | str:
@@ -196,17 +198,6 @@ def point_within(statics: LoadedStatics, first: PathPoint, second: PathPoint, wa
     at_factor = start.s + second.stride * along.s
     ends = along.s != 0.0 and abs(second.rest.s - at_factor) <= _THERE * statics.reach
     return step_to(statics, first, way, start.s + way * along.s if ends else np.inf)
-
-
-def _length(statics: LoadedStatics, corrected: CorrectedPoint, start: LoadedState, rest: LoadedState) -> float:
-    change = corrected.displacement
-    return math.sqrt(change @ (statics.measure * change) + ((rest.s - start.s) / statics.reach) ** 2)
-
-
-def _off(statics: LoadedStatics, corrected: CorrectedPoint, along: Direction, way: float) -> float:
-    """Return the length of all corrections together."""
-    change: Array = corrected.displacement - way * along.unknowns[: len(statics.sizes)]
-    return math.sqrt(change @ (statics.measure * change))
 
 
 def _cosine(statics: LoadedStatics, first: Direction, second: Direction) -> float:

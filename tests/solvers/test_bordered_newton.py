@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -82,3 +84,8 @@ def test_a_correction_by_the_stiffness_of_another_side_is_not_taken() -> None:
     assert not result.trouble
     assert result.rest.q[0] == pytest.approx((0.5 + 1e3 * kink) / 1001.0, rel=1e-13)
     assert len(tangents) == 2
+
+
+def test_lengths_of_tiny_changes_do_not_underflow() -> None:
+    statics = replace(springs(2, 2, [], whole=True), reach=1e200)
+    assert statics.length(np.array([3e-200, 0.0]) * np.sqrt(2.0), 4.0) == pytest.approx(5e-200, rel=1e-12, abs=0.0)

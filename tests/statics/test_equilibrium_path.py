@@ -25,9 +25,11 @@ from eomgen.solvers import equilibrium_path
 from eomgen.solvers.bordered_newton import CorrectedPoint
 from eomgen.solvers.equilibrium_path import PathPoint, follow
 from tests.models.cosserat import ROLL_UP, beam_scene
+from tests.models.library import scene
 from tests.oracles.evaluation import Array
 
 LENGTH = 10.0
+TUNABLE = {"value": 4.0, "unit": "N/m", "tunable": True}
 SLENDER = {"stretch": 1e8, "shear_y": 1e8, "shear_z": 1e8}
 
 
@@ -430,3 +432,12 @@ def test_a_path_takes_three_calls_for_a_correction(snap: Model, monkeypatch: pyt
     assert calls.count("residual") <= asked
     assert calls.count("outputs") + calls.count("poses") <= 4
     assert len(calls) <= 3 * asked + 12
+
+
+@pytest.mark.parametrize("to", [1e3, 1e6, 1e12])
+def test_a_path_does_not_leap_over_an_infinite_stiffness(to: float) -> None:
+    """k q = weight: two hyperbolas, whose branches are neighbours in the scale of a long path."""
+    weight = scene("oscillator", gravity=[9.81, 0, 0], joints__slide__stiffness="k", parameters__k=TUNABLE)
+    path = eomgen.build(weight, profile="quick").equilibrium_path("k", to, 4.0)
+    assert path.success and not path.critical
+    np.testing.assert_allclose(path.q[:, 0] * path.values, 9.81, rtol=1e-6)
