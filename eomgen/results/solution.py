@@ -466,7 +466,8 @@ class Solution(SolutionMethods):
         Returns
         -------
         Solution
-            With the rows of a run in one piece, and the events of both parts; without an error estimate. Findings,
+            With the rows of a run in one piece, and the events of both parts; without an error estimate. Outputs and
+            energies that a part was recorded without are not a number at the rows of that part. Findings,
             ``success``, ``message``, ``interrupted``, metadata and model are the later part's; so are ``stats``, with
             the sum of the wall times.
 
@@ -495,14 +496,15 @@ class Solution(SolutionMethods):
         self._check_end(later)
         step, every = float(later.metadata["step"]), int(later.metadata["record_every"])
         on_grid = round((later.t[0] - float(later.metadata["t_start"])) / step) % every == 0
-        head, tail = self.t < later.t[0], slice(0 if on_grid or len(later.t) == 1 else 1, None)
+        head, tail = np.flatnonzero(self.t < later.t[0]), np.arange(min(not on_grid, len(later.t) - 1), len(later.t))
 
-        def join(first: Array, second: Array) -> Array:
-            return np.concatenate([first[head], second[tail]])
+        def join(first: Array, second: Array) -> Array:  # the only row of an absent array is repeated
+            return np.concatenate([first.take(head, axis=0, mode="clip"), second.take(tail, axis=0, mode="clip")])
 
         def union(group: str) -> dict[str, Any]:
             first, second = getattr(self, group), getattr(later, group)
-            return {name: join(first[name], array) for name, array in second.items() if name in first}
+            absent = {name: np.full((1, *array.shape[1:]), np.nan) for name, array in {**first, **second}.items()}
+            return {name: join(first.get(name, row), second.get(name, row)) for name, row in absent.items()}
 
         events, metadata = later.events, later.metadata
         if events.counts and self.events.counts:
@@ -520,16 +522,15 @@ class Solution(SolutionMethods):
             error=ErrorEstimate.missing("the estimate of each part begins where the part begins"),
         )
         vars(whole)["inputs"] = NamedResults("input", union("inputs"))
-        if {"section_loads"} <= vars(self).keys() & vars(later).keys():
+        if "section_loads" in vars(later) and (self.model or "section_loads" in vars(self)):
             loads = {}
             for beam in later.section_loads:
                 (x, *first), (_, *second) = (part.section_loads[beam].named().values() for part in (self, later))
                 loads[beam] = SectionLoads(x, *map(join, first, second))
             vars(whole)["section_loads"] = NamedResults("beam", loads)
-        seen = None if later.model else later._poses_or_none()
-        if seen is None or self._poses_or_none() is None:
-            return whole
-        return whole._with(seen._replace(poses=union("poses")))
+        if not later.model and later._poses_or_none() and self._poses_or_none():
+            vars(whole)["poses_and_scenery"] = later.poses_and_scenery._replace(poses=union("poses"))
+        return whole
 
     def _check_end(self, later: Solution) -> None:
         """Raise UsageError if `later` does not go on from the end of this solution: it begins as early, or its first q,

@@ -204,3 +204,12 @@ def test_a_beam_of_another_model_has_no_sections() -> None:
     model = eomgen.build(scene, profile="quick")
     with pytest.raises(UsageError, match="the model has no geometrically exact beam; try: model ="):
         model.section_loads(model.initial_q)
+
+
+def test_a_stored_part_follows_a_live_part_with_its_section_loads(tmp_path: Path) -> None:
+    model = eomgen.build(scene_of(), profile="quick")
+    first = model.simulate(0.02, 2e-3, checkpoint=tmp_path / "c", error_estimate=False)
+    rest = model.resume(tmp_path / "c", 0.04)
+    assert rest.section_loads
+    whole = first.followed_by(eomgen.Solution.load(rest.save(tmp_path / "rest.npz")))
+    np.testing.assert_array_equal(whole.section_loads["rope"].moment, run().section_loads["rope"].moment[:21])

@@ -319,3 +319,11 @@ def test_the_command_line_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert main([*shared, str(tmp_path / "rest"), "--resume", str(tmp_path / "no.ckpt")]) == 7
     assert main([*shared[:3], "--set", "length=0.6", "--out", str(tmp_path / "rest"), "--resume", str(saved)]) == 2
     assert "parameter length: the run has 0.4, not 0.6" in " ".join(capsys.readouterr().err.split())
+
+
+@pytest.mark.parametrize("lacks", ["first", "rest"])
+def test_outputs_that_a_part_lacks_are_not_numbers_at_its_rows(lacks: str, file: Path) -> None:
+    parts = {"first": pendulum().simulate(0.1, 0.05, checkpoint=file), "rest": pendulum().resume(file, 0.2)}
+    parts[lacks] = replace(parts[lacks], outputs={})
+    tip = parts["first"].followed_by(parts["rest"]).outputs["tip"]
+    assert np.isfinite(tip).tolist() == [[(lacks == "rest") == (row < 2)] * 3 for row in range(5)]
