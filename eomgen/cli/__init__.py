@@ -32,7 +32,11 @@ VERBS: dict[str, Verb] = {verb.name: verb for verb in own() if verb.command}
 
 
 class _Verbs(click.Group):
-    """A group that imports a command when the command is called; the list of commands needs no command's module."""
+    """A group that imports a command when the command is called; the list of commands needs no command's module.
+    Settings that options make for a command end with the command, however it ends and whoever calls the group."""
+
+    def invoke(self, ctx: click.Context) -> object:
+        return contextvars.copy_context().run(super().invoke, ctx)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(_every_verb())
@@ -111,14 +115,12 @@ def commands(context: click.Context) -> None:
 
 
 def _run_command(words: Sequence[str]) -> object:
-    """Return the result of a command. Settings that options make for the command end with it, however it ends. Raises
-    BrokenPipeError in place of the exit with 1, which is click's answer: any other error is raised."""
+    """Return the result of a command. Raises BrokenPipeError in place of the exit with 1, which is click's answer: any
+    other error is raised."""
     try:
-        return contextvars.copy_context().run(commands.main, list(words), prog_name="eomgen", standalone_mode=False)
+        return commands.main(list(words), prog_name="eomgen", standalone_mode=False)
     except SystemExit as error:
-        if error.code == 1:
-            raise BrokenPipeError from None
-        raise
+        raise (BrokenPipeError() if error.code == 1 else error) from None
 
 
 def _notes(error: BaseException) -> list[str]:

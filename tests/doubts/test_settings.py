@@ -7,10 +7,11 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 import eomgen
 from eomgen.base.limits import CALLED, NO_SETTINGS
-from eomgen.cli import main
+from eomgen.cli import commands, main
 from tests.models.scenes import PENDULUM_TOML
 
 IDLE = f"{PENDULUM_TOML}\n[parameters.idle]\nvalue = 1.0\n"
@@ -208,3 +209,13 @@ def test_warnings_of_an_equilibrium_are_errors_if_strict(tmp_path: Path, capsys:
     assert main(["equilibrium", f"{file}"]) == 0
     assert main(["equilibrium", f"{file}", "--strict"]) == 6
     assert '(doubt: inverted springs); try: --quiet "inverted springs"' in capsys.readouterr().err
+
+
+def test_settings_of_a_command_end_with_it_whoever_calls_the_group(tmp_path: Path) -> None:
+    file = tmp_path / "soft.toml"
+    file.write_text(SOFT, encoding="utf-8")
+    with pytest.raises(eomgen.NumericalError):
+        CliRunner().invoke(
+            commands, ["equilibrium", f"{file}", "--strict"], standalone_mode=False, catch_exceptions=False
+        )
+    assert CALLED.get() == NO_SETTINGS
