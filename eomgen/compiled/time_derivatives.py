@@ -81,19 +81,9 @@ def rates(
     True
     """
     term = _term_of(model, order)
-    arguments: dict[str, Any] = {
-        "q": q,
-        "v": v,
-        "a": a,
-        "j": j,
-        "s": s,
-        "t": t,
-        "u": u,
-        "u_dot": u_dot,
-        "u_ddot": u_ddot,
-    }
-    arguments |= {"a_higher": a_higher, "u_higher": u_higher, "z": z, "base": base, "base_rates": base_rates}
-    return model.evaluator.call(term, **arguments, parameters=parameters)
+    arguments: dict[str, Any] = {"q": q, "v": v, "a": a, "j": j, "s": s, "t": t, "u": u, "u_dot": u_dot}
+    arguments |= {"u_ddot": u_ddot, "a_higher": a_higher, "u_higher": u_higher, "z": z}
+    return model.evaluator.call(term, **arguments, base=base, base_rates=base_rates, parameters=parameters)
 
 
 def _term_of(model: EvaluatedModel, order: int | None) -> str:

@@ -21,7 +21,7 @@ from eomgen.results.solution import Solution
 from eomgen.simulation.checkpoint import Checkpoint
 from eomgen.simulation.execution import Execution
 from eomgen.simulation.stepping.controllers import CallerControllers, Controller, read_controllers
-from eomgen.simulation.stepping.inputs import Signal
+from eomgen.simulation.stepping.inputs import Signal, signals_by_name
 from eomgen.simulation.stepping.run import stored_run
 from eomgen.simulation.stepping.settings import check_span, stepper_library
 from eomgen.simulation.stepping.stepper import Stepper
@@ -110,7 +110,15 @@ def resume(
         library = model.stepper(saved_run["method"], Selection.from_data(saved_run["selection"]))
     saved.check(file, model.name, library)
     end = float(saved_run["t_end"]) if t_end is None else number_of("t_end", t_end)
-    run = stored_run(model, saved_run, method, library, end, _inputs(saved, inputs), _controllers(library, controllers))
+    run = stored_run(
+        model,
+        saved_run,
+        method,
+        library,
+        end,
+        _inputs(saved, signals_by_name(inputs, model.inputs)),
+        _controllers(library, controllers),
+    )
     grid, p = run.grid, run.parameters
     _same_parameters(model, p, parameters)
     stepper = Stepper(library, run.settings, p, run.controllers)
@@ -158,11 +166,10 @@ def _same_parameters(model: CompiledModel, p: Array, values: Parameters) -> None
         raise UsageError(problems)
 
 
-def _inputs(saved: Checkpoint, inputs: Mapping[str, Signal] | None) -> dict[str, Signal]:
+def _inputs(saved: Checkpoint, asked: Mapping[str, Signal]) -> dict[str, Signal]:
     """Return the inputs of a resumed run by name: tables and numbers from the checkpoint, and functions from the
     caller. Raises UsageError for functions that are missing, for numbers and tables that differ from the checkpoint's,
     and for inputs that the first part left to the scene. A longer table that begins with the stored one replaces it."""
-    asked = dict(inputs or {})
     kinds = saved.run["inputs"]
     problems = []
     for name, kind in kinds.items():

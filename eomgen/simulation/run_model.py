@@ -29,7 +29,7 @@ from eomgen.results.solution import Solution
 from eomgen.simulation.motions import RecordedMotions
 from eomgen.simulation.stepping.controllers import CallerControllers, called_by
 from eomgen.simulation.stepping.events import parameters_over
-from eomgen.simulation.stepping.inputs import InputSignals, Signal
+from eomgen.simulation.stepping.inputs import InputSignals, Signal, signals_by_name
 from eomgen.simulation.stepping.run import Run, stored_run
 from eomgen.simulation.stepping.settings import stepper_library
 from eomgen.simulation.stepping.stepper import Stepper
@@ -238,7 +238,8 @@ def attach(model: CompiledModel, solution: Solution, inputs: Mapping[str, Signal
         )
     method = method_named(data["method"], **data["method_parameters"])
     library = stepper_library(model, data["method"], method)
-    run = stored_run(model, data, method, library, float(data["t_end"]), _inputs(data["inputs"], inputs or {}))
+    signals = _inputs(data["inputs"], signals_by_name(inputs, model.inputs))
+    run = stored_run(model, data, method, library, float(data["t_end"]), signals)
     return solution.with_model(run_model(run, library, solution.events if solution.events.counts else None))
 
 

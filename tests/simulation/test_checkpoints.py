@@ -19,7 +19,7 @@ import eomgen
 from eomgen.base.files import write_arrays
 from eomgen.cli import main
 from eomgen.simulation.checkpoint import Checkpoint
-from tests.models.scenes import PENDULUM_TOML, absolute, breaking, flyer, pendulum
+from tests.models.scenes import PENDULUM_TOML, absolute, breaking, flyer, pendulum, pendulum_scene
 from tests.oracles.robots import planar_chain
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -327,3 +327,16 @@ def test_outputs_that_a_part_lacks_are_not_numbers_at_its_rows(lacks: str, file:
     parts[lacks] = replace(parts[lacks], outputs={})
     tip = parts["first"].followed_by(parts["rest"]).outputs["tip"]
     assert np.isfinite(tip).tolist() == [[(lacks == "rest") == (row < 2)] * 3 for row in range(5)]
+
+
+@pytest.mark.parametrize("inputs", [[], "", 5, ["torque"]])
+def test_inputs_that_are_no_mapping_are_refused(inputs: Any, file: Path) -> None:
+    run = pendulum().simulate(0.1, 0.05, checkpoint=file)
+    for call in (
+        lambda: pendulum().resume(file, 0.2, inputs=inputs),
+        lambda: pendulum().attach(run, inputs=inputs),
+        lambda: pendulum().simulate_many(0.1, 0.05, vary={"length": "values(0.5, 0.6)"}, inputs=inputs),
+        lambda: eomgen.tune(pendulum_scene(), t_end=0.1, error=1e-3, inputs=inputs),
+    ):
+        with pytest.raises(eomgen.UsageError, match="inputs: a mapping from the names of inputs is needed, not "):
+            call()

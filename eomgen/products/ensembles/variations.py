@@ -25,6 +25,7 @@ from eomgen.formula.units.labels import several_turns
 from eomgen.formula.units.parser import is_quantity
 from eomgen.products.ensembles.distributions import Distribution, Quantiles, read_distribution, read_number
 from eomgen.simulation.option_types import LawOverTime
+from eomgen.simulation.stepping.inputs import signals_by_name
 from eomgen.system.signals import Input
 
 #: Properties of a law that may vary: the seed of a random road or process, a factor of the whole law.
@@ -382,12 +383,10 @@ def with_scenes_laws(model: CompiledModel, items: Sequence[Variation], common: M
     Raises
     ------
     UsageError
-        An input whose law varies is also given, or also varies.
+        An input whose law varies is also given, or also varies; inputs that are no mapping.
     """
-    inputs = {} if common.get("inputs") is None else common["inputs"]
-    if not isinstance(inputs, Mapping):
-        return common  # for the run to refuse
-    input_names = {*inputs, *(item.name for item in items if item.block == "inputs")}
+    given = signals_by_name(common.get("inputs"), model.inputs)
+    input_names = {*given, *(item.name for item in items if item.block == "inputs")}
     for item in items:
         of = item.name.partition(".")[2]
         if item.block in LAWS and of in input_names:
@@ -399,7 +398,7 @@ def with_scenes_laws(model: CompiledModel, items: Sequence[Variation], common: M
     if not seeds and not factors:
         return common
     laws = laws_of(model, model.parameter_array(common.get("parameters")), seeds, factors)
-    return {**common, "inputs": {**laws, **inputs}}
+    return {**common, "inputs": {**laws, **given}}
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -175,6 +175,16 @@ def check_held(method: str, signals: Mapping[str, CheckedSignal]) -> None:
             raise UsageError(Problem(f"input {name}", fault, hint))
 
 
+def signals_by_name(inputs: Mapping[str, Signal] | None, names: Sequence[str]) -> Mapping[str, Signal]:
+    """Return the signals that a caller gives for some of the inputs ``names``; empty for None. Raises UsageError for
+    anything but a mapping."""
+    if inputs is None or isinstance(inputs, Mapping):
+        return inputs or {}
+    kind = "a function" if callable(inputs) else type(inputs).__name__
+    hint = f'inputs={{"{names[0] if names else "name"}": signal}}, each a number, a function of t, or a table'
+    raise UsageError(Problem("inputs", f"a mapping from the names of inputs is needed, not {kind} [E2066]", hint))
+
+
 def read_signals(
     inputs: Mapping[str, Signal] | None,
     names: tuple[str, ...],
@@ -192,12 +202,8 @@ def read_signals(
     UsageError
         Anything but a mapping; unknown names; arrays that do not fit the step grid; values that are not finite.
     """
-    if inputs is not None and not isinstance(inputs, Mapping):
-        kind = "a function" if callable(inputs) else type(inputs).__name__
-        hint = f'inputs={{"{names[0] if names else "name"}": signal}}, each a number, a function of t, or a table'
-        raise UsageError(Problem("inputs", f"a mapping from the names of inputs is needed, not {kind} [E2066]", hint))
     read: dict[str, CheckedSignal] = {}
-    for name, signal in (inputs or {}).items():
+    for name, signal in signals_by_name(inputs, names).items():
         if type(signal) is float and math.isfinite(signal) and name in names:  # optimisations give numbers
             read[name] = signal
             continue

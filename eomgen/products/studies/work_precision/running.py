@@ -150,6 +150,9 @@ class Runner:
         signals, fixed = [item.name for item in described.inputs], tuple(described.fixed)
         kinds = (("parameter", parameters, tunable, fixed), ("input", inputs, signals, ()))
         for kind, values, names, constants in kinds:
+            if not isinstance(values, Mapping | None):
+                fault = f"a mapping from the names of {kind}s is needed, not {type(values).__name__} [E2245]"
+                raise UsageError(Problem(f"{kind}s", fault, f'{kind}s={{"{names[0] if names else "name"}": value}}'))
             for name, value in (values or {}).items():
                 check_name(kind, name, names, constants)
                 if isinstance(value, float):
