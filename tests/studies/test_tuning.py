@@ -453,7 +453,12 @@ def test_the_judge_knows_a_motion_to_a_part_of_the_demand_and_no_better(error: f
         ({"error": 1e-4, "output": "angel"}, "output: the scene has no output 'angel'; try: angle"),
         ({"error": 1e-4, "measure": "mean"}, "measure: there is no measure 'mean'; try: one of largest, rms, final"),
         ({"error": 1e-4, "inputs": {"zz": 1.0}}, "there is no input 'zz': the scene has no inputs; try: [inputs] in"),
-        ({"error": 1e-4, "axes": ["method", "profile"]}, "axes: there is no axis 'profile'; try: one of formulation, "),
+        (
+            {"error": 1e-4, "axes": ["method", "profile"]},
+            "axes: eomgen.tune does not vary the axis profile; try: one of formulation, method, ",
+        ),
+        ({"error": 1e-4, "axes": "policy"}, "axes are a list of names, not the text 'policy'; try: axes=[\"policy\"]"),
+        ({"error": 1e-4, "methods": "rk4"}, "methods are a list of names, not the text 'rk4'; try: methods=[\"rk4\"]"),
         ({"error": 1e-4, "iterations": 3}, "tune: the argument tune(iterations) was removed; try: a demand"),
     ],
 )

@@ -11,7 +11,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from eomgen.base.calls import checked_call
+from eomgen.base.calls import checked_call, names_of
 from eomgen.base.data import dataclass, field
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.studies.defaults import MEASURE, OUTPUT, TUNE_BUDGET
@@ -117,7 +117,7 @@ def tune(
     if not (isinstance(error, int | float) and 1e-13 <= error <= 0.5):
         raise UsageError(Problem("error", f"a demand lies in 1e-13..0.5, not {error!r} [E1125]", "1e-4"))
     check_measure(measure)
-    chosen = checked_axes(axes, ("profile",))
+    chosen, named = checked_axes(axes, ("profile",)), names_of("methods", "methods", methods, "rk4")
     others = formulated and "formulation" in chosen
     variants = formulations(scene, reading, others=others, fidelity="fidelity" in chosen)
     defaults = variants.description.simulation
@@ -128,7 +128,7 @@ def tune(
     runner = Runner(variants, grid, parameters, inputs, limit=max(1.0, JUDGE_SHARE * budget))
     source = Path(scene) if isinstance(scene, str | os.PathLike) else None
     demand, say = Demand(float(error), output, measure), progress or (lambda _: None)
-    return _Tuning(runner, demand, defaults, tuple(methods), chosen, budget, say).result(source)
+    return _Tuning(runner, demand, defaults, named, chosen, budget, say).result(source)
 
 
 @dataclass

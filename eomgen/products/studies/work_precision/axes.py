@@ -7,6 +7,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from eomgen.base.calls import names_of
 from eomgen.base.data import dataclass, field, replace
 from eomgen.base.messages import nearest, shown
 from eomgen.errors import EomgenError, ModelError, Problem, UsageError
@@ -125,9 +126,13 @@ class Candidate:
 
 
 def checked_axes(names: Sequence[str], fixed: Sequence[str] = ()) -> tuple[str, ...]:
-    """Return the requested axes; if none are named all but ``NAMED``. Raises UsageError, also for ``fixed`` ones."""
+    """Return the requested axes; if none are named all but ``NAMED``. Raises UsageError, also for ``fixed`` axes,
+    which ``eomgen.tune`` does not vary."""
     known = [name for name in AXES if name not in fixed]
-    for name in names:
+    for name in names_of("axes", "axes", names, "policy"):
+        if name in fixed:
+            fault = f"eomgen.tune does not vary the axis {name} [E2246]"
+            raise UsageError(Problem("axes", fault, f"one of {', '.join(known)}; or eomgen.tradeoff, which varies it"))
         if name not in known:
             raise UsageError(Problem("axes", f"there is no axis {shown(name)} [E0735]", nearest(name, known)))
     return tuple(names) or tuple(name for name in known if name not in NAMED)

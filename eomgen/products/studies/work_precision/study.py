@@ -13,6 +13,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+from eomgen.base.calls import names_of
 from eomgen.base.data import dataclass, field, replace
 from eomgen.base.files import read_arrays, write_arrays
 from eomgen.base.journal import Journal
@@ -275,7 +276,7 @@ def tradeoff(
         without ``resume``.
     """
     began = time.perf_counter()
-    chosen = checked_axes(axes)
+    chosen, named = checked_axes(axes), names_of("methods", "methods", methods, "rk4")
     check_measure(measure)
     budget = number_of("budget", budget)
     if not budget > 0.0:
@@ -299,7 +300,7 @@ def tradeoff(
     in_coarsest = per_coarsest(Grid(grid.row * grid.coarsest, 1), steps)
     absolute = "formulation" in axes
     study = _WorkPrecisionStudy(
-        runner, defaults, in_coarsest, chosen, tuple(methods), budget, repeats, progress, announce, absolute
+        runner, defaults, in_coarsest, chosen, named, budget, repeats, progress, announce, absolute
     )
     described = identity(variants, grid, parameters, inputs)
     journal = PointJournal(None if folder is None else Path(folder), described, resume=resume)
