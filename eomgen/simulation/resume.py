@@ -110,15 +110,8 @@ def resume(
         library = model.stepper(saved_run["method"], Selection.from_data(saved_run["selection"]))
     saved.check(file, model.name, library)
     end = float(saved_run["t_end"]) if t_end is None else number_of("t_end", t_end)
-    run = stored_run(
-        model,
-        saved_run,
-        method,
-        library,
-        end,
-        _inputs(saved, signals_by_name(inputs, model.inputs)),
-        _controllers(library, controllers),
-    )
+    signals = _inputs(saved, signals_by_name(inputs, model.inputs))
+    run = stored_run(model, saved_run, method, library, end, signals, _controllers(library, controllers))
     grid, p = run.grid, run.parameters
     _same_parameters(model, p, parameters)
     stepper = Stepper(library, run.settings, p, run.controllers)
