@@ -189,7 +189,7 @@ def _chosen_panels(
 ) -> tuple[list[list[PlottedCurve]], str]:
     """Return the panels of the curves that names mean, without the abscissa, and words on outputs that are left out.
     Raises UsageError if no curve is left, and for too many panels."""
-    curves, left_out = (chosen_curves(solution, names), "") if abscissa is None else _over(solution, names, abscissa)
+    curves, left_out = _over(solution, names, abscissa)
     panels = _panels(curves)
     if len(panels) > _PANELS:
         fault = f"{len(curves)} curves need {len(panels)} panels, and a figure has {_PANELS} [E1270]"
@@ -197,14 +197,18 @@ def _chosen_panels(
     return panels, left_out
 
 
-def _over(solution: RecordedSolution, names: Sequence[str], abscissa: PlottedCurve) -> tuple[list[PlottedCurve], str]:
-    """Return the curves to draw over an abscissa, and words on outputs that are left out; empty words if none are.
-    Without names, over an output of an included file, as one corner of a vehicle, outputs with the same prefix are
-    drawn: over the travel of one wheel, the camber of another wheel is a tangle."""
-    curves = [curve for curve in chosen_curves(solution, names) if curve.name != abscissa.name]
+def _over(
+    solution: RecordedSolution, names: Sequence[str], abscissa: PlottedCurve | None
+) -> tuple[list[PlottedCurve], str]:
+    """Return the curves to draw over an abscissa, or over time for None, and words on outputs that are left out; empty
+    words if none are. Raises UsageError without curves. Without names, over an output of an included file, as one
+    corner of a vehicle, outputs with the same prefix are drawn: over the travel of one wheel, the camber of another
+    wheel is a tangle."""
+    curves = [curve for curve in chosen_curves(solution, names) if not abscissa or curve.name != abscissa.name]
     if not curves:
-        raise UsageError(Problem("plot", f"no column is left to draw over {abscissa.name} [E1269]", "another name"))
-    prefix = "" if names or not abscissa.output else _prefix(abscissa.output, list(solution.outputs))
+        fault = f"no column is left to draw over {abscissa.name if abscissa else 't'} [E1269]"
+        raise UsageError(Problem("plot", fault, "another name"))
+    prefix = _prefix(abscissa.output, list(solution.outputs)) if abscissa and abscissa.output and not names else ""
     drawn = [curve for curve in curves if curve.output.startswith(prefix)]
     outputs = {curve.output for curve in curves} - {curve.output for curve in drawn}
     return drawn, f" ({prefix}... alone; {len(outputs)} other outputs are drawn by name only)" if prefix else ""
@@ -292,8 +296,7 @@ def plot(solution: RecordedSolution, names: Sequence[str], axes: object = None, 
     """Draw curves of a solution on new axes of pyplot or on a caller's, and return the axes; see ``Solution.plot``."""
     abscissa = None if over is None else only_curve(solution, over, "plot over")
     if axes is not None:
-        chosen = chosen_curves(solution, names) if abscissa is None else _over(solution, names, abscissa)[0]
-        panels = _panels(chosen)
+        panels = _panels(_over(solution, names, abscissa)[0])
         caller_axes = axes_of_caller("plot", axes, [listed(curve.name for curve in panel) for panel in panels])
         _fill(caller_axes, solution, panels, abscissa, beside=False)
         return caller_axes
@@ -406,7 +409,7 @@ def _energies(solution: RecordedSolution) -> list[PlottedCurve]:
         if np.any(solution.energy.get(name, 0.0))
     ]
     energies = {name: values for name, values in solution.energy.items() if "power" not in name}
-    if not energies:
+    if not any(map(len, energies.values())):
         return powers
     table = np.stack(list(energies.values()))
     change, size = np.ptp(table, axis=1).max(initial=0.0), max(np.abs(table).max(initial=0.0), np.ptp(table))

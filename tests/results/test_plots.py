@@ -423,3 +423,14 @@ def test_no_text_of_a_file_covers_another_or_is_cut(panels: int) -> None:
     assert all(box.x0 >= 0 and box.y0 >= 0 and box.x1 <= width and box.y1 <= height for box in boxes)
     covered = [(one, two) for k, one in enumerate(boxes) for two in boxes[:k] if one.overlaps(two)]
     assert covered == []
+
+
+def test_a_stored_solution_without_coordinates_and_outputs_has_no_column_to_draw(tmp_path: Path) -> None:
+    run = pendulum().simulate(0.05, 1e-2)
+    empty = run.q[:, :0]
+    bare = replace(run, q=empty, v=empty, a=empty, outputs={}, model=None, metadata={"scene": "bare"})
+    bare = eomgen.Solution.load(bare.save(tmp_path / "bare.npz"))
+    calls = (bare.plot, lambda: bare.plot(axes=[]), lambda: plots.draw_chosen(bare, (), None, tmp_path))
+    for call in calls:
+        with pytest.raises(eomgen.UsageError, match="plot: no column is left to draw over t; try: another name"):
+            call()
