@@ -162,7 +162,8 @@ class LoadedStatics:
 
 @dataclass(frozen=True)
 class Direction:
-    """A direction in unknowns and load factor: (nv + rows + nz,) and s; of length 1 by their ``measure``."""
+    """A direction in unknowns and load factor: (nv + rows + nz,) and s. ``direction`` and ``held_factor`` return one of
+    length 1 by ``LoadedStatics.length``, in which multipliers and internal states do not count."""
 
     unknowns: Array
     s: float

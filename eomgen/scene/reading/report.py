@@ -67,7 +67,7 @@ class Report:
         return bool(self.keys) and any(noted == key or noted.startswith((f"{key}.", f"{key}[")) for noted in self.keys)
 
     def add_problem(self, key: str, problem: Problem) -> None:
-        """Note a problem that lies in another file, under the key that names the file."""
+        """Note a problem with a place of its own, such as a line of another file, under a key and at the key's line."""
         self.keys.add(key)
         self._append(self.line(key), problem)
 

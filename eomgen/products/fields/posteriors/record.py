@@ -307,14 +307,14 @@ class Record:
             With first axes (chains, samples): samples is the smallest number of a chain and may be 0. The deviation has
             the divisor n - 1; before the first sample of any chain mean and deviation are 0, and wave numbers
             undefined. Energy errors, potential, cells and power are views of the record, which ``take`` overwrites
-            unless ``resize`` was called since.
+            unless ``resize`` was called since; the rest are copies, and ``steps`` itself.
         """
         done = int(self.counts.min())
         cut: dict[str, Any] = {name: array[:, :done] for name, array in self._arrays.items()}
         cut |= {"accepted": cut["accepted"] > 0.0, "gradients": cut["gradients"].astype(np.int64)}
         deviation = np.sqrt(self._squares / max(int(self.counts.sum()) - 1, 1))
-        more = {"wave_numbers": self._wave_numbers, "mean": self._mean.copy(), "deviation": deviation, "steps": steps}
-        return Samples(**cut, **more)
+        more = {"wave_numbers": self._wave_numbers.copy(), "mean": self._mean.copy(), "deviation": deviation}
+        return Samples(**cut, **more, steps=steps)
 
     def arrays(self) -> dict[str, Array]:
         """Return all that there is, for a file.
