@@ -124,6 +124,7 @@ ONE_WAY = np.block([[SLOW, np.zeros((2, 2))], [np.full((2, 2), 1e9), FAST]])
         (scipy.linalg.block_diag(SLOW, FAST), None, "stable"),
         (ONE_WAY, None, "stable"),
         (ONE_WAY + 2e-8 * np.diag([0.0, 1.0, 0.0, 0.0]), None, "unstable"),
+        ([[-1e150, 1e160], [-1e160, -1e150]], None, "stable"),
         ([[0.9, 1e9], [0.0, 0.9]], 0.01, "stable"),
         ([[1.0 - 1e-7, 1e3], [0.0, 1.0 - 1e-7 * (1.0 + 1e-7)]], 0.01, "stable"),
     ],
@@ -140,3 +141,12 @@ def test_fast_parts_do_not_blur_modes_of_slow_parts() -> None:
     assert _oscillators((1e-8, 1.0), (1e5, 1e14)).stability == "stable"
     parts = second_order_modes(np.eye(2), np.diag([1e-8, 1e5]), np.diag([1.0, 1e14]), ["slow", "fast"])
     assert parts.stability == "stable"
+
+
+@pytest.mark.parametrize("size", [3, 5, 20])
+def test_a_multiple_zero_turned_is_marginal(size: int, rng: np.random.Generator) -> None:
+    """Rounding parts m zeros with a single vector by the m-th root of the precision."""
+    turn = np.linalg.qr(rng.normal(size=(size, size)))[0]
+    shift = np.diag(np.ones(size - 1), 1)
+    assert _space(turn @ shift @ turn.T).stability == "marginal"
+    assert _space(turn @ (shift - np.eye(size)) @ turn.T).stability == ("stable" if size < 20 else "marginal")

@@ -47,7 +47,7 @@ def eigenvalues_of_parts(A: Array) -> tuple[Complex, Array]:
     for part in _parts(A, "strong"):
         balanced, _ = balance(A[np.ix_(part, part)])
         values[part], _, cosines = eigenvectors(balanced)
-        errors[part] = uncertainties(float(np.linalg.norm(balanced)), cosines)
+        errors[part] = uncertainties(norm(balanced), values[part], cosines)
     return values, errors
 
 
@@ -65,16 +65,17 @@ def decomposition(A: Array) -> tuple[Complex, Complex, Array]:
         content = block.tobytes() if len(parts) > 1 else b""
         if content not in known:
             found, right, cosines = eigenvectors(block)
-            known[content] = (found, right, uncertainties(float(np.linalg.norm(block)), cosines))
+            known[content] = (found, right, uncertainties(norm(block), found, cosines))
         values[part], vectors[np.ix_(part, part)], errors[part] = known[content]
     return values, vectors, errors
 
 
 def eigenvectors(A: Array) -> tuple[Complex, Complex, Array]:
     """Return the eigenvalues (n,) of A, the right eigenvectors (n, n), and |y^H x| of the eigenvectors (n,)."""
-    solution: Any = scipy.linalg.eig(A, left=True, right=True)  # the stubs know of one kind of vectors only
+    size = _power_of_two(A)  # LAPACK's own scaling loses eigenvalues above 1e138
+    solution: Any = scipy.linalg.eig(A / size, left=True, right=True)  # the stubs know of one kind of vectors only
     values, left, right = solution
-    return values, right, np.abs(np.sum(left.conj() * right, axis=0))
+    return size * values, right, np.abs(np.sum(left.conj() * right, axis=0))
 
 
 def _parts(A: Array, connection: Literal["weak", "strong"]) -> list[NDArray[np.intp]]:
@@ -94,12 +95,33 @@ def _parts(A: Array, connection: Literal["weak", "strong"]) -> list[NDArray[np.i
     return np.split(np.argsort(labels, kind="stable"), np.cumsum(np.bincount(labels))[:-1])
 
 
-def uncertainties(norm: float, cosines: Array) -> Array:
-    """Return the rounding errors (n,) of the eigenvalues of a matrix with a known norm; ``cosines`` (n,) are |y^H x|
-    for left and right eigenvectors of length 1."""
-    with np.errstate(divide="ignore", over="ignore"):
-        condition = np.minimum(1.0 / cosines, 1.0 / np.sqrt(EPSILON))
-    return np.asarray(_MARGIN * EPSILON * norm * condition)
+def _power_of_two(A: Array) -> float:
+    """Return the largest power of two up to the largest magnitude of an entry of a matrix; 1/2 for zeros."""
+    return float(np.ldexp(1.0, np.frexp(np.max(np.abs(A), initial=0.0))[1] - 1))
+
+
+def norm(A: Array) -> float:
+    """Return the Frobenius norm of a matrix, whose squares neither overflow nor underflow."""
+    size = _power_of_two(A)
+    return size * float(np.linalg.norm(A / size))
+
+
+def uncertainties(size: float, values: Complex, cosines: Array) -> Array:
+    """Return the rounding errors (n,) of the eigenvalues ``values`` of a matrix with the norm ``size``.
+
+    ``cosines`` (n,) are |y^H x| for left and right eigenvectors of length 1.
+
+    An eigenvalue of m that meet without m eigenvectors moves by the m-th root of the precision at most. m counts the
+    eigenvalues that such errors may have parted.
+    """
+    with np.errstate(divide="ignore"):
+        condition = 1.0 / cosines
+    orders = np.arange(1, len(values) + 1)
+    for k in np.flatnonzero(condition > 1.0 / np.sqrt(EPSILON)):
+        reach = 2.0 * size * (_MARGIN * EPSILON) ** (1.0 / orders)
+        m = max(2, int(np.max(orders[np.sort(np.abs(values - values[k])) <= reach])))
+        condition[k] = min(condition[k], EPSILON ** (1.0 / m - 1.0))
+    return np.asarray(_MARGIN * EPSILON * size * condition)
 
 
 def verdict(growth: Array, uncertainty: Array) -> str:

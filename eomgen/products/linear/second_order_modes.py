@@ -24,6 +24,7 @@ from eomgen.products.linear.eigenvalues import (
     EPSILON,
     balance,
     eigenvectors,
+    norm,
     order_of_eigenvalues,
     unbalance,
     uncertainties,
@@ -121,7 +122,7 @@ def _decompose(M: Array, C: Array, K: Array) -> _UncoupledModes:
     balanced, back = balance(np.vstack([np.eye(n, 2 * n, n), accelerations]))
     values, vectors, cosines = eigenvectors(balanced)
     kept = values.imag >= 0.0
-    uncertainty = uncertainties(float(np.linalg.norm(balanced)), cosines)
+    uncertainty = uncertainties(norm(balanced), values, cosines)
     return _UncoupledModes(values[kept], unbalance(back, vectors[:, kept])[:n], uncertainty[kept])
 
 
@@ -159,7 +160,7 @@ def _by_undamped_modes(M: Array, C: Array, K: Array) -> _UncoupledModes | None:
             values, vectors, cosines = _coupled_mode_eigenvalues(squares[group], damping[np.ix_(group, group)], pace)
             results.append((values, directions[:, group] @ vectors, cosines))
     values, vectors, cosines = (np.concatenate(items, axis=-1) for items in zip(*results, strict=True))
-    return _UncoupledModes(values, vectors, uncertainties(size, cosines))
+    return _UncoupledModes(values, vectors, uncertainties(size, values, cosines))
 
 
 def _coupled_groups(damping: Array, rounding: float) -> list[Numbers]:
