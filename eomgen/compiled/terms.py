@@ -235,7 +235,7 @@ class Terms:
             size = self.functions.sizes["lam"]
             multipliers = arguments.get("multipliers")
             values["lam"] = np.zeros(size) if multipliers is None else components("multipliers", multipliers, size)
-        self._add_prescribed(term, values, arguments, blocks)
+        self._prescribe(term, values, arguments, blocks)
         if missing_a and constrained:
             values["a"], multipliers = accelerations(self.functions, values)
             if arguments.get("multipliers") is None:
@@ -268,7 +268,7 @@ class Terms:
         values["p"] = self.parameters(arguments["parameters"])
         values["t"] = self._times("forward_dynamics", arguments, values, needed="t" in blocks)
         values["z"] = self.internal(arguments.get("z"))
-        self._add_prescribed("forward_dynamics", values, arguments, blocks)
+        self._prescribe("forward_dynamics", values, arguments, blocks)
         return values
 
     def _times(self, term: str, arguments: Mapping[str, Any], values: Mapping[str, Array], *, needed: bool) -> Array:
@@ -283,9 +283,7 @@ class Terms:
             raise UsageError(Problem("t", fault, f"efforts by inputs: {inputs}"))
         return t
 
-    def _add_prescribed(
-        self, term: str, values: dict[str, Array], arguments: Mapping[str, Any], blocks: set[str]
-    ) -> None:
+    def _prescribe(self, term: str, values: dict[str, Array], arguments: Mapping[str, Any], blocks: set[str]) -> None:
         """Add weights, the state of the base and the inputs to ``values``, in place, if ``blocks`` of the term need
         these. They are the caller's in ``arguments``, else the scene's at the time in ``values``."""
         if "weights" in blocks:

@@ -142,8 +142,8 @@ def forward_rates(
     array([  0.668, -27.263])
     """
     arguments: dict[str, Any] = {"q": q, "v": v, "t": t, "u": u, "u_dot": u_dot, "u_ddot": u_ddot}
-    arguments |= {"z": z, "base": base, "base_rates": base_rates}
-    a, j, s = model.evaluator.call("forward_rates", **arguments, parameters=parameters)
+    arguments |= {"z": z, "base": base, "base_rates": base_rates, "parameters": parameters}
+    a, j, s = model.evaluator.call("forward_rates", **arguments)
     return a, j, s
 
 

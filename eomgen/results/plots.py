@@ -325,8 +325,8 @@ def chosen_curves(solution: RecordedSolution, names: Sequence[str], asked_by: st
             curve
             for curves in kinds.values()
             for curve in curves
-            if name
-            in (curve.name, curve.output, f"output.{curve.name}", f"output.{curve.output}", f"input.{curve.name}")
+            if name in (curve.name, f"output.{curve.name}", f"input.{curve.name}")
+            or (curve.output and name in (curve.output, f"output.{curve.output}"))
             or curve.name.startswith(f"{name}[")
         ]
         matching = matching or kinds.get(_LETTERS.get(name, ""), [])

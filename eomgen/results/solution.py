@@ -276,7 +276,7 @@ class Solution(SolutionMethods):
         """
         from eomgen.results.plots import plot  # noqa: PLC0415  # for pictures
 
-        each = [name for entry in names for name in ([entry] if isinstance(entry, str) else entry)]
+        each = [name for item in names for name in ([item] if isinstance(item, str) or not np.iterable(item) else item)]
         return plot(self, each, axes, over)
 
     def save(self, path: str | Path) -> Path:
@@ -485,14 +485,6 @@ class Solution(SolutionMethods):
         >>> float(first.followed_by(second).t[-1])
         0.2
         """
-        same = ("scene", "fingerprint", "method", "settings", "parameters", "t_start", "record_every")
-        unequal = [name for name in same if self.metadata.get(name) != later.metadata.get(name)]
-        if unequal or not len(later.t) or later.t[0] > self.t[-1]:
-            fault = f"these are not parts of one run: {', '.join(unequal)} differ [E1297]"
-            if not unequal:
-                begin = f"{later.t[0]:.9g} s" if len(later.t) else "the later part, which has no rows"
-                fault = f"there is a gap between the parts, from {self.t[-1]:.9g} s to {begin} [E1298]"
-            raise UsageError(Problem("followed_by", fault, "the solution of the run that wrote the checkpoint"))
         self._check_end(later)
         step, every = float(later.metadata["step"]), int(later.metadata["record_every"])
         on_grid = round((later.t[0] - float(later.metadata["t_start"])) / step) % every == 0
@@ -533,8 +525,20 @@ class Solution(SolutionMethods):
         return whole
 
     def _check_end(self, later: Solution) -> None:
-        """Raise UsageError if `later` does not go on from the end of this solution: it begins as early, or its first q,
-        v or z differs from the row at its time. Not checked without such a row, or with events."""
+        """Raise UsageError if `later` does not go on from the end of this solution: it is of another run, it begins
+        after a gap or as early, or its first q, v or z differs from the row at its time. The last is not checked
+        without such a row, or with events."""
+        if not isinstance(later, Solution):
+            fault = f"a solution is needed, not {type(later).__name__} [E2170]"
+            raise UsageError(Problem("followed_by", fault, "first.followed_by(second), second of model.resume"))
+        same = ("scene", "fingerprint", "method", "settings", "parameters", "t_start", "record_every")
+        unequal = [name for name in same if self.metadata.get(name) != later.metadata.get(name)]
+        if unequal or not len(later.t) or later.t[0] > self.t[-1]:
+            fault = f"these are not parts of one run: {', '.join(unequal)} differ [E1297]"
+            if not unequal:
+                begin = f"{later.t[0]:.9g} s" if len(later.t) else "the later part, which has no rows"
+                fault = f"there is a gap between the parts, from {self.t[-1]:.9g} s to {begin} [E1298]"
+            raise UsageError(Problem("followed_by", fault, "the solution of the run that wrote the checkpoint"))
         begins = float(later.t[0])
         if len(self.t) > 1 and begins <= self.t[0]:
             fault = (

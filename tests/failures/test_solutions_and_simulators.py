@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import eomgen
@@ -44,6 +45,13 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (
         lambda: run().followed_by(run(0.2)),
         "followed_by: the second part begins at t = 0 s, as the first part does, and does not continue that part",
+    ),
+    (lambda: run().followed_by([]), "followed_by: a solution is needed, not list; try: first.followed_by(second)"),  # type: ignore[arg-type]
+    (lambda: run().plot(0), "plot: the solution has no curve 0; try: one of coordinates"),  # type: ignore[arg-type]
+    (lambda: run().plot(""), "plot: the solution has no curve ''; try: "),
+    (
+        lambda: arm().simulate_many(0.1, vary=np.zeros(2)),
+        "vary: a mapping from names to distributions is needed, not ndarray",
     ),
 ]
 

@@ -396,7 +396,7 @@ def _make_design(
             raise UsageError(Problem(excess, fault, f"the table, or {excess}, alone"))
         items, rows = read_table(model, table)
         return items, table_design(rows), "table"
-    if not vary:
+    if isinstance(vary, Mapping | None) and not vary:
         hint = 'vary={"mass": "normal(1, 0.1)"}, or table={"mass": [...]}'
         raise UsageError(Problem("vary", "nothing varies: all samples would be the same [E0652]", hint))
     items, distributions = read_varied(model, vary)
