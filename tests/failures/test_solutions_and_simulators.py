@@ -50,7 +50,7 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: run().plot(0), "plot: the solution has no curve 0; try: one of coordinates"),  # type: ignore[arg-type]
     (lambda: run().plot(""), "plot: the solution has no curve ''; try: "),
     (
-        lambda: arm().simulate_many(0.1, vary=np.zeros(2)),
+        lambda: arm().simulate_many(0.1, vary=np.zeros(2)),  # type: ignore[arg-type]
         "vary: a mapping from names to distributions is needed, not ndarray",
     ),
 ]
