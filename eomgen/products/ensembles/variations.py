@@ -383,7 +383,7 @@ def with_scenes_laws(model: CompiledModel, items: Sequence[Variation], common: M
     Raises
     ------
     UsageError
-        An input whose law varies is also given, or also varies; inputs that are no mapping.
+        An input whose law varies is also given, or also varies; anything but a mapping as inputs.
     """
     given = signals_by_name(common.get("inputs"), model.inputs)
     input_names = {*given, *(item.name for item in items if item.block == "inputs")}

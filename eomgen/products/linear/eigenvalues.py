@@ -3,7 +3,7 @@
 An eigenvalue is known to machine precision times the norm of its balanced part of the matrix times its condition
 1 / |y^H x| (Wilkinson 1965). For the double zero of a rigid-body motion it is the square root of the precision. Parts
 are sets of states: states of no other part act on them, or they act on no other; so the eigenvalues of the matrix are
-the eigenvalues of the parts, whatever the gains between these.
+the eigenvalues of the parts, for any gains between these.
 """
 
 from __future__ import annotations
@@ -64,8 +64,8 @@ def decomposition(A: Array) -> tuple[Complex, Complex, Array]:
         block = np.ascontiguousarray(A[np.ix_(part, part)]) if len(parts) > 1 else A
         content = block.tobytes() if len(parts) > 1 else b""
         if content not in known:
-            found, right, cosines = eigenvectors(block)
-            known[content] = (found, right, uncertainties(norm(block), found, cosines))
+            of_block, right, cosines = eigenvectors(block)
+            known[content] = (of_block, right, uncertainties(norm(block), of_block, cosines))
         values[part], vectors[np.ix_(part, part)], errors[part] = known[content]
     return values, vectors, errors
 
