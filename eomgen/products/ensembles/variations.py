@@ -385,8 +385,8 @@ def with_scenes_laws(model: CompiledModel, items: Sequence[Variation], common: M
     UsageError
         An input whose law varies is also given, or also varies; anything but a mapping as inputs.
     """
-    given = signals_by_name(common.get("inputs"), model.inputs)
-    input_names = {*given, *(item.name for item in items if item.block == "inputs")}
+    inputs = signals_by_name(common.get("inputs"), model.inputs)
+    input_names = {*inputs, *(item.name for item in items if item.block == "inputs")}
     for item in items:
         of = item.name.partition(".")[2]
         if item.block in LAWS and of in input_names:
@@ -398,7 +398,7 @@ def with_scenes_laws(model: CompiledModel, items: Sequence[Variation], common: M
     if not seeds and not factors:
         return common
     laws = laws_of(model, model.parameter_array(common.get("parameters")), seeds, factors)
-    return {**common, "inputs": {**laws, **given}}
+    return {**common, "inputs": {**laws, **inputs}}
 
 
 @dataclass(frozen=True)
