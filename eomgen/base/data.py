@@ -180,9 +180,8 @@ def _own_fields(base: type) -> dict[str, tuple[str, Any]] | None:
 
 def _is_special(annotation: str, value: object) -> bool:
     """Return whether only a compiled constructor treats a field as dataclasses do."""
-    if any(word in annotation for word in _SPECIAL) or isinstance(value, list | dict | set):
-        return True
-    return isinstance(value, dataclasses.Field) and not (value.init and value.kw_only is not True)
+    special = any(word in annotation for word in _SPECIAL) or isinstance(value, list | dict | set)
+    return special or (isinstance(value, dataclasses.Field) and not (value.init and value.kw_only is not True))
 
 
 def _defer(kind: type, options: dict[str, Any]) -> type:

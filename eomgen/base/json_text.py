@@ -40,9 +40,8 @@ def _text(data: Any, line: str) -> str:
 def _plain(values: Collection[Any]) -> bool:
     """Return whether values are texts, truth values and finite numbers."""
     kinds = set(map(type, values))
-    if float in kinds and not all(math.isfinite(value) for value in values if type(value) is float):
-        return False
-    return kinds <= {*_FINITE, float}
+    finite = float not in kinds or all(math.isfinite(value) for value in values if type(value) is float)
+    return finite and kinds <= {*_FINITE, float}
 
 
 #: Types without infinities: names of a beam with many elements are long lists.

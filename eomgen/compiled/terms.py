@@ -180,8 +180,7 @@ class Terms:
         arrays = [numbers("t", t)[..., np.newaxis], self.parameters(p), self.configuration(more.pop("q"))]
         arrays += [self.velocity(name, value) for name, value in more.items()]
         arrays += [] if base is None else [self.base(base)]
-        batch = np.broadcast_shapes(*(array.shape[:-1] for array in arrays))
-        return np.zeros((*batch, self.functions.sizes[block]))
+        return np.zeros((*np.broadcast_shapes(*(array.shape[:-1] for array in arrays)), self.functions.sizes[block]))
 
     def internal(self, z: States) -> Array:
         """Return internal states as (..., nz). Raises UsageError."""
