@@ -346,6 +346,6 @@ def base_motion_rates(
     terms, motion = model.evaluator, {"q": q, "v": v, "a": a, "j": j}
     if not terms.carried:
         return terms.zeros("v", t, base, parameters, **motion), terms.zeros("v", t, base, parameters, **motion)
-    motion |= {"t": t, "base": base, "base_rates": base_rates}
-    first, second = terms.call("base_motion_rates", **motion, parameters=parameters)
+    more = {"t": t, "base": base, "base_rates": base_rates}
+    first, second = terms.call("base_motion_rates", **motion, **more, parameters=parameters)
     return first, second
