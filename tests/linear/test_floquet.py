@@ -232,24 +232,11 @@ def test_constraints_leave_the_multipliers_of_the_joint() -> None:
 def test_refusals(mathieu: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("eomgen.products.linear.analyses.periodic_motions._LAST", 8)
     for call, error, text in (
-        (
-            lambda: mathieu.floquet(0.0),
-            UsageError,
-            r"period: 0\.0 is not a positive number; try: floquet\(period=2\.0\), s",
-        ),
+        (lambda: mathieu.floquet(0.0), UsageError, r"period: 0\.0 is not a positive number"),
         (lambda: mathieu.floquet(math.pi, tolerance=-1), UsageError, "tolerance: -1 is not a positive number"),
-        (
-            lambda: mathieu.floquet(1e-6),
-            NumericalError,
-            r"the equations do not change within 1e-06 s, and later they do: the coefficients differ by \S+ after \S+"
-            " s; try: a longer period, in s, of all laws of time",
-        ),
+        (lambda: mathieu.floquet(1e-6), NumericalError, r"the equations do not change within 1e-06 s, and later they"),
         (lambda: mathieu.floquet(1.0), NumericalError, "the equations do not have the period 1 s: the coefficients at"),
-        (
-            lambda: mathieu.floquet(math.pi, tolerance=1e-300),
-            NumericalError,
-            "the monodromy matrix is known to ",
-        ),
+        (lambda: mathieu.floquet(math.pi, tolerance=1e-300), NumericalError, "the monodromy matrix is known to "),
     ):
         with pytest.raises(error, match=text):
             call()

@@ -165,49 +165,19 @@ def test_internal_states_are_part_of_the_state_space() -> None:
 
 
 CALLS: list[tuple[str, Callable[[eomgen.Model], Any], type[Exception], str]] = [
-    (
-        "driven",
-        lambda m: m.linearize(v=[1.0]),
-        UsageError,
-        "linearize: v need the q of their state; try: q=..., or initial=...",
-    ),
-    (
-        "driven",
-        lambda m: m.linearize([0.1], at="initial"),
-        UsageError,
-        "the state is given by q as well as by at or initial",
-    ),
-    (
-        "driven",
-        lambda m: m.linearize(at="rest"),
-        UsageError,
-        'at = \'rest\' is unknown; try: "equilibrium", "steady", ',
-    ),
+    ("driven", lambda m: m.linearize(v=[1.0]), UsageError, "linearize: v need the q of their state; try: q=..., or"),
+    ("driven", lambda m: m.linearize([0.1], at="initial"), UsageError, "the state is given by q as well as by at or"),
+    ("driven", lambda m: m.linearize(at="rest"), UsageError, "at = 'rest' is unknown; try: \"equilibrium\""),
     ("driven", lambda m: m.linearize(at=0.5), UsageError, "at = 0.5 is unknown; try: "),  # type: ignore[arg-type]
-    (
-        "driven",
-        lambda m: m.linearize([[0.1], [0.2]]),
-        UsageError,
-        "q: one state is needed, not a batch of shape (2, 1)",
-    ),
+    ("driven", lambda m: m.linearize([[0.1], [0.2]]), UsageError, "q: one state is needed, not a batch of shape (2"),
     ("driven", lambda m: m.linearize([0.1, 0.2]), UsageError, "q: the shape is (2,), (..., 1) is needed"),
     ("driven", lambda m: m.linearize([math.nan]), UsageError, "q: q[0] is nan, not a finite number"),
     ("driven", lambda m: m.linearize(parameters={"mass": 1}), UsageError, "there is no parameter 'mass'"),
     ("driven", lambda m: m.linearize(t=math.inf), UsageError, "t is inf, not a finite number"),
     ("driven", lambda m: m.linearize(u={"torqe": 1.0}), UsageError, "there is no input 'torqe'; try: torque"),
     ("driven", lambda m: m.linearize(base=np.zeros(19)), UsageError, "the base of this scene is at rest"),
-    (
-        "driven",
-        lambda m: m.linearize(independent=3),
-        UsageError,
-        'independent: coordinates are a list of names, not 3; try: independent=["hinge"]',
-    ),
-    (
-        "driven",
-        lambda m: m.linearize([0.1], independent=["hinj"]),
-        UsageError,
-        "there is no component 'hinj'; try: hinge",
-    ),
+    ("driven", lambda m: m.linearize(independent=3), UsageError, "independent: coordinates are a list of names, not"),
+    ("driven", lambda m: m.linearize([0.1], independent=["hinj"]), UsageError, "there is no component 'hinj'"),
     (
         "driven",
         lambda m: m.linearize().frequency_response([1.0], "force", "angle"),
@@ -226,36 +196,11 @@ CALLS: list[tuple[str, Callable[[eomgen.Model], Any], type[Exception], str]] = [
         UsageError,
         "there is no input or disturbance 'force': the linear model has no input or disturbance",
     ),
-    (
-        "crank",
-        lambda m: m.linearize([0.3, 0.1, 0.9]),
-        UsageError,
-        "the state does not meet the constraints: wrist: point stays on the line along",
-    ),
-    (
-        "crank",
-        lambda m: m.linearize(m.initial_q, [1.0, 0.0, 0.0]),
-        UsageError,
-        "in its rate; try: q and v of model.consistent(q, v)",
-    ),
-    (
-        "crank",
-        lambda m: m.linearize(m.initial_q, a=[1.0, 0.0, 0.0]),
-        UsageError,
-        "in its acceleration; try: no a, for the acceleration of the motion",
-    ),
-    (
-        "crank",
-        lambda m: m.linearize(independent=["main", "slide"]),
-        UsageError,
-        "constraints do not leave slide free in addition to the other independent coordinates; try: up to 1 components",
-    ),
-    (
-        "rolling",
-        lambda m: m.linearize(at="initial").M0,
-        ModelError,
-        "constraints at velocity level leave 3 velocities free but 5 coordinates, so there is no model of second order",
-    ),
+    ("crank", lambda m: m.linearize([0.3, 0.1, 0.9]), UsageError, "the state does not meet the constraints: wrist"),
+    ("crank", lambda m: m.linearize(m.initial_q, [1.0, 0.0, 0.0]), UsageError, "in its rate; try: q and v of"),
+    ("crank", lambda m: m.linearize(m.initial_q, a=[1.0, 0.0, 0.0]), UsageError, "in its acceleration; try: no a, for"),
+    ("crank", lambda m: m.linearize(independent=["main", "slide"]), UsageError, "constraints do not leave slide free"),
+    ("rolling", lambda m: m.linearize(at="initial").M0, ModelError, "constraints at velocity level leave 3 velocities"),
 ]
 
 

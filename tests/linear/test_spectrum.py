@@ -147,12 +147,7 @@ def test_runs_without_a_weighted_rms() -> None:
 @pytest.mark.parametrize(
     ("frequency", "distance", "step", "text"),
     [
-        (
-            60.0,
-            0.05,
-            1e-3,
-            "rms of seat: rows every 0.05 s hold frequencies up to 10 Hz, and Wk counts up to 80 Hz; try:",
-        ),
+        (60.0, 0.05, 1e-3, "rms of seat: rows every 0.05 s hold frequencies up to 10 Hz, and Wk counts up to 80 Hz"),
         (20.0, 0.02, 0.02, "rms of seat: every other row gives "),
         (20.0, 1e-3, 1e-3, ""),
         (0.5, 0.05, 0.05, ""),

@@ -228,10 +228,7 @@ def test_a_run_beyond_the_window_is_refused() -> None:
 
 EXPONENTIAL = {"type": "exponential", "correlation_time": 1.0, "share": 0.9}
 REFUSED: list[tuple[dict[str, Any], str]] = [
-    (
-        {"share": 0.9},
-        r"\(random.force\): a random process needs its type, or the process that it follows; try: type = ",
-    ),
+    ({"share": 0.9}, r"\(random.force\): a random process needs its type, or the process that it follows; try: type"),
     ({"type": "exponential"}, r"exponential over time needs correlation_time; try: correlation_time = ..."),
     (EXPONENTIAL | {"speed": 3.0}, r"exponential over distance needs correlation_length; try"),
     (EXPONENTIAL | {"correlation_time": -1}, r"correlation time -1 is not positive"),
@@ -257,10 +254,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"type": "spectrum", "points": [[0, 1], [2, -0.5]]}, r"the density -0.5 at 2 is negative"),
     ({"type": "spectrum", "points": [[-1, 1], [2, 0.5]]}, r"the first frequency -1 is negative"),
     ({"type": "spectrum"}, r"spectrum over time needs points or table"),
-    (
-        FORCE | {"translation": "F0 * g + t"},
-        r"time t cannot be used here \(column 10\); try: g, parameters and",
-    ),
+    (FORCE | {"translation": "F0 * g + t"}, r"time t cannot be used here \(column 10\); try: g, parameters and"),
     (FORCE | {"translation": "h**2"}, r"unknown name 'h'"),
     (FORCE | {"translation": "2 + 0 * g"}, r"it is 2 for any g, so it is not random; try: a formula of g"),
     (FORCE | {"correlation_time": "1 m"}, r"'1 m' is a length, a time in s is expected"),
@@ -295,15 +289,9 @@ def test_what_is_wrong_is_said_once(entry: dict[str, Any], message: str) -> None
 @pytest.mark.parametrize(
     ("follower", "message"),
     [
-        (
-            {"follows": "force"},
-            r"a process that follows a process over time needs delay, and no offset; try: delay = 0.1",
-        ),
+        ({"follows": "force"}, r"a process that follows a process over time needs delay, and no offset; try: delay ="),
         ({"follows": "force", "offset": 1}, r"a process that follows a process over time needs delay, and no offset"),
-        (
-            {"follows": "force", "delay": 1, "seed": 3},
-            r"seed is set by force, which this process follows; try: without it",
-        ),
+        ({"follows": "force", "delay": 1, "seed": 3}, r"seed is set by force, which this process follows"),
         ({"follows": "late", "delay": 1}, r"it follows itself; try: follows = \"force\""),
     ],
 )
@@ -458,14 +446,8 @@ def test_coherent_processes_share_variables_and_have_the_covariances_of_their_cr
         ({"v": {"coherence": {"x": 0.5}}}, r"there is no random process 'x'"),
         ({"v": {"coherence": {"u": 0.5}, "seed": 3}}, r"seed is set by u, with which this process is coherent"),
         ({"v": {"coherence": {"u": 0.5}, "correlation": {"u": 0.5}}}, r"both correlation and coherence say"),
-        (
-            {"v": {"coherence": {"u": 0.5}}, "w": {"correlation": {"u": 0.5}}},
-            r"\(random.w.correlation\): it is correlated with u, with which others are coherent",
-        ),
-        (
-            {"v": {"coherence": {"u": 0.1}}, "w": {"coherence": {"u": 0.1}}},
-            r"no processes have the coherences of u, v, w: an eigenvalue of their matrix at the frequency 0 is -0.414",
-        ),
+        ({"v": {"coherence": {"u": 0.5}}, "w": {"correlation": {"u": 0.5}}}, r"\(random.w.correlation\): it is"),
+        ({"v": {"coherence": {"u": 0.1}}, "w": {"coherence": {"u": 0.1}}}, r"no processes have the coherences of u"),
         (
             {"v": {"coherence": {"u": 0.5}}, "w": {"coherence": {"u": 0.5, "v": 0.4}}, "v2": {"follows": "v"}},
             r"a process that follows a process over time needs delay, and no offset",

@@ -95,11 +95,11 @@ def test_the_tape_has_the_values_and_their_partials(text: str, changes: dict[str
         return t if symbol.kind == "time" else q[:, symbol.index]
 
     np.testing.assert_allclose(found, evaluate_batch(formula, number), rtol=0, atol=1e-13)
-    inputs = [tape.input("p", k) for k in range(len(parameters))]
+    inputs = [*(tape.input("q", k) for k in range(7)), *(tape.input("p", k) for k in range(len(parameters)))]
     gradient = weighted_gradient(tape, [recorded.ref], [ONE], inputs)
-    steps = p[3] + 1e-30j * np.eye(len(parameters))
-    many = {"q": np.tile(q[3], (len(steps), 1)), "t": np.full((len(steps), 1), t[3])}
-    expected = evaluate(tape, [recorded.ref], many | {"p": steps})[:, 0].imag / 1e-30
+    steps = np.concatenate([q[3], p[3]]) + 1e-30j * np.eye(len(inputs))
+    many = {"q": steps[:, :7], "p": steps[:, 7:], "t": np.full((len(steps), 1), t[3])}
+    expected = evaluate(tape, [recorded.ref], many)[:, 0].imag / 1e-30
     at = evaluate(tape, gradient, {"q": q[3], "t": t[3], "p": p[3]})
     np.testing.assert_allclose(at, expected, rtol=1e-12, atol=1e-15)
 
@@ -234,14 +234,8 @@ def test_heights_of_runs_keep_the_waves_from_breaking() -> None:
 @pytest.mark.parametrize(
     ("changes", "text"),
     [
-        (
-            {"variables": True, "components": 300},
-            r"variables\): 600 waves have 1200 variables, more than 1000; try: fewer components or directions",
-        ),
-        (
-            {"variables": True, "amplitudes": "fixed"},
-            r"variables\): amplitudes are fixed, and variables make amplitudes",
-        ),
+        ({"variables": True, "components": 300}, r"variables\): 600 waves have 1200 variables, more than 1000"),
+        ({"variables": True, "amplitudes": "fixed"}, r"variables\): amplitudes are fixed, and variables make"),
         (
             {"variables": True, "spectrum": None, "regular": [{"amplitude": 1, "period": 8}]},
             r"waves.sea.variables\): variables belongs to a spectrum, and these waves are given one by one; try: ",
@@ -278,14 +272,8 @@ def test_what_of_waves_does_not_vary_says_what_would() -> None:
     plain["waves"]["sea"] |= {"variables": False, "components": 2}  # the model of the test above
     model = eomgen.build(from_data(plain))
     for name, text in (
-        (
-            "seed.sea",
-            r"vary seed.sea: sea are waves, whose numbers are fixed in the code; try: variables = true in \[wav",
-        ),
-        (
-            "scale.sea",
-            r"which are as high as their spectrum says; try: height = \"height\" in the spectrum of \[waves.s",
-        ),
+        ("seed.sea", r"vary seed.sea: sea are waves, whose numbers are fixed in the code; try: variables = true in"),
+        ("scale.sea", r"which are as high as their spectrum says; try: height = \"height\" in the spectrum of"),
     ):
         with pytest.raises(UsageError, match=text):
             model.simulate_many(vary={name: "integers(1, 9)"}, samples=2)

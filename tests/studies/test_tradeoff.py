@@ -305,10 +305,7 @@ def test_formulations_of_a_loop_begin_in_one_state(example: str) -> None:
         ({"outputs": ["angel"]}, "outputs: the scene has no output 'angel'; try: angle"),
         ({"measure": "mean"}, "measure: there is no measure 'mean'; try: one of largest, rms, final"),
         ({"methods": ["rk5"]}, "method: there is no method 'rk5'; try: rk4"),
-        (
-            {"methods": ["rk4_partitioned"]},
-            "methods: no method runs on this scene: partitioned needs a system with constraints",
-        ),
+        ({"methods": ["rk4_partitioned"]}, "methods: no method runs on this scene: partitioned needs a system with"),
         ({"budget": "120"}, "budget: '120' is neither a number nor a number with a unit"),
         ({"budget": 0.0}, "budget: a study takes a positive number of seconds, not 0; try: 120"),
         ({"steps": [0.02, 0.015]}, "steps: the step 0.015 s is not a whole part of the coarsest, 0.02 s; try: 0.01"),
@@ -316,10 +313,7 @@ def test_formulations_of_a_loop_begin_in_one_state(example: str) -> None:
         ({"steps": [3.0]}, "steps: the coarsest step, 3 s, does not fit into a run of 1.28 s; try: smaller steps"),
         ({"t_end": 0.0}, "t_end: a study needs a later end than 0 s; try: 10"),
         ({"inputs": {"zz": 1.0}}, "there is no input 'zz': the scene has no inputs; try: [inputs] in the scene"),
-        (
-            {"parameters": {"length": 1.0}},
-            "there is no parameter 'length': the scene has no tunable parameters; try: a tunable",
-        ),
+        ({"parameters": {"length": 1.0}}, "there is no parameter 'length': the scene has no tunable parameters"),
     ],
 )
 def test_mistakes_are_named(options: dict[str, Any], message: str) -> None:

@@ -12,7 +12,7 @@ from eomgen.errors import UsageError
 from eomgen.products.waves.second_order import pairs
 from eomgen.products.waves.second_order.derived import KERNELS
 from eomgen.symbolic.scalar import Scalar
-from eomgen.waves import Components, Sea, SteppedSea, WaveNumber, gravity_waves
+from eomgen.waves import Components, Sea, WaveNumber, gravity_waves
 from tests.waves.residuals import Residuals, residuals, three_waves, vorticity
 
 SPREAD = ((0.05, 0.01), (0.055, -0.035), (-0.02, 0.075))
@@ -40,8 +40,9 @@ def at_two_steepnesses(
     return one, other
 
 
-@pytest.mark.slow_cases("standing-inf", "standing-20.0", "one direction-20.0", "one direction-inf")
-@pytest.mark.long_cases("spread-inf", "spread-20.0")
+@pytest.mark.slow_cases(
+    "standing-inf", "standing-20.0", "one direction-20.0", "one direction-inf", "spread-inf", "spread-20.0"
+)
 @pytest.mark.parametrize("depth", [math.inf, 20.0])
 @pytest.mark.parametrize("vectors", CASES.values(), ids=CASES)
 def test_residuals_are_of_third_order(vectors: tuple[tuple[float, float], ...], depth: float) -> None:
@@ -151,14 +152,6 @@ def test_one_wave_of_second_order_with_vorticity_is_gerstners() -> None:
             exact = np.column_stack((labels[:, 0] - radius * np.sin(angle), high + radius * np.cos(angle)))
             off.append(np.abs(sea.motion(labels, t, c).position[:, [0, 2]] - exact).max())
         assert np.log2(off[0] / off[1]) == pytest.approx(3.0, abs=0.05)
-
-
-def test_a_vorticity_that_is_none_is_refused() -> None:
-    with pytest.raises(UsageError, match=r"Sea: vorticity: there is no 'some'; try: none, or gerstner"):
-        Sea.of_one_wave(0.05, 1.0, vorticity="some")  # type: ignore[arg-type]
-    sea = Sea.of_one_wave(0.05, 1.0, vorticity="gerstner")
-    with pytest.raises(UsageError, match=r"SteppedSea: sea: particles .* do not drift, and stepped ones do; try: vor"):
-        SteppedSea(sea, (2.0 * math.pi / 0.05, 1.0), (16, 1))
 
 
 @pytest.mark.slow

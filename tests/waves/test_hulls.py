@@ -225,44 +225,18 @@ def _noted(changes: dict[str, Any], **more: Any) -> list[str]:
 @pytest.mark.parametrize(
     ("changes", "joint", "text"),
     [
-        (
-            {"density": 1.025},
-            None,
-            "hulls.column: the density 1.025 kg/m^3 is not a density of water; 1025 if it is in t/m^3",
-        ),
+        ({"density": 1.025}, None, "hulls.column: the density 1.025 kg/m^3 is not a density of water; 1025 if it is"),
         ({"density": 1.2e2}, None, "hulls.column: the density 120 kg/m^3 is not a density of water"),
-        (
-            {"area": 0.5},
-            None,
-            "hulls.column: its area, of buoyancy, is 0.5 m^2, and a circle of its diameter, which drag goes by, has"
-            " 3.14159 m^2",
-        ),
-        (
-            {"start": [0, 0, 4], "end": [0, 0, -6]},
-            None,
-            "hulls.column: start is above end in the axes of buoy, and wet is of the lower part of a column, which"
-            " start is to be at",
-        ),
-        (
-            {"wet": None},
-            None,
-            "hulls.column: all of its 10 m move water, and 4 m of it begin above the water at rest; wet = 6 counts"
-            " those below",
-        ),
-        (
-            {},
-            {"type": "prismatic", "axis": [0, 0, 1], "initial": {"position": 8}},
-            "hulls.column: it begins 2 m above the water at rest, where no water acts on it",
-        ),
-        (
-            {"level": 5},
-            {"type": "free", "initial": {"position": [0, 0, 20]}},
-            "hulls.column: it begins 9 m above the water at rest, where no water acts on it",
-        ),
+        ({"area": 0.5}, None, "hulls.column: its area, of buoyancy, is 0.5 m^2, and a circle of its diameter, which"),
+        ({"start": [0, 0, 4], "end": [0, 0, -6]}, None, "hulls.column: start is above end in the axes of buoy, and"),
+        ({"wet": None}, None, "hulls.column: all of its 10 m move water, and 4 m of it begin above the water at rest"),
+        ({}, {"type": "prismatic", "axis": [0, 0, 1], "initial": {"position": 8}}, "hulls.column: it begins 2 m above"),
+        ({"level": 5}, {"type": "free", "initial": {"position": [0, 0, 20]}}, "hulls.column: it begins 9 m above the"),
     ],
 )
 def test_what_hardly_anyone_means_is_noted(changes: dict[str, Any], joint: dict[str, Any] | None, text: str) -> None:
-    assert _noted(changes, joint=joint) == [text]
+    (note,) = _noted(changes, joint=joint)
+    assert text in note
 
 
 def test_hulls_too_wide_for_their_waves_are_noted() -> None:

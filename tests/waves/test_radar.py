@@ -8,7 +8,6 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from eomgen.errors import UsageError
 from eomgen.waves import (
     Components,
     Jonswap,
@@ -156,20 +155,3 @@ def test_specular_points_have_the_slope_and_the_backscatter_of_their_density() -
     density = across * float(statistics_of(storm).slope_density(math.tan(0.2)))
     expected = math.pi * 0.6 * density / math.cos(0.2) ** 4
     assert Radar(0.0, 0.2).backscatter(density, 0.6) == pytest.approx(expected, rel=1e-12)
-
-
-def test_what_cannot_be_is_named() -> None:
-    along = discretized(Jonswap(1.0, 9.0), length=500.0)
-    with pytest.raises(UsageError, match=r"intensity_spectrum: length: the waves do not repeat themselves after 700 m"):
-        Radar(30.0, 0.4).intensity_spectrum(along, 700.0, 10)
-    across = discretized(Jonswap(1.0, 9.0), length=500.0, heading=1.0)
-    with pytest.raises(UsageError, match=r"Radar.intensity_spectrum: waves run across the flight"):
-        Radar(30.0, 0.4).intensity_spectrum(across, 500.0, 10)
-    with pytest.raises(UsageError, match=r"Radar: range_to_velocity: -1 s is below 0"):
-        Radar(-1.0, 0.4)
-    with pytest.raises(UsageError, match=r"Radar: incidence: 2 rad is not from 0 to below pi/2; try: the angle from"):
-        Radar(30.0, 2.0)
-    with pytest.raises(UsageError, match=r"waves run across the flight; .* try: bunching\(sea, labels, time\)"):
-        Radar(30.0, 0.4).fold_probability(discretized(Jonswap(2.0, 10.0), heading=0.3))
-    with pytest.raises(UsageError, match=r"Radar.image: rows: edges have to increase, two at least"):
-        Radar(30.0, 0.4).image(Sea.of_one_wave(0.05, 1.0), 0.0, [0.0, 1.0], [1.0])

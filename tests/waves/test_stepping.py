@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from eomgen.errors import UsageError
 from eomgen.products.waves.second_order.stepping import source
 from eomgen.waves import Components, Ramp, Sea, SteppedSea
 
@@ -109,22 +108,3 @@ def test_one_direction_has_no_products_across_it() -> None:
     assert "carried_y" in plane
     assert "carried_y" not in along
     assert along.count("fields[") < plane.count("fields[")
-
-
-def test_what_cannot_be_is_named() -> None:
-    sea = five_waves()
-    with pytest.raises(UsageError, match=r"Ramp: time: 0 is not above 0"):
-        Ramp(0.0)
-    with pytest.raises(
-        UsageError, match=r"lengths \(600.0, 1.0\) m and \(64, 0\) labels are not above 0; try: along x"
-    ):
-        SteppedSea(sea, (LENGTH, 1.0), (LABELS, 0))
-    with pytest.raises(UsageError, match=r"component \d is \(.*\) times 2 pi/length; try: lengths that all components"):
-        SteppedSea(sea, (610.0, 1.0), (LABELS, 1))
-    with pytest.raises(UsageError, match=r"40 labels along x take sums of waves for others; try: 45 or more"):
-        SteppedSea(sea, (LENGTH, 1.0), (40, 1))
-    with pytest.raises(UsageError, match=r"a sea of order 1 has no pairs; try: order = 2"):
-        SteppedSea(five_waves(1), (LENGTH, 1.0), (LABELS, 1))
-    across = Sea(Components(np.array([[0.0, 2.0 * math.pi / LENGTH]]), np.ones(1), np.zeros(1)))
-    with pytest.raises(UsageError, match=r"component 0 is \(0, nan\) times 2 pi/length"):
-        SteppedSea(across, (LENGTH, LENGTH), (LABELS, 1))

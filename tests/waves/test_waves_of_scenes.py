@@ -11,7 +11,6 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from scipy.integrate import quad
 
 import eomgen
 from eomgen.base.arrays import Array
@@ -28,12 +27,11 @@ from eomgen.scene.formula.scope import EVERYTHING, SceneNames
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.jets import jets, time_derivatives
-from eomgen.symbolic.calculus.partials import weighted_gradient
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import ONE, Tape
-from eomgen.waves import Components, Jonswap, Sea, divided
+from eomgen.waves import Components, Sea
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
@@ -133,41 +131,21 @@ def test_quantities_are_derivatives_of_the_potential(depth: float) -> None:
     np.testing.assert_allclose(found, [*gradient, *rates, *of_surface], rtol=0, atol=1e-12)
 
 
-def test_water_runs_along_the_bottom_and_with_the_surface() -> None:
-    sea = _sea(stretching="none")
-    places = np.linspace(0.0, 50.0, 11)
-    bottom = sea.value("water_velocity", 2, places, 1.0, sea.level - sea.depth, 2.0)
-    np.testing.assert_allclose(bottom, 0.0, rtol=0, atol=1e-15)
-    rising = (
-        sea.value("elevation", 0, places, 1.0, 2.0 + 1e-5) - sea.value("elevation", 0, places, 1.0, 2.0 - 1e-5)
-    ) / 2e-5
-    np.testing.assert_allclose(sea.value("water_velocity", 2, places, 1.0, sea.level, 2.0), rising, rtol=0, atol=1e-9)
-
-
 @pytest.mark.parametrize(
     "changes", [{}, {"ramp": 20}, {"stretching": "none"}, {"order": 2}, {"spreading": None, "heading": 0}]
 )
-@pytest.mark.parametrize("text", FORMULAS)
+@pytest.mark.parametrize(
+    "text", [*FORMULAS, "elevation.sea(3.7, -2.1)", "slope.sea(3.7, -2.1)[0]", "slope.sea(3, -2)[1]"]
+)
 def test_the_tape_has_the_values(text: str, changes: dict[str, Any]) -> None:
-    sea = _sea(**changes)
-    formula = _formula(text, sea)
+    """Of places that move, and of places by numbers, at which waves are harmonics."""
+    formula = _formula(text, _sea(**changes))
     tape, recorded = _recorded(formula)
     assert not recorded.is_zero or not changes.get("heading", 1)
     q = np.random.default_rng(1).uniform(-5.0, 5.0, (6, 7))
     t = np.array([-1.0, 0.0, 3.0, 12.0, 20.0, 31.0])
     found = evaluate(tape, [recorded.ref], {"q": q, "t": t[:, None]})[:, 0]
     values = evaluate_batch(formula, lambda symbol: t if symbol.kind == "time" else q[:, symbol.index])
-    np.testing.assert_allclose(found, np.broadcast_to(values, (6,)), rtol=0, atol=1e-13)
-
-
-@pytest.mark.parametrize("changes", [{}, {"ramp": 20}, {"order": 2}])
-@pytest.mark.parametrize("text", ["elevation.sea(3.7, -2.1)", "slope.sea(3.7, -2.1)[0]", "slope.sea(3.7, -2.1)[1]"])
-def test_harmonics_at_places_by_numbers_are_the_waves_there(text: str, changes: dict[str, Any]) -> None:
-    formula = _formula(text, _sea(**changes))
-    tape, recorded = _recorded(formula)
-    t = np.array([-1.0, 0.0, 3.0, 12.0, 20.0, 31.0])
-    found = evaluate(tape, [recorded.ref], {"t": t[:, None]})[:, 0]
-    values = evaluate_batch(formula, lambda symbol: t)
     np.testing.assert_allclose(found, np.broadcast_to(values, (6,)), rtol=0, atol=1e-13)
 
 
@@ -202,17 +180,6 @@ def test_rates_along_a_motion_are_exact(text: str) -> None:
     found = evaluate(tape, rates, {"q": path[:, 0], "t": start})
     expected = [along(recorded.ref, 1j * step, order).imag / step for order in (0, 1)]
     np.testing.assert_allclose(found[1:], expected, rtol=1e-12, atol=1e-14)
-
-
-@pytest.mark.parametrize("text", FORMULAS[3:5])
-def test_partials_by_the_place_are_exact(text: str) -> None:
-    tape, recorded = _recorded(_formula(text, _sea()))
-    inputs = [tape.input("q", k) for k in (4, 5, 6)]
-    gradient = weighted_gradient(tape, [recorded.ref], [ONE], inputs)
-    q, t = np.random.default_rng(3).uniform(-2.0, 2.0, 7), 5.0
-    steps = q + 1e-30j * np.eye(7)[4:]
-    expected = evaluate(tape, [recorded.ref], {"q": steps, "t": np.full((3, 1), t)})[:, 0].imag / 1e-30
-    np.testing.assert_allclose(evaluate(tape, gradient, {"q": q, "t": t}), expected, rtol=1e-12)
 
 
 def test_stretching_gives_a_crest_the_motion_of_the_water_at_rest() -> None:
@@ -333,17 +300,6 @@ def test_places_that_rest_see_the_particles_of_second_order() -> None:
         sea = Sea(Components(free[:, :2], free[:, 3], free[:, 4]), 20.0)
         apart.append(np.abs(sea.elevation(x, 3.0, 1.5) - field.value("elevation", 0, x, 3.0, 1.5)).max())
     assert math.log2(apart[0] / apart[1]) == pytest.approx(3.0, abs=0.15)
-
-
-def test_energies_of_a_divided_spectrum_are_its_integrals() -> None:
-    spectrum = Jonswap(3.0, 9.0)
-    parts = divided(spectrum, 6, band=(0.6, 2.4))
-    edges = spectrum.peak * np.geomspace(0.6, 2.4, 7)
-    for k, energy in enumerate(parts.energy):
-        bends = [spectrum.peak] if edges[k] < spectrum.peak < edges[k + 1] else None
-        whole, _ = quad(lambda w: float(spectrum.density(np.array(w))), edges[k], edges[k + 1], points=bends)
-        assert energy == pytest.approx(whole, rel=2e-4)
-        assert edges[k] < math.sqrt(GRAVITY * np.hypot(*parts.vectors[k])) < edges[k + 1]
 
 
 def test_a_sea_has_the_height_that_is_asked_for() -> None:
@@ -548,35 +504,17 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"ramp": -1}, r"the time -1 s is negative"),
     ({"components": 0}, r"waves\.sea\.components"),
     ({"band": [2, 1]}, r"\(waves\.sea\.band\): the band from 2 to 1 is empty; try: band = \[0\.5, 3\]"),
-    (
-        {"components": 60, "order": 2},
-        r"order\): 120 waves have 14400 bound waves, more than 10000; try: fewer components or directions",
-    ),
+    ({"components": 60, "order": 2}, r"order\): 120 waves have 14400 bound waves, more than 10000; try: fewer"),
     ({"spreading": {"exponent": 0}}, r"the exponent 0 is not positive"),
-    (
-        {"spreading": {"exponent": 1e308}},
-        r"exponent\): with the exponent 1e\+308, above 1e\+06, all waves run one way; try: no spreading",
-    ),
-    (
-        {"spectrum": {"type": "jonswap", "height": 3, "period": 1e300}},
-        r"\(waves\.sea\.spectrum\): at the peak the period 1e\+300 s is not from 1e-06 to 1e\+09 s; try: period = 8",
-    ),
+    ({"spreading": {"exponent": 1e308}}, r"exponent\): with the exponent 1e\+308, above 1e\+06, all waves run one"),
+    ({"spectrum": {"type": "jonswap", "height": 3, "period": 1e300}}, r"at the peak the period 1e\+300 s is not from"),
     ({"spectrum": {"type": "jonswap", "height": 3}}, r"the type jonswap needs the key period; try: period = 9"),
-    (
-        {"spectrum": {"type": "jonswap", "height": -3, "period": 9}},
-        r"spectrum\.height\): the height -3 is not positive",
-    ),
-    (
-        {"spectrum": {"type": "jonswap", "height": 3, "period": 9, "wind": 1}},
-        r"wind has no meaning for jonswap; try: type = pierson_moskowitz",
-    ),
-    (
-        {"spectrum": {"type": "jonswap", "height": 3, "period": 9, "peakedness": 0.5}},
-        r"the peakedness 0\.5 is not from 1 to 20; try: 3\.3, or 1",
-    ),
+    ({"spectrum": {"type": "jonswap", "height": -3, "period": 9}}, r"spectrum\.height\): the height -3 is not"),
+    ({"spectrum": {"type": "jonswap", "height": 3, "period": 9, "wind": 1}}, r"wind has no meaning for jonswap"),
+    ({"spectrum": {"type": "jonswap", "height": 3, "period": 9, "peakedness": 0.5}}, r"the peakedness 0\.5 is not"),
     (
         {"spectrum": {"type": "jonswap", "height": 9, "period": 5}},
-        r"at the peak waves of 39\.03 m break from a height of 5\.541 m on, and the significant height is 9 m",
+        r"break from a height of 5\.541 m on, and the significant height is 9 m",
     ),
     ({"spectrum": {"type": "points", "points": [[1, 2]]}}, r"points\): a spectrum needs two points or more, not 1"),
     ({"spectrum": {"type": "points", "points": [[1, 2], [2, -1]]}}, r"spectrum\.points\)"),
@@ -587,24 +525,14 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("changes", "message"), REFUSED)
-def test_what_is_wrong_with_waves_is_said_once(changes: dict[str, Any], message: str) -> None:
-    sea = {key: value for key, value in (SEA | changes).items() if value is not None}
-    with pytest.raises(DescriptionError, match=message) as caught:
-        _scene(sea)
-    assert len(caught.value.problems) == 1
-
-
+#: Of waves one by one.
 REGULAR: list[tuple[dict[str, Any], str]] = [
     (
         {"regular": [{"amplitude": 1, "period": 8}, {"amplitude": 0.5, "period": 8}], "order": 2},
         r"regular\): two waves have the same period and heading; try: one with the sum of both",
     ),
     ({"regular": []}, r"regular\): there are no waves"),
-    (
-        {"regular": [{"amplitude": 1, "period": 0}]},
-        r"regular\[0\]\.period\): the period 0 s is not positive; try: period = 8",
-    ),
+    ({"regular": [{"amplitude": 1, "period": 0}]}, r"regular\[0\]\.period\): the period 0 s is not positive"),
     *(
         (
             {"regular": [{"amplitude": 0, "period": period}]},
@@ -615,17 +543,15 @@ REGULAR: list[tuple[dict[str, Any], str]] = [
     ({"regular": [{"amplitude": -1, "period": 8}]}, r"the amplitude -1 m is negative; try: the phase \+ pi"),
     (
         {"regular": [{"amplitude": 1, "period": 8}, {"amplitude": 3, "period": 4}]},
-        r"regular\[1\]\.amplitude\): a wave of 24\.98 m breaks from an amplitude of 1\.774 m on, and this one has 3 m",
+        r"a wave of 24\.98 m breaks from an amplitude of 1\.774 m on, and this one has",
     ),
-    (
-        {"regular": [{"amplitude": 1, "period": 8}], "seed": 3},
-        r"seed\): seed belongs to a spectrum, and these waves are given one by one",
-    ),
+    ({"regular": [{"amplitude": 1, "period": 8}], "seed": 3}, r"seed\): seed belongs to a spectrum, and these waves"),
 ]
 
 
-@pytest.mark.parametrize(("sea", "message"), REGULAR)
-def test_what_is_wrong_with_regular_waves_is_said_once(sea: dict[str, Any], message: str) -> None:
+@pytest.mark.parametrize(("sea", "message"), [*((SEA | changes, text) for changes, text in REFUSED), *REGULAR])
+def test_what_is_wrong_with_waves_is_said_once(sea: dict[str, Any], message: str) -> None:
+    sea = {key: value for key, value in sea.items() if value is not None}
     with pytest.raises(DescriptionError, match=message) as caught:
         _scene(sea)
     assert len(caught.value.problems) == 1
@@ -634,17 +560,11 @@ def test_what_is_wrong_with_regular_waves_is_said_once(sea: dict[str, Any], mess
 @pytest.mark.parametrize(
     ("sections", "text"),
     [
-        (
-            {"waves": {"sea": {"spectrum": {"type": "jonswap", "Hs": 3, "period": 9}}}},
-            "'Hs' is unknown here; try: height",
-        ),
-        (
-            {"waves": {"sea": {"spectrum": {"type": "jonswap", "height": 3, "Tp": 9}}}},
-            "'Tp' is unknown here; try: period",
-        ),
+        ({"waves": {"sea": {"spectrum": {"type": "jonswap", "Hs": 3, "period": 9}}}}, "here; try: height"),
+        ({"waves": {"sea": {"spectrum": {"type": "jonswap", "height": 3, "Tp": 9}}}}, "here; try: period"),
         (
             {"waves": {"sea": {"regular": [{"height": 3, "period": 9, "amplitude": 1}]}}},
-            "the key 'height' is unknown here; try: amplitude = 1.5, half of the height",
+            "try: amplitude = 1.5, half of the height",
         ),
         (
             {"waves": {"sea": {"regular": [{"frequency": 0.1, "period": 9, "amplitude": 1}]}}},
@@ -654,10 +574,7 @@ def test_what_is_wrong_with_regular_waves_is_said_once(sea: dict[str, Any], mess
         ({"hulls": {"h": {"body": "float", "Cm": 2}}}, "'Cm' is unknown here; try: added_mass, which is c_m - 1"),
         ({"base": {"follow": "sea"}}, "a table is needed here, not 'sea'; try: follow = { waves = \"sea\" }"),
         ({"base": {"follow": {}}}, '(base.follow.waves): the key waves is missing; try: waves = "sea"'),
-        (
-            {"outputs": {"eta": {"formula": "elevation(1, 2)"}}},
-            "unknown function 'elevation' (column 1); try: elevation.sea(x, y)",
-        ),
+        ({"outputs": {"eta": {"formula": "elevation(1, 2)"}}}, "unknown function 'elevation' (column 1)"),
     ],
 )
 def test_words_of_others_are_answered_with_those_of_scenes(sections: dict[str, Any], text: str) -> None:
@@ -666,15 +583,14 @@ def test_words_of_others_are_answered_with_those_of_scenes(sections: dict[str, A
     assert text in str(refused.value)
 
 
-def test_waves_need_gravity() -> None:
+@pytest.mark.parametrize("gravity", [[0, -9.81, 0], [0, 0, 9.81], [1, 0, -9.81], [0, 1e-6, -9.81]])
+def test_water_is_level_in_z(gravity: list[float]) -> None:
+    """Parts of gravity that are rounding do not count, and without gravity there are no waves."""
+    assert _scene(gravity=["9.81 * sin(pi)", 0, "-9.81"]).gravity
     with pytest.raises(
         DescriptionError, match=r"waves need gravity, and the scene has none; try: gravity = \[0, 0, -9"
     ):
         _scene(gravity=[0, 0, 0])
-
-
-@pytest.mark.parametrize("gravity", [[0, -9.81, 0], [0, 0, 9.81], [1, 0, -9.81], [0, 1e-6, -9.81]])
-def test_water_is_level_in_z(gravity: list[float]) -> None:
     with pytest.raises(DescriptionError, match=r"\(gravity\): water at rest is level in z and below the air") as caught:
         _scene(gravity=gravity)
     assert len(caught.value.problems) == 1
@@ -689,10 +605,6 @@ def test_a_call_may_not_tilt_the_water() -> None:
     check(np.array([0.0]))
     with pytest.raises(UsageError, match=r"water at rest is level in z.* \[0\.0981, 0, -9\.81\] at slope = 0\.01"):
         check(np.array([0.01]))
-
-
-def test_gravity_whose_parts_are_rounded_is_level() -> None:
-    assert _scene(gravity=["9.81 * sin(pi)", 0, "-9.81"]).gravity
 
 
 def test_headings_in_degrees_without_their_unit_are_noted() -> None:
