@@ -1,4 +1,4 @@
-"""Records of half a minute under Kanai and Tajimi's ground: an oscillator's variance against Lyapunov's equation."""
+"""Records of eight seconds under Kanai and Tajimi's ground: an oscillator's variance against Lyapunov's equation."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from tests.reliability.test_truncation import model_of
 
 #: Natural frequency of the structure, rad/s, and its damping ratio; of the ground.
 STRUCTURE, GROUND = (7.0, 0.05), (15.0, 0.6)
-RECORD = 30.0
+RECORD = 8.0
 #: Times within the build-up, and at the end, s.
-TIMES = (0.6, 2.0, RECORD)
+TIMES = (2.0, RECORD)
 
 
 def deviations(times: tuple[float, ...]) -> list[float]:
@@ -53,11 +53,9 @@ def shaken() -> eomgen.Model:
 
 @pytest.mark.long
 @pytest.mark.parametrize("time", TIMES)
-def test_deviations_under_a_record_of_half_a_minute_are_those_of_lyapunovs_equation(
-    shaken: eomgen.Model, time: float
-) -> None:
+def test_deviations_under_a_record_are_those_of_lyapunovs_equation(shaken: eomgen.Model, time: float) -> None:
     """Modes left out are told, and are less than 1e-3 here; steps have an error of (w step)^2 / 12, 4e-4."""
-    assert len(shaken.parameters) > 256
+    assert len(shaken.parameters) > 60
     (expected,) = deviations((time,))
     found = random_vibration(shaken, "x", time, 0.01, points=False, thresholds=[0.02], method="trapezoidal")
     kept = found.moments["second_order"][1]
@@ -72,9 +70,9 @@ def test_samples_of_the_record_have_these_deviations(shaken: eomgen.Model) -> No
     draws = np.random.default_rng(5).standard_normal((count, len(shaken.parameters)))
     table = dict(zip((item.name for item in shaken.description.parameters), draws.T, strict=True))
     found = shaken.simulate_many(
-        TIMES[1], 0.02, method="trapezoidal", table=table, columns=["output.x"], points=2, error_estimate=False
+        TIMES[0], 0.02, method="trapezoidal", table=table, columns=["output.x"], points=2, error_estimate=False
     )
     values = np.asarray(found.results["output.x.final"], dtype=float)
-    (expected,) = deviations(TIMES[1:2])
+    (expected,) = deviations(TIMES[:1])
     assert float(np.std(values)) == pytest.approx(expected, rel=4.0 / math.sqrt(2.0 * count))
     assert abs(float(np.mean(values))) < 4.0 * expected / math.sqrt(count)

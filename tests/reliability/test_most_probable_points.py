@@ -106,49 +106,46 @@ def test_two_quantiles_by_every_order() -> None:
         assert abs(1.0 - first_order(found) - share) > 5e-3
 
 
-@pytest.mark.long
-def test_forty_thresholds_take_three_runs_each() -> None:
+@pytest.mark.slow
+def test_twenty_thresholds_take_three_runs_each() -> None:
     """Points and slopes of the curve lead to the next point, so Newton's method has little to do (check 19)."""
     counted = CountedResponse(Duffing(0.1, 0.3))
-    thresholds = 0.4999 + 0.5333 * norm.ppf(np.linspace(1e-3, 0.999, 40))
+    thresholds = 0.4999 + 0.5333 * norm.ppf(np.linspace(1e-3, 0.999, 20))
     points = most_probable_points(counted, list(thresholds))
-    assert counted.sloped <= 120
-    assert counted.expanded <= 40 + 8
+    assert counted.sloped <= 60
+    assert counted.expanded <= 20 + 8
     for one in points:
         slope = np.linalg.norm(one.expansion.gradient)
         aside = np.linalg.norm(one.point + one.multiplier * one.expansion.gradient)
         assert aside <= 3.1e-8 and abs(one.expansion.value - one.threshold) <= 1e-9 * slope
 
 
-@pytest.mark.long_cases("0.1-0.0025-5.0", "0.5-0.008-5.0")
-@pytest.mark.slow
-@pytest.mark.parametrize(("cubic", "largest", "gain"), [(0.1, 2.5e-3, 5.0), (0.5, 8e-3, 5.0)])
-def test_the_distribution_between_the_quantiles_of_samples(cubic: float, largest: float, gain: float) -> None:
-    """Quadratic forms at most probable points against 2e5 samples, whose own error is 1e-3: check 18 of the dossier."""
-    duffing = Duffing(cubic, 0.3)
-    samples = np.concatenate([duffing.values(np.random.default_rng(k).standard_normal((50_000, 21))) for k in range(4)])
+@pytest.mark.long
+def test_the_distribution_between_the_quantiles_of_samples() -> None:
+    """Quadratic forms at most probable points against 1e5 samples, known to 1.6e-3: check 18 of the dossier."""
+    duffing = Duffing(0.5, 0.3)
+    samples = np.concatenate([duffing.values(np.random.default_rng(k).standard_normal((50_000, 21))) for k in range(2)])
     thresholds = np.quantile(samples, SHARES)
     found = most_probable_points(duffing, list(thresholds))
     assert max(one.iterations for one in found) <= 6
     quadratic = np.array([float(steepest_descent(one.form, one.threshold).below) for one in found])
     off = np.abs(quadratic - SHARES).max()
     first = max(abs(1.0 - first_order(one) - share) for one, share in zip(found, SHARES, strict=True))
-    assert off <= largest
-    assert first >= gain * off
+    assert off <= 8e-3
+    assert first >= 5.0 * off
 
 
-@pytest.mark.long_cases("-1.0-0.1", "-1.0-0.5", "1.0-0.1", "1.0-0.5")
 @pytest.mark.slow
-@pytest.mark.parametrize("cubic", [0.1, 0.5])
-@pytest.mark.parametrize("side", [1.0, -1.0])
-def test_tails_five_standard_deviations_out_against_importance_sampling(cubic: float, side: float) -> None:
+@pytest.mark.parametrize(("side", "cubic", "reach"), [(-1.0, 0.1, -2.3), (1.0, 0.5, 2.35)])
+def test_tails_five_standard_deviations_out_against_importance_sampling(
+    side: float, cubic: float, reach: float
+) -> None:
     duffing = Duffing(cubic, 0.3)
     mean = duffing.expansion(np.zeros(21))
-    reach = {(0.1, 1.0): 3.3, (0.1, -1.0): -2.3, (0.5, 1.0): 2.35, (0.5, -1.0): -1.7}[cubic, side]
     (found,) = most_probable_points(duffing, [reach])
     assert 4.0 < side * found.index < 6.0, (found.index, mean.value)
-    estimate = importance_sampling(duffing, found.point, reach, above=side > 0, samples=80_000, seed=4)
-    assert estimate.standard_error < 0.06 * estimate.probability
+    estimate = importance_sampling(duffing, found.point, reach, above=side > 0, samples=20_000, seed=4)
+    assert estimate.standard_error < 0.1 * estimate.probability
     tails = steepest_descent(found.form, reach)
     quadratic = float(tails.above if side > 0 else tails.below)
     assert quadratic == pytest.approx(estimate.probability, rel=0.25)

@@ -81,16 +81,15 @@ def test_an_output_by_which_the_equations_bend_takes_one_adjoint_in_all() -> Non
     assert still.solutions == 1
 
 
-@pytest.mark.long_except("off balance", "moving")
+@pytest.mark.slow_cases("driven")
 @pytest.mark.parametrize(
     "scene",
     [
         frame(balanced() + 1e-6),
         frame(balanced(), velocity=1e-9),
         frame(balanced(), "(push + 1e-6 * sin(9 * t))"),
-        frame(balanced()).effort("push", "two", "1e-6"),
     ],
-    ids=["off balance", "moving", "driven", "pushed"],
+    ids=["off balance", "moving", "driven"],
 )
 def test_states_that_move_are_none(scene: eomgen.SceneBuilder) -> None:
     assert derivatives(scene, ["top"])[1] is None
@@ -103,7 +102,6 @@ def test_stiffness_that_changes_with_time_is_none() -> None:
     assert derivatives(frame(balanced()), ["top"], by=[*PUSHED, "q.one"])[1] is None
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_the_hessian_takes_directions_that_bend_something_and_no_others(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a linear scene it is zero, and takes no matrix of all parameters at all steps; of one that parameters alone

@@ -125,8 +125,7 @@ def _on_a_spring(order: int) -> dict[str, Any]:
     "data",
     [
         pytest.param(_on_a_spring(2), id="order 2"),
-        pytest.param(_data(variables=True), id="hull", marks=pytest.mark.slow),
-        pytest.param(_data(variables=True, order=2), id="hull, order 2", marks=pytest.mark.slow),
+        pytest.param(_data(variables=True), id="hull"),
     ],
 )
 def test_a_model_has_the_seas_of_other_heights_and_seeds(data: dict[str, Any]) -> None:
@@ -150,7 +149,6 @@ def test_a_model_has_the_seas_of_other_heights_and_seeds(data: dict[str, Any]) -
         assert many.results["output.place[2].min"][number] == pytest.approx(z.min(), abs=1e-9)
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_base_follows_waves_of_other_seeds() -> None:
     data = _data(variables=True) | {"base": {"follow": {"waves": "sea"}, "position": ["t", 0, 1]}}
@@ -164,7 +162,6 @@ def test_a_base_follows_waves_of_other_seeds() -> None:
     np.testing.assert_allclose(run.outputs["deck"][:, 2], 1.5 + height, rtol=0, atol=1e-12)
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_random_vibration_in_waves_is_that_of_the_transfer_function() -> None:
     """A buoy on a spring, long after the waves have come: |H|^2 S, and normal."""
@@ -302,7 +299,6 @@ def test_info_shows_waves_and_hulls(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert hull == {"name": "hull", "body": "buoy", "waves": "sea", "stations": 2, "moves_water": True}
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_standard_normal_variable_that_nothing_draws_is_noted() -> None:
     model = eomgen.build(from_data(_data(variables=True)))

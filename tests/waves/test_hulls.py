@@ -79,7 +79,6 @@ def test_a_buoy_floats_at_its_draught_and_heaves_with_its_period() -> None:
     assert run.q[200, 0] == pytest.approx(-0.01, rel=1e-4)
 
 
-@pytest.mark.long_cases("9.0")
 @pytest.mark.slow
 @pytest.mark.parametrize("period", [6.0, 9.0, 60.0])
 def test_heave_in_waves_is_that_of_linear_theory(period: float) -> None:
@@ -94,7 +93,6 @@ def test_heave_in_waves_is_that_of_linear_theory(period: float) -> None:
     assert period < 60.0 or response == pytest.approx(1.0, abs=0.03)
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_fixed_column_has_the_force_of_morison() -> None:
     """In deep water rho (1 + C_a) A g a at the steepest slope, and rho C_d D a^2 w^2/(4 k) under a crest."""
@@ -155,7 +153,6 @@ def test_a_tilted_column_is_righted_by_its_water_plane() -> None:
     assert righting == pytest.approx(expected, rel=1e-7)
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_added_mass_is_across_the_axis() -> None:
     """By hand, of an upright column: rho C_a A T across, its moments about the origin, and what moves along."""

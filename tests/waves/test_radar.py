@@ -87,7 +87,6 @@ def test_the_intensity_of_a_line_is_that_of_the_water() -> None:
     assert np.abs(Radar(0.0, INCIDENCE).line(profile, length, 400) - 1.0).max() < 0.12
 
 
-@pytest.mark.long_cases("0.0")
 @pytest.mark.slow
 @pytest.mark.parametrize("heading", [0.0, math.pi])
 def test_the_spectrum_of_images_is_that_of_many_seas(heading: float) -> None:

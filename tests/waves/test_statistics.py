@@ -48,11 +48,11 @@ def test_elevations_of_first_order_have_no_skewness() -> None:
     assert abs(third) / variance**1.5 <= 1e-3
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_elevations_of_second_order_have_the_skewness_of_the_closed_form() -> None:
-    known, (mean, variance, third) = elevations(2.0, 2, 5000)
+    known, (mean, variance, third) = elevations(2.0, 2, 1500)
     assert statistics_of(storm(2.0)).skewness == pytest.approx(0.06237, abs=5e-6)
-    assert third / variance**1.5 == pytest.approx(known.skewness, rel=0.01)
+    assert third / variance**1.5 == pytest.approx(known.skewness, rel=0.02)  # of 1500 pairs of seas
     assert abs(mean) < 0.005 * -known.mean
 
 
@@ -72,7 +72,6 @@ def test_the_density_of_slopes_is_one() -> None:
     assert math.log10(known.fold_probability) == pytest.approx(math.log10(4.9e-15), abs=0.02)
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_slopes_and_specular_points_are_those_of_the_closed_forms() -> None:
     """On labels 0.3 m apart: points between two of which the slope passes through its value twice are missed."""
@@ -80,13 +79,13 @@ def test_slopes_and_specular_points_are_those_of_the_closed_forms() -> None:
     known, labels = statistics_of(spectrum), 32768
     slopes = np.array([0.0, 0.1, 0.2, 0.3, 0.5])
     crossings, length, steep = np.zeros(len(slopes)), 0.0, 0.0
-    for profile in profiles(spectrum, 1, 700, labels):
+    for profile in profiles(spectrum, 1, 300, labels):
         length += float(profile.labels[1]) * labels
         steep += float(np.sum(profile.xa * (np.abs(profile.slope) > 0.5)) * profile.labels[1])
         for number, slope in enumerate(slopes):
             above = profile.za - slope * profile.xa > 0.0
             crossings[number] += np.count_nonzero(above != np.roll(above, 1))
     expected = known.specular_points(slopes)
-    assert crossings[:4] / length == pytest.approx(expected[:4], rel=5e-3)
-    assert crossings[4] / length == pytest.approx(expected[4], rel=0.07)  # about 2000 points
-    assert steep / length == pytest.approx(4.21e-4, rel=0.05)
+    assert crossings[:4] / length == pytest.approx(expected[:4], rel=8e-3)
+    assert crossings[4] / length == pytest.approx(expected[4], rel=0.1)  # about 900 points
+    assert steep / length == pytest.approx(4.21e-4, rel=0.08)  # of 300 pairs of seas

@@ -90,7 +90,6 @@ def _by_quadrature(radius: float, low: float, high: float, matrix: Array, place:
     return forces.sum(axis=0), np.cross(middles, forces).sum(axis=0)
 
 
-@pytest.mark.long_cases("10.0-20.0-10.1-3360000.0-slices2")
 @pytest.mark.slow_cases("10.0-2.0-1.5-4146000.0-slices0")
 @pytest.mark.parametrize(
     ("diameter", "draught", "kg", "stiffness", "slices"),
@@ -117,8 +116,7 @@ def test_the_righting_stiffness_of_a_disc_and_of_a_spar(
         assert model.linearize([0.0], [0.0]).K0[0, 0] == pytest.approx(exact, rel=2e-5), stations
 
 
-@pytest.mark.slow_cases("0", "6")
-@pytest.mark.long_cases("1")
+@pytest.mark.slow_cases("0", "1", "6")
 @pytest.mark.parametrize("seed", range(10))
 def test_wall_sided_hulls_at_any_angle_against_quadrature(seed: int) -> None:
     """Also at large angles, as long as the surface crosses no end; sections that are no circles count as one."""
@@ -165,7 +163,6 @@ def test_forces_are_the_gradient_of_one_energy_wherever_the_hull_is(seed: int) -
     assert abs(moment @ np.cross([0, 0, 1], axis)) < 1e-6 * size
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_energy_is_kept_while_a_buoy_tumbles_through_the_surface() -> None:
     """Kinetic energy, weight and the energy of buoyancy of the oracle above; no drag, no added mass."""
@@ -186,7 +183,6 @@ def test_energy_is_kept_while_a_buoy_tumbles_through_the_surface() -> None:
     assert np.ptp(total) < 2e-4 * 9000.0 * G * np.ptp(run.q[:, 6])
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_the_pressure_of_a_long_wave_on_a_fixed_disc() -> None:
     """Pressure rho g A exp(kz) cos(kx - wt) over wall and bottom: a moment that the axis of the disc alone lacks."""

@@ -680,7 +680,6 @@ def test_waves_that_nothing_asks_for_are_noted() -> None:
     assert not [note for note in _scene().notes if re.search("sea .*changes nothing", note)]
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_waves_push_the_nodes_of_a_mooring_line() -> None:
     """By the power of a load that has the water's velocity at each node, weighted by the trapezoidal rule."""
