@@ -107,19 +107,15 @@ HARDWARE: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.mark.slow_cases("all-0.005-True")
-@pytest.mark.long_except_every(21)
+@pytest.mark.slow_except("all-0.005-True")
 @pytest.mark.filterwarnings("ignore:delay of (place|x)")
 @pytest.mark.parametrize(
     ("kind", "delay", "estimated"),
     [
-        ("all", 0.005, True),
-        *(pytest.param(kind, 0.005, True, marks=pytest.mark.slow) for kind in HARDWARE if kind != "all"),
-        *(pytest.param(kind, delay, True, marks=pytest.mark.slow) for kind in HARDWARE for delay in (0.0, 0.015)),
-        *(pytest.param(kind, 0.005, False, marks=pytest.mark.slow) for kind in HARDWARE),
-        *(pytest.param(kind, 0.0, False, marks=pytest.mark.slow) for kind in HARDWARE),
+        ("all", 0.005, True), ("late", 0.015, True), ("sensor", 0.0, True),
+        ("limits", 0.0, False), ("delay", 0.005, False), ("quantum", 0.005, False),
     ],
-)
+)  # fmt: skip  # a table
 def test_the_written_scene_moves_as_the_sampled_loop(
     kind: str, delay: float, estimated: bool, plant: StateSpace
 ) -> None:
@@ -147,7 +143,6 @@ def test_the_written_scene_moves_as_the_sampled_loop(
     assert np.max(np.abs(free.q - run.q)) > 1e-5  # the hardware is felt
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_limits_of_a_continuous_law_are_limits_of_the_observer_too(plant: StateSpace) -> None:
     regulator = lqr(plant, {"place": 4000.0}, {"push": 0.01})

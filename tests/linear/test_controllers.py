@@ -75,7 +75,7 @@ def states_of(model: eomgen.Model, run: Any, names: list[str]) -> np.ndarray:
     return np.column_stack([run.q, run.v, run.z[:, [there.index(name) for name in names]]])
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_state_space_has_units_and_references(car: StateSpace) -> None:
     assert car.states == ("wheel", "body", "v.wheel", "v.body", "z.tension")
     assert car.units["states"] == ("m", "m", "m/s", "m/s", "N")
@@ -88,7 +88,6 @@ def test_the_state_space_has_units_and_references(car: StateSpace) -> None:
     np.testing.assert_allclose(pole.references["outputs"], [0.5, 0.5, 0.0, 1.2], atol=1e-9)
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_feedback_of_the_state_moves_as_the_matrix_says(car: StateSpace) -> None:
     law = lqr(car, WEIGHTS, FORCE)
@@ -105,7 +104,6 @@ def test_feedback_of_the_state_moves_as_the_matrix_says(car: StateSpace) -> None
     np.testing.assert_allclose(again.A, law.closed_loop.A, rtol=1e-9, atol=1e-9)
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_feedback_of_an_estimate_moves_as_the_matrix_says(car: StateSpace) -> None:
     law = OutputFeedback(lqr(car, WEIGHTS, FORCE), kalman(car, NOISE, MEASURED))
@@ -122,12 +120,9 @@ def test_feedback_of_an_estimate_moves_as_the_matrix_says(car: StateSpace) -> No
     np.testing.assert_allclose(again.A, law.closed_loop.A, rtol=1e-9, atol=1e-7)
 
 
-@pytest.mark.long_except_every(4)
 @pytest.mark.slow
-@pytest.mark.long_cases("False-0.0007")
-@pytest.mark.parametrize("delay", [0.0, 0.0007, 0.002, 0.0035])
-@pytest.mark.parametrize("estimated", [False, True])
-def test_sampled_feedback_moves_as_its_matrix_says(car: StateSpace, delay: float, estimated: bool) -> None:
+@pytest.mark.parametrize(("estimated", "delay"), [(False, 0.0007), (True, 0.0), (True, 0.0035)])
+def test_sampled_feedback_moves_as_its_matrix_says(car: StateSpace, estimated: bool, delay: float) -> None:
     law: Regulator | OutputFeedback = lqr(car, WEIGHTS, FORCE, sample="2 ms", delay=delay)
     if estimated:
         law = OutputFeedback(law, kalman(car, NOISE, MEASURED, sample="2 ms", delay=delay))  # type: ignore[arg-type]
@@ -144,16 +139,14 @@ def test_sampled_feedback_moves_as_its_matrix_says(car: StateSpace, delay: float
     assert 0.0 < law.closed_loop.decay < 50.0
 
 
-@pytest.mark.long_cases("None")
 @pytest.mark.slow
-@pytest.mark.parametrize("sample", [None, "5 ms"])
-def test_a_pole_is_held_upright_where_a_force_is_needed(sample: str | None) -> None:
+def test_a_pole_is_held_upright_where_a_force_is_needed() -> None:
     data = tomllib.loads(POLE)
     space = linear(data, any_kind=True, u={"push": 0.4})
     assert space.stability == "unstable"
-    late = 0.0 if sample is None else "5 ms"
-    regulator = lqr(space, {"cart": 1.0, "tip[0]": 5.0}, {"push": 0.01}, sample=sample, delay=late)
-    seen = kalman(space, {"push": 1.0}, {"cart": 1e-6, "tip[0]": 1e-6}, sample=sample, delay=late)
+    late: dict[str, Any] = {"sample": "5 ms", "delay": "5 ms"}
+    regulator = lqr(space, {"cart": 1.0, "tip[0]": 5.0}, {"push": 0.01}, **late)
+    seen = kalman(space, {"push": 1.0}, {"cart": 1e-6, "tip[0]": 1e-6}, **late)
     for law in (regulator, OutputFeedback(regulator, seen)):
         model = eomgen.build(with_controller(data, law), profile="quick")
         start = {"rail": space.reference("states", "rail"), "hinge": 0.03, "motor": 0.4}
@@ -197,7 +190,6 @@ def craft(turned: dict[str, Any]) -> dict[str, Any]:
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("None")
 @pytest.mark.parametrize("sample", [None, "5 ms"])
 def test_feedback_of_poses_and_turns_moves_as_the_matrix_says(sample: str | None) -> None:
     """About a turned pose, of a free joint and of a ball joint."""
@@ -299,7 +291,7 @@ def test_arguments_of_other_types_are_refused(scene: Any, law: Any, message: str
     assert f"with_controller: {message}" in str(caught.value)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_what_cannot_be_written(car: StateSpace) -> None:
     law = lqr(car, WEIGHTS, FORCE)
     absolute = {**tomllib.loads(POLE), "coordinates": "absolute"}

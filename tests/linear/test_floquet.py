@@ -79,7 +79,6 @@ def test_the_equation_of_mathieu_is_unstable_between_its_characteristic_values(m
     assert mathieu.floquet(math.pi, parameters={"d": high + 0.01, "e": e, "c": 0.05}).stability == "stable"
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_exponents_are_known_but_for_multiples_of_the_frequency() -> None:
     """A constant model: the exponents are its eigenvalues, folded into half of 1 / period."""
@@ -110,76 +109,6 @@ def test_collocation_is_of_order_8_and_damps_fast_decay(count: int) -> None:
     assert errors[0] / errors[1] == pytest.approx(2.0**8, rel=0.3)
 
 
-MASS, BLADE, INERTIA, ARM, HINGE, STIFFNESS, LAG = 10.0, 1.0, 0.05, 1.0, 0.15, 120.0, 2.0
-
-
-def two_bladed() -> dict[str, Any]:
-    """Return a rotor of two blades on lag hinges, on a support that moves sideways."""
-    scene: dict[str, Any] = {
-        "format": 1, "name": "two_bladed", "gravity": [0, 0, 0],
-        "parameters": {"speed": {"value": 3.0, "unit": "rad/s", "tunable": True}},
-        "bodies": {"support": {"mass": MASS}, "hub": {"mass": 0}},
-        "joints": {
-            "side": {"type": "prismatic", "parent": "base", "child": "support", "axis": [0, 1, 0],
-                     "stiffness": STIFFNESS},
-            "shaft": {"type": "revolute", "parent": "support", "child": "hub", "axis": [1, 0, 0], "drive": "speed * t"},
-        },
-    }  # fmt: skip  # a table
-    for k, side in enumerate((1.0, -1.0), 1):
-        inertia = [INERTIA, 0.6 * INERTIA, 0.6 * INERTIA]
-        scene["bodies"][f"blade_{k}"] = {"mass": BLADE, "center_of_mass": [0, side * ARM, 0], "inertia": inertia}
-        scene["joints"][f"lag_{k}"] = {
-            "type": "revolute", "parent": "hub", "child": f"blade_{k}", "axis": [1, 0, 0],
-            "position": [0, side * HINGE, 0], "stiffness": LAG,
-        }  # fmt: skip  # a table
-    return scene
-
-
-def of_two_bladed(speed: float) -> Any:
-    """Return A(t) of the same rotor, from Lagrange's equations by SymPy."""
-    import sympy as sp
-
-    t = sp.Symbol("t")
-    y, *lags = [sp.Function(name)(t) for name in ("y", "a", "b")]
-    kinetic, potential = sp.Rational(1, 2) * MASS * y.diff(t) ** 2, STIFFNESS * y**2 / 2
-    for side, lag in zip((1, -1), lags, strict=True):
-        turn = speed * t
-        place = sp.Matrix([y + side * (HINGE * sp.cos(turn) + ARM * sp.cos(turn + lag)),
-                           side * (HINGE * sp.sin(turn) + ARM * sp.sin(turn + lag))])  # fmt: skip  # by rows
-        kinetic += BLADE * place.diff(t).dot(place.diff(t)) / 2 + INERTIA * (speed + lag.diff(t)) ** 2 / 2
-        potential += LAG * lag**2 / 2
-    q = [y, *lags]
-    rates = sp.symbols("y1 a1 b1")
-    second, first, zeroth = sp.symbols("y2 a2 b2"), rates, sp.symbols("y0 a0 b0")
-    L = kinetic - potential
-    rows = [L.diff(x.diff(t)).diff(t) - L.diff(x) for x in q]
-    known = {x.diff(t, 2): s for x, s in zip(q, second, strict=True)} | {
-        x.diff(t): s for x, s in zip(q, first, strict=True)
-    }
-    equations = sp.Matrix([row.subs(known).subs(dict(zip(q, zeroth, strict=True))) for row in rows])
-    rest = dict.fromkeys((*second, *first, *zeroth), 0)
-    blocks = [sp.lambdify(t, equations.jacobian(symbols).subs(rest)) for symbols in (second, first, zeroth)]
-
-    def A(time: float) -> np.ndarray:
-        M, C, K = (np.asarray(block(time), dtype=float) for block in blocks)
-        return np.block([[np.zeros((3, 3)), np.eye(3)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
-
-    return A
-
-
-@pytest.mark.long
-def test_a_two_bladed_rotor_is_that_of_lagranges_equations() -> None:
-    model = eomgen.build(two_bladed(), profile="quick")
-    verdicts = set()
-    for speed in (3.5, 5.0):
-        period = 2.0 * math.pi / speed
-        result = model.floquet(period, parameters={"speed": speed}, tolerance=1e-8)
-        expected = np.linalg.eigvals(integrated(of_two_bladed(speed), period)).astype(complex)
-        np.testing.assert_allclose(in_order(result.multipliers), in_order(expected), atol=1e-7)
-        verdicts.add(result.stability)
-    assert "unstable" in verdicts
-
-
 def pendulum(coordinates: str) -> eomgen.Model:
     """Return a damped pendulum on a pivot that moves along an ellipse in pi seconds."""
     return eomgen.build(
@@ -194,7 +123,6 @@ def pendulum(coordinates: str) -> eomgen.Model:
     )  # fmt: skip  # a table
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_periodic_motion_is_found_and_its_multipliers_are_differences_of_runs() -> None:
     model, h = pendulum("joint"), 1e-5
@@ -221,7 +149,7 @@ def test_a_start_of_several_turns_is_warned_of() -> None:
     assert caught[0].filename == __file__
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_constraints_leave_the_multipliers_of_the_joint() -> None:
     expected = pendulum("joint").floquet(math.pi)
     result = pendulum("absolute").floquet(math.pi)
@@ -243,17 +171,6 @@ def test_refusals(mathieu: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 @pytest.mark.slow
-def test_a_motion_that_does_not_return_is_refused() -> None:
-    drifting = eomgen.SceneBuilder("drifting", gravity=[0, 0, -9.81]).body("mass", 1.0)
-    drifting.joint("z", "prismatic", "base", "mass", axis=[0, 0, 1])
-    falling = eomgen.build(drifting.build(), profile="quick")
-    with pytest.raises(
-        NumericalError, match=r"the motion is not periodic: in 1 s v\.z changes by -9\.81; try: the period"
-    ):
-        falling.floquet(1.0)
-
-
-@pytest.mark.slow
 def test_a_free_spin_that_slows_is_to_be_driven(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         "eomgen.products.linear.analyses.periodic_motions._CORRECTIONS", 0
@@ -266,26 +183,39 @@ def test_a_free_spin_that_slows_is_to_be_driven(monkeypatch: pytest.MonkeyPatch)
     assert 'if spin turns freely, a drive of this joint such as "w*t", for forces slow a free spin' in str(caught.value)
 
 
-@pytest.mark.slow
-def test_events_are_refused() -> None:
-    builder = eomgen.SceneBuilder("event", gravity=[0, 0, 0]).body("mass", 1.0)
-    builder.joint(
-        "x", "prismatic", "base", "mass", axis=[1, 0, 0], stiffness=39.47841760435743, initial={"position": 0.1}
-    )
-    builder.event("middle", "q.x")
-    model = eomgen.build(builder.build(), profile="quick")
-    with pytest.raises(ModelError, match="the motion has an event, middle, at which deviations jump"):
-        model.floquet(1.0)
+def sliding(axis: list[int], gravity: float = 0.0, **joint: Any) -> eomgen.SceneBuilder:
+    builder = eomgen.SceneBuilder("sliding", gravity=[0, 0, gravity]).body("mass", 1.0)
+    return builder.joint("x", "prismatic", "base", "mass", axis=axis, **joint)
+
+
+SWINGING = {"stiffness": 39.47841760435743, "initial": {"position": 0.1}}
 
 
 @pytest.mark.slow
-def test_a_motion_that_ends_early_is_refused() -> None:
-    builder = eomgen.SceneBuilder("runaway", gravity=[0, 0, 0]).body("mass", 1.0)
-    builder.joint("x", "prismatic", "base", "mass", axis=[1, 0, 0], initial={"position": 1.0})
-    builder.effort("away", "x", "20 * q.x**3")
-    model = eomgen.build(builder.build(), profile="quick")
-    with pytest.raises(NumericalError, match="floquet: the motion ends early: "):
-        model.floquet(2.0)
+@pytest.mark.parametrize(
+    ("builder", "error", "text"),
+    [
+        (
+            sliding([0, 0, 1], -9.81),
+            NumericalError,
+            r"the motion is not periodic: in 1 s v\.x changes by -9\.81; try: the",
+        ),
+        (
+            sliding([1, 0, 0], **SWINGING).event("middle", "q.x"),
+            ModelError,
+            "has an event, middle, at which deviations",
+        ),
+        (
+            sliding([1, 0, 0], initial={"position": 2.0}).effort("away", "x", "20 * q.x**3"),
+            NumericalError,
+            "floquet: the motion ends early: ",
+        ),
+    ],
+    ids=["falling", "event", "runaway"],
+)
+def test_motions_that_do_not_return_are_refused(builder: eomgen.SceneBuilder, error: Any, text: str) -> None:
+    with pytest.raises(error, match=text):
+        eomgen.build(builder.build(), profile="quick").floquet(1.0)
 
 
 def test_a_picture_names_the_model_and_frequencies_and_counts_multipliers_at_one_point() -> None:
@@ -319,16 +249,6 @@ def test_a_search_that_does_not_come_nearer_ends_early(monkeypatch: pytest.Monke
     with pytest.raises(NumericalError, match="the motion is not periodic"):
         eomgen.build(builder.build(), profile="quick").floquet(1.0)
     assert len(tried) <= _TRIED + 3
-
-
-def test_display(mathieu: eomgen.Model) -> None:
-    result = mathieu.floquet(math.pi)
-    assert repr(result).startswith("<Floquet: 2 multipliers over 3.14159265 s; unstable; largest multiplier 1.37192103")
-    assert "whole multiples of 0.31831 Hz" in result._repr_html_() and len(result.rows) == 2
-    axis = Figure().subplots()
-    assert result.plot(axis) == [axis] and axis.get_xlabel() == "real part"
-    empty = Floquet(1.0, np.zeros((0, 0)), (), np.zeros(0, complex), np.zeros(0), 0.0, *[np.zeros(0)] * 3)
-    assert empty.stability == "stable" and "0 multipliers" in repr(empty)
 
 
 # -- results, from numbers alone ---------------------------------------------------------------------------------------

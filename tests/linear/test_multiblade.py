@@ -20,6 +20,7 @@ import eomgen
 from eomgen.cli import main
 from eomgen.errors import EomgenError
 from tests.models.cache import shared_cache
+from tests.models.toml_text import toml_text
 
 __all__ = ["shared_cache"]
 
@@ -98,39 +99,8 @@ def distance(first: Any, second: Any) -> float:
     return float(np.max(off[linear_sum_assignment(off)]))
 
 
-ROTOR = f"""\
-format = 1
-name = "rotor"
-gravity = [0, 0, 0]
-[bodies]
-carrier = {{ mass = 0 }}
-support = {{ mass = {SUPPORT} }}
-hub = {{ mass = 0 }}
-[joints]
-x = {{ type = "prismatic", parent = "base", child = "carrier", axis = [1, 0, 0], stiffness = {STIFFNESS} }}
-y = {{ type = "prismatic", parent = "carrier", child = "support", axis = [0, 1, 0], stiffness = {STIFFNESS} }}
-shaft = {{ type = "revolute", parent = "support", child = "hub", axis = [0, 0, 1] }}
-[repeat.blades]
-indices = {{ k = [1, 3] }}
-[repeat.blades.bodies."blade_{{k}}"]
-mass = {BLADE}
-center_of_mass = [{ARM}, 0, 0]
-inertia = [{0.6 * INERTIA}, {INERTIA}, {INERTIA}]
-[repeat.blades.joints."lag_{{k}}"]
-type = "revolute"
-parent = "hub"
-child = "blade_{{k}}"
-axis = [0, 0, 1]
-position = ["{HINGE} * cos(2 * pi * {{k - 1}} / 3)", "{HINGE} * sin(2 * pi * {{k - 1}} / 3)", 0]
-rotation = [{{ axis = [0, 0, 1], angle = "2 * pi * {{k - 1}} / 3" }}]
-stiffness = {LAG}
-"""
-
-
-@pytest.mark.slow_cases("3-1.0")
-@pytest.mark.long_except_every(2)
-@pytest.mark.parametrize("speed", [1.0, 3.0, 5.0, 8.0])
-@pytest.mark.parametrize("count", [3, pytest.param(4, marks=pytest.mark.slow), pytest.param(5, marks=pytest.mark.slow)])
+@pytest.mark.slow_except("3-1.0")
+@pytest.mark.parametrize(("count", "speed"), [(3, 1.0), (3, 5.0), (4, 3.0), (5, 8.0)])
 def test_the_eigenvalues_are_roots_of_the_equation_of_ground_resonance(count: int, speed: float) -> None:
     lin = rotor(count).linearize(at="steady", parameters={"speed": speed}, multiblade={"shaft": blades(count)})
     expected = ground_resonance(count, speed)
@@ -147,17 +117,8 @@ def test_the_eigenvalues_are_roots_of_the_equation_of_ground_resonance(count: in
     assert max(np.min(np.abs(eigenvalues - alone - 1j * shift)) for shift in shifts) < 1e-12
 
 
-@pytest.mark.long_except_every(2)
-@pytest.mark.long_cases("3-True-60.0")
-@pytest.mark.slow_cases("3-False-60.0")
-@pytest.mark.parametrize(
-    ("count", "wake", "along_y"),
-    [
-        (3, False, 60.0),
-        pytest.param(3, True, 60.0, marks=pytest.mark.slow),
-        pytest.param(4, False, 90.0, marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("count", "wake", "along_y"), [(3, True, 60.0), (4, False, 90.0)])
 def test_the_multipliers_of_the_periodic_model_belong_to_the_eigenvalues(
     count: int, wake: bool, along_y: float
 ) -> None:
@@ -190,7 +151,6 @@ def test_the_matrices_are_the_transformed_matrices_of_the_second_order() -> None
         np.testing.assert_allclose(getattr(later, name), getattr(lin, name), atol=1e-11)
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_cyclic_moment_moves_the_support_as_the_equations_say() -> None:
     """Inputs of blades are cosine and sine inputs; by the equations of ``ground_resonance`` with moments."""
@@ -213,7 +173,6 @@ def test_a_cyclic_moment_moves_the_support_as_the_equations_say() -> None:
         assert x == pytest.approx(z if w > 0.0 else np.conj(z), abs=1e-13)
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_signals_of_single_blades_in_no_group_are_named() -> None:
     """Signals of the support and signals in groups are the same at all azimuths; a diagram needs no signals."""
@@ -236,7 +195,6 @@ def test_signals_of_single_blades_in_no_group_are_named() -> None:
         model.campbell("speed", [1.0, 1.5], u=u, multiblade={"shaft": [GROUP]})
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_campbell_diagram_has_the_frequencies_of_an_observer_and_the_sense_of_whirl() -> None:
     model = rotor()
@@ -330,12 +288,16 @@ def test_a_model_that_changes_with_the_azimuth_in_any_coordinates_is_refused() -
     assert "velocities of the initial state change, and multiblade coordinates need a steady motion; try: at=" in said
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_command_has_blades_by_rotor(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("rotor.toml").write_text(ROTOR, encoding="utf-8")
+    scene = scene_of(3)
+    del scene["joints"]["shaft"]["drive"], scene["parameters"]["speed"]
+    for name in ("damping", "lag_damping"):
+        scene["parameters"][name]["value"] = 0.0
+    Path("rotor.toml").write_text(toml_text(scene), encoding="utf-8")
     asked = ["linearize", "rotor.toml", "--at", "steady", "--velocity", "shaft=3"]
     own = ["--multiblade", "shaft: lag_1, lag_2, lag_3"]
     assert main([*asked, *own, "--campbell", "shaft=1:4:4", "--json", "--out", "out"]) == 0

@@ -14,11 +14,9 @@ from tests.anchors import anchor
 #: Rate, offset of the clamp over the length, flapwise and lagwise frequencies, all by sqrt(rho A L^4 / E I).
 TABLE = [
     (0, 0, (3.51602, 22.03449), (3.51602, 22.03449)),
-    (2, 0, (4.13732, 22.61492), (3.62180, 22.52631)),
     (6, 0, *anchor("rotating_beam_6").reference.reshape(2, 2)),
     (12, 0, *anchor("rotating_beam_12").reference.reshape(2, 2)),
     (2, 1, (4.83369, 23.36604), (4.40052, 23.28029)),
-    (6, 1, (10.44387, 32.02724), (8.54835, 31.46020)),
     (12, 1, *anchor("rotating_beam_12_on_hub").reference.reshape(2, 2)),
 ]
 

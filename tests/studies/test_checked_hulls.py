@@ -14,8 +14,7 @@ from tests.waves.test_water_planes import _scene
 
 @pytest.mark.slow
 @pytest.mark.long
-@pytest.mark.parametrize("coordinates", ["joint", "absolute"])
-def test_all_forms_of_a_platform_with_a_pendulum_agree(coordinates: str) -> None:
+def test_all_forms_of_a_platform_with_a_pendulum_agree() -> None:
     """Every closed form, power and derivative, by the checks of a scene."""
     load = {
         "bodies": {
@@ -40,16 +39,15 @@ def test_all_forms_of_a_platform_with_a_pendulum_agree(coordinates: str) -> None
             }
         },
     }
-    data = _data({"type": "free"}, SEA, {}, coordinates=coordinates, simulation={"duration": 1, "step": 0.01}) | load
+    data = _data({"type": "free"}, SEA, {}, coordinates="absolute", simulation={"duration": 1, "step": 0.01}) | load
     report = check(from_data(data), states=2)
     assert report.passed, str(report)
 
 
-@pytest.mark.long_except_every(3)
 @pytest.mark.slow
-@pytest.mark.parametrize("angle", [0.0, 0.2, math.pi / 2])
+@pytest.mark.parametrize("angle", [0.2, math.pi / 2])
 def test_all_forms_of_a_wide_buoy_agree(angle: float) -> None:
-    """Closed forms, power and derivatives, upright, heeled and lying."""
+    """Closed forms, power and derivatives, heeled and lying."""
     joint = {"type": "revolute", "axis": [0, 1, 0], "initial": {"position": angle}}
     body = {"mass": 2e5, "center_of_mass": [0.1, 0, -0.5], "inertia": [1e6, 1e6, 1e6]}
     data = _scene(10.0, -2.0, 2.0, 3, joint, body, added_mass=1, wet=2.0, drag=1.0)

@@ -38,7 +38,7 @@ def test_check_compares_geometric_stiffness_without_loads() -> None:
 
 @pytest.mark.long
 @pytest.mark.slow
-@pytest.mark.parametrize("shape", BODIES)
+@pytest.mark.parametrize("shape", [*BODIES][:1])
 def test_derivatives_of_other_shapes_are_complex_steps(shape: str) -> None:
     """Derivatives take the place from three steps behind the iteration; complex steps go through the iteration."""
     tilted = "rotation = [{ axis = [1, 0, 0], angle = 0.25 }]"

@@ -28,7 +28,9 @@ from eomgen.products.studies.verification.claims.claim import (
 )
 from eomgen.products.studies.verification.states import CheckedStates
 from eomgen.system.system import System
+from eomgen.system.terms import TERMS as TERMS_OF_SCENES
 from tests.models.checked_scenes import drone, gate, reed, rod, striker
+from tests.studies.test_planted_errors import PLANTED
 
 SCENES = {"drone": drone, "gate": gate, "reed": reed, "rod": rod, "striker": striker}
 STATES = 2
@@ -143,3 +145,23 @@ def _changed(value: Callable[[Engine, Blocks], Array]) -> Callable[[Engine, Bloc
         return array
 
     return changed
+
+
+#: Matrices of the closed form that their rates, and tau made of them, are held by.
+BEHIND_RATES = {"system_jacobian", "adjoints", "joint_brackets", "link_brackets"}
+#: Terms that claim nothing of their own: values that other forms are derivatives of.
+CLAIM_NOTHING = {
+    *("outputs", "event_actions", "samples", "poses", "frame_poses", "center_of_mass", "constraint", "constraint_size"),
+    *("force", "internal_rate", "regressor_parameters"),
+}
+
+
+@pytest.mark.long
+def test_every_term_has_a_claim_and_every_claim_an_error_that_it_finds() -> None:
+    """A new term must bring what holds it, a claim in ``eomgen/products/studies``, and an error: here, or compiled."""
+    names = {scene: {claim.name for claim in claims_of(scene)[0]} for scene in SCENES}
+    claimed = {name.partition(".")[0] for of_scene in names.values() for name in of_scene}
+    other_orders = {name for name, term in TERMS_OF_SCENES.items() if term.source and name[-1].isdigit()}
+    assert set(TERMS_OF_SCENES) - claimed - CLAIM_NOTHING - BEHIND_RATES - other_orders == set()
+    on_tape = {name for scene, known in names.items() for name in known if name.startswith(CHECKED[scene])}
+    assert set().union(*names.values()) - on_tape - {form for *_, form in PLANTED} == set()

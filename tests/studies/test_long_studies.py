@@ -40,10 +40,8 @@ def pendulum(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("scene.toml").write_text(PENDULUM_TOML, encoding="utf-8")
 
 
-@pytest.mark.long_except_every(3)
-@pytest.mark.long_cases("savings")
 @pytest.mark.slow
-@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.parametrize("verb", ["check", "tune", "ensemble"])
 def test_lines_on_stderr_tell_the_progress_without_a_terminal(
     verb: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
