@@ -178,37 +178,7 @@ def _potential_and_inertia(theta: complex) -> tuple[complex, complex]:
     return V, sum(weight * rate * rate for weight, rate in zip(weights, rates, strict=True))
 
 
-def skew_arm(coordinates: str) -> eomgen.Scene:
-    """Return two bodies on hinges that are not parallel, in motion."""
-    builder = eomgen.SceneBuilder("skew_arm", coordinates=coordinates)
-    for name in ("upper", "lower"):
-        builder.body(name, 1.0, center_of_mass=[0.3, 0.1, 0.2], inertia=[0.02, 0.03, 0.04])
-    turning = {"position": 1.0, "velocity": 3.0}
-    builder.joint("shoulder", "revolute", "base", "upper", axis=[0, 1, 0], stiffness=0.3, damping=0.1, initial=turning)
-    turning = {"position": 0.3, "velocity": 2.0}
-    builder.joint(
-        "elbow", "revolute", "upper", "lower", axis=[0, 2, 1], position=[0, 0, -0.5], stiffness=0.3, initial=turning
-    )
-    return builder.build()
-
-
-@pytest.mark.long
-def test_eigenvalues_along_a_motion_are_those_of_joint_coordinates() -> None:
-    """In accelerating motion eigenvalues depend on the coordinates: absolute bodies are told of by their joints."""
-    models = [eomgen.build(skew_arm(coordinates), profile="quick") for coordinates in ("joint", "absolute")]
-    joint, absolute = (model.linearize(model.initial_q, model.initial_v) for model in models)
-    assert np.max(np.abs(joint.reference.a)) > 10.0
-    np.testing.assert_allclose(absolute.modes().eigenvalues, joint.modes().eigenvalues, rtol=1e-10)
-    assert absolute.coordinates == ("shoulder", "elbow")
-    chosen = models[1].linearize(models[1].initial_q, models[1].initial_v, independent=("upper[1]",))
-    assert "upper[1]" in chosen.coordinates
-    assert len(chosen.modes().shapes) == len(absolute.modes().shapes) == 12
-    with pytest.raises(UsageError, match="there is no coordinate of a joint 'ebow'; try: elbow"):
-        models[1].linearize(independent=("ebow",))
-
-
 @pytest.mark.slow
-@pytest.mark.long_except("joint")
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 def test_slider_crank_by_multipliers_is_the_one_in_a_single_coordinate(coordinates: str) -> None:
     model = eomgen.build(slider_crank(coordinates), profile="quick")
@@ -226,6 +196,9 @@ def test_slider_crank_by_multipliers_is_the_one_in_a_single_coordinate(coordinat
     if coordinates == "joint":
         assert lin.coordinates == ("main",)
         np.testing.assert_allclose((lin.M0[0, 0], lin.K0[0, 0]), (inertia, stiffness), rtol=1e-9)
+    else:
+        with pytest.raises(UsageError, match="there is no coordinate of a joint 'mian'; try: main"):
+            model.linearize(independent=("mian",))
     assert lin.modes().shapes.shape == (model.nv, 1)
 
 

@@ -55,10 +55,6 @@ def unpacked(result: Any) -> None:
 
 
 CALLS: list[tuple[Callable[[], Any], str]] = [
-    (
-        lambda: OutputFeedback(kalman(space(), {"push": 0.1}, {"place": 1e-6}), regulator()),
-        "OutputFeedback: a Regulator comes first, not an Observer; try: OutputFeedback(regulator, observer)",
-    ),
     (lambda: OutputFeedback(regulator(), regulator()), "an Observer comes second, not a Regulator"),
     (
         lambda: eomgen.with_controller(spring(), law()),  # type: ignore[arg-type]
@@ -67,8 +63,6 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: eomgen.with_controller("scene.toml", law().gains), "with_controller: a Regulator or an OutputFeedback is"),
     (lambda: unpacked(law()), "a Regulator is one object, and not several to be unpacked; try: law = ..., and law.ga"),
     (lambda: unpacked(observer()), "an Observer is one object, and not several to be unpacked; try: observer = ..."),
-    (lambda: arm().linearize().A, "a Linearization has no 'A'; try: state_space().A"),
-    (lambda: arm().linearize().eigenvalues, "try: modes(), which has eigenvalues, frequency and damping"),
     (lambda: arm().simulate(0.01, 1e-3).psd("q.elbow"), "usage error: psd: the solution has no curve"),
     (lambda: arm().linearize().rms("tip[2]", "C"), "rms: an excitation is needed, not 'C'"),
     (lambda: arm().linearize().psd("tip[2]", 3.0), "psd: an excitation is needed, not float"),

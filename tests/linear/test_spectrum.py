@@ -14,7 +14,7 @@ import pytest
 import eomgen
 from eomgen.base.arrays import Array
 from eomgen.errors import UsageError
-from eomgen.spectra import WEIGHTINGS, PowerSpectrum, weighted_signal, weighting_response
+from eomgen.spectra import WEIGHTINGS, weighted_signal, weighting_response
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
@@ -78,22 +78,6 @@ def test_columns_without_a_spectrum(run: eomgen.Solution) -> None:
 
 #: Wk of ISO 2631-1:1997, table 3, in thousandths, at these frequencies in Hz.
 _WK = {1.0: 482, 2.0: 531, 4.0: 967, 6.3: 1054, 16.0: 768, 31.5: 405}
-
-
-@pytest.mark.parametrize("frequency", _WK)
-def test_a_narrow_band_is_weighted_by_the_tabulated_factor(frequency: float) -> None:
-    f = frequency * np.linspace(0.999, 1.001, 41)
-    spectrum = PowerSpectrum("seat", "m/s^2", f, np.full(41, 3.0), "")
-    assert spectrum.rms(weighting="Wk") / spectrum.rms() == pytest.approx(1e-3 * _WK[frequency], abs=1e-3)
-
-
-def test_what_has_no_weighted_rms() -> None:
-    spectrum = PowerSpectrum("seat", "m", np.linspace(0.0, 9.0, 10), np.ones(10), "")
-    with pytest.raises(UsageError, match=r"seat is in m, and weightings apply to accelerations in m/s\^2"):
-        spectrum.rms(weighting="Wk")
-    acceleration = PowerSpectrum("seat", "m/s^2", np.linspace(0.0, 9.0, 10), np.ones(10), "")
-    with pytest.raises(UsageError, match="there is no weighting 'Wx'"):
-        acceleration.rms(weighting="Wx")
 
 
 def _of_signal(t: Array, values: Array, unit: str = "m/s^2") -> eomgen.Solution:

@@ -238,10 +238,10 @@ def test_samples_without_a_value_make_no_probability() -> None:
     assert fine.probability == pytest.approx(0.02275, rel=0.2)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_projections_onto_hermite_polynomials_mend_the_variance_of_the_mean_expansion() -> None:
     duffing = Duffing(0.1, 0.3)
-    samples = duffing.values(np.random.default_rng(8).standard_normal((50_000, 21)))
+    samples = duffing.values(np.random.default_rng(8).standard_normal((20_000, 21)))
     about_mean, projected = duffing.expansion(np.zeros(21)).form, hermite_projection(duffing, 32, 0)
     spread = samples.std()
     assert abs(about_mean.standard_deviation / spread - 1.0) > 0.05

@@ -142,21 +142,6 @@ def test_solutions_are_as_many_as_outputs_where_the_state_stays_as_it_is(duffing
 
 
 @pytest.mark.long
-@pytest.mark.slow
-def test_solutions_elsewhere_are_a_run_an_adjoint_and_a_tangent_for_each_variable(swinging: eomgen.Model) -> None:
-    response = RunResponse(swinging, processes_of(swinging)[1], "x", (15.0, 0.05), {"method": "trapezoidal"})
-    assert response.stationary is None
-    point = np.full(21, 0.1)
-    fresh = response.expansion(point)
-    assert response.costs == (1, 1, 21)
-    again = RunResponse(swinging, response.variables, "x", (15.0, 0.05), {"method": "trapezoidal"})
-    value, gradient = again.gradient(point)
-    assert (value, *gradient) == (fresh.value, *fresh.gradient)
-    np.testing.assert_array_equal(again.expansion(point).hessian, fresh.hessian)
-    assert again.costs == (1, 1, 21)
-
-
-@pytest.mark.long
 def test_projected_second_order_costs_a_tangent_and_an_adjoint_for_each_direction(swinging: eomgen.Model) -> None:
     """Eight directions have 99 % of the squares of the gradients (dossier, 4.4), the slope at the end is one more."""
     found = study(swinging, thresholds=[1.1862], points=False, projected=0.99, times=[10.0])

@@ -136,7 +136,7 @@ def test_a_band_far_above_the_resonance_loses_more_of_the_output_than_of_itself(
         " 8.3 % low; try: share = 0.999245 or more"
     )
     assert "to second order; 16 % of its variance is lost with the modes left out; " in found.message
-    assert found.notes == [told] and told in found.message
+    assert list(found.notes) == [told] and told in found.message
     assert found.to_dict()["lost_variance"] == found.lost_variance
     assert vars(found.costs["truncation"]) == {"runs": 1, "adjoints": 1, "tangents": 0}
 

@@ -97,7 +97,7 @@ CHECKED: dict[str, tuple[str, ...]] = {
         "frame_drifts_aligned", "frame_mobilities", "center_of_mass", "output", "input_rates", "parameter_partials",
         "momenta",
     ),
-    "gate": ("constraint", "velocity_partials", "joint_velocities", "parameter_partials"),
+    "gate": ("constraint", "velocity_partials", "joint_velocities", "parameter_partials", "output_partials"),
     "reed": ("section_loads",),
     "rod": ("",),
     "striker": ("",),

@@ -294,24 +294,6 @@ def test_gains_without_units_are_no_similar_scene() -> None:
     assert study.left_out == {"time": reason}
 
 
-@pytest.mark.long
-@pytest.mark.slow
-def test_ladders_over_what_a_scene_has_not_are_left_out_with_the_reason() -> None:
-    free = {"type": "free", "parent": "base", "child": "rod", "initial": {"velocity": [1.0, 0, 2.0, 0, 0, 0]}}
-    scene = {**PENDULUM, "gravity": [0, 0, 0], "joints": {"j": free}}
-    scene["bodies"] = {"rod": {**PENDULUM["bodies"]["rod"]}}
-    found = eomgen.extremes(scene, ladders=["stiffness", "damping", "gravity"])
-    assert not found.cells and found.left_out == {
-        "stiffness": "it has no key stiffness with a value",
-        "damping": "it has no key damping with a value",
-        "gravity": "it is without gravity",
-    }
-    assert not eomgen.extremes(PENDULUM, ladders=["stiffness", "gravity"], budget=1e-9).left_out.keys() & {
-        "stiffness",
-        "gravity",
-    }
-
-
 @pytest.mark.slow
 def test_differences_are_relative_to_the_motion_of_each_kind() -> None:
     subject = Subject(PENDULUM, {})

@@ -15,7 +15,7 @@ import eomgen
 from eomgen.products.studies.work_precision.formulations import simplify
 
 BEAM = Path(__file__).parents[2] / "examples" / "spin_up_beam" / "scene.toml"
-END = 1.0
+END = 0.4
 
 
 def _data() -> dict[str, Any]:
@@ -60,7 +60,7 @@ def study() -> eomgen.Tradeoff:
         axes=["fidelity", "resolution"],
         methods=["taylor"],
         t_end=END,
-        budget=300.0,
+        budget=60.0,
     )
 
 

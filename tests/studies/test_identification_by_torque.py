@@ -77,7 +77,7 @@ def arm() -> eomgen.Model:
     return build_for_run(load_toml(SCENE))
 
 
-def data(seed: int = 0, rows: int = 300, motor: float = 0.0) -> dict[str, Array]:
+def data(seed: int = 0, rows: int = 300) -> dict[str, Array]:
     """Return a motion with its efforts by the equations of a double pendulum, written by hand."""
     t = np.linspace(0.0, 6.0, rows)
     q, v, a = (np.zeros((rows, 2)) for _ in range(3))
@@ -95,7 +95,7 @@ def data(seed: int = 0, rows: int = 300, motor: float = 0.0) -> dict[str, Array]
     sum_a, sum_v = a.sum(axis=1), v.sum(axis=1)
     lower = I2 * sum_a + along * a[:, 0] - across * v[:, 0] ** 2 - 10.0 * (X2 * np.cos(second) + Z2 * np.sin(second))
     upper = I1 * a[:, 0] + along * sum_a + across * sum_v**2 - 10.0 * (X1 * np.cos(first) + Z1 * np.sin(first))
-    tau = np.column_stack([upper + lower + d1 * v[:, 0], lower + d2 * v[:, 1] - motor])
+    tau = np.column_stack([upper + lower + d1 * v[:, 0], lower + d2 * v[:, 1]])
     tau = tau + NOISE * np.random.default_rng(seed).standard_normal((rows, 2))
     columns = {"t": t, "tau.shoulder": tau[:, 0], "tau.elbow": tau[:, 1]}
     for letter, table in (("q", q), ("v", v), ("a", a)):
@@ -103,7 +103,6 @@ def data(seed: int = 0, rows: int = 300, motor: float = 0.0) -> dict[str, Array]
     return columns
 
 
-@pytest.mark.long
 def test_the_motion_by_hand_is_that_of_the_scene(arm: eomgen.Model) -> None:
     given = data()
     q, v, a = (np.column_stack([given[f"{c}.shoulder"], given[f"{c}.elbow"]]) for c in "qva")
@@ -127,10 +126,10 @@ def test_base_parameters_from_noisy_efforts(arm: eomgen.Model) -> None:
 
 def test_intervals_hold_the_truth_as_often_as_they_state(arm: eomgen.Model) -> None:
     held = np.zeros(8)
-    for seed in range(100):
+    for seed in range(40):
         found = eomgen.identify(arm, data(seed), by="torque")
         held += [one.low < TRUE[one.name.split()[0]] < one.high for one in found.estimates]
-    assert held.min() >= 88
+    assert held.min() >= 33  # of 40; less than this has a probability of 0.1 % for each
 
 
 def test_chosen_parameters_with_the_others_held(arm: eomgen.Model) -> None:
@@ -157,72 +156,20 @@ def test_chosen_parameters_with_the_others_held(arm: eomgen.Model) -> None:
     assert first.high - first.value == pytest.approx(1.964 * first.deviation, rel=1e-3)  # Student's, of tables
 
 
-def test_deviations_of_few_samples_make_up_for_the_unknowns(arm: eomgen.Model) -> None:
-    """Residuals of forty samples that eight unknowns are fitted to have the noise of 32."""
-    found = eomgen.identify(arm, data(0, 20), by="torque")
-    squares = sum(one.samples * (one.rms / one.deviation) ** 2 for one in found.columns)
-    assert squares == pytest.approx(32.0, rel=1e-4) and found.degrees_of_freedom == 32
-
-
-def test_motions_that_excite_badly_are_told(arm: eomgen.Model) -> None:
-    found = eomgen.identify(arm, {name: column[:30] for name, column in data().items()}, by="torque")
-    assert "motions excite the parameters unevenly: the condition number is" in found.message
-
-
-def test_what_one_slow_motion_does_not_decide_is_counted_together(arm: eomgen.Model) -> None:
-    given = data()
-    still = {name: np.zeros(300) for name in given if name[0] in "va"}
-    given |= still | {"q.elbow": np.zeros(300), "tau.shoulder": np.zeros(300), "tau.elbow": np.zeros(300)}
-    found = eomgen.identify(arm, given, ["upper.first_moment_z", "lower.mass", "lower.first_moment_z"], by="torque")
-    (one,) = found.combinations
-    assert (one.text, one.form) == ("upper.first_moment_z - 0.5 lower.mass", "sum")
-    assert "only upper.first_moment_z - 0.5 lower.mass is determined" in found.message
-
-
-def test_an_input_that_was_measured_is_counted(arm: eomgen.Model) -> None:
-    given = data(0, motor=5.0) | {"motor": np.full(300, 5.0)}
-    found = eomgen.identify(arm, given, by="torque")
-    plain = eomgen.identify(arm, data(0), by="torque")
-    np.testing.assert_allclose(
-        [one.value for one in found.estimates], [one.value for one in plain.estimates], atol=1e-9
-    )
-    alone = {name: values for name, values in given.items() if not name.startswith("tau.")}
-    assert eomgen.identify(arm, alone, by="torque").columns[1].rms > 0.0
-
-
 @pytest.mark.parametrize(
-    ("drop", "change", "options", "told"),
+    ("options", "told"),
     [
-        (["a.elbow"], {}, {}, "run1: the columns a.elbow are missing, and inverse dynamics needs all of q, v and a"),
-        (["tau.elbow"], {}, {}, "run1: the efforts tau.elbow are missing; try: 0 without one"),
-        (["tau.elbow", "tau.shoulder"], {}, {}, "run1: there is neither a column of efforts nor one of an input"),
-        ([], {"tau.elbo": 0.0}, {}, "run1, column 'tau.elbo': no joint has this effort; try: tau.elbow"),
-        ([], {"v.elbow": np.nan}, {}, "run1: 300 of 300 rows have missing values; try: missing="),
-        ([], {}, {"parameters": ["lower.mas"]}, "there is no parameter of the regressor 'lower.mas'"),
-        ([], {}, {"states": ["q.elbow"]}, "states: by torque no run is made that it could belong to"),
-        ([], {}, {"step": 0.1}, "step: by torque no run is made that it could belong to"),
-        ([], {}, {"by": "effort"}, "by: 'effort' is none of the choices; try: run or torque"),
-        ([], {}, {"missing": "skip"}, "missing: 'skip' is none of the choices"),
-        ([], {}, {"deviations": {"tau.knee": 1.0}}, "there is no measured column 'tau.knee'"),
+        ({"states": ["q.elbow"]}, "states: by torque no run is made that it could belong to"),
+        ({"step": 0.1}, "step: by torque no run is made that it could belong to"),
+        ({"by": "effort"}, "by: 'effort' is none of the choices; try: run or torque"),
+        ({"missing": "skip"}, "missing: 'skip' is none of the choices"),
+        ({"deviations": {"tau.knee": 1.0}}, "there is no measured column 'tau.knee'"),
     ],
 )
-def test_mistakes_are_named(
-    arm: eomgen.Model, drop: list[str], change: dict[str, float], options: dict[str, Any], told: str
-) -> None:
-    given = {name: values for name, values in data().items() if name not in drop}
-    given |= {name: np.full(300, value) for name, value in change.items()}
+def test_mistakes_are_named(arm: eomgen.Model, options: dict[str, Any], told: str) -> None:
     with pytest.raises(UsageError) as caught:
-        eomgen.identify(arm, given, **{"by": "torque"} | options)
+        eomgen.identify(arm, data(), **{"by": "torque"} | options)
     assert told in str(caught.value)
-
-
-def test_rows_with_gaps_are_dropped_and_few_rows_refused(arm: eomgen.Model) -> None:
-    given = data()
-    given["q.elbow"][:5] = np.nan
-    assert eomgen.identify(arm, given, by="torque", missing="drop").degrees_of_freedom == 582
-    few = {name: values[:3] for name, values in data().items()}
-    with pytest.raises(UsageError, match="data: there are 6 samples for 8 unknowns"):
-        eomgen.identify(arm, few, by="torque")
 
 
 def test_the_command_reads_efforts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -52,7 +52,7 @@ def derived_once(monkeypatch: pytest.MonkeyPatch) -> None:
 OWN = {
     "drone": (
         "mass M, coupling h, inverse_dynamics tau, residual r, forward_dynamics vdot, partials K C M, "
-        "equations r zdot, iteration K C M Rz Fq Fv Fz, jacobians J, rates tau tau_dot tau_ddot, "
+        "equations r zdot, iteration K C M Rz Fq Fv Fz, rates tau tau_dot tau_ddot, "
         "mass_rates M_dot M_ddot, coupling_rates h_dot h_ddot, force_rates Q_dot Q_ddot, "
         "base_motion_rates b_dot b_ddot, "
         "rates_closed tau tau_dot tau_ddot, mass_rates_closed M_dot M_ddot, system_jacobian_rates J_dot J_ddot, "
@@ -95,6 +95,7 @@ PLANTED = [
     ("drone", "poses", "pose", "twists"),
     ("drone", "twists", "twist", "twists"),
     ("drone", "accelerations", "acceleration", "accelerations"),
+    ("drone", "jacobians", "J", "jacobians"),
     ("drone", "regressor", "tau0", "regressor.Y"),
     ("drone", "regressor_parameters", "pi", "regressor.Y"),
     ("drone", "frame_poses", "frame_pose", "frame_jacobians.J"),
@@ -137,7 +138,6 @@ def planted(
 PLACES = list(dict.fromkeys((scene, term) for scene, term, *_ in PLANTED))
 
 
-@pytest.mark.long_except_every(9)
 @pytest.mark.slow
 @pytest.mark.usefixtures("derived_once")
 @pytest.mark.parametrize(("scene", "term"), PLACES)

@@ -35,20 +35,6 @@ THROWN: dict[str, Any] = {
     "outputs": {"tip": {"position": "tip", "unit": "m"}},
     "simulation": {"step": 0.01, "duration": 0.64},
 }
-#: A pendulum of one coordinate: nothing rotates in space, nothing is constrained.
-#: Two of them in a chain, fast: after a minute no two methods agree.
-WILD: dict[str, Any] = {
-    **SWING,
-    "name": "wild",
-    "bodies": {name: {"mass": 1.0, "center_of_mass": [0, 0, -0.5]} for name in ("upper", "lower")},
-    "joints": {
-        "pin": {**SWING["joints"]["pin"], "child": "upper", "initial": {"position": 3.0}},
-        "hinge": {
-            "type": "revolute", "parent": "upper", "child": "lower", "axis": [0, 1, 0], "position": [0, 0, -1],
-            "initial": {"position": 1.0, "velocity": 9.0},
-        },
-    },
-}  # fmt: skip  # a table
 STEPS = (0.02, 0.01, 0.005, 0.0025)
 
 
@@ -325,14 +311,6 @@ def test_mistakes_are_named(options: dict[str, Any], message: str) -> None:
 def test_an_error_by_an_unknown_measure_is_refused() -> None:
     with pytest.raises(eomgen.UsageError, match="measure: there is no measure 'mean'; try: one of largest, rms, final"):
         Point.error_of(cast(Any, None), "q", "mean")
-
-
-@pytest.mark.long
-def test_a_motion_without_a_reference_is_refused() -> None:
-    with pytest.raises(
-        eomgen.NumericalError, match=r"% of the motion: no error can be computed from them; try: a shorter"
-    ):
-        eomgen.tradeoff(WILD, t_end=150.0, methods=["taylor", "rk4"], steps=[0.02], budget=32.0)
 
 
 @pytest.mark.slow

@@ -25,7 +25,6 @@ from eomgen.products.studies.work_precision.formulations import formulations
 from eomgen.products.studies.work_precision.running import Grid, Runner, ladder_grid, tuning_grid, whole_steps
 from eomgen.simulation.timing import RepeatedRun
 from tests.models.scenes import SWING, pendulum
-from tests.studies.test_tradeoff import WILD
 
 SCENE = """\
 format = 1
@@ -66,30 +65,14 @@ def tuned(path: Path) -> eomgen.Tuned:
     return found
 
 
-@pytest.mark.long
-def test_the_demand_is_met_on_the_scene_and_on_runs_not_tuned_on(tuned: eomgen.Tuned) -> None:
-    assert tuned.error <= 1e-4
-    assert len(tuned.verified) == 3
-    assert tuned.met
-    for run in tuned.verified:
-        assert 0.0 < run.error <= 1e-4
-        assert run.uncertainty < 1e-4
-    model = eomgen.build(SCENE_DATA)
-    assert tuned.kind == "step"
-    own = {name: tuned.simulation[name] for name in ("step", "record_every", *tuned.configuration.parameters)}
-    again = model.simulate(1.28, method=tuned.configuration.method, **own)
-    exact = model.simulate(1.28, again.t[1], method="taylor", tolerance=1e-15)
-    assert len(again.t) == len(exact.t)
-    difference = np.abs(again.outputs["angle"] - exact.outputs["angle"]).max() / np.abs(exact.outputs["angle"]).max()
-    assert difference <= 1e-4
-
-
 SCENE_DATA = tomllib.loads(SCENE)
 
 
 @pytest.mark.slow
 def test_one_line_says_why(tuned: eomgen.Tuned) -> None:
-    assert " meets 0.0001 in " in tuned.why
+    assert " meets 0.0001 in " in tuned.why and len(tuned.verified) == 3
+    for run in tuned.verified:
+        assert 0.0 < run.error <= 1e-4 > run.uncertainty
     assert "one digit more costs" in tuned.why
     missed = replace(tuned, verified=(VerificationRun("other", 1.0, 0.0, ""),))
     assert not missed.met and "; verification runs miss it, by an error of 1; " in missed.why
@@ -189,12 +172,10 @@ start = "equilibrium"
 """
 
 
-@pytest.mark.slow
-@pytest.mark.long_cases("generalized_alpha", "rk45")
-@pytest.mark.parametrize("method", ["generalized_alpha", "rk45"])
-def test_errors_are_the_largest_over_all_rows_of_the_file_that_is_written(method: str, tmp_path: Path) -> None:
+@pytest.mark.long
+def test_errors_are_the_largest_over_all_rows_of_the_file_that_is_written(tmp_path: Path) -> None:
     (tmp_path / "car.toml").write_text(STOPPED)
-    tuned = eomgen.tune(tmp_path / "car.toml", 1e-4, output="ride", methods=[method], formulated=False)
+    tuned = eomgen.tune(tmp_path / "car.toml", 1e-4, output="ride", methods=["generalized_alpha"], formulated=False)
     assert isinstance(tuned, eomgen.Tuned)
     assert tuned.met
     assert tuned.span == pytest.approx(1.5)
@@ -450,9 +431,6 @@ def test_the_judge_knows_a_motion_to_a_part_of_the_demand_and_no_better(error: f
         ({}, "tune: a demand on the error is needed; try: error=1e-4"),
         ({"error": 1e-4, "real_time": 1e-3}, "tune: the argument tune(real_time) was removed; try: a demand"),
         ({"error": 2.0}, "error: a demand lies in 1e-13..0.5, not 2.0; try: 1e-4"),
-        ({"error": 1e-4, "output": "angel"}, "output: the scene has no output 'angel'; try: angle"),
-        ({"error": 1e-4, "measure": "mean"}, "measure: there is no measure 'mean'; try: one of largest, rms, final"),
-        ({"error": 1e-4, "inputs": {"zz": 1.0}}, "there is no input 'zz': the scene has no inputs; try: [inputs] in"),
         (
             {"error": 1e-4, "axes": ["method", "profile"]},
             "axes: eomgen.tune does not vary the axis profile; try: one of formulation, method, ",
@@ -466,12 +444,6 @@ def test_mistakes_are_named(arguments: dict[str, Any], message: str) -> None:
     with pytest.raises(eomgen.EomgenError) as raised:
         eomgen.tune(SWING, **arguments)
     assert message in str(raised.value)
-
-
-@pytest.mark.long
-def test_what_has_no_reference_is_not_tuned() -> None:
-    with pytest.raises(eomgen.NumericalError, match=r"differ by .* no error can be computed from them"):
-        eomgen.tune(WILD, 1e-6, t_end=150.0, methods=["taylor", "rk4"])
 
 
 @pytest.mark.slow
