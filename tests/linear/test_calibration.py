@@ -19,41 +19,49 @@ from eomgen.products.linear.control.plant import Plant
 from eomgen.products.linear.control.second_order import lqr, optimal_modal_gains
 from eomgen.products.linear.control.weights import Weights
 from tests.models.cache import shared_cache
+from tests.models.toml_text import toml_text
 
 __all__ = ["shared_cache"]
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "active_quarter_car" / "scene.toml"
 
-CART = """\
-format = 1
-name = "cart"
-[parameters]
-length = { value = 0.6, tunable = true }
-[bodies]
-cart = { mass = 2 }
-pole = { mass = 0.5, center_of_mass = [0, 0, "length"], inertia = [0.02, 0.02, 0.001] }
-[joints]
-rail = { type = "prismatic", parent = "base", child = "cart", axis = [1, 0, 0] }
-hinge = { type = "revolute", parent = "cart", child = "pole", axis = [0, 1, 0], initial = { position = 0.02 } }
-[controllers.hold]
-type = "state_feedback"
-coordinates = ["hinge", "rail"]
-position_references = { rail = 0 }
-[controllers.hold.calibration]
-method = "lqr"
-position_weights = { rail = 10, hinge = 1 }
-velocity_weights = { rail = 2 }
-effort_weights = 0.1
-[efforts.hold]
-joint = "rail"
-effort = "hold"
-[simulation]
-method = "rk4"
-"""
+
+def scene_of(joints: dict[str, Any], hold: dict[str, Any], calibration: dict[str, Any], **more: Any) -> dict[str, Any]:
+    """Return a scene without gravity whose controller ``hold`` is calibrated; each joint moves the body of its name."""
+    data = {"format": 1, "name": "held", "gravity": [0, 0, 0], "joints": joints, **more}
+    return data | {"controllers": {"hold": {"type": "state_feedback", "calibration": calibration, **hold}}}
 
 
-def model_of(text: str, **options: Any) -> eomgen.Model:
-    return eomgen.build(tomllib.loads(text), profile="quick", **options)
+def slide(child: str, parent: str = "base", **more: Any) -> dict[str, Any]:
+    return {"type": "prismatic", "parent": parent, "child": child, "axis": [1, 0, 0], **more}
+
+
+def hinge(child: str, parent: str = "base", **more: Any) -> dict[str, Any]:
+    return {"type": "revolute", "parent": parent, "child": child, "axis": [0, 1, 0], **more}
+
+
+CART = scene_of(
+    {"rail": slide("cart"), "hinge": hinge("pole", "cart", initial={"position": 0.02})},
+    {"coordinates": ["hinge", "rail"], "position_references": {"rail": 0}},
+    {
+        "method": "lqr",
+        "position_weights": {"rail": 10, "hinge": 1},
+        "velocity_weights": {"rail": 2},
+        "effort_weights": 0.1,
+    },
+    gravity=[0, 0, -9.81],
+    parameters={"length": {"value": 0.6, "tunable": True}},
+    bodies={
+        "cart": {"mass": 2},
+        "pole": {"mass": 0.5, "center_of_mass": [0, 0, "length"], "inertia": [0.02, 0.02, 0.001]},
+    },
+    efforts={"hold": {"joint": "rail", "effort": "hold"}},
+    simulation={"method": "rk4"},
+)
+
+
+def model_of(data: dict[str, Any], **options: Any) -> eomgen.Model:
+    return eomgen.build(data, profile="quick", **options)
 
 
 def upright(length: float) -> Plant:
@@ -91,7 +99,7 @@ def test_published_gains(weights: str, digits: tuple[str, ...]) -> None:
     """The quarter car from its scene, a tension for a force that lifts the body: the signs are turned."""
     text = EXAMPLE.read_text().replace("{ travel = 1e3, deflection = 1e4 }", weights)
     assert weights in text
-    model = model_of(text, terms=["outputs", "forward_dynamics"])
+    model = model_of(tomllib.loads(text), terms=["outputs", "forward_dynamics"])
     for signal, printed in zip(("travel", "body", "deflection", "wheel"), digits, strict=True):
         value = model.parameters[f"ride_gain_{signal}"]
         assert abs(value - float(printed)) <= 0.5 * 10.0 ** -len(printed.partition(".")[2]), (signal, value)
@@ -151,7 +159,7 @@ def test_gains_are_those_of_the_plant_by_hand_for_any_parameters(cart: eomgen.Mo
 @pytest.mark.slow
 def test_the_folder_of_c_has_the_gains(cart: eomgen.Model, tmp_path: Path) -> None:
     """The program that stands alone runs the closed loop from its default parameters, to the digits that it prints."""
-    eomgen.generate(tomllib.loads(CART), tmp_path / "cart_c")
+    eomgen.generate(CART, tmp_path / "cart_c")
     readme = (tmp_path / "cart_c" / "README.md").read_text()
     assert "controllers.hold: gains by lqr about the equilibrium" in readme
     sources = [str(path) for path in sorted((tmp_path / "cart_c").glob("*.c"))]
@@ -166,7 +174,7 @@ def test_the_folder_of_c_has_the_gains(cart: eomgen.Model, tmp_path: Path) -> No
 @pytest.mark.long
 def test_a_model_from_the_cache_needs_no_solver(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
-    path.write_text(CART)
+    path.write_text(toml_text(CART))
     code = (
         f"import sys, eomgen; model = eomgen.build({str(path)!r}, profile='quick'); "
         "print(model.parameters['hold_position_gain_rail'], "
@@ -189,38 +197,25 @@ def test_a_model_from_the_cache_needs_no_solver(tmp_path: Path) -> None:
     assert {value for value, _ in later} == {first[0]}
 
 
-MASSES = """\
-format = 1
-name = "masses"
-gravity = [0, 0, 0]
-[bodies]
-one = { mass = 1.5 }
-two = { mass = 2.5 }
-[joints]
-one = { type = "prismatic", parent = "base", child = "one", axis = [1, 0, 0], stiffness = 90, damping = 0.3 }
-two = { type = "prismatic", parent = "one", child = "two", axis = [1, 0, 0], stiffness = 40, damping = 0.2 }
-[controllers.hold]
-type = "state_feedback"
-outputs = ["one", "two"]
-coordinates = ["one", "two"]
-[controllers.hold.calibration]
-CALIBRATION
-[efforts]
-one = { joint = "one", effort = "hold_one" }
-two = { joint = "two", effort = "hold_two" }
-"""
-
-
-def masses(calibration: str) -> tuple[eomgen.Model, np.ndarray, np.ndarray]:
+def masses(
+    calibration: dict[str, Any], damping: float = 0.2, **changes: Any
+) -> tuple[eomgen.Model, np.ndarray, np.ndarray]:
     """Return the model of two masses in a row, and its gains G_p and G_v."""
-    model = model_of(MASSES.replace("CALIBRATION", calibration))
+    joints = {
+        "one": slide("one", stiffness=90, damping=0.3),
+        "two": slide("two", "one", stiffness=40, damping=damping),
+    }
+    data = scene_of(
+        joints,
+        {"outputs": ["one", "two"], "coordinates": ["one", "two"]},
+        calibration,
+        bodies={"one": {"mass": 1.5}, "two": {"mass": 2.5}},
+        efforts={name: {"joint": name, "effort": f"hold_{name}"} for name in ("one", "two")},
+    )
+    model = model_of(data | changes)
+    rows = ("one", "two") if "hold_one_position_gain_one" in model.parameters else ()
     G_p, G_v = (
-        np.array(
-            [
-                [model.parameters[f"hold_{row}_{kind}_gain_{column}"] for column in ("one", "two")]
-                for row in ("one", "two")
-            ]
-        )
+        np.array([[model.parameters[f"hold_{row}_{kind}_gain_{column}"] for column in ("one", "two")] for row in rows])
         for kind in ("position", "velocity")
     )
     return model, G_p, G_v
@@ -228,7 +223,7 @@ def masses(calibration: str) -> tuple[eomgen.Model, np.ndarray, np.ndarray]:
 
 @pytest.mark.slow
 def test_modal_control_of_a_scene() -> None:
-    model, G_p, G_v = masses('method = "imsc"\neffort_weights = [1e-3, 1e-2]')
+    model, G_p, G_v = masses({"method": "imsc", "effort_weights": [1e-3, 1e-2]})
     M = np.array([[4.0, 2.5], [2.5, 2.5]])  # the second coordinate is relative to the first
     half = np.linalg.inv(np.linalg.cholesky(M))
     squares, shapes = np.linalg.eigh(half @ np.diag([90.0, 40.0]) @ half.T)
@@ -244,12 +239,13 @@ def test_modal_control_of_a_scene() -> None:
 
 @pytest.mark.slow
 def test_placed_modes_and_placed_poles_of_a_scene() -> None:
-    model, *_ = masses('method = "pole_placement"\nfrequencies = [9, "120 rpm"]\ndamping_ratios = [0.5, 0.1]')
+    asked = {"method": "pole_placement", "frequencies": [9, "120 rpm"], "damping_ratios": [0.5, 0.1]}
+    model, *_ = masses(asked)
     values = np.linalg.eigvals(model.linearize(q=[0.0, 0.0]).state_space().A)
     for w, zeta in ((9.0, 0.5), (4.0 * np.pi, 0.1)):
         # the model's damping couples modes
         assert np.abs(values - w * (-zeta + 1j * np.sqrt(1.0 - zeta**2))).min() < 1e-2 * w
-    model, *_ = masses('method = "pole_placement"\npoles = [[-1, 2], [-1, -2], [-5, 0], [-6, 0]]')
+    model, *_ = masses({"method": "pole_placement", "poles": [[-1, 2], [-1, -2], [-5, 0], [-6, 0]]})
     values = np.linalg.eigvals(model.linearize(q=[0.0, 0.0]).state_space().A)
     for pole in (-1 + 2j, -1 - 2j, -5, -6):
         assert np.abs(values - pole).min() < 1e-8
@@ -257,14 +253,12 @@ def test_placed_modes_and_placed_poles_of_a_scene() -> None:
 
 @pytest.mark.slow
 def test_one_controller_is_calibrated_with_those_before_it_at_work() -> None:
-    both = MASSES.replace('outputs = ["one", "two"]\n', "").replace("hold_one", "hold").replace("hold_two", "later")
-    both += (
-        '[controllers.later]\ntype = "state_feedback"\ncoordinates = ["one", "two"]\n'
-        '[controllers.later.calibration]\nmethod = "lqr"\nposition_weights = { two = 500 }\neffort_weights = 0.01\n'
-    )
-    model = model_of(
-        both.replace("CALIBRATION", 'method = "lqr"\nvelocity_weights = { one = 30 }\neffort_weights = 0.1')
-    )
+    feedback = {"type": "state_feedback", "coordinates": ["one", "two"]}
+    weights = {"method": "lqr", "velocity_weights": {"one": 30}, "effort_weights": 0.1}
+    others = {"method": "lqr", "position_weights": {"two": 500}, "effort_weights": 0.01}
+    controllers = {"hold": {**feedback, "calibration": weights}, "later": {**feedback, "calibration": others}}
+    efforts = {"one": {"joint": "one", "effort": "hold"}, "two": {"joint": "two", "effort": "later"}}
+    model, *_ = masses({}, controllers=controllers, efforts=efforts)
 
     def gains(name: str) -> np.ndarray:
         names = [[f"{name}_{kind}_gain_{joint}" for joint in ("one", "two")] for kind in ("position", "velocity")]
@@ -283,15 +277,18 @@ def test_one_controller_is_calibrated_with_those_before_it_at_work() -> None:
 @pytest.mark.slow
 def test_references_are_where_the_controller_rests() -> None:
     """A hanging load: the spring is stretched, and the controller gives nothing there."""
-    text = (
-        'format = 1\nname = "hanging"\n[bodies]\nload = { mass = 3 }\n[joints]\n'
-        'rope = { type = "prismatic", parent = "base", child = "load", axis = [0, 0, 1], stiffness = 200 }\n'
-        '[controllers.hold]\ntype = "state_feedback"\ncoordinates = ["rope"]\nsignals = { above = "2 * q.rope + 1" }\n'
-        'calibration = { method = "lqr", effort_weights = 0.01, position_weights = { rope = 100 } }\n'
-        '[efforts]\nhold = { joint = "rope", effort = "hold" }\n[outputs]\nhold = { formula = "hold" }\n'
-        '[simulation]\nstart = "equilibrium"\n'
+    model = model_of(
+        scene_of(
+            {"rope": slide("load", axis=[0, 0, 1], stiffness=200)},
+            {"coordinates": ["rope"], "signals": {"above": "2 * q.rope + 1"}},
+            {"method": "lqr", "effort_weights": 0.01, "position_weights": {"rope": 100}},
+            gravity=[0, 0, -9.81],
+            bodies={"load": {"mass": 3}},
+            efforts={"hold": {"joint": "rope", "effort": "hold"}},
+            outputs={"hold": {"formula": "hold"}},
+            simulation={"start": "equilibrium"},
+        )
     )
-    model = model_of(text)
     sag = -3 * 9.81 / 200
     assert model.parameters["hold_position_reference_rope"] == pytest.approx(sag)
     assert model.parameters["hold_reference_above"] == pytest.approx(2 * sag + 1)
@@ -302,29 +299,25 @@ def test_references_are_where_the_controller_rests() -> None:
 @pytest.mark.slow
 def test_constraints_are_projected_out() -> None:
     """A parallelogram of two pendulums and a rod moves as one pendulum: gains on one of the angles."""
-    text = """\
-format = 1
-name = "parallelogram"
-[bodies]
-left = { mass = 2, center_of_mass = [0, 0, -0.5], inertia = [0.1, 0.1, 0.1] }
-right = { mass = 3, center_of_mass = [0, 0, -0.5], inertia = [0.2, 0.2, 0.2] }
-[joints]
-left = { type = "revolute", parent = "base", child = "left", axis = [0, 1, 0], damping = 0.4 }
-right = { type = "revolute", parent = "base", child = "right", axis = [0, 1, 0], position = [1, 0, 0] }
-[points]
-a = { body = "left", position = [0, 0, -1] }
-b = { body = "right", position = [0, 0, -1] }
-[constraints]
-rod = { type = "distance", first = "a", second = "b", length = 1 }
-[controllers.hold]
-type = "state_feedback"
-coordinates = ["left"]
-calibration = { method = "lqr", effort_weights = 0.01, position_weights = { right = 50 }, velocity_weights = { left \
-= 2 } }
-[efforts]
-hold = { joint = "left", effort = "hold" }
-"""
-    model = model_of(text)
+    links = {"left": (2, 0.1), "right": (3, 0.2)}
+    rod = {"mass": 0, "center_of_mass": [0, 0, -0.5]}
+    model = model_of(
+        scene_of(
+            {"left": hinge("left", damping=0.4), "right": hinge("right", position=[1, 0, 0])},
+            {"coordinates": ["left"]},
+            {
+                "method": "lqr",
+                "effort_weights": 0.01,
+                "position_weights": {"right": 50},
+                "velocity_weights": {"left": 2},
+            },
+            gravity=[0, 0, -9.81],
+            bodies={name: {**rod, "mass": mass, "inertia": [inertia] * 3} for name, (mass, inertia) in links.items()},
+            points={point: {"body": body, "position": [0, 0, -1]} for point, body in (("a", "left"), ("b", "right"))},
+            constraints={"rod": {"type": "distance", "first": "a", "second": "b", "length": 1}},
+            efforts={"hold": {"joint": "left", "effort": "hold"}},
+        )
+    )
     J = 0.1 + 0.2 + 5 * 0.25
     plant = Plant([[J]], [[0.4]], [[5 * 9.81 * 0.5]], [[1.0]])
     found = lqr(plant, Weights.of(plant, 50.0, 2.0, 0.01))
@@ -335,72 +328,53 @@ hold = { joint = "left", effort = "hold" }
 @pytest.mark.slow
 def test_a_steady_motion_may_be_where_it_is_calibrated() -> None:
     """A governor's arm that turns at constant speed: at = "initial", with the rate of turning among the signals."""
-    text = """\
-format = 1
-name = "wheel"
-gravity = [0, 0, 0]
-[bodies]
-wheel = { mass = 1, inertia = [0.5, 0.5, 0.5] }
-[joints]
-axle = { type = "revolute", parent = "base", child = "wheel", axis = [0, 0, 1], initial = { velocity = 20 } }
-[controllers.speed]
-type = "state_feedback"
-signals = { rate = "v.axle" }
-calibration = { method = "lqr", at = "initial", effort_weights = 0.25, velocity_weights = { axle = 4 } }
-[efforts]
-speed = { joint = "axle", effort = "speed" }
-"""
+
+    def wheel(signals: dict[str, str], **weights: Any) -> eomgen.Model:
+        calibration = {
+            "method": "lqr",
+            "at": "initial",
+            "effort_weights": 0.25,
+            "velocity_weights": {"axle": 4},
+            **weights,
+        }
+        axle = hinge("wheel", axis=[0, 0, 1], initial={"velocity": 20})
+        bodies = {"wheel": {"mass": 1, "inertia": [0.5, 0.5, 0.5]}}
+        efforts = {"speed": {"joint": "axle", "effort": "hold"}}
+        return model_of(scene_of({"axle": axle}, {"signals": signals}, calibration, bodies=bodies, efforts=efforts))
+
     with pytest.raises(eomgen.ModelError, match="the mode of axle at 0 Hz, which nothing holds, has zero weight"):
-        model_of(text)
-    model = model_of(
-        text.replace("velocity_weights", "position_weights = { axle = 1 }, velocity_weights").replace(
-            'rate = "v.axle"', 'rate = "v.axle", angle = "q.axle - 20 * t"'
-        )
-    )
+        wheel({"rate": "v.axle"})
+    model = wheel({"rate": "v.axle", "angle": "q.axle - 20 * t"}, position_weights={"axle": 1})
     plant = Plant([[0.5]], [[0.0]], [[0.0]], [[1.0]])
     found = lqr(plant, Weights.of(plant, 1.0, 4.0, 0.25))
-    assert model.parameters["speed_gain_rate"] == pytest.approx(found.G_v[0, 0], rel=1e-9)
-    assert model.parameters["speed_gain_angle"] == pytest.approx(found.G_p[0, 0], rel=1e-9)
-    assert model.parameters["speed_reference_rate"] == 20.0
+    assert model.parameters["hold_gain_rate"] == pytest.approx(found.G_v[0, 0], rel=1e-9)
+    assert model.parameters["hold_gain_angle"] == pytest.approx(found.G_p[0, 0], rel=1e-9)
+    assert model.parameters["hold_reference_rate"] == 20.0
 
 
-MAST = """\
-format = 1
-name = "mast"
-gravity = [0, 0, 0]
-[beams.mast]
-length = 2.0
-mass_per_length = 1.5
-bending_y = { modes = 2, stiffness = 100.0 }
-[joints.foot]
-type = "fixed"
-parent = "base"
-child = "mast"
-[controllers.hold]
-type = "state_feedback"
-signals = { b0 = "q.mast[0]", b1 = "q.mast[1]", b0_rate = "v.mast[0]", b1_rate = "v.mast[1]" }
-[controllers.hold.calibration]
-method = "pole_placement"
-modes = [1]
-damping_ratios = 0.3
-[forces.push]
-body = "mast"
-point = [1.2, 0, 0]
-force = [0, "hold", 0]
-"""
+def mast(modes: list[int]) -> eomgen.Model:
+    return model_of(
+        scene_of(
+            {"foot": {"type": "fixed", "parent": "base", "child": "mast"}},
+            {"signals": {f"b{k}{rate}": f"{v}.mast[{k}]" for v, rate in (("q", ""), ("v", "_rate")) for k in (0, 1)}},
+            {"method": "pole_placement", "modes": modes, "damping_ratios": 0.3},
+            beams={"mast": {"length": 2, "mass_per_length": 1.5, "bending_y": {"modes": 2, "stiffness": 100}}},
+            forces={"push": {"body": "mast", "point": [1.2, 0, 0], "force": [0, "hold", 0]}},
+        )
+    )
 
 
 @pytest.mark.slow
 def test_a_mode_that_is_left_without_damping_is_named() -> None:
     """Spillover shakes the second mode of a cantilever and cannot damp it; without coupling its shape is its
     coordinate."""
-    model = model_of(MAST)
+    model = mast([1])
     assert model.notes[0].endswith("; the closed loop does not decay: mast[1]")
     first = (1.875104068711961 / 2.0) ** 2 * np.sqrt(100.0 / 1.5)  # of Euler and Bernoulli's cantilever
     values = np.linalg.eigvals(model.linearize().state_space().A)
     assert np.abs(values - first * (-0.3 + 1j * np.sqrt(1.0 - 0.09))).min() < 1e-8 * first
     with pytest.raises(eomgen.ModelError, match="the modes 1, 2 cannot be placed each by itself"):
-        model_of(MAST.replace("modes = [1]", "modes = [1, 2]"))
+        mast([1, 2])
 
 
 @pytest.mark.slow
@@ -408,14 +382,13 @@ def test_one_number_for_a_beam_of_several_coordinates_is_refused() -> None:
     with pytest.raises(
         eomgen.UsageError, match=r"mast: the shape is \(\), \(2,\) is needed; try: a list of 2 numbers, from Py"
     ):
-        model_of(MAST).simulate(0.1, initial={"mast": 0.01})
+        mast([1]).simulate(0.1, initial={"mast": 0.01})
 
 
 @pytest.mark.slow
 def test_what_damping_makes_of_placed_modes_is_told() -> None:
     """The coupling by damping is read from the matrices, apart from what is said of it."""
-    text = MASSES.replace("stiffness = 40, damping = 0.2", "stiffness = 40, damping = 12")
-    model = model_of(text.replace("CALIBRATION", 'method = "pole_placement"\ndamping_ratios = [0.5, 0.1]'))
+    model, *_ = masses({"method": "pole_placement", "damping_ratios": [0.5, 0.1]}, damping=12)
     values = np.linalg.eigvals(model.linearize(q=[0.0, 0.0]).state_space().A)
     said = re.search(r"mode 1 gets (\S+) rad/s with a damping ratio of (\S+), not (\S+) with 0.5", model.notes[0])
     assert said is not None, model.notes
@@ -427,39 +400,30 @@ def test_what_damping_makes_of_placed_modes_is_told() -> None:
 @pytest.mark.slow
 def test_internal_states_are_part_of_what_is_fed_back() -> None:
     """A cart behind a motor with a lag: gains of the whole state from the Hamiltonian matrix, by hand."""
-    text = """\
-format = 1
-name = "lagging"
-gravity = [0, 0, 0]
-[states]
-motor = { rate = "(hold - motor) / 0.2" }
-[bodies]
-cart = { mass = 2 }
-[joints]
-rail = { type = "prismatic", parent = "base", child = "cart", axis = [1, 0, 0], stiffness = 3, damping = 0.4 }
-[controllers.hold]
-type = "state_feedback"
-coordinates = ["rail"]
-signals = { motor = "motor" }
-[controllers.hold.calibration]
-method = "lqr"
-position_weights = { rail = 40 }
-signal_weights = { motor = 0.5 }
-effort_weights = 0.1
-[efforts]
-hold = { joint = "rail", effort = "motor" }
-"""
+
+    def lagging(**calibration: Any) -> eomgen.Model:
+        return model_of(
+            scene_of(
+                {"rail": slide("cart", stiffness=3, damping=0.4)},
+                {"coordinates": ["rail"], "signals": {"motor": "motor"}},
+                calibration,
+                states={"motor": {"rate": "(hold - motor) / 0.2"}},
+                bodies={"cart": {"mass": 2}},
+                efforts={"hold": {"joint": "rail", "effort": "motor"}},
+            )
+        )
+
     A, B = np.array([[0.0, 1.0, 0.0], [-1.5, -0.2, 0.5], [0.0, 0.0, -5.0]]), np.array([[0.0], [0.0], [5.0]])
     _, vectors = np.linalg.eig(np.block([[A, -B @ B.T / 0.1], [-np.diag([40.0, 0.0, 0.5]), -A.T]]))
     values = np.linalg.eigvals(np.block([[A, -B @ B.T / 0.1], [-np.diag([40.0, 0.0, 0.5]), -A.T]]))
     stable = vectors[:, values.real < 0.0]
     P = np.real(stable[3:] @ np.linalg.inv(stable[:3]))
-    model = model_of(text)
+    weights = {"position_weights": {"rail": 40}, "signal_weights": {"motor": 0.5}}
+    model = lagging(method="lqr", effort_weights=0.1, **weights)
     names = ("hold_position_gain_rail", "hold_velocity_gain_rail", "hold_gain_motor")
     np.testing.assert_allclose([model.parameters[name] for name in names], (B.T @ P / 0.1)[0], rtol=1e-9)
     assert "of the whole state; the slowest motion of the closed loop decays at" in model.notes[0]
-    poles = text[: text.index('method = "lqr"')] + 'method = "pole_placement"\npoles = [[-2, 1], [-2, -1], [-6, 0]]\n'
-    placed = model_of(poles + text[text.index("[efforts]") :])
+    placed = lagging(method="pole_placement", poles=[[-2, 1], [-2, -1], [-6, 0]])
     G = np.array([[placed.parameters[name] for name in names]])
     np.testing.assert_allclose(np.poly(A - B @ G), np.poly([-2 + 1j, -2 - 1j, -6]).real, rtol=1e-8)
 

@@ -138,25 +138,6 @@ def test_shapes_of_modes_are_bars_with_amplitudes_and_phases(count: int, rng: np
         assert axis.get_xlim() == (0.0, 1.2) and axis.get_ylim() == (-0.6, 2.6)
 
 
-@pytest.mark.slow
-def test_figures_of_modes_draw_the_largest_coordinates_and_count_modes_left_out(
-    rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    kept: list[Any] = []
-    monkeypatch.setattr(linear_modes, "save_figure", lambda figure, path: kept.append(figure) or path)
-    modes = modes_of(linear_modes._MODES + 2, linear_modes._COORDINATES + 4, rng)
-    modes.weights[3] = 100.0
-    linear_modes.draw_modes(modes, "car", Path("a.png"))
-    assert kept[0].get_suptitle() == (
-        "car: shapes of modes (2 more are not drawn; of 18 coordinates, of each mode the 14 with most kinetic energy)"
-    )
-    first = kept[0].axes[0]
-    labels = [int(text.get_text()[1:]) for text in first.get_yticklabels()]
-    sizes = modes.weights * np.abs(modes.shapes[:, 0])
-    assert labels == sorted(np.argsort(-sizes)[: linear_modes._COORDINATES].tolist()) and 3 in labels
-    assert [bar.get_width() for bar in first.patches] == np.abs(modes.shapes[labels, 0]).tolist()
-
-
 @pytest.mark.parametrize(
     ("value", "text"),
     [(1.0, "0°"), (-1.0, "180°"), (complex(-1.0, -1e-9), "180°"), (1j, "90°"), (-1j, "-90°"), (1 - 1j, "-45°")],

@@ -22,6 +22,7 @@ from eomgen.products.linear.spectra import PowerSpectrum, RideTable
 
 VALUES = np.array([-0.5 + 0j, -0.2 + 3j, 0.1 + 7j])
 SHAPES = np.array([[1.0, 0.25 - 0.5j, 0.125j], [0.5, 1.0, -0.75 + 0.375j]])
+TURN = 2.0 * math.pi
 MODES = Modes(
     eigenvalues=VALUES,
     angular_frequency=np.abs(VALUES),
@@ -103,6 +104,8 @@ def test_json_data_of_a_linear_model_hold_its_numbers() -> None:
     assert (first["eigenvalue"], first["oscillating"], last["oscillating"]) == ([-0.5, 0.0], False, True)
     assert last["shape"] == {"lift": [0.0, 0.125], "tilt": [-0.75, 0.375]}
     assert (last["angular_frequency"], last["uncertainty"]) == (abs(0.1 + 7j), 3e-9)
+    frequencies = [last[f"{kind}damped_frequency"] for kind in ("un", "")]
+    assert frequencies == [MODES.undamped_frequency[2], MODES.damped_frequency[2]] == [abs(0.1 + 7j) / TURN, 7.0 / TURN]
 
 
 def test_matrices_are_stored_under_their_names(tmp_path: Path) -> None:

@@ -31,11 +31,9 @@ def loaded(monkeypatch: pytest.MonkeyPatch) -> dict[Path, set[str]]:
     return libraries
 
 
-@pytest.mark.slow_cases("slider_crank_spatial")
-@pytest.mark.parametrize("name", ["four_bar", "slider_crank_spatial"])
-def test_partials_of_accelerations_of_constraints_vanish_at_rest(name: str, rng: np.random.Generator) -> None:
+def test_partials_of_accelerations_of_constraints_vanish_at_rest(rng: np.random.Generator) -> None:
     terms = ("constraint_bias", "acceleration_partials")
-    model = eomgen.build(EXAMPLES / name / "scene.toml", terms, profile="quick")
+    model = eomgen.build(EXAMPLES / "four_bar" / "scene.toml", terms, profile="quick")
     assert not {"t", "base"}.intersection(model.functions.inputs("constraint_bias"))
     zero = np.zeros(model.nv)
     q = model.integrate(model.initial_q, rng.normal(size=model.nv))
@@ -70,9 +68,8 @@ def test_a_model_for_rest_has_no_stepper_and_no_second_library(loaded: dict[Path
     assert found == pytest.approx(whole.linearize().modes().angular_frequency, rel=1e-9)
 
 
-@pytest.mark.long_cases("unbalanced_shaft", "active_quarter_car")
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["four_bar", "quarter_car", "unbalanced_shaft", "active_quarter_car"])
+@pytest.mark.parametrize("name", ["four_bar", "unbalanced_shaft"])
 def test_models_for_rest_are_linear_as_whole_models(name: str) -> None:
     file = EXAMPLES / name / "scene.toml"
     lean, whole = build_for_rest(file, "quick").linearize(), eomgen.build(file, profile="quick").linearize()

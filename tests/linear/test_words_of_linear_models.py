@@ -93,7 +93,7 @@ def test_real_parts_within_the_uncertainty_are_zero() -> None:
     ],
 )
 def test_stability_in_words(A: list[list[float]], at_rest: bool, said: str) -> None:
-    assert linearize._stability_text(cast(Any, of(A, at_rest=at_rest))) == said
+    assert linearize._stability_text(cast(Any, of(A, at_rest=at_rest))).startswith(said)
 
 
 def test_words_of_options_are_read() -> None:

@@ -193,17 +193,6 @@ def test_random_vibration_in_waves_is_that_of_the_transfer_function() -> None:
     assert sum(process.eigenvalues) == pytest.approx(2.0 * 9.0 / 16.0)
 
 
-@pytest.mark.slow
-def test_generated_loops_do_not_grow_with_the_number_of_variables(tmp_path: Path) -> None:
-    counts = []
-    for components in (8, 80):
-        folder = tmp_path / str(components)
-        eomgen.generate(from_data(_data(variables=True, components=components, spreading=None)), folder)
-        text = (folder / "buoy.c").read_text()
-        counts.append((text.count("EG_COS") + text.count("EG_SIN"), text.count("{\n")))
-    assert counts[0] == counts[1]
-
-
 def test_quantities_at_one_place_share_their_sines() -> None:
     """With variables, too: a sine and a cosine more for an elevation, nothing for what is in quadrature."""
     formula = ["elevation.sea(q.free[4], 0)", *(f"water_velocity.sea(q.free[4], 0, q.free[6])[{k}]" for k in (0, 2))]

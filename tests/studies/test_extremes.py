@@ -36,10 +36,9 @@ from eomgen.products.studies.ladders.runs import (
     RunnerProcess,
     run_ending,
 )
-from eomgen.products.studies.ladders.scaling import GRAVITY, LENGTH, MASS, ORIGIN, STIFFNESS, TIME, with_factors
-from eomgen.products.studies.ladders.study import difference, reference
+from eomgen.products.studies.ladders.scaling import ORIGIN, with_factors
+from eomgen.products.studies.ladders.study import reference
 from eomgen.products.studies.ladders.subject import Subject
-from eomgen.scene.load import from_data
 
 PENDULUM: dict[str, Any] = {
     "format": 1,
@@ -253,76 +252,6 @@ def test_the_origin_moves_all_that_the_base_and_the_world_carry_and_no_more() ->
     assert moved["joints"]["slide"]["position"] == [f"{ORIGIN} + (2.0)", 0, 0]
     assert "position" not in moved["joints"]["arm"] and "position" not in moved["constraints"]["loop"]["first"]
     assert moved["constraints"]["loop"]["second"]["position"] == [f"{ORIGIN} + (3.0)", 0, 0]
-
-
-@pytest.mark.slow
-def test_formulas_are_scaled_with_their_arguments() -> None:
-    scene = PENDULUM | {
-        "inputs": {"push": {"formula": "3 * sin(2 * t)", "unit": "N m"}},
-        "efforts": {"e": {"joint": "pin", "effort": "push - 0.1 * v.pin * t"}},
-    }
-    scaled = with_factors(scene, (LENGTH, MASS, TIME, STIFFNESS, GRAVITY, ORIGIN))
-    unit = "unit_length**(2) * unit_mass * unit_time**(-2)"
-    effort = scaled["efforts"]["e"]["effort"]
-    assert effort.startswith("(") and "(v.pin / (unit_time**(-1)))" in effort and "(t / (unit_time))" in effort
-    assert scaled["joints"]["pin"]["stiffness"].endswith("* factor_of_stiffness) * (2.0)")
-    assert scaled["joints"]["pin"]["position"][0] == "place_of_origin + (0.0)"
-    assert "unit_length" in unit and scaled["gravity"][2].endswith("(-9.81)")
-    plain, factored = (eomgen.build(from_data(data), profile="quick") for data in (scene, scaled))
-    units = {"unit_length": 3.0, "unit_mass": 5.0, "unit_time": 7.0}
-    expected = plain.forward_dynamics([0.4], [2.0], 0.3)
-    found = factored.forward_dynamics([0.4], [2.0 / 7.0], 0.3 * 7.0, parameters=units)
-    assert found * 7.0**2 == pytest.approx(expected, rel=1e-12)
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_rates_of_states_are_scaled_with_the_unit_of_time() -> None:
-    scene = PENDULUM | {"parameters": {"limit": 2.0}}
-    scene |= {"states": {"drive": {"rate": "limit * v.pin - drive", "initial": 0.5}}}
-    scene |= {"efforts": {"e": {"joint": "pin", "effort": "drive"}}}
-    study = eomgen.extremes(scene, ladders=["time"], methods=["rk4"])
-    assert not study.left_out
-    assert {cell.verdict for cell in study.cells} == {"holds"}
-
-
-@pytest.mark.slow
-def test_gains_without_units_are_no_similar_scene() -> None:
-    study = eomgen.extremes("examples/pi_servo/scene.toml", ladders=["time"], methods=["rk4"])
-    assert not study.cells
-    reason = "its forces are not the same in other units: numbers in its formulas have units of their own"
-    assert study.left_out == {"time": reason}
-
-
-@pytest.mark.slow
-def test_differences_are_relative_to_the_motion_of_each_kind() -> None:
-    subject = Subject(PENDULUM, {})
-    t = np.linspace(0.0, 1.0, 3)
-    held = {"t": t, "q": np.array([[1.0], [1.1], [1.2]]), "v": np.full((3, 1), 0.1)}
-    of = {**held, "q": held["q"] + [[0.0], [0.0], [0.02]], "v": held["v"] * 1.3}
-    found = difference(subject, of, held, 0.01)
-    assert found.position == pytest.approx(0.1) and found.velocity == pytest.approx(0.3)
-    assert found.worst == pytest.approx(0.1)
-    still = {"t": t, "q": np.ones((3, 1)), "v": np.zeros((3, 1))}
-    assert difference(subject, {**still, "q": still["q"] + 1e-16}, still, 0.01).worst < 1e-2
-    assert difference(subject, {**still, "q": still["q"] + 1e-16}, still, 1e-6).worst < 1e-6
-    assert difference(subject, {**still, "q": still["q"] + 1e-11}, still, 0.01).worst > 1.0
-
-
-@pytest.mark.slow
-def test_what_turns_by_rounding_while_it_falls_does_not_turn() -> None:
-    body = {"mass": 1.0, "center_of_mass": [-0.1, 0.0, 0.4], "inertia": [0.06, 0.06, 0.05, -0.01, -0.01, 0.01]}
-    joint = {"type": "free", "parent": "base", "child": "b"}
-    subject = Subject({"format": 1, "name": "fall", "bodies": {"b": body}, "joints": {"j": joint}}, {})
-    t = np.linspace(0.0, 4.0, 3)
-    q, v = np.tile([1.0, 0, 0, 0, 0, 0, 0], (3, 1)), np.zeros((3, 6))
-    q[:, 6], v[:, 5] = -5.0 * t**2, -10.0 * t
-    held = {"t": t, "q": q, "v": v}
-    turned = {name: array.copy() for name, array in held.items()}
-    turned["q"][:, 1], turned["v"][:, 0] = 5e-15 * t / 4.0, 1e-14
-    assert difference(subject, held, turned, 0.01).worst < 0.01
-    turned["q"][:, 1], turned["v"][:, 0] = 0.5 * t / 4.0, 1.0
-    assert difference(subject, held, turned, 0.01).worst > 0.1
 
 
 @pytest.mark.long

@@ -8,7 +8,7 @@ import tomllib
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
@@ -357,22 +357,6 @@ def test_conditions_have_other_states_parameters_and_inputs() -> None:
     assert "parameters by 3 %" in again[1]
 
 
-@pytest.mark.parametrize("tolerances", [(1e-2, 1e-6), ()])
-def test_a_judge_refines_steps_by_halves_and_tolerances_by_hundreds(tolerances: tuple[float, ...]) -> None:
-    def levels(name: str, chooses: bool) -> list[dict[str, Any]]:
-        method = SimpleNamespace(chooses_steps=chooses)
-        candidate: Any = SimpleNamespace(method=method, row=SimpleNamespace(name=name), tolerances=tolerances)
-        judge = Judge(cast(Any, None), [], Demand(1e-3, "angle", "largest"), 5.0, lambda _: None)
-        return [*judge._levels(candidate)]
-
-    assert levels("rk4", chooses=False) == [{"per_row": 2**k} for k in range(17)]
-    found = np.array([level["tolerance"] for level in levels("rk45", chooses=True)])
-    assert found[0] == pytest.approx(1e-5)
-    ratios = found[1:] / found[:-1]
-    assert np.all(ratios < 1.0) and ratios[:-2] == pytest.approx(0.01) and ratios[-1] == pytest.approx(0.2)
-    assert found[-1] <= 1e-13
-
-
 #: In a demand's own words.
 DEMAND = Demand(1e-4, "angle", "largest")
 
@@ -410,19 +394,6 @@ def test_single_precision_is_chosen_where_it_suffices(
     assert tuned.configuration.real == real
     assert eomgen.build(tuned.save(tmp_path / "tuned.toml")).library.real == real
     assert tuned.simulation.get("real", "double") == real
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("error", [1e-2, 1e-5, 1e-8])
-def test_the_judge_knows_a_motion_to_a_part_of_the_demand_and_no_better(error: float) -> None:
-    runner = Runner(formulations(SCENE_DATA, {}, others=False), tuning_grid(1.28, 1e-3, 1e-3))
-    methods = candidates("joint", runner.model("joint"), ["rk45"], {})
-    judge = Judge(runner, methods, Demand(error, "state", "largest"), 5.0, lambda _: None)
-    held = judge.reference()
-    exact = runner.model("joint").simulate(1.28, runner.grid.row, method="taylor", tolerance=1e-15)
-    assert np.abs(held.observation.q - exact.q).max() / np.ptp(exact.q) <= KNOWN * error
-    assert judge.bar() <= KNOWN * error
-    assert float(held.described.rpartition(" ")[2]) >= 1e-6 * error
 
 
 @pytest.mark.parametrize(

@@ -124,7 +124,7 @@ def test_drag_is_across_the_axis_and_against_the_relative_velocity() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("angle", [0.0, 0.3, 1.5])
+@pytest.mark.parametrize("angle", [0.3, 1.5])
 def test_a_sunk_hull_is_lifted_by_what_it_displaces(angle: float) -> None:
     """Whatever its direction is, and at the middle of its axis."""
     end = [3.0 * math.sin(angle), 0.0, -20.0 + 3.0 * math.cos(angle)]
@@ -183,21 +183,28 @@ def test_inverse_dynamics_of_references_and_momenta_leave_water_out() -> None:
     assert with_water.outputs(state, state)["hold"] == pytest.approx(MASS * G)
 
 
-REFUSED: list[tuple[dict[str, Any], str]] = [
-    ({"body": "base"}, r"\(hulls\.column\.body\): a hull on the base has no effect: its motion is prescribed"),
-    ({"end": [0, 0, -DRAUGHT]}, r"end\): both ends are at the same place, so it has no axis; try: ends at two places"),
-    ({"wet": 12}, r"wet\): 12 m of it move water, and it is 10 m long; try: the distance of its ends or less"),
-    ({"diameter": 0}, r"diameter\): the diameter of a hull is 0; try: a number above 0"),
-    ({"added_mass": -1}, r"the coefficient of added mass is -1; try: 0 or more"),
-    ({"waves": "see"}, r"waves\): there is no wave 'see'; try: a \[waves\] section"),
-    ({"stations": 0}, r"hulls\.column\.stations"),
+REGULAR = {"regular": [{"amplitude": 1, "period": 8}]}
+REFUSED: list[tuple[dict[str, Any], dict[str, Any], str]] = [
+    ({"body": "base"}, {}, r"\(hulls\.column\.body\): a hull on the base has no effect: its motion is prescribed"),
+    (
+        {"end": [0, 0, -DRAUGHT]},
+        {},
+        r"end\): both ends are at the same place, so it has no axis; try: ends at two places",
+    ),
+    ({"wet": 12}, {}, r"wet\): 12 m of it move water, and it is 10 m long; try: the distance of its ends or less"),
+    ({"diameter": 0}, {}, r"diameter\): the diameter of a hull is 0; try: a number above 0"),
+    ({"added_mass": -1}, {}, r"the coefficient of added mass is -1; try: 0 or more"),
+    ({"waves": "see"}, {}, r"waves\): there is no wave 'see'; try: a \[waves\] section"),
+    ({"stations": 0}, {}, r"hulls\.column\.stations"),
+    ({}, {"gravity": [0, 0, 9.81]}, r"gravity is \[0, 0, 9\.81\]; try: gravity = \[0, 0, -9\.81\], and z up"),
+    ({"level": 1}, {"waves": REGULAR}, r"level\): the waves have a level of their own; try: level of \[waves\.sea\]"),
 ]
 
 
-@pytest.mark.parametrize(("changes", "message"), REFUSED)
-def test_what_is_wrong_with_a_hull_is_said_once(changes: dict[str, Any], message: str) -> None:
+@pytest.mark.parametrize(("changes", "more", "message"), REFUSED)
+def test_what_is_wrong_with_a_hull_is_said_once(changes: dict[str, Any], more: dict[str, Any], message: str) -> None:
     with pytest.raises(DescriptionError, match=message) as caught:
-        from_data(_data(hulls={"column": COLUMN | changes}))
+        from_data(_data(hulls={"column": COLUMN | changes}, **more))
     assert len(caught.value.problems) == 1
 
 
@@ -222,10 +229,6 @@ def _noted(changes: dict[str, Any], **more: Any) -> list[str]:
 @pytest.mark.parametrize(
     ("changes", "joint", "text"),
     [
-        ({"density": 1.025}, None, "hulls.column: the density 1.025 kg/m^3 is not a density of water; 1025 if it is"),
-        ({"density": 1.2e2}, None, "hulls.column: the density 120 kg/m^3 is not a density of water"),
-        ({"area": 0.5}, None, "hulls.column: its area, of buoyancy, is 0.5 m^2, and a circle of its diameter, which"),
-        ({"start": [0, 0, 4], "end": [0, 0, -6]}, None, "hulls.column: start is above end in the axes of buoy, and"),
         ({"wet": None}, None, "hulls.column: all of its 10 m move water, and 4 m of it begin above the water at rest"),
         ({}, {"type": "prismatic", "axis": [0, 0, 1], "initial": {"position": 8}}, "hulls.column: it begins 2 m above"),
         ({"level": 5}, {"type": "free", "initial": {"position": [0, 0, 20]}}, "hulls.column: it begins 9 m above the"),
@@ -236,17 +239,6 @@ def test_what_hardly_anyone_means_is_noted(changes: dict[str, Any], joint: dict[
     assert text in note
 
 
-def test_hulls_too_wide_for_their_waves_are_noted() -> None:
-    for period, noted in ((3.0, []), (2.5, ["9.758"])):
-        scene = from_data(_data(waves={"regular": [{"amplitude": 0.1, "period": period}]}))
-        lengths = [
-            f"its diameter of 2 m is more than a fifth of the length of the largest wave, {length} m"
-            for length in noted
-        ]
-        assert [any(text in note for note in scene.notes) for text in lengths] == [True] * len(noted)
-        assert len([note for note in scene.notes if "Morison" in note]) == len(noted)
-
-
 def test_hulls_as_they_are_meant_have_no_notes() -> None:
     assert _noted({}) == []
     assert _noted({"area": 4.0}) == []  # a square section
@@ -255,17 +247,3 @@ def test_hulls_as_they_are_meant_have_no_notes() -> None:
     assert _noted({"wet": None, "added_mass": 0, "axial_added_mass": 0}) == []
     start = {"simulation": {"start": "equilibrium"}}
     assert _noted({}, joint={"type": "prismatic", "axis": [0, 0, 1], "initial": {"position": 8}}, **start) == []
-
-
-def test_water_at_rest_is_level_in_z() -> None:
-    with pytest.raises(
-        DescriptionError, match=r"gravity is \[0, 0, 9\.81\]; try: gravity = \[0, 0, -9\.81\], and z up"
-    ):
-        from_data(_data(gravity=[0, 0, 9.81]))
-
-
-def test_the_level_is_that_of_the_waves() -> None:
-    with pytest.raises(
-        DescriptionError, match=r"level\): the waves have a level of their own; try: level of \[waves\.sea\]"
-    ):
-        from_data(_data(waves={"regular": [{"amplitude": 1, "period": 8}]}, hulls={"column": COLUMN | {"level": 1}}))

@@ -130,25 +130,6 @@ def test_particles_drift_as_stokes_says() -> None:
         assert end[2] == pytest.approx(start[2], abs=1e-9)
 
 
-def test_waves_of_one_direction_turn_with_it() -> None:
-    """The same sea along x and along another direction, which has kernels of one direction too."""
-    angle = 0.7
-    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
-    along = three_waves(0.06, ((0.05, 0.0), (0.055, 0.0), (0.08, 0.0)))
-    turned = Components(along.vectors @ turn.T, along.amplitude, along.phase)
-    one, other = Sea(along, 20.0), Sea(turned, 20.0)
-    assert not one.spread
-    assert not other.spread
-    found, expected = other.motion(LABELS @ turn.T, 3.0), one.motion(LABELS, 3.0)
-    for name in ("position", "velocity", "acceleration"):
-        vectors = getattr(expected, name)
-        expected_there = np.column_stack((vectors[:, :2] @ turn.T, vectors[:, 2]))
-        assert getattr(found, name) == pytest.approx(expected_there, abs=1e-11)
-    first, second = one.surface(LABELS, 3.0), other.surface(LABELS @ turn.T, 3.0)
-    assert second.slope == pytest.approx(first.slope @ turn.T, abs=1e-11)
-    assert second.curvature == pytest.approx(first.curvature, abs=1e-12)
-
-
 def test_a_cusp_has_no_tangent_but_a_height() -> None:
     sea = Sea.of_one_wave(0.05, (1.0 - 1e-15) / 0.05, order=1)
     found = sea.surface([[0.0, 0.0]], 0.0)
