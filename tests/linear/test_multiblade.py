@@ -319,4 +319,4 @@ def test_the_command_has_blades_by_rotor(
         assert main([*asked, "--multiblade", text]) == 2
         assert f"--multiblade {text}: {words}" in capsys.readouterr().err
     assert main(["linearize", "rotor.toml", "--at", "0.1", *own]) == 2
-    assert "are of a steady motion, and --at names a time of a run; try: --at steady" in capsys.readouterr().err
+    assert "need a steady motion, and --at names a time of a run; try: --at steady" in capsys.readouterr().err

@@ -47,7 +47,7 @@ def deviations(times: tuple[float, ...]) -> list[float]:
 @pytest.fixture(scope="module")
 def shaken() -> eomgen.Model:
     w, damping = STRUCTURE
-    process = f'type = "kanai_tajimi"\nfrequency = {GROUND[0]}\ndamping = {GROUND[1]}\nshare = 0.8\nduration = {RECORD}'
+    process = {"type": "kanai_tajimi", "frequency": GROUND[0], "damping": GROUND[1], "share": 0.8, "duration": RECORD}
     return model_of(process, f"force - {w * w} * q.slide - {2.0 * damping * w} * v.slide")
 
 

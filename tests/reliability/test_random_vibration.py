@@ -25,69 +25,52 @@ from eomgen.products.reliability.vibration.distributions import notes_on_unreach
 from eomgen.products.reliability.vibration.inputs import processes_of, truncated_processes
 from eomgen.products.reliability.vibration.result import Process, _covariance, _modes, _title_of_modes
 from eomgen.products.reliability.vibration.run_response import RunResponse, first_passage, judged_passage, not_normal
-from eomgen.scene.load import load_toml
+from eomgen.scene.load import from_data
 from tests.models.doubtful_scenes import UNRESOLVED, stuck
+from tests.models.toml_text import toml_text
 from tests.reliability.duffing import Duffing
 
-SCENE = """
-format = 1
-name = "duffing"
-simulation = { method = "trapezoidal", step = 0.05, duration = 15 }
-
-[parameters.cubic]
-value = CUBIC
-tunable = true
-
-[random.force]
-type = "squared_exponential"
-correlation_time = "1 s"
-share = SHARE
-seed = 1
-translation = "0.5 * (1 + 0.3 * g)**2"
-unit = "N"
-
-[bodies.mass]
-mass = 1
-inertia = [1e-3, 1e-3, 1e-3]
-
-[joints.slide]
-type = "prismatic"
-parent = "base"
-child = "mass"
-axis = [1, 0, 0]
-initial = { position = START }
-
-[efforts.all]
-joint = "slide"
-effort = "force - q.slide - cubic * q.slide**3 - 0.2 * v.slide"
-
-[outputs.x]
-formula = "q.slide"
-unit = "m"
-
-[outputs.pair]
-formula = ["q.slide", "v.slide"]
-"""
+START = 0.48835331272856514
+FORCE = {"type": "squared_exponential", "correlation_time": "1 s", "seed": 1, "unit": "N"}
+FORCE |= {"translation": "0.5 * (1 + 0.3 * g)**2"}
+SLIDE = {"type": "prismatic", "parent": "base", "child": "mass", "axis": [1, 0, 0]}
+LAW = "force - q.slide - cubic * q.slide**3 - 0.2 * v.slide"
 
 
-def scene(cubic: float, share: float = 0.9999) -> str:
-    start = {0.0: 0.5, 0.1: 0.48835331272856514}[cubic]
-    return SCENE.replace("CUBIC", f"{cubic}").replace("SHARE", f"{share}").replace("START", f"{start!r}")
+def scene(
+    cubic: float = 0.1,
+    share: float = 0.9999,
+    start: float = START,
+    law: str = LAW,
+    duration: float = 15.0,
+    **process: Any,
+) -> dict[str, Any]:
+    """Return the Duffing oscillator under a process, which is another one if its keys are given."""
+    return {
+        "format": 1, "name": "duffing",
+        "simulation": {"method": "trapezoidal", "step": 0.05, "duration": duration},
+        "parameters": {"cubic": {"value": cubic, "tunable": True}},
+        "random": {"force": (process or FORCE) | {"share": share}},
+        "bodies": {"mass": {"mass": 1, "inertia": [1e-3, 1e-3, 1e-3]}},
+        "joints": {"slide": SLIDE | {"initial": {"position": start}}},
+        "efforts": {"all": {"joint": "slide", "effort": law}},
+        "outputs": {"x": {"formula": "q.slide", "unit": "m"}, "pair": {"formula": ["q.slide", "v.slide"]}},
+    }  # fmt: skip  # a table
 
 
 @pytest.fixture(scope="module")
 def duffing() -> eomgen.Model:
-    return built(scene(0.1))
+    return built(scene())
 
 
 @pytest.fixture(scope="module")
 def swinging() -> eomgen.Model:
     """The same from a start that is no equilibrium."""
-    return built(scene(0.1).replace("0.48835331272856514", "0.45"))
+    return built(scene(start=0.45))
 
 
-def built(text: str) -> eomgen.Model:
-    return eomgen.build(load_toml(text), method="trapezoidal")
+def built(data: dict[str, Any]) -> eomgen.Model:
+    return eomgen.build(from_data(data), method="trapezoidal")
 
 
 def study(model: eomgen.Model, output: str = "x", **options: Any) -> RandomVibration:
@@ -184,7 +167,7 @@ def test_the_distribution_at_most_probable_points_is_that_of_the_oracle(duffing:
 @pytest.mark.slow
 def test_covariance_with_earlier_times_of_the_linear_oscillator() -> None:
     """Reference digits of integrators_and_random_vibration.md 4.6; modes of another quadrature move the fifth."""
-    found = study(built(scene(0.0)), thresholds=[0.5], points=False, times=[10.0, 15.0])
+    found = study(built(scene(0.0, start=0.5)), thresholds=[0.5], points=False, times=[10.0, 15.0])
     np.testing.assert_allclose(found.autocovariance["second_order"], [0.00998309, 0.35781765], atol=2e-4)
     assert abs(found.autocovariance["first_order"][1] - 0.35781765) > 1e-3
 
@@ -192,7 +175,7 @@ def test_covariance_with_earlier_times_of_the_linear_oscillator() -> None:
 @pytest.mark.long
 def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file, out = tmp_path / "duffing.toml", tmp_path / "out"
-    file.write_text(scene(0.1, 0.5), encoding="utf-8")
+    file.write_text(toml_text(scene(0.1, 0.5)), encoding="utf-8")
     words = ["random", str(file), "--output", "x", "--threshold", "0.2", "--threshold", "0.9", "--monte-carlo", "40"]
     words += [
         "--t-end",
@@ -271,11 +254,10 @@ def test_mistakes_are_named(duffing: eomgen.Model, options: dict[str, Any], text
 @pytest.mark.long
 def test_a_method_without_derivatives_in_rows_of_inputs_finds_the_distribution_about_rest() -> None:
     """All of the motion about rest is rounding, in which no step misses a singular position."""
-    text = SCENE.replace("CUBIC", "0.0").replace("SHARE", "0.9").replace("START", "0.0")
-    text = text.replace("0.5 * (1 + 0.3 * g)**2", "0.5 * g")
+    linear = scene(0.0, 0.9, start=0.0, **FORCE | {"translation": "0.5 * g"})
     deviations = []
     for method in ("rk4", "trapezoidal"):
-        model = eomgen.build(load_toml(text), method=method)
+        model = eomgen.build(from_data(linear), method=method)
         found = random_vibration(model, "x", 2.0, 0.02, method=method, points=False)
         deviations.append(found.moments["second_order"][1])
     assert deviations[0] == pytest.approx(deviations[1], rel=1e-3)
@@ -308,8 +290,8 @@ def test_a_scene_without_processes_and_a_threshold_out_of_reach() -> None:
 
 @pytest.mark.long
 def test_outputs_without_spread_are_named() -> None:
-    text = scene(0.1, 0.5) + '\n[outputs.fixed]\nformula = "3"\n\n[outputs.far]\nformula = "1e9 + q.slide"\n'
-    model = built(text)
+    outputs = {"fixed": {"formula": "3"}, "far": {"formula": "1e9 + q.slide"}}
+    model = built(scene(0.1, 0.5) | {"outputs": outputs})
     with pytest.raises(
         UsageError, match="output: to second order about the mean the output does not depend on the ran"
     ):
@@ -319,7 +301,7 @@ def test_outputs_without_spread_are_named() -> None:
     assert found.distributions["second_order"].below[0] == found.distributions["monte_carlo"].below[0] == 1.0
     assert np.isnan(found.moments["monte_carlo"][2]) and np.isnan(found.moments["second_order"][2])
     assert "though samples differ" not in found.message
-    kinked = built(text.replace('"3"', '"abs(q.slide - 0.48835331272856514)"'))
+    kinked = built(scene(0.1, 0.5) | {"outputs": {"fixed": {"formula": f"abs(q.slide - {START!r})"}}})
     with pytest.raises(UsageError, match="output: about the mean the output has neither slope nor bend, though sam"):
         random_vibration(kinked, "fixed", 1.0, 0.1, method="trapezoidal")
     far = random_vibration(model, "far", 1.0, 0.1, thresholds=[1e9 + 0.6], method="trapezoidal")
@@ -359,9 +341,7 @@ def test_rates_of_crossings_are_the_closed_forms() -> None:
 @pytest.mark.long
 def test_forces_that_jump_leave_samples_alone() -> None:
     """The mean run passes the jump; where it does not, one on the way to a most probable point does."""
-    text = scene(0.1, 0.9).replace("- 0.2 * v.slide", "- 0.2 * v.slide - (0.1 if q.slide > 0.3 else 0)")
-    text = text.replace("0.48835331272856514", "0.1")
-    jumping = built(text)
+    jumping = built(scene(0.1, 0.9, start=0.1, law=f"{LAW} - (0.1 if q.slide > 0.3 else 0)"))
     told = r"random_vibration: forces jump near t = [\d.]+ s by a comparison in effort all, at a moment that force_z\d"
     with pytest.raises(UsageError, match=told + r" moves, .*; try: samples=4000 \(--monte-carlo 4000\), which take no"):
         random_vibration(jumping, "x", 3.0, 0.05, method="trapezoidal")
@@ -374,9 +354,7 @@ def test_forces_that_jump_leave_samples_alone() -> None:
         and list(found.first_passage[0.7]) == ["monte_carlo", "preferred"]
     )
     assert np.isnan(found.indices).all() and np.all(np.diff(found.thresholds) > 0.0)
-    far = built(
-        text.replace("q.slide > 0.3", "q.slide > 0.6").replace("position = 0.1 ", "position = 0.48835331272856514 ")
-    )
+    far = built(scene(0.1, 0.9, law=f"{LAW} - (0.1 if q.slide > 0.6 else 0)"))
     with pytest.raises(UsageError, match="random_vibration: forces jump near t = "):
         random_vibration(far, "x", 3.0, 0.05, thresholds=[0.9], method="trapezoidal")
     found = random_vibration(far, "x", 3.0, 0.05, thresholds=[0.9], method="trapezoidal", samples=40)
@@ -430,11 +408,7 @@ def test_few_good_samples_are_no_statistics(duffing: eomgen.Model, monkeypatch: 
 @pytest.mark.long
 def test_steps_that_do_not_resolve_the_process_are_named() -> None:
     """A band from 9 to 11 Hz at steps of 0.1 s; the closed form of the deviation is 345 times less."""
-    text = scene(0.0, 0.9).replace("force - q.slide", "force + q.slide * 0 - q.slide")
-    text = text.replace('"squared_exponential"\ncorrelation_time = "1 s"', '"band"\nband = [9, 11]')
-    text = text.replace('translation = "0.5 * (1 + 0.3 * g)**2"\n', "").replace("position = 0.5", "position = 0")
-    text = text.replace("duration = 15", "duration = 1")
-    model = built(text)
+    model = built(scene(0.0, 0.9, start=0.0, duration=1.0, type="band", band=[9, 11], seed=1, unit="N"))
     found = random_vibration(model, "x", 1.0, 0.1, thresholds=[0.01], points=False, method="trapezoidal")
     told = (
         "100 % of the variance of the process force lies above 5 Hz, the highest frequency that steps of 0.1 s resolve"

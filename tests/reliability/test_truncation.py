@@ -20,39 +20,26 @@ from eomgen.products.reliability.random_processes.covariance import (
     SquaredExponential,
 )
 from eomgen.products.reliability.vibration.inputs import lost_variance
-from eomgen.scene.load import load_toml
+from eomgen.scene.load import from_data
+from tests.models.library import scene
 
-SCENE = """
-format = 1
-name = "oscillator"
-simulation = { method = "trapezoidal", step = 0.005, duration = 6 }
-
-[random.force]
-PROCESS
-
-[bodies.mass]
-mass = 1
-inertia = [1e-3, 1e-3, 1e-3]
-
-[joints.slide]
-type = "prismatic"
-parent = "base"
-child = "mass"
-axis = [1, 0, 0]
-
-[efforts.all]
-joint = "slide"
-effort = "EFFORT"
-
-[outputs.x]
-formula = "q.slide"
-"""
 OSCILLATOR = "force - q.slide - 0.2 * v.slide"
 
 
-def model_of(process: str, effort: str = OSCILLATOR) -> eomgen.Model:
-    scene = SCENE.replace("PROCESS", process).replace("EFFORT", effort)
-    return eomgen.build(load_toml(scene), method="trapezoidal")
+def data_of(process: dict[str, Any], effort: str = OSCILLATOR, **others: dict[str, Any]) -> dict[str, Any]:
+    """Return a mass of 1 kg that processes push, by a formula of the first one, ``force``."""
+    return scene(
+        "oscillator",
+        joints__slide={"type": "prismatic", "parent": "base", "child": "cart", "axis": [1, 0, 0]},
+        random={"force": process, **others},
+        efforts={"all": {"joint": "slide", "effort": effort}},
+        outputs={"x": {"formula": "q.slide"}},
+        simulation={"method": "trapezoidal", "step": 0.005, "duration": 6},
+    )
+
+
+def model_of(process: dict[str, Any], effort: str = OSCILLATOR) -> eomgen.Model:
+    return eomgen.build(from_data(data_of(process, effort)), method="trapezoidal")
 
 
 def found_of(model: eomgen.Model, end: float, step: float, **options: Any) -> RandomVibration:
@@ -69,37 +56,34 @@ def variance_by_spectrum(process: Covariance, highest: float, end: float, stiffn
     return float(trapezoid(process.density(f) * np.abs(transfer) ** 2, f))
 
 
-GROUND = 'type = "kanai_tajimi"\nfrequency = "15 rad/s"\ndamping = 0.6'
-GUSTS = 'type = "exponential"\ncorrelation_time = "2 s"'
-ROAD = 'type = "squared_exponential"\ncorrelation_length = "3 m"\nspeed = "4 m/s"\nstandard_deviation = 3'
+GROUND = {"type": "kanai_tajimi", "frequency": "15 rad/s", "damping": 0.6}
+GUSTS = {"type": "exponential", "correlation_time": "2 s"}
+ROAD = {"type": "squared_exponential", "correlation_length": "3 m", "speed": "4 m/s", "standard_deviation": 3}
+BAND = {"type": "band", "band": [9, 11], "share": 0.99}
+LATER, OTHER = {"follows": "force", "delay": 0.4}, {"correlation": {"force": 0.6}, "standard_deviation": 2}
+SOIL, WIND = KanaiTajimi(1.0, 15.0, 0.6), Exponential(1.0, 2.0)
 
 
 @pytest.mark.parametrize(
-    ("text", "covariance", "between", "delays"),
+    ("process", "others", "covariance", "between", "delays"),
     [
-        ('type = "band"\nband = [3, 5]', Band(1.0, 3.0, 5.0), [[1.0]], [0.0]),
-        (GROUND, KanaiTajimi(1.0, 15.0, 0.6), [[1.0]], [0.0]),
-        (GUSTS, Exponential(1.0, 2.0), [[1.0]], [0.0]),
-        (f'{GUSTS}\ntranslation = "exp(0.7 * g)"', Exponential(1.0, 2.0), [[0.49]], [0.0]),
-        (ROAD, SquaredExponential(3.0, 0.75), [[1.0]], [0.0]),
-        (
-            f'{GROUND}\n[random.later]\nfollows = "force"\ndelay = 0.4',
-            KanaiTajimi(1.0, 15.0, 0.6),
-            [[1.0, 1.0], [1.0, 1.0]],
-            [0.0, 0.4],
-        ),
-        (
-            f"{GUSTS}\n[random.other]\ncorrelation = {{ force = 0.6 }}\nstandard_deviation = 2",
-            Exponential(1.0, 2.0),
-            [[1.0, 1.2], [1.2, 4.0]],
-            [0.0, 0.0],
-        ),
+        ({"type": "band", "band": [3, 5]}, {}, Band(1.0, 3.0, 5.0), [[1.0]], [0.0]),
+        (GROUND, {}, SOIL, [[1.0]], [0.0]),
+        (GUSTS, {}, WIND, [[1.0]], [0.0]),
+        ({**GUSTS, "translation": "exp(0.7 * g)"}, {}, WIND, [[0.49]], [0.0]),
+        (ROAD, {}, SquaredExponential(3.0, 0.75), [[1.0]], [0.0]),
+        (GROUND, {"later": LATER}, SOIL, [[1.0, 1.0], [1.0, 1.0]], [0.0, 0.4]),
+        (GUSTS, {"other": OTHER}, WIND, [[1.0, 1.2], [1.2, 4.0]], [0.0, 0.0]),
     ],
 )
 def test_the_variance_lost_and_kept_is_the_double_sum_over_the_covariance(
-    text: str, covariance: Covariance, between: list[list[float]], delays: list[float]
+    process: dict[str, Any],
+    others: dict[str, Any],
+    covariance: Covariance,
+    between: list[list[float]],
+    delays: list[float],
 ) -> None:
-    inputs = load_toml(SCENE.replace("PROCESS", f"modes = 7\n{text}").replace("EFFORT", OSCILLATOR)).inputs
+    inputs = from_data(data_of({"modes": 7, **process}, **others)).inputs
     processes = [item.series for item in inputs if item.series is not None]
     times = np.linspace(0.0, 6.0, 241)
     for seed in range(3):
@@ -126,7 +110,7 @@ def test_the_variance_lost_and_kept_is_the_double_sum_over_the_covariance(
 
 @pytest.mark.long
 def test_a_band_far_above_the_resonance_loses_more_of_the_output_than_of_itself() -> None:
-    found = found_of(model_of('type = "band"\nband = [9, 11]\nshare = 0.99'), 6.0, 0.002)
+    found = found_of(model_of(BAND), 6.0, 0.002)
     expected = variance_by_spectrum(Band(1.0, 9.0, 11.0), 12.0, 6.0, 1.0, 0.2)
     kept = found.moments["second_order"][1] ** 2
     assert kept / (1.0 - found.lost_variance) == pytest.approx(expected, rel=0.01)
@@ -144,10 +128,12 @@ def test_a_band_far_above_the_resonance_loses_more_of_the_output_than_of_itself(
 @pytest.mark.slow
 def test_an_ensemble_tells_the_lost_variance_of_outputs_as_the_study_does() -> None:
     vary: dict[str, Any] = {"seed.force": "integers(0, 999)"}
-    model = model_of('type = "band"\nband = [9, 11]\nshare = 0.99')
+    model = model_of(BAND)
     many = model.simulate_many(6.0, 0.002, vary=vary, samples=8, columns=["output.x", "q.slide"], seed=1)
     (told,) = (note for note in many.notes if "modes left out" in note)
     assert told.startswith("output x: the modes left out, with 0.76 % of a process's variance, have 16 % of the")
     assert "its standard deviation is 8.3 % low" in told
-    silent = model_of('type = "band"\nband = [0.1, 0.3]\nshare = 0.999').simulate_many(6.0, 0.01, vary=vary, samples=8)
+    silent = model_of({"type": "band", "band": [0.1, 0.3], "share": 0.999}).simulate_many(
+        6.0, 0.01, vary=vary, samples=8
+    )
     assert not [note for note in silent.notes if "modes left out" in note]

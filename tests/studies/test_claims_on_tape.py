@@ -104,8 +104,8 @@ CHECKED: dict[str, tuple[str, ...]] = {
 }  # fmt: skip  # a table
 
 
-@pytest.mark.long
-@pytest.mark.slow_cases("rod", "gate", "drone")
+@pytest.mark.slow_cases("rod")
+@pytest.mark.long_cases("gate", "drone")
 @pytest.mark.parametrize("scene", CHECKED)
 def test_claims_agree_at_random_states(scene: str, rng: np.random.Generator) -> None:
     system, (claims, states) = derived(scene), claims_of(scene)
@@ -119,12 +119,9 @@ def test_claims_agree_at_random_states(scene: str, rng: np.random.Generator) -> 
     assert errors or scene == "reed"  # loads along its section have no partials to check
 
 
-SLOWER = [pytest.param("drone", marks=pytest.mark.slow), pytest.param("gate", marks=pytest.mark.slow)]
-
-
-@pytest.mark.long
-@pytest.mark.long_except_every(3)
-@pytest.mark.parametrize("scene", [*SLOWER, "reed", pytest.param("rod", marks=pytest.mark.slow), "striker"])
+@pytest.mark.slow_cases("rod", "drone")
+@pytest.mark.long_cases("gate")
+@pytest.mark.parametrize("scene", CHECKED)
 def test_a_wrong_entry_of_one_state_fails_each_claim(scene: str, rng: np.random.Generator) -> None:
     """The largest entry changes by a millionth, a zero entry by a thousandth."""
     system, (claims, states) = derived(scene), claims_of(scene)

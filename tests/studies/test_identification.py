@@ -17,82 +17,51 @@ from eomgen.errors import FileError, NumericalError, UsageError
 from eomgen.pipeline.pipeline import build_for_run
 from eomgen.products.studies.identification.estimation import structure
 from eomgen.products.studies.identification.experiment import CubicInterpolation
-from eomgen.scene.load import load, load_toml
+from eomgen.scene.load import from_data, load
+from tests.models.toml_text import toml_text
 
-SCENE = """
-format = 1
-name = "two_masses"
-gravity = [0, 0, 0]
-simulation = { method = "trapezoidal", step = 0.02, duration = 4 }
 
-[inputs]
-push = { unit = "N" }
+def unknown(value: float, unit: str = "1") -> dict[str, Any]:
+    return {"value": value, "unit": unit, "tunable": True}
 
-[parameters]
-mass_a = { value = 1.0, unit = "kg", tunable = true }
-mass_b = { value = 2.0, unit = "kg", tunable = true }
-stiffness = { value = 30.0, unit = "N/m", tunable = true }
-damping = { value = 1.0, unit = "N s/m", tunable = true }
-far = { value = 1.0, tunable = true }
-gain = { value = 2.0, unit = "1/s", tunable = true }
-fixed = 3.0
 
-[bodies.a]
-mass = "mass_a"
-inertia = [1e-2, 1e-2, 1e-2]
+SPRING = "push - sqrt(stiffness)**2 * q.slide - damping * v.slide"
+SCENE: dict[str, Any] = {
+    "format": 1, "name": "two_masses", "gravity": [0, 0, 0],
+    "simulation": {"method": "trapezoidal", "step": 0.02, "duration": 4},
+    "inputs": {"push": {"unit": "N"}},
+    "parameters": {
+        "mass_a": unknown(1.0, "kg"), "mass_b": unknown(2.0, "kg"), "stiffness": unknown(30.0, "N/m"),
+        "damping": unknown(1.0, "N s/m"), "far": unknown(1.0), "gain": unknown(2.0, "1/s"), "fixed": 3.0,
+    },
+    "bodies": {name: {"mass": f"mass_{name}", "inertia": [1e-2, 1e-2, 1e-2]} for name in ("a", "b")},
+    "joints": {
+        "slide": {"type": "prismatic", "parent": "base", "child": "a", "axis": [1, 0, 0], "initial": {"position": 0.1}},
+        "glue": {"type": "fixed", "parent": "a", "child": "b"},
+    },
+    "efforts": {"spring": {"joint": "slide", "effort": SPRING}},
+    "outputs": {
+        "x": {"formula": "q.slide", "unit": "m"}, "force": {"formula": "stiffness * q.slide", "unit": "N"},
+        "pair": {"formula": ["q.slide", "v.slide"]}, "aside": {"formula": "far * t"},
+        "bent": {"formula": "(far + gain) * t + far * gain * t**2 / (1 + t)"},
+    },
+}  # fmt: skip  # a table
 
-[bodies.b]
-mass = "mass_b"
-inertia = [1e-2, 1e-2, 1e-2]
 
-[joints.slide]
-type = "prismatic"
-parent = "base"
-child = "a"
-axis = [1, 0, 0]
-initial = { position = 0.1 }
+def built(effort: str = SPRING, start: float = 0.1, **sections: Any) -> eomgen.Model:
+    """Return the model of the scene, as the command builds it, with another effort, start and sections."""
+    joints = SCENE["joints"] | {"slide": SCENE["joints"]["slide"] | {"initial": {"position": start}}}
+    changed = {"joints": joints, "efforts": {"spring": {"joint": "slide", "effort": effort}}}
+    return build_for_run(from_data(SCENE | changed | sections))
 
-[joints.glue]
-type = "fixed"
-parent = "a"
-child = "b"
 
-[efforts.spring]
-joint = "slide"
-effort = "push - sqrt(stiffness)**2 * q.slide - damping * v.slide"
-
-[outputs]
-x = { formula = "q.slide", unit = "m" }
-force = { formula = "stiffness * q.slide", unit = "N" }
-pair = { formula = ["q.slide", "v.slide"] }
-aside = { formula = "far * t" }
-bent = { formula = "(far + gain) * t + far * gain * t**2 / (1 + t)" }
-"""
-ROD = """
-[bodies.link]
-mass = 0.5
-inertia = [1e-2, 1e-2, 1e-2]
-
-[joints.hinge]
-type = "revolute"
-parent = "a"
-child = "link"
-axis = [0, 1, 0]
-
-[constraints.rod]
-type = "distance"
-first = { body = "link", position = [0, 0, -0.5] }
-second = { body = "base", position = [0.4, 0, -0.6] }
-length = 0.4
-
-"""
 TRUE = {"mass_a": 1.0, "mass_b": 2.0, "stiffness": 30.0, "damping": 1.0}
 NOISE = 1e-3
 
 
 @pytest.fixture(scope="module")
 def slider() -> eomgen.Model:
-    return build_for_run(load_toml(SCENE))  # as the command builds it
+    return built()
 
 
 def deflection(t: Array, push: float = 0.0, start: float = 0.1, speed: float = 0.0) -> Array:
@@ -308,7 +277,7 @@ def test_a_scene_without_a_method_is_identified_by_the_one_with_derivatives() ->
 @pytest.mark.long
 def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene, out = tmp_path / "two_masses.toml", tmp_path / "out"
-    scene.write_text(SCENE, encoding="utf-8")
+    scene.write_text(toml_text(SCENE), encoding="utf-8")
     given = data()
     lines = [f"{t!r};{x!r};" for t, x in zip(given["t"].tolist(), given["x"].tolist(), strict=True)]
     (tmp_path / "run.csv").write_text("# measured\nt;x;force\n" + "\n".join(lines), encoding="utf-8")
@@ -456,11 +425,8 @@ def test_mistakes_in_calls_are_named(
 @pytest.mark.slow
 def test_starts_at_rest_follow_what_is_unknown() -> None:
     """3 x'' + x' + 30 x = 3 + t from rest at 3/30: a start held at 3/25, where the search begins, would fit nothing."""
-    text = SCENE.replace("duration = 4 }", 'duration = 4, start = "equilibrium" }').replace(
-        "push - sqrt", "3 + t - sqrt"
-    )
-    text = text.replace("initial = { position = 0.1 }", "initial = { position = 0.05 }")  # where rest is looked for
-    resting = build_for_run(load_toml(text))
+    effort = SPRING.replace("push", "3 + t")
+    resting = built(effort, start=0.05, simulation=SCENE["simulation"] | {"start": "equilibrium"})
     t = np.linspace(0.0, 4.0, 201)
     decay, rate, slope = 1.0 / 6.0, np.sqrt(10.0 - 1.0 / 36.0), 1.0 / 30.0
     mean = (3.0 - slope) / 30.0
@@ -478,13 +444,11 @@ def test_starts_at_rest_follow_what_is_unknown() -> None:
 
 @pytest.mark.long
 def test_starts_of_absolute_bodies_follow_what_is_unknown(slider: eomgen.Model) -> None:
-    resting = build_for_run(load_toml(SCENE.replace("duration = 4 }", 'duration = 4, start = "equilibrium" }')))
+    resting = built(simulation=SCENE["simulation"] | {"start": "equilibrium"})
     found = found_by(resting, data(), "stiffness", "damping", initial={"slide": 0.1})
     assert found["stiffness"].low < 30.0 < found["stiffness"].high
-    absolute = SCENE.replace("format = 1", 'format = 1\ncoordinates = "absolute"').replace(
-        'mass = "mass_a"', 'mass = "mass_a"\ncenter_of_mass = ["0.1 * far", 0, 0]'
-    )
-    model = build_for_run(load_toml(absolute))
+    aside = SCENE["bodies"]["a"] | {"center_of_mass": ["0.1 * far", 0, 0]}
+    model = built(coordinates="absolute", bodies=SCENE["bodies"] | {"a": aside})
     found = found_by(model, data(), "stiffness", "damping")
     plain = found_by(slider, data(), "stiffness", "damping")
     for name in ("stiffness", "damping"):
@@ -499,8 +463,12 @@ def test_starts_of_absolute_bodies_follow_what_is_unknown(slider: eomgen.Model) 
 @pytest.mark.slow
 def test_the_file_of_a_loop_is_read(tmp_path: Path) -> None:
     """Its multipliers are columns, too, and neither outputs nor mistakes."""
-    text = SCENE.replace("[efforts.spring]", ROD + "[efforts.spring]").replace('"push - ', '"')
-    loop = build_for_run(load_toml(text))
+    link = {"mass": 0.5, "inertia": [1e-2, 1e-2, 1e-2]}
+    hinge = {"type": "revolute", "parent": "a", "child": "link", "axis": [0, 1, 0]}
+    ends = {"first": {"body": "link", "position": [0, 0, -0.5]}, "second": {"body": "base", "position": [0.4, 0, -0.6]}}
+    scene = SCENE | {"bodies": SCENE["bodies"] | {"link": link}, "joints": SCENE["joints"] | {"hinge": hinge}}
+    scene |= {"efforts": {"spring": {"joint": "slide", "effort": SPRING.replace("push ", "")}}}
+    loop = build_for_run(from_data(scene | {"constraints": {"rod": {"type": "distance", **ends, "length": 0.4}}}))
     loop.simulate(1.0, 0.01, parameters={"stiffness": 28.0}, error_estimate=False).save(tmp_path / "run.csv")
     assert "rod: distance" in (tmp_path / "run.csv").read_text(encoding="utf-8").partition("\n")[0]
     found = found_by(loop, tmp_path / "run.csv", "stiffness", "damping", outputs=["x"], step=0.01)

@@ -13,51 +13,28 @@ from eomgen.base.arrays import Array
 from eomgen.cli import main
 from eomgen.errors import UsageError
 from eomgen.pipeline.pipeline import build_for_run
-from eomgen.scene.load import load_toml
+from eomgen.scene.load import from_data
+from tests.models.library import scene
+from tests.models.toml_text import toml_text
 
 #: Builds of the regressor and of base parameters take seconds.
 pytestmark = pytest.mark.slow
 
-SCENE = """
-format = 1
-name = "two_links"
-gravity = [0, 0, -10]
-
-[inputs]
-motor = { unit = "N m" }
-
-[bodies.upper]
-mass = 2.0
-center_of_mass = [0, 0, -0.3]
-inertia = [0.05, 0.06, 0.02]
-
-[bodies.lower]
-mass = 1.0
-center_of_mass = [0.02, 0, -0.2]
-inertia = [0.02, 0.03, 0.01]
-
-[joints.shoulder]
-type = "revolute"
-parent = "base"
-child = "upper"
-axis = [0, 1, 0]
-damping = 0.4
-
-[joints.elbow]
-type = "revolute"
-parent = "upper"
-child = "lower"
-axis = [0, 1, 0]
-position = [0, 0, -0.5]
-damping = 0.2
-
-[efforts.drive]
-joint = "elbow"
-effort = "motor"
-
-[outputs]
-angle = { formula = "q.elbow" }
-"""
+UPPER = {"mass": 2.0, "center_of_mass": [0, 0, -0.3], "inertia": [0.05, 0.06, 0.02]}
+LOWER = {"mass": 1.0, "center_of_mass": [0.02, 0, -0.2], "inertia": [0.02, 0.03, 0.01]}
+SCENE = scene(
+    "arm",
+    gravity=[0, 0, -10],
+    bodies={"upper": UPPER, "lower": LOWER},
+    joints__shoulder__damping=0.4,
+    joints__elbow__damping=0.2,
+    joints__elbow__child="lower",
+    joints__elbow__position=[0, 0, -0.5],
+    inputs={"motor": {"unit": "N m"}},
+    efforts={"drive": {"joint": "elbow", "effort": "motor"}},
+    points=None,
+    outputs={"angle": {"formula": "q.elbow"}},
+)
 #: By hand: what a planar arm is moved by, Khalil and Dombre 2002, example 9.2.
 TRUE = {
     "upper.inertia_yy": 0.06 + 2.0 * 0.09 + 1.0 * 0.25,
@@ -74,7 +51,7 @@ NOISE = np.array([0.3, 0.05])
 
 @pytest.fixture(scope="module")
 def arm() -> eomgen.Model:
-    return build_for_run(load_toml(SCENE))
+    return build_for_run(from_data(SCENE))
 
 
 def data(seed: int = 0, rows: int = 300) -> dict[str, Array]:
@@ -107,7 +84,7 @@ def test_the_motion_by_hand_is_that_of_the_scene(arm: eomgen.Model) -> None:
     given = data()
     q, v, a = (np.column_stack([given[f"{c}.shoulder"], given[f"{c}.elbow"]]) for c in "qva")
     tau = np.column_stack([given["tau.shoulder"], given["tau.elbow"]])
-    left = tau - eomgen.build(load_toml(SCENE)).inverse_dynamics(q, v, a, u=np.zeros((300, 1)))
+    left = tau - eomgen.build(from_data(SCENE)).inverse_dynamics(q, v, a, u=np.zeros((300, 1)))
     np.testing.assert_allclose(left.std(axis=0), NOISE, rtol=0.1)
 
 
@@ -173,7 +150,7 @@ def test_mistakes_are_named(arm: eomgen.Model, options: dict[str, Any], told: st
 
 
 def test_the_command_reads_efforts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "arm.toml").write_text(SCENE, encoding="utf-8")
+    (tmp_path / "arm.toml").write_text(toml_text(SCENE), encoding="utf-8")
     given = data()
     rows = [",".join(map(repr, row)) for row in np.column_stack(list(given.values())).tolist()]
     (tmp_path / "run.csv").write_text("\n".join([",".join(given), *rows]), encoding="utf-8")
