@@ -348,24 +348,19 @@ def test_a_value_without_a_linear_model_is_left_out_and_named(overhung: eomgen.M
 
 def jeffcott(eccentricity: float) -> dict[str, object]:
     """Return a disc on equal springs along x and y, with a force on its hub."""
-    along = {"stiffness": 2e6, "damping": 150.0}
-    return {
-        "format": 1,
-        "name": "jeffcott",
-        "gravity": [0, 0, 0],
-        "inputs": {"push_x": {"unit": "N"}, "push_y": {"unit": "N"}},
-        "bodies": {
-            "along_x": {"mass": 0},
-            "along_y": {"mass": 0},
-            "disc": {"mass": 20, "inertia": [0.25, 0.25, 0.45], "center_of_mass": [eccentricity, 0, 0]},
-        },
-        "joints": {
-            "x": {"type": "prismatic", "parent": "base", "child": "along_x", "axis": [1, 0, 0], **along},
-            "y": {"type": "prismatic", "parent": "along_x", "child": "along_y", "axis": [0, 1, 0], **along},
-            "spin": {"type": "revolute", "parent": "along_y", "child": "disc", "axis": [0, 0, 1]},
-        },
-        "forces": {"push": {"body": "disc", "force": ["push_x", "push_y", 0]}},
+    along = {"type": "prismatic", "stiffness": 2e6, "damping": 150.0}
+    disc = {"mass": 20, "inertia": [0.25, 0.25, 0.45], "center_of_mass": [eccentricity, 0, 0]}
+    joints = {
+        "x": {"parent": "base", "child": "along_x", "axis": [1, 0, 0], **along},
+        "y": {"parent": "along_x", "child": "along_y", "axis": [0, 1, 0], **along},
+        "spin": {"type": "revolute", "parent": "along_y", "child": "disc", "axis": [0, 0, 1]},
     }
+    return {
+        "format": 1, "name": "jeffcott", "gravity": [0, 0, 0], "joints": joints,
+        "inputs": {"push_x": {"unit": "N"}, "push_y": {"unit": "N"}},
+        "bodies": {"along_x": {"mass": 0}, "along_y": {"mass": 0}, "disc": disc},
+        "forces": {"push": {"body": "disc", "force": ["push_x", "push_y", 0]}},
+    }  # fmt: skip  # a table
 
 
 @pytest.mark.slow
@@ -396,26 +391,11 @@ def test_unbalance_refuses_a_diagram_with_the_body_and_its_distance() -> None:
 def test_a_bending_shaft_that_spins_in_a_standing_bearing_has_no_diagram_of_frozen_models() -> None:
     """Bending is measured in axes that turn, the bearing's motion in axes that stand: the linear model is periodic."""
     bending = {"shapes": "clamped_free", "modes": 1, "stiffness": 500.0}
-    scene = {
-        "format": 1,
-        "name": "shaft",
-        "gravity": [0, 0, 0],
-        "bodies": {"bearing": {"mass": 0.1}},
-        "beams": {
-            "shaft": {
-                "length": 1.0,
-                "mass_per_length": 1.0,
-                "polar_inertia": 1e-3,
-                "bending_y": bending,
-                "bending_z": bending,
-            }
-        },
-        "joints": {
-            "y": {"type": "prismatic", "parent": "base", "child": "bearing", "axis": [0, 1, 0], "stiffness": 1e4},
-            "spin": {"type": "revolute", "parent": "bearing", "child": "shaft", "axis": [1, 0, 0]},
-        },
-    }
-    model = eomgen.build(scene, profile="quick")
+    builder = eomgen.SceneBuilder("shaft", gravity=[0, 0, 0]).body("bearing", 0.1)
+    builder.beam("shaft", 1.0, mass_per_length=1.0, polar_inertia=1e-3, bending_y=bending, bending_z=bending)
+    builder.joint("y", "prismatic", "base", "bearing", axis=[0, 1, 0], stiffness=1e4)
+    builder.joint("spin", "revolute", "bearing", "shaft", axis=[1, 0, 0])
+    model = eomgen.build(builder.build(), profile="quick")
     with pytest.raises(NumericalError, match=r"the linear model changes with the turn of spin.*model\.floquet"):
         model.campbell("spin", [10.0, 100.0, 200.0])
     with pytest.raises(NumericalError, match="the linear model changes with the turn of spin"):

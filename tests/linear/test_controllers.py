@@ -27,31 +27,22 @@ FORCE = {"force": 1e-7}
 NOISE, MEASURED = {"road": 1e-6, "force": 1.0}, {"travel": 1e-9, "body_velocity": 1e-5}
 
 #: An upright pole on a cart, driven by a motor with a lag: nonlinear, and it rests where a force is needed.
-POLE = """\
-format = 1
-name = "pole"
-[parameters]
-slope = 0.05
-[inputs]
-push = { unit = "N" }
-[states]
-motor = { rate = "(push - motor) / 0.05", unit = "N" }
-[bodies]
-cart = { mass = 2 }
-pole = { mass = 0.5, center_of_mass = [0, 0, 0.6], inertia = [0.02, 0.02, 0.001] }
-[joints]
-rail = { type = "prismatic", parent = "base", child = "cart", axis = [1, 0, 0], stiffness = 3 }
-hinge = { type = "revolute", parent = "cart", child = "pole", axis = [0, 1, 0] }
-[efforts]
-push = { joint = "rail", effort = "motor + 1.5" }
-[points]
-tip = { body = "pole", position = [0, 0, 1.2] }
-[outputs]
-cart = { formula = "q.rail", unit = "m" }
-tip = { position = "tip" }
-[simulation]
-method = "rk4"
-"""
+POLE: dict[str, Any] = {
+    "format": 1, "name": "pole", "parameters": {"slope": 0.05}, "inputs": {"push": {"unit": "N"}},
+    "states": {"motor": {"rate": "(push - motor) / 0.05", "unit": "N"}},
+    "bodies": {
+        "cart": {"mass": 2},
+        "pole": {"mass": 0.5, "center_of_mass": [0, 0, 0.6], "inertia": [0.02, 0.02, 0.001]},
+    },
+    "joints": {
+        "rail": {"type": "prismatic", "parent": "base", "child": "cart", "axis": [1, 0, 0], "stiffness": 3},
+        "hinge": {"type": "revolute", "parent": "cart", "child": "pole", "axis": [0, 1, 0]},
+    },
+    "efforts": {"push": {"joint": "rail", "effort": "motor + 1.5"}},
+    "points": {"tip": {"body": "pole", "position": [0, 0, 1.2]}},
+    "outputs": {"cart": {"formula": "q.rail", "unit": "m"}, "tip": {"position": "tip"}},
+    "simulation": {"method": "rk4"},
+}  # fmt: skip  # a table
 
 
 def flat() -> dict[str, Any]:
@@ -83,7 +74,7 @@ def test_the_state_space_has_units_and_references(car: StateSpace) -> None:
     assert (car.units["inputs"], car.units["disturbances"]) == (("N",), ("m",))
     assert (car.unit("outputs", "travel"), car.unit("states", "z.tension")) == ("m", "N")
     np.testing.assert_allclose(car.references["states"], 0.0, atol=1e-9)
-    pole = linear(tomllib.loads(POLE), any_kind=True)
+    pole = linear(POLE, any_kind=True)
     np.testing.assert_allclose(pole.reference("states", "rail"), 0.5, rtol=1e-9)
     np.testing.assert_allclose(pole.references["outputs"], [0.5, 0.5, 0.0, 1.2], atol=1e-9)
 
@@ -125,14 +116,13 @@ def test_sampled_feedback_moves_as_its_matrix_says(car: StateSpace, estimated: b
 
 @pytest.mark.slow
 def test_a_pole_is_held_upright_where_a_force_is_needed() -> None:
-    data = tomllib.loads(POLE)
-    space = linear(data, any_kind=True, u={"push": 0.4})
+    space = linear(POLE, any_kind=True, u={"push": 0.4})
     assert space.stability == "unstable"
     late: dict[str, Any] = {"sample": "5 ms", "delay": "5 ms"}
     regulator = lqr(space, {"cart": 1.0, "tip[0]": 5.0}, {"push": 0.01}, **late)
     seen = kalman(space, {"push": 1.0}, {"cart": 1e-6, "tip[0]": 1e-6}, **late)
     for law in (regulator, OutputFeedback(regulator, seen)):
-        model = eomgen.build(with_controller(data, law), profile="quick")
+        model = eomgen.build(with_controller(POLE, law), profile="quick")
         start = {"rail": space.reference("states", "rail"), "hinge": 0.03, "motor": 0.4}
         run = model.simulate(12.0, 1e-3, initial=start)
         assert run.success
@@ -260,8 +250,8 @@ def test_arguments_of_other_types_are_refused(scene: Any, law: Any, message: str
 @pytest.mark.slow
 def test_what_cannot_be_written(car: StateSpace) -> None:
     law = lqr(car, WEIGHTS, FORCE)
-    absolute = {**tomllib.loads(POLE), "coordinates": "absolute"}
-    absolute["bodies"]["cart"]["inertia"] = [1, 1, 1]
+    bodies = POLE["bodies"] | {"cart": {"mass": 2, "inertia": [1, 1, 1]}}
+    absolute = POLE | {"coordinates": "absolute", "bodies": bodies}
     space = linear(absolute, at="initial")
     of_bodies = lqr(space, dict.fromkeys(space.states, 1.0), {"push": 1.0})
     cases: list[tuple[Any, Any, str]] = [

@@ -16,6 +16,7 @@ from tests.waves.test_water_planes import _scene
 @pytest.mark.long
 def test_all_forms_of_a_platform_with_a_pendulum_agree() -> None:
     """Every closed form, power and derivative, by the checks of a scene."""
+    tail = COLUMN | {"body": "arm", "start": [0, 0, -1], "end": [1, 0.3, -4], "drag": 1, "wet": 2, "stations": 1}
     load = {
         "bodies": {
             "buoy": {"mass": MASS, "center_of_mass": [0.2, 0, -3.5], "inertia": INERTIA},
@@ -25,19 +26,7 @@ def test_all_forms_of_a_platform_with_a_pendulum_agree() -> None:
             "moves": {"type": "free", "parent": "base", "child": "buoy"},
             "hinge": {"type": "revolute", "axis": [0, 1, 0], "parent": "buoy", "child": "arm", "position": [0, 0, 5]},
         },
-        "hulls": {name: hull | {"waves": "sea"} for name, hull in HULLS.items()}
-        | {
-            "tail": COLUMN
-            | {
-                "body": "arm",
-                "start": [0, 0, -1],
-                "end": [1, 0.3, -4],
-                "drag": 1,
-                "wet": 2,
-                "waves": "sea",
-                "stations": 1,
-            }
-        },
+        "hulls": {name: hull | {"waves": "sea"} for name, hull in (HULLS | {"tail": tail}).items()},
     }
     data = _data({"type": "free"}, SEA, {}, coordinates="absolute", simulation={"duration": 1, "step": 0.01}) | load
     report = check(from_data(data), states=2)

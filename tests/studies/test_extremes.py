@@ -39,6 +39,7 @@ from eomgen.products.studies.ladders.runs import (
 from eomgen.products.studies.ladders.scaling import ORIGIN, with_factors
 from eomgen.products.studies.ladders.study import reference
 from eomgen.products.studies.ladders.subject import Subject
+from tests.models.library import scene_file
 
 PENDULUM: dict[str, Any] = {
     "format": 1,
@@ -232,14 +233,8 @@ def test_the_origin_moves_all_that_the_base_and_the_world_carry_and_no_more() ->
         "loop": {"type": "spherical", "first": {"body": "tip"}, "second": {"body": "base", "position": [3.0, 0, 0]}}
     }
     bodies = {name: {"mass": 1.0} for name in ("bob", "tip", "cart")}
-    scene = {
-        "format": 1,
-        "name": "carried",
-        "bodies": bodies,
-        "joints": joints,
-        "points": carried,
-        "constraints": constraints,
-    }
+    scene = {"format": 1, "name": "carried", "bodies": bodies, "joints": joints, "points": carried}
+    scene |= {"constraints": constraints}
     moved = with_factors(scene, (ORIGIN,))
     assert moved["parameters"] == {ORIGIN: {"value": 0.0, "tunable": True}}
     for name, point in moved["points"].items():
@@ -303,10 +298,7 @@ def test_cells_are_printed_as_they_are_named(capsys: pytest.CaptureFixture[str])
 
 @pytest.mark.long
 def test_the_command_line_writes_table_json_and_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    scene = tmp_path / "swing.toml"
-    joint = '[joints.pin]\ntype = "revolute"\nparent = "base"\nchild = "rod"\naxis = [0, -1, 0]\n'
-    body = "[bodies.rod]\nmass = 1.0\ncenter_of_mass = [0, 0, -0.5]\ninertia = [0.02, 0.02, 0.001]\n"
-    scene.write_text(f'format = 1\nname = "swing"\n{body}{joint}initial = {{ position = 0.5 }}\n', encoding="utf-8")
+    scene = scene_file(tmp_path, "pendulum")
     out = tmp_path / "map"
     assert main(["extremes", str(scene), "--ladders", "rho_inf,structure", "--out", str(out)]) == 0
     assert "fails" in capsys.readouterr().out

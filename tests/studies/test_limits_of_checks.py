@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import eomgen
 from eomgen.products.studies.verification.differences import _as_finer
 from eomgen.studies import check
 
@@ -59,29 +60,11 @@ def test_noise_at_small_steps_is_no_disagreement() -> None:
 @pytest.mark.slow
 def test_terms_of_a_complex_step_cancel_to_zero() -> None:
     """The rate of a driven turn is w less the drive's rate times cos^2 + sin^2, whose change in time is exactly 0."""
-    scene = {
-        "format": 1,
-        "name": "driven",
-        "bodies": {"crank": {"mass": 1.0, "inertia": [0.1, 0.1, 0.1]}},
-        "joints": {
-            "main": {
-                "type": "revolute",
-                "parent": "base",
-                "child": "crank",
-                "axis": [0, 0, 1],
-                "initial": {"velocity": 150.0},
-            }
-        },
-        "constraints": {
-            "drive": {
-                "type": "revolute",
-                "first": {"body": "base", "axis": [0, 0, 1], "x_axis": [1, 0, 0]},
-                "second": {"body": "crank", "axis": [0, 0, 1], "x_axis": [1, 0, 0]},
-                "drive": "150 * t",
-            }
-        },
-        "simulation": {"duration": 0.1, "step": 1e-5},
-    }
+    builder = eomgen.SceneBuilder("driven").body("crank", 1.0, inertia=[0.1, 0.1, 0.1])
+    builder.joint("main", "revolute", "base", "crank", axis=[0, 0, 1], initial={"velocity": 150.0})
+    base, crank = ({"body": body, "axis": [0, 0, 1], "x_axis": [1, 0, 0]} for body in ("base", "crank"))
+    builder.constraint("drive", "revolute", base, crank, drive="150 * t")
+    scene = builder.simulation(duration=0.1, step=1e-5).build()
     report = check(scene, states=4, only=["constraint_velocity_derivatives"], profile="quick")
     assert "constraint_velocity_derivatives" in [form.name.partition(".")[0] for form in report.forms]
     assert report.passed, report.failures

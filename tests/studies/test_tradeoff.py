@@ -22,6 +22,7 @@ from eomgen.products.studies.work_precision.formulations import formulations
 from eomgen.products.studies.work_precision.observation import errors, observe
 from eomgen.products.studies.work_precision.result import Point, _groups
 from eomgen.products.studies.work_precision.running import Grid, Runner
+from tests.models.library import scene_file
 from tests.models.scenes import SWING
 
 #: A rod on a ball joint, thrown: no constraint in joint coordinates, three rows in absolute ones.
@@ -307,22 +308,16 @@ def test_folders_of_studies_are_not_taken_by_mistake(study: tuple[eomgen.Tradeof
 
 @pytest.mark.slow
 def test_the_command_prints_one_screen(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    scene = tmp_path / "swing.toml"
-    scene.write_text(
-        'format = 1\nname = "swing"\n[bodies.rod]\nmass = 1.0\ncenter_of_mass = [0, 0, -0.5]\n'
-        '[joints.pin]\ntype = "revolute"\nparent = "base"\nchild = "rod"\naxis = [0, 1, 0]\n'
-        'initial = { position = 1.0 }\n[outputs]\nangle = { formula = "q.pin", unit = "rad" }\n'
-        "[simulation]\nstep = 0.01\nduration = 1.28\n"
-    )
+    scene = scene_file(tmp_path, "pendulum", simulation={"step": 0.01, "duration": 1.28})
     arguments = [str(scene), "--out", str(tmp_path / "out"), "--output", "angle", "--methods", "rk4,taylor"]
     assert (
         main(["tradeoff", *arguments, "--steps", "0.02,0.01,0.005", "--repeats", "3", "--axes", "method,resolution"])
         == 0
     )
     printed = capsys.readouterr()
-    assert "swing: largest error of angle, 1.28 s" in printed.out
+    assert "pendulum: largest error of angle, 1.28 s" in printed.out
     assert len(printed.out.splitlines()) < 20
-    assert "swing: methods to build, or to take from the cache: 3; then up to " in printed.err
+    assert "pendulum: methods to build, or to take from the cache: 3; then up to " in printed.err
     for words in ("reference: taylor, joint", "the scene's own", "order as declared", "written to"):
         assert words in printed.err
     assert main(["tradeoff", *arguments]) == 7

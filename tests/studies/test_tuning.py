@@ -25,6 +25,7 @@ from eomgen.products.studies.work_precision.formulations import formulations
 from eomgen.products.studies.work_precision.running import Grid, Runner, ladder_grid, tuning_grid, whole_steps
 from eomgen.simulation.timing import RepeatedRun
 from tests.models.scenes import SWING, pendulum
+from tests.models.toml_text import toml_text
 
 SCENE = """\
 format = 1
@@ -137,44 +138,27 @@ def test_a_comment_beside_a_replaced_value_is_dropped(tmp_path: Path) -> None:
 
 
 #: A quarter car whose strut meets its stop for some 10 ms: peaks of the ride that are 1 ms wide.
-STOPPED = """\
-format = 1
-name = "quarter_car_with_stop"
-[inputs]
-road = { road = { bump = { length = 1.0, height = 0.08, position = 2.0 }, speed = 5 }, unit = "m" }
-[bodies.wheel]
-mass = 40.0
-[bodies.body]
-mass = 320.0
-[joints.hop]
-type = "prismatic"
-parent = "base"
-child = "wheel"
-axis = [0, 0, 1]
-[joints.strut]
-type = "prismatic"
-parent = "wheel"
-child = "body"
-axis = [0, 0, 1]
-stiffness = 18000.0
-rest = "320 * 9.81 / 18000"
-damping = 1200.0
-limits = { lower = -0.03, upper = 0.03, stiffness = 2e5, damping = 500, onset = 0.002 }
-[efforts.tyre]
-joint = "hop"
-effort = "180000 * (road - q.hop)"
-[outputs]
-ride = { formula = "a.hop + a.strut", unit = "m/s^2" }
-[simulation]
-step = 1e-3
-duration = 1.5
-start = "equilibrium"
-"""
+STOPPED: dict[str, Any] = {
+    "format": 1, "name": "quarter_car_with_stop",
+    "inputs": {"road": {"road": {"bump": {"length": 1, "height": 0.08, "position": 2}, "speed": 5}, "unit": "m"}},
+    "bodies": {"wheel": {"mass": 40.0}, "body": {"mass": 320.0}},
+    "joints": {
+        "hop": {"type": "prismatic", "parent": "base", "child": "wheel", "axis": [0, 0, 1]},
+        "strut": {
+            "type": "prismatic", "parent": "wheel", "child": "body", "axis": [0, 0, 1],
+            "stiffness": 18000.0, "rest": "320 * 9.81 / 18000", "damping": 1200.0,
+            "limits": {"lower": -0.03, "upper": 0.03, "stiffness": 2e5, "damping": 500, "onset": 0.002},
+        },
+    },
+    "efforts": {"tyre": {"joint": "hop", "effort": "180000 * (road - q.hop)"}},
+    "outputs": {"ride": {"formula": "a.hop + a.strut", "unit": "m/s^2"}},
+    "simulation": {"step": 1e-3, "duration": 1.5, "start": "equilibrium"},
+}  # fmt: skip  # a table
 
 
 @pytest.mark.long
 def test_errors_are_the_largest_over_all_rows_of_the_file_that_is_written(tmp_path: Path) -> None:
-    (tmp_path / "car.toml").write_text(STOPPED)
+    (tmp_path / "car.toml").write_text(toml_text(STOPPED))
     tuned = eomgen.tune(tmp_path / "car.toml", 1e-4, output="ride", methods=["generalized_alpha"], formulated=False)
     assert isinstance(tuned, eomgen.Tuned)
     assert tuned.met

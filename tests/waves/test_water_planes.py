@@ -59,17 +59,10 @@ def _turned(angle: float, about: float) -> tuple[Array, Array]:
     return np.array([math.cos(angle / 2), *(math.sin(angle / 2) * axis)]), matrix
 
 
-def _load(model: Model, quaternion: Array, place: Array) -> tuple[Array, Array]:
+def _load(model: Model, turned: tuple[Array, Array], place: Array) -> tuple[Array, Array]:
     """Return force and moment about the origin of the body at rest, in world axes, with its next to no weight."""
+    quaternion, matrix = turned
     q = np.concatenate([quaternion, place])
-    w, x, y, z = quaternion
-    matrix = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
     moment, force = np.split(-model.inverse_dynamics(q, np.zeros(6), np.zeros(6), 0.0), 2)
     return matrix @ force + [0, 0, 1e-3 * G], matrix @ moment
 
@@ -125,7 +118,7 @@ def test_wall_sided_hulls_at_any_angle_against_quadrature(seed: int) -> None:
     quaternion, matrix = _turned(random.uniform(0, 1.1), random.uniform(0, 2 * math.pi))
     place = np.array([random.normal(), random.normal(), random.uniform(-0.4, 0.4)])
     force, moment = _by_quadrature(RADIUS, -4.0, 5.0, matrix, place)
-    found = _load(model, quaternion, place)
+    found = _load(model, (quaternion, matrix), place)
     np.testing.assert_allclose(found[0], force, rtol=1e-9, atol=1e-7)
     np.testing.assert_allclose(found[1], moment, rtol=0, atol=1e-8 * RHO * G * AREA * 30)
 
@@ -149,7 +142,7 @@ def test_forces_are_the_gradient_of_one_energy_wherever_the_hull_is(seed: int) -
     angle = float(random.choice([0.0, math.pi / 2, random.uniform(0, math.pi), 1e-4, math.pi / 2 - 1e-4]))
     about, height = random.uniform(0, 2 * math.pi), float(random.choice([0.0, random.uniform(-5.0, 4.0)]))
     quaternion, matrix = _turned(angle, about)
-    force, moment = _load(model, quaternion, np.array([0.3, -0.2, height]))
+    force, moment = _load(model, (quaternion, matrix), np.array([0.3, -0.2, height]))
     h, size = 1e-2, RHO * G * AREA * 9
 
     def slope(energy: Any) -> float:
