@@ -14,6 +14,12 @@ import pytest
 
 import eomgen
 from eomgen.control import OutputFeedback, discretized, kalman, lqr, place
+from eomgen.products.linear.augmentation import delay_line, shaping_filter
+from eomgen.products.linear.control.riccati_equation import without_cross_terms
+from eomgen.products.linear.control.second_order import optimal_modal_gains, placed_modal_gains
+from eomgen.products.linear.control.stationary import stationary_covariance
+from eomgen.products.linear.sampling import seconds
+from eomgen.products.linear.spectra import MeasuredRoad, PowerSpectrum
 from eomgen.products.linear.state_space import StateSpace, linear_model_name
 from eomgen.spectra import InputSpectrum, Road, RoadExcitation
 from tests.failures.mistakes import arm, pushed, slider
@@ -54,7 +60,44 @@ def unpacked(result: Any) -> None:
     _, _ = result
 
 
+NARROW = PowerSpectrum("y", "m", np.array([1.0, 5.0]), np.ones(2))
+ONE = np.ones((1, 1))
 CALLS: list[tuple[Callable[[], Any], str]] = [
+    (lambda: delay_line("u", "y", 0, 0.1), "samples: a whole number from 1 on is needed, not 0; try: 1"),
+    (lambda: delay_line("u", "y", 2, 0.0), "sample: the time between two samples is 0 s; try: a time above zero"),
+    (lambda: shaping_filter([1.0], [0.0, 0.0], "w", "u"), "shaping_filter: the coefficients are not finite numbers"),
+    (lambda: shaping_filter(["one"], [1.0, 2.0], "w", "u"), "numerator: an array of real numbers is needed, not list"),
+    (
+        lambda: OutputFeedback(observer(), law()),
+        "OutputFeedback: a Regulator comes first, not an Observer; try: Output",
+    ),
+    (lambda: stationary_covariance(space(), {"wind": 1.0}), "noise: there is no disturbance or input 'wind'"),
+    (lambda: stationary_covariance(space(), 1.0), "noise: a mapping is needed, not float"),  # type: ignore[arg-type]
+    (lambda: space().unit("outputs", "z"), "unit: there is no output 'z'; try: one of place"),
+    (lambda: space().reference("output", "y"), "reference: there is no kind 'output' of signals; try: outputs"),
+    (lambda: law().gain("f", "z"), "gain: there is no 'z' among the gains; try: one of x, v.x"),
+    (
+        lambda: without_cross_terms(ONE, 1.1 * ONE),
+        "the cost has no minimum: its cross terms outweigh the weights of st",
+    ),
+    (
+        lambda: optimal_modal_gains([2.0, 3.0], [0.1, 0.1], [1.0, 0.0]),
+        "the weight of a modal force is 0; try: a number",
+    ),
+    (
+        lambda: placed_modal_gains([2.0], [0.1], [0.0], [0.5]),
+        "a frequency of 0 rad/s is asked for; try: a number above",
+    ),
+    (lambda: placed_modal_gains([2.0], [0.1], [1.0], [0.0]), "a damping ratio of 0 is asked for; try: a number above"),
+    (lambda: seconds("sample", [1.0]), 'sample: a time is needed, not list; try: 0.001 or "1 ms"'),  # type: ignore[arg-type]
+    (lambda: seconds("sample", np.inf), 'sample: sample is inf, not a finite number; try: 0.001 or "1 ms"'),
+    (
+        lambda: InputSpectrum("w", [0.0, 1.0], [1, 1]),
+        "InputSpectrum: w: the frequencies have to be two or more positive",
+    ),
+    (lambda: NARROW.rms(4.0, 2.0), "rms: the band from 4 to 2 Hz is reversed; try: low <= high"),
+    (lambda: NARROW.rms("4"), "low, high: an array of real numbers is needed, not list"),  # type: ignore[arg-type]
+    (lambda: MeasuredRoad([1.0, 2.0], [1.0, -1e-9]), "MeasuredRoad: a spectrum needs two or more frequencies above 0"),
     (lambda: OutputFeedback(regulator(), regulator()), "an Observer comes second, not a Regulator"),
     (
         lambda: eomgen.with_controller(spring(), law()),  # type: ignore[arg-type]

@@ -207,7 +207,7 @@ def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.Capt
         assert (out / name).stat().st_size > 5000
 
 
-@pytest.mark.slow_cases("options18-times: t = 0.333 s is not a row of the run; the nearest one is at 0.35 s")
+@pytest.mark.slow_cases("options13-times: t = 0.333 s is not a row of the run; the nearest one is at 0.35 s")
 @pytest.mark.parametrize(
     ("options", "text"),
     [
@@ -216,15 +216,10 @@ def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.Capt
         ({"output": "pair"}, "output: 'pair' is not a single component of pair; try: pair[0] to pair[1]"),
         ({"thresholds": [np.nan]}, "thresholds: nan is not a finite number; try: thresholds=[0.5, 1.0]"),
         ({"thresholds": "a"}, "thresholds: a list of numbers is needed, not 'a'; try: thresholds=[0.5, 1.0]"),
-        ({"thresholds": 0.5}, "thresholds: a list of numbers is needed, not 0.5"),
-        ({"thresholds": [1j]}, "thresholds: a list of numbers is needed, not [1j]"),
         ({"thresholds": [[1.0], [1.0, 2.0]]}, "thresholds: a list of numbers is needed, not [[1.0], [1.0, 2.0]]"),
-        ({"samples": -1}, "samples: a whole number from 0 on is needed, not -1; try: 0"),
         ({"projected": 1.0}, "projected: the share 1 is not between 0 and 1; try: projected=0.999"),
         ({"projected": "most"}, "projected: a number is needed, not str"),
-        ({"projected": np.nan}, "projected: projected is nan, not a finite number"),
         ({"whole": False}, "whole: no Hessian is left without the whole one; try: projected=0.999, the share of"),
-        ({"seed": 0.5}, "seed: a whole number from 0 on is needed, not 0.5"),
         ({"samples": 1}, "samples: of 1 samples no error is known: 20 are the least; try: samples=1000, or 0"),
         ({"tail_samples": 19}, "tail_samples: of 19 samples no error is known"),
         ({"levels": [np.nan]}, "levels: nan is not a finite number; try: levels=[1.5]"),

@@ -607,49 +607,49 @@ def test_a_call_may_not_tilt_the_water() -> None:
         check(np.array([0.01]))
 
 
-def test_headings_in_degrees_without_their_unit_are_noted() -> None:
-    said = 'run{} to 30 rad, 4.77 turns: angles without a unit are radians, "30 deg" is in degrees'
-    assert f"the waves sea {said.format('')}" in _scene(SEA | {"heading": 30}).notes
-    waves = [{"amplitude": 1, "period": 8}, {"amplitude": 1, "period": 9, "heading": 30}]
-    assert f"regular[1] of the waves sea {said.format('s')}" in _scene({"regular": waves}).notes
-    assert not [note for note in _scene(SEA | {"heading": "30 deg"}).notes if "turns" in note]
+TURNS = 'to 30 rad, 4.77 turns: angles without a unit are radians, "30 deg" is in degrees'
+WAVE, SHALLOW = {"amplitude": 1, "period": 8}, {"regular": [{"amplitude": 0.5, "period": 9}], "depth": 3, "order": 2}
+HIGH = [{"amplitude": 3.0, "period": period, "phase": period} for period in (7.0, 7.5, 8.0)]
+RIPPLES = {"spectrum": {"type": "points", "points": [[0.9, 0.5], [1.0, 1.0], [4.0, 1.0]]}, "band": [0.9, 5.0]}
+OF_DEFAULTS = "waves have the gravity of the default parameters, even if a run has another"
 
 
-def test_water_too_shallow_for_second_order_is_noted() -> None:
-    shallow: dict[str, Any] = {"regular": [{"amplitude": 0.5, "period": 9}], "depth": 3}
-    note = (
-        "waves.sea: A / (k^2 h^3) = 1.06 for the largest wave, k = 0.132 rad/m; an expansion of second order holds"
-        " below 0.1; try: lower waves, deeper water, or order = 1"
-    )
-    assert note in _scene(shallow | {"order": 2}).notes
-    for other in (shallow, shallow | {"order": 2, "depth": 30}, shallow | {"order": 2, "depth": None}):
-        sea = {key: value for key, value in other.items() if value is not None}
-        assert not [text for text in _scene(sea).notes if "second order" in text]
+@pytest.mark.parametrize(
+    ("sea", "sections", "note"),
+    [
+        (SEA | {"heading": 30}, {}, f"the waves sea run {TURNS}"),
+        ({"regular": [WAVE, WAVE | {"period": 9, "heading": 30}]}, {}, f"regular[1] of the waves sea runs {TURNS}"),
+        (SHALLOW, {}, "A / (k^2 h^3) = 1.06 for the largest wave, k = 0.132 rad/m; an expansion of second order holds"),
+        (
+            {"regular": HIGH},
+            {},
+            "at meeting crests the slope comes to 0.65, and waves break from 0.446 on: forces there",
+        ),
+        (RIPPLES, {}, "forces there are not physical. A lower sea, or a band that ends before its shortest waves"),
+        (RIPPLES | {"variables": True, "amplitudes": "gaussian"}, {}, "waves.sea: the significant slope is "),
+        (SEA, {"parameters": {"g": {"value": GRAVITY, "tunable": True}}, "gravity": [0, 0, "-g"]}, OF_DEFAULTS),
+        (SEA, {"outputs": {}}, "the sea sea changes nothing: no formula mentions it"),
+    ],
+)
+def test_what_is_doubtful_is_noted(sea: dict[str, Any], sections: dict[str, Any], note: str) -> None:
+    assert any(note in text for text in _scene(sea, **sections).notes)
 
 
-def test_waves_that_break_together_are_noted() -> None:
-    def notes(sea: dict[str, Any]) -> list[str]:
-        return [note for note in _scene(sea).notes if "break" in note]
-
-    three = [{"amplitude": 3.0, "period": period, "phase": period} for period in (7.0, 7.5, 8.0)]
-    what = "waves.sea: at meeting crests the slope comes to 0.65, and waves break from 0.446 on: forces there are not"
-    assert notes({"regular": three}) == [f"{what} physical"]
-    assert notes({"regular": three[:1]}) == []
-    assert notes({"regular": [wave | {"amplitude": 2.0} for wave in three[:2]]}) == []
-    ripples = {"type": "points", "points": [[0.9, 0.5], [1.0, 1.0], [4.0, 1.0]]}
-    for variables in (False, True):
-        sea = {"spectrum": ripples, "band": [0.9, 5.0], "variables": variables, "amplitudes": "gaussian"}
-        (note,) = notes(sea)
-        assert note.startswith("waves.sea: the significant slope is ")
-        assert note.endswith("A lower sea, or a band that ends before its shortest waves")
-    assert notes({"spectrum": {"type": "jonswap", "height": 7, "period": 10}}) == []
-
-
-def test_waves_keep_the_gravity_of_the_defaults() -> None:
-    known = {"g": {"value": GRAVITY, "tunable": True}}
-    note = "waves have the gravity of the default parameters, even if a run has another"
-    assert note in _scene(parameters=known, gravity=[0, 0, "-g"]).notes
-    assert note not in _scene(parameters={"g": GRAVITY}, gravity=[0, 0, "-g"]).notes
+@pytest.mark.parametrize(
+    ("sea", "sections"),
+    [
+        (SEA | {"heading": "30 deg"}, {}),
+        (SHALLOW | {"order": 1}, {}),
+        (SHALLOW | {"depth": 30}, {}),
+        ({"regular": HIGH[:1]}, {}),
+        ({"regular": [wave | {"amplitude": 2.0} for wave in HIGH[:2]]}, {}),
+        ({"spectrum": {"type": "jonswap", "height": 7, "period": 10}}, {}),
+        (SEA, {"parameters": {"g": GRAVITY}, "gravity": [0, 0, "-g"]}),
+    ],
+)
+def test_what_is_meant_is_not_noted(sea: dict[str, Any], sections: dict[str, Any]) -> None:
+    words = re.compile("turns|second order|break|default parameters|sea .*changes nothing")
+    assert not [text for text in _scene(sea, **sections).notes if words.search(text)]
 
 
 IN_FORMULAS = [
@@ -673,11 +673,6 @@ def test_what_is_wrong_in_a_formula_is_said_where_it_stands(text: str, message: 
 def test_masses_know_no_waves() -> None:
     with pytest.raises(DescriptionError, match=r"elevation\.sea, which depends on time, cannot be used here"):
         _scene(bodies={"float": {"mass": "1 + elevation.sea(0, 0)"}})
-
-
-def test_waves_that_nothing_asks_for_are_noted() -> None:
-    assert "the sea sea changes nothing: no formula mentions it" in _scene(outputs={}).notes
-    assert not [note for note in _scene().notes if re.search("sea .*changes nothing", note)]
 
 
 @pytest.mark.slow
