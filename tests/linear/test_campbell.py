@@ -119,19 +119,6 @@ def test_ctrl_c_keeps_the_values_and_crossings_so_far(overhung: eomgen.Model, af
 
 
 @pytest.mark.slow
-def test_progress_of_a_diagram_arrives_at_its_end(overhung: eomgen.Model) -> None:
-    told = list[tuple[int, int]]()
-    diagram = overhung.campbell("spin", np.linspace(0.0, 1500.0, 9), progress=lambda *step: told.append(step))
-    assert told == sorted(told) and told[-1] == (18, 18) and len(told) == 9 + len(diagram.crossings)
-    with pytest.raises(KeyboardInterrupt):  # one value is no diagram
-        overhung.campbell("spin", [0.0, 1.0], progress=lambda *_: _interrupt())
-
-
-def _interrupt() -> None:
-    raise KeyboardInterrupt
-
-
-@pytest.mark.slow
 def test_the_speed_may_be_negative_and_the_sense_is_that_of_the_spin(overhung: eomgen.Model) -> None:
     pairs = [("x", "y")]
     there = overhung.campbell("spin", [-300.0, -200.0], whirl=pairs)

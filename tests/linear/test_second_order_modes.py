@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,14 +9,10 @@ import pytest
 import scipy.linalg
 from scipy.optimize import linear_sum_assignment
 
-import eomgen
-from eomgen.products.linear import second_order_modes as room
 from eomgen.products.linear.eigenvalues import EPSILON
 from eomgen.products.linear.modes import Modes
 from eomgen.products.linear.second_order_modes import second_order_modes
 from tests.oracles.evaluation import Array
-
-EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def chain(n: int, held: bool = True) -> Array:
@@ -178,23 +173,3 @@ def test_uncertainties_bound_the_effect_of_rounding(rng: np.random.Generator) ->
     changed = second_order_modes(M, 1e-5 * K, K + noise, [str(k) for k in range(n)])
     assert np.all(np.abs(changed.eigenvalues - modes.eigenvalues) <= modes.uncertainty)
     assert np.all(modes.uncertainty <= 1e-7 * np.abs(modes.eigenvalues))
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_a_net_is_decomposed_by_its_symmetries(decomposed: list[int]) -> None:
-    model = eomgen.build(EXAMPLES / "cable_net/scene.toml", profile="quick")
-    linear = model.linearize()
-    modes = linear.modes()
-    assert max(decomposed) <= 200  # of 1200 states
-    space = linear.state_space()
-    residual = space.A @ modes.state_shapes - modes.state_shapes * modes.eigenvalues
-    assert np.max(np.abs(residual)) <= 1e-10 * np.linalg.norm(space.A, np.inf) * np.max(np.abs(modes.state_shapes))
-    every = scipy.linalg.eigvals(linear.K0, linear.M0).real
-    np.testing.assert_allclose(np.prod(np.abs(modes.eigenvalues[-300:]) ** (1.0 / 300.0)) ** 2, _mean(every), rtol=1e-9)
-    assert len(linear.M0) > room.MANY
-
-
-def _mean(squares: Array) -> float:
-    """Return the geometric mean of those that are not zero: damping does not change the product of frequencies."""
-    return float(np.exp(np.mean(np.log(squares[squares > 1e-3]))))

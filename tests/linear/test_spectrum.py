@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 import warnings
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,8 +17,6 @@ from eomgen.spectra import WEIGHTINGS, weighted_signal, weighting_response
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
-
-QUARTER_CAR = Path(__file__).parents[2] / "examples" / "quarter_car" / "scene.toml"
 
 
 @pytest.fixture(scope="module")
@@ -146,25 +143,3 @@ def test_rows_that_are_too_coarse_for_a_weighting(frequency: float, distance: fl
         run.rms("seat", weighting="Wk")
     assert [str(each.message)[: len(text)] for each in caught] == [text] * bool(text)
     assert all(each.filename == __file__ for each in caught)
-
-
-@pytest.mark.long
-def test_the_weighted_rms_of_a_run_is_the_linear_models() -> None:
-    """Within four standard errors: the blocks of 10 s of a run of 150 s are independent of one another."""
-    model = eomgen.build(QUARTER_CAR, profile="quick")
-    run = model.simulate(160.0, 2e-3, error_estimate=False)
-    line, road = model.linearize(t=30.0), model.road_excitation()
-    for weighting in (None, "Wk", "Wd"):
-        blocks = [
-            _of_signal(part.t, part.outputs["seat"]).rms("seat", weighting=weighting, start=from_ + 3.0) ** 2
-            for from_ in np.arange(4.0, 150.0, 13.0)
-            for part in [_part(run, from_, from_ + 13.0)]
-        ]
-        mean, error = np.mean(blocks), np.std(blocks, ddof=1) / math.sqrt(len(blocks))
-        expected = line.rms("body_acceleration", road, weighting=weighting) ** 2
-        assert error < 0.05 * expected and abs(mean - expected) < 4.0 * error, weighting
-
-
-def _part(run: eomgen.Solution, start: float, end: float) -> eomgen.Solution:
-    used = (run.t >= start) & (run.t <= end)
-    return _of_signal(run.t[used], run.outputs["body_acceleration"][used])

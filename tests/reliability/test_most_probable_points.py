@@ -29,7 +29,6 @@ from tests.reliability.duffing import NODES, Duffing
 
 #: Quantiles of a million samples, 1e-3 to 0.999 (integrators_and_random_vibration.md 4.6).
 SHARES = np.array([1e-3, 0.01, 0.1, 0.9, 0.99, 0.999])
-QUANTILES = [-1.0978, -0.7159, -0.1798, 1.1862, 1.7565, 2.1683]
 
 
 class CountedResponse:
@@ -88,22 +87,6 @@ def test_the_oracle_has_the_gradient_of_complex_steps_and_a_hessian() -> None:
     direction = np.random.default_rng(2).standard_normal(21)
     ahead, behind = (duffing.expansion(point + side * 1e-5 * direction).gradient for side in (1.0, -1.0))
     np.testing.assert_allclose(found.hessian @ direction, (ahead - behind) / 2e-5, atol=1e-8)
-
-
-@pytest.mark.slow
-def test_two_quantiles_by_every_order() -> None:
-    counted = CountedResponse(Duffing(0.1, 0.3))
-    low, high = most_probable_points(counted, [QUANTILES[2], QUANTILES[3]])
-    assert counted.expanded <= 8
-    assert counted.sloped <= 25
-    assert counted.solved == 0
-    for found, share in ((low, 0.1), (high, 0.9)):
-        assert found.nearest
-        assert found.iterations <= 6
-        np.testing.assert_allclose(found.point, -found.multiplier * found.expansion.gradient, atol=3e-8)
-        exact = float(steepest_descent(found.form, found.threshold).below)
-        assert exact == pytest.approx(share, abs=2.5e-3)
-        assert abs(1.0 - first_order(found) - share) > 5e-3
 
 
 @pytest.mark.long

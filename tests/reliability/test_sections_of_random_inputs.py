@@ -134,25 +134,6 @@ def test_variables_are_parameters_and_others_need_no_other_model() -> None:
     np.testing.assert_allclose(found, expected, rtol=1e-13)
 
 
-def test_samples_have_the_mean_and_the_covariance_of_the_process() -> None:
-    scene = _scene(force={"type": "oscillator", "frequency": 2.0, "damping": 0.2, "mean": 3.0,
-                          "standard_deviation": 0.5, "share": 0.999})  # fmt: skip
-    process = _process(scene)
-    times = np.array([0.0, 0.4, 1.1, 3.0, 7.5, 15.0])
-    count = 10_000
-    draws = np.random.default_rng(5).standard_normal((count, len(process.modes)))
-    samples = process.mean + draws @ np.array([mode(times) for mode in process.modes])
-    lag = np.abs(times[:, np.newaxis] - times)
-    w = 2.0 * np.sqrt(1.0 - 0.2**2)
-    exact = 0.25 * np.exp(-0.4 * lag) * (np.cos(w * lag) + 0.4 / w * np.sin(w * lag))
-    # variance of a sample covariance of normal variables: (R_ii R_jj + R_ij^2) / n; and what the modes leave out
-    bound = 4.5 * np.sqrt((0.0625 + exact**2) / count) + 0.25 * 0.01
-    assert np.all(np.abs(np.cov(samples.T) - exact) < bound)
-    assert np.all(np.abs(samples.mean(axis=0) - 3.0) < 4.5 * 0.5 / np.sqrt(count))
-    wrong = 0.25 * np.exp(-0.4 * lag) * np.cos(w * lag)
-    assert np.any(np.abs(np.cov(samples.T) - wrong) > bound)
-
-
 def test_the_same_seed_is_the_same_process_and_another_is_another() -> None:
     def values(seed: int) -> list[float]:
         scene = _scene(force=FORCE | {"seed": seed, "translation": "g"})

@@ -7,7 +7,6 @@ import json
 import tomllib
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -24,7 +23,7 @@ from eomgen.products.studies.work_precision.axes import candidates
 from eomgen.products.studies.work_precision.formulations import formulations
 from eomgen.products.studies.work_precision.running import Grid, Runner, ladder_grid, tuning_grid, whole_steps
 from eomgen.simulation.timing import RepeatedRun
-from tests.models.scenes import SWING, pendulum
+from tests.models.scenes import SWING
 from tests.models.toml_text import toml_text
 
 SCENE = """\
@@ -293,27 +292,6 @@ PUSHED["inputs"]["pull"] = {"unit": "N m"}
 
 def _runner(inputs: Any = None) -> Runner:
     return Runner(formulations(PUSHED, {}, others=False), tuning_grid(1.28, 1e-3, 1e-3), None, inputs)
-
-
-def test_conditions_are_named_by_their_changes() -> None:
-    model = pendulum()
-    runner: Any = SimpleNamespace(
-        model=lambda name: model, formulations=SimpleNamespace(own="joint"), parameters={"length": 0.6}, inputs=None,
-        grid=SimpleNamespace(start=0.0, end=1.0, rows=10, row=0.1),
-    )  # fmt: skip  # a table
-    motion: Any = SimpleNamespace(q=np.array([[0.1], [0.5], [-0.3]]), v=np.array([[1.0], [-3.0], [2.0]]))
-    first, second, third, fourth = itertools.islice(conditions(runner, motion), 4)
-    for one in (first, second, third, fourth):
-        state = one.arguments["initial"]
-        assert abs(state["q"][0] - 0.1) == pytest.approx(0.05 * 0.4)
-        assert abs(state["v"][0] - 1.0) == pytest.approx(0.05 * 3.0)
-        assert one.label.partition(": ")[2].startswith("positions by 5 % of their motion, velocities by 5 %")
-        assert ("parameters by 3 %" in one.label) == ("parameters" in one.arguments) == (one in (second, fourth))
-    assert abs(second.arguments["parameters"]["length"] / 0.6 - 1.0) == pytest.approx(0.03)
-    signs = [
-        np.sign(one.arguments["initial"]["q"][0] - 0.1) for one in itertools.islice(conditions(runner, motion), 20)
-    ]
-    assert {*signs} == {-1.0, 1.0}
 
 
 @pytest.mark.slow

@@ -105,14 +105,6 @@ def test_gerstner_waves_are_exact(steepness: float) -> None:
         assert xa * zc - xc * za == pytest.approx(1.0 - steepness**2 * math.exp(2.0 * k * c), abs=1e-14)
 
 
-def test_the_pressure_of_a_steep_wave_of_first_order_holds_the_momentum() -> None:
-    """By differences of positions and pressures alone, k A = 0.3; at k A = 0.9 the figure of Gerstner's formula."""
-    left = residuals(Sea.of_one_wave(0.05, 6.0, order=1), (-1.0, -6.0))
-    assert left.momentum < 1e-8
-    steep = Sea.of_one_wave(0.3, 3.0, order=1).motion(np.zeros((1, 2)), 0.0, -0.5).pressure
-    assert steep == pytest.approx(1.4725, abs=1e-4)
-
-
 @pytest.mark.parametrize("depth", [math.inf, 20.0])
 @pytest.mark.parametrize("vectors", [SPREAD, CASES["equal lengths"], CASES["one direction"]])
 def test_vorticity_of_gerstner_holds_the_equations_without_drift(

@@ -14,7 +14,7 @@ from mpmath import cosh, hypot, mpf
 from eomgen.products.waves.second_order import derivation, derived
 from eomgen.products.waves.second_order.derived import KERNELS
 from eomgen.products.waves.second_order.pairs import COLUMNS, Case, PairTape
-from eomgen.products.waves.second_order.routines import routines, sources
+from eomgen.products.waves.second_order.routines import routines
 from eomgen.waves import Components, Sea
 from tests.waves import oracle
 
@@ -112,17 +112,6 @@ def test_operations_of_a_pair_are_within_their_budgets() -> None:
     }
     assert counts[False, False, True] <= 40
     assert counts[True, True, True] <= 160
-
-
-def test_deep_water_of_one_direction_has_no_sums() -> None:
-    case = Case(finite=False, spread=False, surface=True)
-    tables, sums = sources(case)
-    assert case.entries == ("Bm", "Xm", "Zm", "w")
-    assert "real sp = " not in sums
-    assert "real sp = " in sources(Case(finite=True, spread=False, surface=True))[1]
-    assert "EG_SQRT" not in tables.partition("eomgen_wave_pairs")[2]
-    whole = PairTape(case)
-    assert whole.own[:4] == (1, 1, 1, 1), "the sum of a component with itself is zero by structure"
 
 
 def three(spread: bool, depth: float) -> Sea:
