@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,32 +11,23 @@ import eomgen
 from eomgen.control import OutputFeedback, kalman, lqr
 from tests.codegen.test_controller_alone import answers, compiled
 from tests.models.cache import shared_cache
+from tests.models.library import scene
 
 __all__ = ["shared_cache"]
 
 
-def estimated() -> dict[str, Any]:
-    """Return nested data of a cart with an observer and a regulator as sampled states."""
-    return {
-        "format": 1,
-        "name": "cart",
-        "bodies": {"b": {"mass": 2.0}},
-        "joints": {
-            "x": {
-                "type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0], "stiffness": 40.0,
-                "initial": {"position": 0.1},
-            }
-        },
-        "inputs": {"push": {"unit": "N"}},
-        "efforts": {"motor": {"joint": "x", "effort": "push"}},
-        "outputs": {"place": {"formula": "q.x + 0.02 * sin(q.x)", "unit": "m"}},
-    }  # fmt: skip  # a table
-
-
 @pytest.mark.slow
 def test_an_observer_with_a_regulator_gives_the_commands_of_the_closed_loop(tmp_path: Path) -> None:
-    data = estimated()
-    space = eomgen.build(data, profile="quick").linearize(at="initial", initial={"x": 0.0}).state_space()
+    data = scene(
+        "oscillator",
+        bodies__cart__mass=2.0,
+        joints__slide__stiffness=40.0,
+        inputs={"push": {"unit": "N"}},
+        efforts={"motor": {"joint": "slide", "effort": "push"}},
+        outputs={"place": {"formula": "q.slide + 0.02 * sin(q.slide)", "unit": "m"}},
+        simulation=None,
+    )
+    space = eomgen.build(data, profile="quick").linearize(at="initial", initial={"slide": 0.0}).state_space()
     law = OutputFeedback(
         lqr(space, {"place": 400.0}, {"push": 0.1}, sample="10 ms", delay="5 ms"),
         kalman(space, {"push": 0.1}, {"place": 1e-6}, sample="10 ms", delay="5 ms"),

@@ -325,41 +325,6 @@ def test_a_translation_that_turns_round_is_noted_and_one_without_a_value_is_refu
 
 
 @pytest.mark.slow
-def test_correlated_processes_have_their_correlations_and_a_lag_behind_them() -> None:
-    scene = _scene(
-        u={"type": "oscillator", "frequency": 2.0, "damping": 0.2, "standard_deviation": 2.0, "share": 0.999},
-        v={"correlation": {"u": 0.8}, "standard_deviation": 0.5, "mean": 3.0},
-        w={"correlation": {"u": -0.3, "v": 0.2}},
-        late={"follows": "w", "delay": 1.5},
-    )
-    processes = [_process(scene, k) for k in range(4)]
-    names = [item.name for item in scene.parameters if "_z" in item.name]
-    modes = {name: k for k, name in enumerate(names)}
-    assert len(names) == 3 * len(processes[0].modes) and processes[3].variables == processes[2].variables
-    assert processes[1].own_variables == tuple(name for name in names if name.startswith("v_z"))
-
-    def row(process: NormalSeries, t: float) -> Array:
-        """What each variable adds at a time, (variables,)."""
-        found = np.zeros(len(names))
-        for variable, weight, mode in zip(process.variables, process.weights, process.modes, strict=True):
-            found[modes[variable]] += weight * float(mode(np.array(t - process.lag)))
-        return found
-
-    def covariance(a: int, t: float, b: int, s: float) -> float:
-        return float(row(processes[a], t) @ row(processes[b], s))
-
-    w = 2.0 * np.sqrt(1.0 - 0.2**2)
-    of = lambda lag: np.exp(-0.4 * abs(lag)) * (np.cos(w * lag) + 0.4 / w * np.sin(w * abs(lag)))  # noqa: E731
-    for a, t, b, s, size in ((0, 5, 0, 5.5, 4.0), (0, 5, 1, 5.7, 0.8), (1, 6, 1, 6, 0.25), (2, 9, 1, 8, 0.2),
-                             (0, 3, 2, 3, -1.2), (2, 4, 2, 5, 4.0)):  # fmt: skip
-        assert covariance(a, t, b, s) == pytest.approx(size * of(t - s), abs=4e-3 * 4.0)
-    assert covariance(3, 6.5, 2, 5.0) == pytest.approx(4.0, abs=0.02)
-    assert processes[1].captured[-1] == pytest.approx(processes[0].captured[-1], rel=1e-12)
-    samples = [[item.value for item in scene.parameters if item.name.startswith(f"{name}_z")] for name in "uvw"]
-    assert samples[0] != samples[1] != samples[2]
-
-
-@pytest.mark.slow
 def test_coherent_processes_share_variables_and_have_the_covariances_of_their_cross_spectra() -> None:
     base, decay = SquaredExponential(2.0, 1.0), 0.7
     scene = _scene(
