@@ -191,7 +191,7 @@ def test_a_model_from_the_cache_needs_no_solver(tmp_path: Path) -> None:
         return done.stdout.split(maxsplit=1)
 
     first = said()
-    later = [said() for _ in range(3)]  # an edit of the checkout in between builds anew
+    later = [said() for _ in range(2)]  # an edit of the checkout in between builds anew
     assert "scipy" in first[1]  # the solver is there where gains are found
     assert any(rest.strip() == "[]" for _, rest in later), later
     assert {value for value, _ in later} == {first[0]}

@@ -118,6 +118,7 @@ def test_the_eigenvalues_are_roots_of_the_equation_of_ground_resonance(count: in
 
 
 @pytest.mark.slow
+@pytest.mark.long_cases("3-True-60.0")
 @pytest.mark.parametrize(("count", "wake", "along_y"), [(3, True, 60.0), (4, False, 90.0)])
 def test_the_multipliers_of_the_periodic_model_belong_to_the_eigenvalues(
     count: int, wake: bool, along_y: float

@@ -69,6 +69,7 @@ def test_a_model_for_rest_has_no_stepper_and_no_second_library(loaded: dict[Path
 
 
 @pytest.mark.slow
+@pytest.mark.long_cases("unbalanced_shaft")
 @pytest.mark.parametrize("name", ["four_bar", "unbalanced_shaft"])
 def test_models_for_rest_are_linear_as_whole_models(name: str) -> None:
     file = EXAMPLES / name / "scene.toml"

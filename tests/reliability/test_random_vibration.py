@@ -233,7 +233,7 @@ def test_a_method_without_derivatives_in_rows_of_inputs_finds_the_distribution_a
     assert deviations[0] == pytest.approx(deviations[1], rel=1e-3)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_thresholds_too_far_out_are_named() -> None:
     few = built(scene(0.1, 0.5))
     with pytest.raises(
@@ -242,7 +242,7 @@ def test_thresholds_too_far_out_are_named() -> None:
         random_vibration(few, "x", 1.0, 0.1, thresholds=[1e9], method="trapezoidal")
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_scene_without_processes_and_a_threshold_out_of_reach() -> None:
     plain = {"format": 1, "name": "plain", "bodies": {"mass": {"mass": 1, "inertia": [1, 1, 1]}}}
     plain |= {"joints": {"slide": {"type": "prismatic", "parent": "base", "child": "mass", "axis": [1, 0, 0]}}}
@@ -371,7 +371,7 @@ def test_few_good_samples_are_no_statistics(duffing: eomgen.Model, monkeypatch: 
         random_vibration(duffing, "x", 1.0, 0.05, method="trapezoidal", samples=100, points=False)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_steps_that_do_not_resolve_the_process_are_named() -> None:
     """A band from 9 to 11 Hz at steps of 0.1 s; the closed form of the deviation is 345 times less."""
     model = built(scene(0.0, 0.9, start=0.0, duration=1.0, type="band", band=[9, 11], seed=1, unit="N"))
@@ -430,7 +430,7 @@ def test_the_title_of_modes_tells_waves_from_processes(kinds: list[str], title: 
     assert _title_of_modes([Process("sea", kind, 2, 1.0, (1.0, 0.5)) for kind in kinds]) == title
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_largest_value_in_the_output_is_the_reason_for_a_jump_of_its_gradient() -> None:
     """Of y = max(x1 - 2.2, x2 - 2.6) alone, and of no other output."""
     constant = {"type": "constant", "distribution": "normal(0, 1)"}

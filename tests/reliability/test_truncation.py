@@ -125,7 +125,7 @@ def test_a_band_far_above_the_resonance_loses_more_of_the_output_than_of_itself(
     assert vars(found.costs["truncation"]) == {"runs": 1, "adjoints": 1, "tangents": 0}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_an_ensemble_tells_the_lost_variance_of_outputs_as_the_study_does() -> None:
     vary: dict[str, Any] = {"seed.force": "integers(0, 999)"}
     model = model_of(BAND)

@@ -120,7 +120,8 @@ def _on_a_spring(order: int) -> dict[str, Any]:
     return data
 
 
-@pytest.mark.long
+@pytest.mark.slow
+@pytest.mark.long_cases("hull")
 @pytest.mark.parametrize(
     "data",
     [

@@ -72,13 +72,11 @@ def test_states_for_the_choice_of_pivots_are_the_same_in_any_units() -> None:
     np.testing.assert_allclose(*shares, rtol=1e-5, atol=1e-8)
 
 
-@pytest.mark.long
 @pytest.mark.slow
-@pytest.mark.parametrize("model", ["cosserat", "inextensible"])
-def test_a_beam_moves_alike_in_other_units(model: str) -> None:
+def test_a_beam_moves_alike_in_other_units() -> None:
     motions = []
     for units in (SYSTEMS["SI"], SYSTEMS["Mm-Gt-d"]):
-        compiled = eomgen.build(in_units(cantilever(model), units), profile="quick")
+        compiled = eomgen.build(in_units(cantilever("cosserat"), units), profile="quick")
         run = compiled.simulate(0.02 * units.time, 1e-3 * units.time, error_estimate=False)
         assert run.success, run.message
         motions.append(np.array(run.q) / np.array([units.size(unit) for unit in compiled.q_units]))

@@ -274,7 +274,7 @@ def test_a_scene_without_a_method_is_identified_by_the_one_with_derivatives() ->
     assert found.estimates[0].value == pytest.approx(0.7, abs=1e-4)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene, out = tmp_path / "two_masses.toml", tmp_path / "out"
     scene.write_text(toml_text(SCENE), encoding="utf-8")

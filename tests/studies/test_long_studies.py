@@ -67,7 +67,6 @@ def _interrupted(title: str) -> Iterator[Reporter]:
     yield Reporter(report, lambda _: None, stage)
 
 
-@pytest.mark.long_except_every(3)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("verb", "told"),
