@@ -379,9 +379,7 @@ def test_a_mode_that_is_left_without_damping_is_named() -> None:
 
 @pytest.mark.slow
 def test_one_number_for_a_beam_of_several_coordinates_is_refused() -> None:
-    with pytest.raises(
-        eomgen.UsageError, match=r"mast: the shape is \(\), \(2,\) is needed; try: a list of 2 numbers, from Py"
-    ):
+    with pytest.raises(eomgen.UsageError, match=r"mast: the shape is \(\), \(2,\) is needed; try: a list of 2"):
         mast([1]).simulate(0.1, initial={"mast": 0.01})
 
 

@@ -237,9 +237,7 @@ def test_hardware_that_cannot_be_is_refused(hardware: dict[str, Any], message: s
 
 def test_a_delay_of_many_samples_is_doubtful(plant: StateSpace) -> None:
     law = lqr(plant, {"place": 4000.0}, {"push": 0.01}, sample=PERIOD)
-    with pytest.warns(
-        RuntimeWarning, match=r"^delay of push: \S+ s are 60 samples of \S+ s; try: \"\S+ ms\" if"
-    ) as caught:
+    with pytest.warns(RuntimeWarning, match=r"^delay of push: \S+ s are 60 samples of \S+ s; try: \"\S+") as caught:
         with_controller(cart(), law, delay={"push": 60 * PERIOD})
     assert [each.filename for each in caught] == [__file__]
 

@@ -91,7 +91,5 @@ def test_what_has_no_sampled_loop_is_told() -> None:
     odd = {"sample": 0.01 * math.sqrt(2.0), "formula": "q.slide"}
     with pytest.raises(eomgen.ModelError, match=r"the periods 0\.01 s, 0\.0141421356 s have no common"):
         cart(force=HOLD, other=odd).linearize().sampled_loop()
-    with pytest.raises(
-        eomgen.ModelError, match=r'have no equilibrium; try: a run of simulate; linearize\(at="initial"\)'
-    ):
+    with pytest.raises(eomgen.ModelError, match=r"have no equilibrium; try: a run of simulate"):
         cart(force=HOLD).linearize(at="equilibrium")

@@ -137,8 +137,7 @@ def test_a_table_is_what_it_was_sampled_from_and_a_box_is_none() -> None:
     table = expand(CovarianceTable(Curve("", lags, np.exp(-lags / 2.0))), 4.0, modes=8)
     np.testing.assert_allclose(table.eigenvalues, exact.eigenvalues, rtol=0, atol=1e-6 * exact.eigenvalues[0])
     box = CovarianceTable(Curve("", lags, 1.0 / (1.0 + (lags / 1.2) ** 16)))
-    with pytest.raises(UsageError, match=r"the covariance is not positive: an eigenvalue of it in the window is -0\.\d+"
-                                         r" times the largest; the nearest positive one differs"):  # fmt: skip
+    with pytest.raises(UsageError, match=r"the covariance is not positive: an eigenvalue of it in the window is"):
         expand(box, 4.0, share=0.9)
 
 

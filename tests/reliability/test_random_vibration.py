@@ -236,9 +236,7 @@ def test_a_method_without_derivatives_in_rows_of_inputs_finds_the_distribution_a
 @pytest.mark.slow
 def test_thresholds_too_far_out_are_named() -> None:
     few = built(scene(0.1, 0.5))
-    with pytest.raises(
-        NumericalError, match=r"does not come to 1e\+09: it ends at .* beyond which nothing is so probable"
-    ):
+    with pytest.raises(NumericalError, match=r"does not come to 1e\+09: it ends at .* beyond which nothing is so"):
         random_vibration(few, "x", 1.0, 0.1, thresholds=[1e9], method="trapezoidal")
 
 
@@ -262,9 +260,7 @@ def test_a_scene_without_processes_and_a_threshold_out_of_reach() -> None:
 def test_outputs_without_spread_are_named() -> None:
     outputs = {"fixed": {"formula": "3"}, "far": {"formula": "1e9 + q.slide"}}
     model = built(scene(0.1, 0.5) | {"outputs": outputs})
-    with pytest.raises(
-        UsageError, match="output: to second order about the mean the output does not depend on the ran"
-    ):
+    with pytest.raises(UsageError, match="output: to second order about the mean the output does not depend on the"):
         random_vibration(model, "fixed", 1.0, 0.1, thresholds=[3.5], method="trapezoidal")
     found = random_vibration(model, "fixed", 1.0, 0.1, thresholds=[3.5], points=False, samples=20, method="trapezoidal")
     assert "does not depend on the random processes" in found.message

@@ -213,8 +213,7 @@ def test_runs_that_stand_still_by_rounding_are_no_reference() -> None:
         return RunEnding(REACHED, "", still)
 
     near, far = (reference(subject, conditions.vary(q=np.array([turn])), ended) for turn in (0.5, 2e9 * np.pi))
-    assert near.arrays is not None
-    assert far.arrays is None
+    assert near.arrays is not None and far.arrays is None
     assert "of the step: steps change the coordinates by their rounding only" in far.by
 
 

@@ -418,9 +418,7 @@ def test_starts_at_rest_follow_what_is_unknown() -> None:
     for name in ("stiffness", "damping"):
         assert found[name].low < TRUE[name] < found[name].high
     np.testing.assert_allclose(found.records[0].initial["q"], 3.0 / found["stiffness"].value, rtol=1e-9)
-    with pytest.raises(
-        UsageError, match=r"states: the scene starts at static equilibrium, and q\.slide cannot be unknown"
-    ):
+    with pytest.raises(UsageError, match=r"states: the scene starts at static equilibrium, and q\.slide cannot be"):
         found_by(resting, {"t": t, "x": x}, "stiffness", states=["q.slide"])
 
 
@@ -436,9 +434,7 @@ def test_starts_of_absolute_bodies_follow_what_is_unknown(slider: eomgen.Model) 
     for name in ("stiffness", "damping"):
         assert found[name].value == pytest.approx(plain[name].value, rel=1e-5)
         assert found[name].deviation == pytest.approx(plain[name].deviation, rel=1e-3)
-    with pytest.raises(
-        UsageError, match=r"states: the scene's initial state follows from parameters, and v\.a\[3\] cannot"
-    ):
+    with pytest.raises(UsageError, match=r"states: the scene's initial state follows from parameters, and v\.a\[3\]"):
         found_by(model, data(), "stiffness", states=["v.a[3]"])
 
 
@@ -460,9 +456,7 @@ def test_the_file_of_a_loop_is_read(tmp_path: Path) -> None:
 def test_a_solution_and_a_number_are_no_tables(slider: eomgen.Model) -> None:
     run = slider.simulate(0.1, 0.01, inputs={"push": 0.0}, error_estimate=False)
     for given in (run, [run]):
-        with pytest.raises(
-            UsageError, match=r'columns by name are needed, not Solution; try: \{"t": run.t, "angle": run'
-        ):
+        with pytest.raises(UsageError, match=r'columns by name are needed, not Solution; try: \{"t": run.t, "angle"'):
             found_by(slider, given, "stiffness")
     with pytest.raises(UsageError, match="data: a file or columns by name are needed, not int"):
         found_by(slider, 3, "stiffness")

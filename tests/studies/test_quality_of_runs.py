@@ -9,7 +9,6 @@ import pytest
 import eomgen
 from eomgen.products.studies.ladders.study import extremes
 from eomgen.products.studies.savings import savings
-from eomgen.products.studies.tuning.result import Tuned
 from eomgen.products.studies.work_precision.formulations import formulations
 from eomgen.products.studies.work_precision.running import Runner, tuning_grid
 from eomgen.simulation.judgement.register import CHECKS
@@ -27,7 +26,6 @@ def test_the_error_of_an_internal_state_is_that_of_a_run() -> None:
 def test_a_demand_that_is_met_is_met_by_the_estimate_of_the_run() -> None:
     demand = 1e-3
     tuned = eomgen.tune(oscillator(), error=demand, methods=[METHOD], axes=["method"], budget=20.0)
-    assert isinstance(tuned, Tuned)
     run = eomgen.build(oscillator(), profile="quick").simulate(END, tuned.value, method=METHOD)
     assert tuned.met and tuned.error <= demand
     assert run.error.relative < 1.5 * demand

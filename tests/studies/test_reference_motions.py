@@ -112,11 +112,7 @@ def test_refinement_ends_at_rounding_and_at_the_budget() -> None:
     slow = Runner(a=lambda n: 0.001 / n)
     slow.seconds = 10.0
     found = judge_of(slow, method("a"), error=1e-2, seconds=15.0)
-    with pytest.raises(
-        NumericalError,
-        match="no method gives a reference for this scene: a: two runs, one at half the step or a smaller tolerance, "
-        "take longer than 15 s",
-    ):
+    with pytest.raises(NumericalError, match="no method gives a reference for this scene: a: two runs, one at half"):
         found.reference()
     assert slow.made == [("a", 1)]
 
@@ -129,9 +125,7 @@ def test_the_better_of_two_methods_is_taken() -> None:
     assert list(dict.fromkeys(name for name, _ in runner.made)) == ["a", "b"]
     assert list(judge.tried) == []
     poor = judge_of(runner, method("c"), method("missing"))
-    with pytest.raises(
-        NumericalError, match="no method gives a reference for this scene: c: c stopped; missing: no suc"
-    ):
+    with pytest.raises(NumericalError, match="no method gives a reference for this scene: c: c stopped; missing: no"):
         poor.reference()
     with pytest.raises(ModelError, match="no method runs on this scene; try: other methods"):
         judge_of(runner).reference()

@@ -174,9 +174,7 @@ def test_a_reduced_gravity_is_one_line() -> None:
 
 
 def test_relations_under_which_the_surface_bears_pressure_are_refused() -> None:
-    with pytest.raises(
-        UsageError, match=r"w\^2 coth\(k h\) / k is .* the pressure at the surface is the same"
-    ) as refused:
+    with pytest.raises(UsageError, match=r"w\^2 coth\(k h\) / k is .* the pressure at the surface is the") as refused:
         Sea(three_waves(0.005, SPREAD), 20.0, dispersion=lambda w: w.sqrt((w.g + w.k * w.k * 7.3e-5) * w.k))
     assert "try: w.gravity_waves, with terms that are linear in kx and ky" in str(refused.value)
     with pytest.raises(UsageError, match="is not linear in it, so no uniform current gives it; try"):

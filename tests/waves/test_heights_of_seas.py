@@ -80,9 +80,7 @@ def test_waves_that_break_are_refused_at_second_order(depth: float) -> None:
     """Scenes and Python have one bound: a height of 0.142 tanh k h wave lengths."""
     assert _one(0.44, depth).order == 2
     for steepness in (0.45, 0.6, 0.99):
-        with pytest.raises(
-            UsageError, match=r"a wave of 125\.7 m, breaks from an amplitude of .* m on, and has .* m; try"
-        ):
+        with pytest.raises(UsageError, match=r"a wave of 125\.7 m, breaks from an amplitude of .* m on, and has .* m"):
             _one(steepness, depth)
         assert _one(steepness, depth, order=1).order == 1
     amplitude, period = 0.44 / 0.05, 2 * math.pi / math.sqrt(9.81 * 0.05)
@@ -94,9 +92,7 @@ def test_waves_that_break_are_refused_at_second_order(depth: float) -> None:
 def test_seas_that_are_too_steep_together_are_warned_of() -> None:
     storm = discretized(Jonswap(14.0, 8.0), height=14.0).realisation(1)
     for order in (1, 2):
-        with pytest.warns(
-            RuntimeWarning, match=r"Sea: the significant slope is 0\.8\d*, and waves break from 0\.446 on"
-        ):
+        with pytest.warns(RuntimeWarning, match=r"Sea: the significant slope is 0\.8\d*, and waves break from 0\.446"):
             Sea(storm, order=order)
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -213,9 +213,7 @@ def test_parameters_of_a_run_keep_a_hull_its_length() -> None:
     known = {"top": {"value": 4, "tunable": True}, "wet": {"value": DRAUGHT, "tunable": True}}
     model = _model(hulls={"column": COLUMN | {"end": [0, 0, "top"], "wet": "wet"}}, parameters=known)
     state = np.zeros(1)
-    with pytest.raises(
-        UsageError, match=r"hulls\.column\.wet\): 12 m of it move water, and it is 10 m long at top = 4, wet = 12"
-    ):
+    with pytest.raises(UsageError, match=r"hulls\.column\.wet\): 12 m of it move water, and it is 10 m long at top ="):
         model.energy(state, state, parameters={"wet": 12})
     with pytest.raises(UsageError, match=r"hulls\.column\.end\): both ends are at the same place, so it has no axis"):
         model.energy(state, state, parameters={"top": -DRAUGHT})

@@ -140,9 +140,7 @@ def test_a_cusp_has_no_tangent_but_a_height() -> None:
 def test_water_that_folds_over_is_said_to() -> None:
     k = np.array([0.05, 0.11, 0.23])
     steep = Components(np.column_stack((k, 0.0 * k)), 0.7 / k, np.zeros(3))
-    with pytest.raises(
-        NumericalError, match=r"no single particle of the surface is above x = .* t = 0 s; try: waves that"
-    ):
+    with pytest.raises(NumericalError, match=r"no single particle of the surface is above x = .* t = 0 s; try: waves"):
         Sea(steep, order=1).labels_at([[x, 0.0] for x in np.linspace(-10.0, 10.0, 41)], 0.0)
     vectors, amplitude = np.array([[1.0, 0.0], [-1.0, 0.0], [2.0, 0.0]]), np.array([0.5, 0.5, 0.1])
     edge = Sea(Components(vectors, amplitude, np.array([0.0, 0.0, 0.5 * math.pi])), order=1)

@@ -587,9 +587,7 @@ def test_words_of_others_are_answered_with_those_of_scenes(sections: dict[str, A
 def test_water_is_level_in_z(gravity: list[float]) -> None:
     """Parts of gravity that are rounding do not count, and without gravity there are no waves."""
     assert _scene(gravity=["9.81 * sin(pi)", 0, "-9.81"]).gravity
-    with pytest.raises(
-        DescriptionError, match=r"waves need gravity, and the scene has none; try: gravity = \[0, 0, -9"
-    ):
+    with pytest.raises(DescriptionError, match=r"waves need gravity, and the scene has none; try: gravity = \[0, 0"):
         _scene(gravity=[0, 0, 0])
     with pytest.raises(DescriptionError, match=r"\(gravity\): water at rest is level in z and below the air") as caught:
         _scene(gravity=gravity)
