@@ -167,8 +167,8 @@ def test_forms_far_from_samples_are_named_with_both_values() -> None:
     again = under_test.against_samples(np.array(thresholds), form, counted)
     assert list(again) == [0, 4]
     assert again[4].endswith("0.001 +- 0.0001 by Monte Carlo: the form is left out, trust samples")
-    form.above[3] = 0.126
-    assert list(under_test.disagreements(thresholds, form, counted)) == [0, 3, 4]
+    form.above[3] = form.below[1] = 0.126
+    assert list(under_test.disagreements(thresholds, form, counted)) == [0, 1, 3, 4]
 
 
 def test_notes_name_the_worst_form_and_all_vague_corrections() -> None:

@@ -161,7 +161,6 @@ def test_the_time_limit_is_not_for_compiling() -> None:
     broken.close()
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_fail_is_tried_again_in_a_process_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
     """A process that others have run in may be broken: here the third run of each crashes."""
@@ -178,7 +177,6 @@ def test_a_fail_is_tried_again_in_a_process_of_its_own(monkeypatch: pytest.Monke
     assert [cell.verdict for cell in found.cells] == ["holds", "holds"]
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_single_precision_is_held_against_double_precision(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[tuple[str, str]] = []
@@ -248,7 +246,6 @@ def test_the_origin_moves_all_that_the_base_and_the_world_carry_and_no_more() ->
     assert moved["constraints"]["loop"]["second"]["position"] == [f"{ORIGIN} + (3.0)", 0, 0]
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_study_goes_on_where_it_was_interrupted(tmp_path: Path) -> None:
     first = eomgen.extremes(PENDULUM, ladders=["gravity"], methods=["rk4"], folder=tmp_path)
@@ -295,7 +292,7 @@ def test_cells_are_printed_as_they_are_named(capsys: pytest.CaptureFixture[str])
     assert capsys.readouterr().out.split() == ["cells", "cell", "step:-1:rk4", ":+1:"]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_command_line_writes_table_json_and_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene = scene_file(tmp_path, "pendulum")
     out = tmp_path / "map"

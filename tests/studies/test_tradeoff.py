@@ -165,7 +165,6 @@ def test_slopes_are_the_declared_orders(study: tuple[eomgen.Tradeoff, Path]) -> 
         assert slope.slope == pytest.approx(slope.declared, abs=0.1)
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_the_front_holds_what_nothing_dominates(study: tuple[eomgen.Tradeoff, Path]) -> None:
     found = study[0]
@@ -228,7 +227,7 @@ def test_axes_are_cut_to_what_makes_a_difference() -> None:
     assert not held & {"rk4", "taylor"}
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_formulations_of_a_loop_begin_in_one_state() -> None:
     path = Path(__file__).resolve().parents[2] / "examples" / "four_bar" / "scene.toml"
     runner = Runner(formulations(path, {}, others=True), Grid(0.02, 10))
