@@ -37,7 +37,6 @@ def test_check_compares_geometric_stiffness_without_loads() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.slow
 @pytest.mark.parametrize("shape", [*BODIES][:1])
 def test_derivatives_of_other_shapes_are_complex_steps(shape: str) -> None:
     """Derivatives take the place from three steps behind the iteration; complex steps go through the iteration."""
@@ -64,6 +63,5 @@ def test_rates_and_gradients_of_events_are_checked_against_differences() -> None
 
 
 @pytest.mark.long
-@pytest.mark.slow
 def test_shafts_without_mass_pass_every_check() -> None:
     assert check(load_toml(SHAFTS)).passed

@@ -25,7 +25,6 @@ def blade(position: tuple[float, ...] = (), order: int = 1) -> eomgen.Scene:
 
 
 @pytest.mark.long
-@pytest.mark.slow
 def test_flapping_of_a_hinged_blade() -> None:
     """A rigid blade flaps with w^2 = rate^2 (1 + m e r / I), r and I of a uniform rod about its hinge."""
     lin = eomgen.build(blade(), profile="quick").linearize(at="steady")

@@ -101,38 +101,6 @@ def test_base_parameters_from_noisy_efforts(arm: eomgen.Model) -> None:
     assert found.notes == ()
 
 
-def test_intervals_hold_the_truth_as_often_as_they_state(arm: eomgen.Model) -> None:
-    held = np.zeros(8)
-    for seed in range(40):
-        found = eomgen.identify(arm, data(seed), by="torque")
-        held += [one.low < TRUE[one.name.split()[0]] < one.high for one in found.estimates]
-    assert held.min() >= 33  # of 40; less than this has a probability of 0.1 % for each
-
-
-def test_chosen_parameters_with_the_others_held(arm: eomgen.Model) -> None:
-    names = ["lower.mass", "lower.inertia_yy", "upper.inertia_yy", "upper.inertia_zz", "elbow.damping"]
-    found = eomgen.identify(
-        arm,
-        [data(0), data(1)],
-        names,
-        by="torque",
-        deviations=dict(zip(("tau.shoulder", "tau.elbow"), NOISE.tolist(), strict=True)),
-    )
-    assert [one.text for one in found.combinations] == []
-    damping = found["elbow.damping"]
-    assert damping.low < 0.2 < damping.high and found.noise == "given"
-    assert found["upper.inertia_zz"].state == "undetermined" and found["upper.inertia_zz"].value == pytest.approx(0.02)
-    assert "these motions do not depend on upper.inertia_zz" in found.message
-    # the lower link's mass acts at the elbow: 0.25 m^2 of it as inertia, 0.5 m as first moment
-    three = eomgen.identify(arm, data(), ["upper.first_moment_z", "lower.mass", "upper.inertia_yy"], by="torque")
-    first, second = three.combinations
-    assert (
-        first.text == "upper.first_moment_z + 2 upper.inertia_yy" and second.text == "lower.mass + 4 upper.inertia_yy"
-    )
-    assert first.low < -0.6 + 2.0 * 0.24 < first.high and second.low < 1.0 + 4.0 * 0.24 < second.high
-    assert first.high - first.value == pytest.approx(1.964 * first.deviation, rel=1e-3)  # Student's, of tables
-
-
 @pytest.mark.parametrize(
     ("options", "told"),
     [

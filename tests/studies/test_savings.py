@@ -147,7 +147,6 @@ def test_a_ratio_of_times_is_told_if_rounds_tell_the_times_apart(capsys: pytest.
 
 
 @pytest.mark.long
-@pytest.mark.slow
 def test_mistakes_are_answered() -> None:
     with pytest.raises(UsageError, match="rounds: a whole number from 1 on is needed, not '7'"):
         eomgen.savings(BEAM, rounds=cast(Any, "7"))

@@ -144,7 +144,6 @@ def test_stored_kernels_are_those_that_the_equations_give() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.slow
 def test_the_hierarchy_is_solved_by_the_velocity_that_kernels_are_made_of() -> None:
     """With xi and u gradients of harmonic functions, eta_t = (xi . grad) u + grad Phi holds continuity and vorticity of
     second order, and p2 = -|u|^2/2 - xi . u_t - Phi_t - g eta_z momentum: shown with waves of general profiles."""
