@@ -18,7 +18,7 @@ from tests.scene.test_body_inertia import SHAFTS
 from tests.simulation.test_events import DOUBLE, changed
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_extended_system_of_such_a_chain_agrees(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(alike, "MANY", 6)
     monkeypatch.setattr(scene_tape, "MANY", 6)
@@ -27,7 +27,7 @@ def test_the_extended_system_of_such_a_chain_agrees(monkeypatch: pytest.MonkeyPa
     assert report.passed, [(form.name, str(form.worst)) for form in report.failures]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_check_compares_geometric_stiffness_without_loads() -> None:
     builder = eomgen.SceneBuilder("mast", gravity=[0, 0, 0])
     builder.beam("mast", 2.0, mass_per_length=0.5, bending_z={"modes": 2, "shapes": "polynomial", "stiffness": 70.0})

@@ -39,7 +39,6 @@ def test_what_there_is_less_of() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("no stiffening")
 @pytest.mark.parametrize("what", ["at most 1 mode", "no stiffening"])
 def test_a_simplified_scene_is_the_one_that_a_file_would_say(what: str) -> None:
     data = _data()
@@ -64,7 +63,7 @@ def study() -> eomgen.Tradeoff:
     )
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_errors_are_against_the_full_scene(study: eomgen.Tradeoff) -> None:
     _, end, rows = study.span
     full = _tip(eomgen.build(BEAM), end, end / rows)
@@ -82,7 +81,7 @@ def test_errors_are_against_the_full_scene(study: eomgen.Tradeoff) -> None:
     assert "2 modes" not in study.reference["by"] + study.reference["held against"]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_tune_races_less_where_it_is_asked_to_and_writes_no_file_of_it(tmp_path: Path) -> None:
     asked = {"output": "tip_deflection", "t_end": END, "methods": ["rk4"]}
     tuned = eomgen.tune(BEAM, 0.05, axes=["fidelity", "resolution"], **asked)

@@ -277,7 +277,7 @@ def test_every_check_has_a_case_or_a_reason_for_none() -> None:
     assert not told & NOT_HERE.keys()
 
 
-@pytest.mark.long_except_every(8)
+@pytest.mark.long_cases("rope")
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_findings_are_the_same_in_other_units(name: str) -> None:

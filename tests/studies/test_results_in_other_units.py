@@ -101,7 +101,6 @@ def test_paths_of_equilibria_are_the_same(units: SceneUnits) -> None:
     alike(*ends)
 
 
-@pytest.mark.long_except_every(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("units", SCALES, ids=NAMES)
 @pytest.mark.parametrize("method", ["rk4_partitioned", "rk45_partitioned", "generalized_alpha", "rosenbrock"])
@@ -142,7 +141,6 @@ def test_buckling_loads_are_the_same(units: SceneUnits) -> None:
     alike(np.asarray(loads.values) / units.size("N"), expected)
 
 
-@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("units", SCALES, ids=NAMES)
 @pytest.mark.parametrize("estimated", [False, True], ids=["state", "estimate"])

@@ -78,7 +78,7 @@ def test_errors_over_steps_fall_with_their_order_down_to_rounding() -> None:
     assert check._best(bent)[2] == pytest.approx(2.0, abs=0.02)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_sums_of_large_accelerations_are_known_to_the_rounding_of_their_summands() -> None:
     """Near a singular position accelerations are 1e13 times the sum B a + g of them."""
     assert check.check(MISALIGNED, only=["constraint_acceleration"], seed=3, profile="quick").passed
