@@ -18,10 +18,7 @@ import eomgen
 from eomgen.products.linear.control.plant import Plant
 from eomgen.products.linear.control.second_order import lqr, optimal_modal_gains
 from eomgen.products.linear.control.weights import Weights
-from tests.models.cache import shared_cache
 from tests.models.toml_text import toml_text
-
-__all__ = ["shared_cache"]
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "active_quarter_car" / "scene.toml"
 

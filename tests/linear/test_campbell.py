@@ -22,9 +22,6 @@ from eomgen.products.linear.analyses import parameter_sweeps as campbell_module
 from eomgen.products.linear.campbell_plot import CampbellView, plot_campbell
 from eomgen.products.linear.campbell_search import _Oscillations, _tracks_modes, campbell
 from eomgen.products.linear.linearization import Linearization
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 MASS, DIAMETRAL, POLAR = 12.0, 0.18, 0.31
 BENDING, LENGTH = 2.1e4, 0.6

@@ -10,10 +10,7 @@ import pytest
 import eomgen
 from eomgen.control import OutputFeedback, kalman, lqr
 from tests.codegen.test_controller_alone import answers, compiled
-from tests.models.cache import shared_cache
 from tests.models.library import scene
-
-__all__ = ["shared_cache"]
 
 
 @pytest.mark.slow

@@ -18,9 +18,6 @@ import eomgen
 from eomgen.errors import ModelError, NumericalError, UsageError
 from eomgen.products.linear.analyses.periodic_motions import _TRIED, _Orbit
 from eomgen.products.linear.floquet import Floquet, monodromy, multipliers
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 
 def integrated(A: Any, period: float) -> np.ndarray:

@@ -23,7 +23,6 @@ from eomgen.products.linear.spectra import MeasuredRoad, PowerSpectrum
 from eomgen.products.linear.state_space import StateSpace, linear_model_name
 from eomgen.spectra import InputSpectrum, Road, RoadExcitation
 from tests.failures.mistakes import arm, pushed, slider
-from tests.models.cache import shared_cache
 
 pytestmark = pytest.mark.slow
 
@@ -119,9 +118,8 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
 
 @pytest.mark.parametrize(("call", "piece"), CALLS, ids=[piece[:40] for _, piece in CALLS])
 def test_each_is_answered_with_what_to_try(call: Callable[[], Any], piece: str) -> None:
-    with pytest.raises(eomgen.EomgenError) as error:
+    with pytest.raises(eomgen.EomgenError, match=re.escape(piece)):
         call()
-    assert piece in str(error.value)
 
 
 @pytest.mark.parametrize(
@@ -176,9 +174,6 @@ def test_speeds_of_rides_have_units() -> None:
 
 def test_references_are_shown_in_a_line() -> None:
     assert repr(arm().linearize().reference) == "<Reference: equilibrium at t = 0 s>"
-
-
-__all__ = ["shared_cache"]
 
 
 @pytest.mark.parametrize(

@@ -19,10 +19,7 @@ from scipy.optimize import linear_sum_assignment
 import eomgen
 from eomgen.cli import main
 from eomgen.errors import EomgenError
-from tests.models.cache import shared_cache
 from tests.models.toml_text import toml_text
-
-__all__ = ["shared_cache"]
 
 SUPPORT, BLADE, INERTIA, ARM, HINGE, STIFFNESS, LAG = 10.0, 1.0, 0.05, 1.0, 0.15, 120.0, 2.0
 GROUP = ("lag_1", "lag_2", "lag_3")

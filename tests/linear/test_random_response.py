@@ -17,9 +17,6 @@ from eomgen.products.linear.modes import Modes
 from eomgen.products.linear.random_response import _places
 from eomgen.spectra import InputSpectrum, Road, RoadExcitation, weighting_response
 from tests.anchors import anchor
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 OMEGA, ZETA, MASS = 9.0, 0.2, 2.0
 SPRING, DAMPER = MASS * OMEGA**2, 2.0 * ZETA * OMEGA * MASS

@@ -14,9 +14,6 @@ import eomgen
 from eomgen.base.arrays import Array
 from eomgen.errors import UsageError
 from eomgen.spectra import WEIGHTINGS, weighted_signal, weighting_response
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 
 @pytest.fixture(scope="module")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from scipy.stats import norm
@@ -196,9 +198,8 @@ def test_a_second_valley_is_found() -> None:
     ],
 )
 def test_what_has_no_most_probable_point_says_why(kind: str, text: str) -> None:
-    with pytest.raises(NumericalError) as caught:
+    with pytest.raises(NumericalError, match=re.escape(text)):
         most_probable_points(Formula(kind), [1.5])
-    assert text in str(caught.value)
 
 
 def test_thresholds_beyond_the_end_of_the_curve_leave_the_others_theirs() -> None:

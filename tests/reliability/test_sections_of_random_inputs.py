@@ -35,10 +35,7 @@ from eomgen.products.reliability.random_processes.karhunen_loeve import expand
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
 from eomgen.system.signals import NormalSeries
-from tests.models.cache import shared_cache
 from tests.models.toml_text import toml_text
-
-__all__ = ["shared_cache"]
 
 FORCE = {
     "type": "squared_exponential",

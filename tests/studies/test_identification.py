@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -315,9 +316,8 @@ def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.Capt
 def test_files_that_are_no_tables(slider: eomgen.Model, tmp_path: Path, text: str, told: str) -> None:
     file = tmp_path / "run.csv"
     file.write_text(text, encoding="utf-8")
-    with pytest.raises(FileError) as caught:
+    with pytest.raises(FileError, match=re.escape(told)):
         found_by(slider, file, "stiffness")
-    assert told in str(caught.value)
 
 
 def test_a_file_that_is_not_there_or_no_text(slider: eomgen.Model, tmp_path: Path) -> None:
@@ -351,9 +351,8 @@ def test_mistakes_in_data_are_named(slider: eomgen.Model, change: dict[str, Any]
             del given[name]
         else:
             given[name] = np.full(201, value) if isinstance(value, float) else value
-    with pytest.raises(UsageError) as caught:
+    with pytest.raises(UsageError, match=re.escape(told)):
         found_by(slider, given, "stiffness")
-    assert told in str(caught.value)
 
 
 @pytest.mark.slow_cases(
@@ -399,9 +398,8 @@ def test_mistakes_in_data_are_named(slider: eomgen.Model, change: dict[str, Any]
 def test_mistakes_in_calls_are_named(
     slider: eomgen.Model, names: list[str], options: dict[str, Any], told: str
 ) -> None:
-    with pytest.raises(UsageError) as caught:
+    with pytest.raises(UsageError, match=re.escape(told)):
         found_by(slider, data(), *names, **options)
-    assert told in str(caught.value)
 
 
 @pytest.mark.slow

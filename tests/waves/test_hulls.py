@@ -13,9 +13,6 @@ from eomgen.base.arrays import Array
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.pipeline.model import Model
 from eomgen.scene.load import from_data
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 RHO, G, D = 1025.0, 9.81, 2.0
 AREA = math.pi * D**2 / 4.0

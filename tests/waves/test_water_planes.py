@@ -13,9 +13,6 @@ import eomgen
 from eomgen.base.arrays import Array
 from eomgen.pipeline.model import Model
 from eomgen.scene.load import from_data
-from tests.models.cache import shared_cache
-
-__all__ = ["shared_cache"]
 
 RHO, G, AREA = 1025.0, 9.81, 3.0
 RADIUS = math.sqrt(AREA / math.pi)
