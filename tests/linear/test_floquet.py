@@ -18,6 +18,7 @@ import eomgen
 from eomgen.errors import ModelError, NumericalError, UsageError
 from eomgen.products.linear.analyses.periodic_motions import _TRIED, _Orbit
 from eomgen.products.linear.floquet import Floquet, monodromy, multipliers
+from tests.models.library import scene
 
 
 def integrated(A: Any, period: float) -> np.ndarray:
@@ -108,16 +109,11 @@ def test_collocation_is_of_order_8_and_damps_fast_decay(count: int) -> None:
 
 def pendulum(coordinates: str) -> eomgen.Model:
     """Return a damped pendulum on a pivot that moves along an ellipse in pi seconds."""
-    return eomgen.build(
-        {
-            "format": 1, "name": f"pivot_{coordinates}", "gravity": [0, 0, -9.81], "coordinates": coordinates,
-            "bodies": {"rod": {"mass": 1, "center_of_mass": [0, 0, -1], "inertia": [0.1, 0.1, 0.1]}},
-            "base": {"position": ["0.2 * sin(2 * t)", "0", "0.1 * cos(4 * t)"]},
-            "joints": {"hinge": {"type": "revolute", "parent": "base", "child": "rod", "axis": [0, 1, 0],
-                                 "damping": 0.4, "initial": {"position": 0.3}}},
-        },
-        profile="quick",
-    )  # fmt: skip  # a table
+    rod = {"mass": 1, "center_of_mass": [0, 0, -1], "inertia": [0.1, 0.1, 0.1]}
+    pivot = {"position": ["0.2 * sin(2 * t)", "0", "0.1 * cos(4 * t)"]}
+    hinge = {"joints__hinge__damping": 0.4, "joints__hinge__initial": {"position": 0.3}}
+    data = scene("pendulum", coordinates=coordinates, bodies__rod=rod, base=pivot, outputs=None, **hinge)
+    return eomgen.build(data, profile="quick")
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy import optimize, stats
+from scipy import stats
 
 from eomgen.products.reliability.tails.distribution import Draws
 from eomgen.products.reliability.tails.most_probable_point import JUMPING, MostProbablePoint, UnreachedThreshold
@@ -51,37 +51,6 @@ def test_all_orders_of_a_plane_are_the_normal_distribution() -> None:
     z = np.random.default_rng(2).standard_normal((400_000, 2))
     y = 1.0 + z @ [2.0, 1.0] + 0.5 * (z**2 @ [1.0, 3.0])
     np.testing.assert_allclose(moments, (y.mean(), y.std(), stats.skew(y), stats.kurtosis(y)), rtol=0.05)
-
-
-@pytest.mark.parametrize("cubic", [0.0, 0.02])
-def test_corrections_by_samples_are_within_their_bounds(cubic: float) -> None:
-    """y = 1 + 2 z + cubic z^3 increases, so P(y <= c) is that of z below the root; forms are exact for cubic = 0."""
-
-    def y(z: np.ndarray) -> np.ndarray:
-        return 1.0 + 2.0 * z[..., 0] + cubic * z[..., 0] ** 3
-
-    points = []
-    for threshold in THRESHOLDS:
-        root = optimize.brentq(lambda z, c=threshold: float(y(np.array([z]))) - c, -9.0, 9.0)
-        gradient, hessian = np.array([2.0 + 3.0 * cubic * root**2, 0.0]), np.diag([6.0 * cubic * root, 0.0])
-        expansion = ResponseExpansion(threshold, gradient, hessian)
-        points.append(MostProbablePoint(threshold, np.array([root, 0.0]), -np.sign(root), expansion, 1))
-    response: Any = SimpleNamespace(values=y)
-    about_mean = Draws(lambda z: (y(z),), np.zeros(2), 5)
-    reached = dict(enumerate(points))
-    forms = under_test.at_points(points)["quadratic"]
-    result, notes = under_test.correct_by_samples(response, THRESHOLDS, reached, forms, about_mean, {}, 7)
-    assert not notes
-    below = stats.norm.cdf([one.point[0] for one in points])
-    np.testing.assert_allclose(result.below + result.above, 1.0, rtol=1e-14)
-    half = np.maximum(result.high - result.below, result.below - result.low)
-    assert np.all(half > 0.0) and np.all(half <= 0.15 * np.minimum(below, 1.0 - below))
-    np.testing.assert_allclose(result.below - half, result.low, rtol=1e-9, atol=1e-12)
-    if cubic:
-        assert np.all(np.abs(result.below - below) <= 1.6 * half)
-    else:
-        np.testing.assert_allclose(result.below, below, rtol=1e-9)
-    assert 200 <= len(about_mean.first(1)[0]) <= 8000
 
 
 def test_tails_by_importance_sampling_have_their_standard_errors() -> None:

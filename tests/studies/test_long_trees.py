@@ -27,19 +27,12 @@ def long_from_six_on(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 
 def chain() -> eomgen.Scene:
-    builder = eomgen.SceneBuilder("long").base(position=["0.1 * sin(5 * t)", 0, 0])
+    builder, parent = eomgen.SceneBuilder("long").base(position=["0.1 * sin(5 * t)", 0, 0]), "base"
     for k in range(LINKS):
         builder.body(f"link_{k}", 0.5, center_of_mass=[0, 0, -0.1], inertia=[1e-3, 1e-3, 1e-4])
-        builder.joint(
-            f"joint_{k}",
-            "revolute",
-            f"link_{k - 1}" if k else "base",
-            f"link_{k}",
-            axis=[k % 2, (k + 1) % 2, 0],
-            position=[0, 0, -0.2 if k else 0],
-            damping=0.01,
-            initial={"position": 0.3},
-        )
+        place = {"axis": [k % 2, (k + 1) % 2, 0], "position": [0, 0, -0.2 if k else 0]}
+        builder.joint(f"joint_{k}", "revolute", parent, f"link_{k}", **place, damping=0.01, initial={"position": 0.3})
+        parent = f"link_{k}"
     return builder.simulation(step=1e-3, duration=1.0).build()
 
 
