@@ -58,7 +58,7 @@ def test_all_terms_are_those_with_two_derivatives_at_most() -> None:
     assert not {"rates_3", "mass_rates_1", "rates_closed", "coriolis", "adjoints"} & set(ALL_TERMS)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_variants_have_the_same_motion() -> None:
     ends = {}
     for name, variant in _variants(QUARTER).items():
@@ -83,7 +83,7 @@ def measured() -> eomgen.products.studies.savings.Savings:
     return found
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_costs_and_ratios(measured: eomgen.products.studies.savings.Savings, tmp_path: Path) -> None:
     asked, step, moving, absolute = measured.costs
     assert [cost.name for cost in measured.costs] == ["as asked", "terms of a step", "moving base", "absolute"]
@@ -107,7 +107,7 @@ def test_costs_and_ratios(measured: eomgen.products.studies.savings.Savings, tmp
     assert [line.split(",")[0] for line in lines[1:]] == [cost.name for cost in measured.costs]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_verb_prints_a_table(
     measured: eomgen.products.studies.savings.Savings,
     tmp_path: Path,
@@ -146,7 +146,7 @@ def test_a_ratio_of_times_is_told_if_rounds_tell_the_times_apart(capsys: pytest.
     assert "1 to 6" in lines["scattered"] and "2.1 to 2.3" in lines["slower"] and "1.9" in lines["slower"]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_mistakes_are_answered() -> None:
     with pytest.raises(UsageError, match="rounds: a whole number from 1 on is needed, not '7'"):
         eomgen.savings(BEAM, rounds=cast(Any, "7"))
