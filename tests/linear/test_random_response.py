@@ -211,10 +211,6 @@ def test_the_table_over_classes_and_speeds_holds_the_values_of_single_calls(car:
     ):
         with pytest.raises(UsageError, match=fault):
             call()
-    weighted = lin.rms("heave_acceleration", excitation, weighting="Wk")
-    spectrum = lin.psd("heave_acceleration", excitation)
-    factor = np.abs(weighting_response("Wk", spectrum.frequencies)) ** 2
-    assert weighted == pytest.approx(math.sqrt(np.trapezoid(factor * spectrum.density, spectrum.frequencies)), rel=1e-4)
 
 
 @pytest.mark.slow
@@ -298,18 +294,18 @@ def test_roads_and_wheels_that_cannot_be() -> None:
 
 @pytest.mark.slow
 def test_calls_that_ask_for_what_is_not_there(mass: eomgen.Model, car: eomgen.Model) -> None:
-    lin, road = mass.linearize(), RoadExcitation(Road("C"), 10.0, {"raod": 0.0})
-    with pytest.raises(UsageError, match="there is no input or disturbance 'raod'; try: road"):
-        lin.rms("height", road)
-    good = RoadExcitation(Road("C"), 10.0, {"road": 0.0})
-    with pytest.raises(UsageError, match="there is no output or state 'hight'; try: height"):
-        lin.psd("hight", good)
-    with pytest.raises(UsageError, match="frequencies have to be two or more positive numbers that increase, Hz"):
-        lin.psd("height", good, [0.0, 1.0])
-    with pytest.raises(UsageError, match="the slope of a road is white noise where the exponent is 2 only"):
-        lin.rms_on_white_noise_road("travel", good.at(road=Road("C", exponent=2.2)))
+    road = RoadExcitation(Road("C", exponent=2.2), 10.0, {"road": 0.0})
     isotropic = RoadExcitation(Road("C"), 10.0, {"front": 0.0, "rear": 0.0}, {"rear": 1.5})
-    with pytest.raises(UsageError, match="the coherence between tracks depends on frequency"):
-        car.linearize().rms_on_white_noise_road("front_spring", isotropic)
-    with pytest.raises(UsageError, match="no input of the scene is a random road"):
-        mass.road_excitation()
+    for call, text in (
+        (
+            lambda: mass.linearize().rms_on_white_noise_road("travel", road),
+            "is white noise where the exponent is 2 only",
+        ),
+        (
+            lambda: car.linearize().rms_on_white_noise_road("front_spring", isotropic),
+            "between tracks depends on frequency",
+        ),
+        (mass.road_excitation, "no input of the scene is a random road"),
+    ):
+        with pytest.raises(UsageError, match=text):
+            call()
