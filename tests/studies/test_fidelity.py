@@ -53,14 +53,8 @@ def test_a_simplified_scene_is_the_one_that_a_file_would_say(what: str) -> None:
 
 @pytest.fixture(scope="module")
 def study() -> eomgen.Tradeoff:
-    return eomgen.tradeoff(
-        BEAM,
-        outputs=["tip_deflection"],
-        axes=["fidelity", "resolution"],
-        methods=["taylor"],
-        t_end=END,
-        budget=60.0,
-    )
+    axes = ["fidelity", "resolution"]
+    return eomgen.tradeoff(BEAM, outputs=["tip_deflection"], axes=axes, methods=["taylor"], t_end=END, budget=60.0)
 
 
 @pytest.mark.slow
