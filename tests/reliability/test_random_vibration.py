@@ -153,7 +153,7 @@ def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.Capt
     file, out = tmp_path / "duffing.toml", tmp_path / "out"
     file.write_text(toml_text(scene(0.1, 0.5)), encoding="utf-8")
     words = ["random", str(file), "--output", "x", "--threshold", "0.2", "--threshold", "0.9", "--monte-carlo", "40"]
-    words += "--t-end 3 --covariance-at 3 --covariance-at 1.5 --projected 0.99 --out".split()
+    words += ["--t-end", "3", "--covariance-at", "3", "--covariance-at", "1.5", "--projected", "0.99", "--out"]
     assert main([*words, str(out)]) == 0
     told = capsys.readouterr()
     assert "quadratic" in told.out and "adjoint runs" in told.out
