@@ -70,7 +70,7 @@ def test_along_a_run(driven: eomgen.Model) -> None:
     np.testing.assert_array_equal(again.linearize(0.3).K0, lin.K0)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_along_a_run_with_constraints(crank: eomgen.Model) -> None:
     lin = crank.simulate(0.2, 1e-3, initial={"main": {"velocity": 3.0}}).linearize(0.1234)
     assert len(lin.coordinates) == 1
@@ -79,7 +79,7 @@ def test_along_a_run_with_constraints(crank: eomgen.Model) -> None:
     assert np.max(np.abs(crank.evaluate("constraint_velocity", q, v)["w"])) <= 1e-10
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_default_is_the_initial_state_where_nothing_balances() -> None:
     builder = eomgen.SceneBuilder("falling").body("stone", 2.0, inertia=[0.1, 0.2, 0.25])
     model = eomgen.build(builder.joint("flight", "free", "base", "stone").build(), profile="quick")
@@ -152,7 +152,7 @@ def test_large_trees_are_linearised_on_request() -> None:
     np.testing.assert_allclose(frequencies[:2], np.array([2.404826, 5.520078]) / 2.0 * math.sqrt(9.81 / 7.0), rtol=5e-3)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_internal_states_are_part_of_the_state_space() -> None:
     model = eomgen.build(drone(), profile="quick")
     lin = model.linearize(model.initial_q, np.zeros(model.nv), z={"thrust": 2.0})

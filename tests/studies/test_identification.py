@@ -420,7 +420,7 @@ def test_starts_at_rest_follow_what_is_unknown() -> None:
         found_by(resting, {"t": t, "x": x}, "stiffness", states=["q.slide"])
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_starts_of_absolute_bodies_follow_what_is_unknown(slider: eomgen.Model) -> None:
     resting = built(simulation=SCENE["simulation"] | {"start": "equilibrium"})
     found = found_by(resting, data(), "stiffness", "damping", initial={"slide": 0.1})

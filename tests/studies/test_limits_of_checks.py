@@ -70,7 +70,7 @@ def test_terms_of_a_complex_step_cancel_to_zero() -> None:
     assert report.passed, report.failures
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_laws_by_differences_are_known_to_their_steps() -> None:
     report = check(
         "examples/car_in_side_wind/system/car.toml", states=2, only=["output_parameter_partials"], profile="quick"

@@ -396,7 +396,7 @@ def test_where_the_file_cannot_be_written_is_found_before_the_work(
     assert "no such option '--real-time': the option tune --real-time was removed; try:" in capsys.readouterr().err
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_command_writes_the_scene(path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = [str(path), "--error", "1e-3", "--output", "angle", "--methods", "rk4,generalized_alpha"]
     assert main(["tune", *arguments, "--out", str(tmp_path / "tuned.toml")]) == 0
