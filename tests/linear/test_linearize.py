@@ -201,7 +201,6 @@ CALLS: list[tuple[str, Callable[[eomgen.Model], Any], type[Exception], str]] = [
 ]
 
 
-@pytest.mark.long_cases("constraints at velocity level leave 3 velocities")
 @pytest.mark.slow_except("linearize: v need the q of their state; try: q=.")
 @pytest.mark.parametrize("name, call, kind, text", CALLS, ids=[text[:48] for *_, text in CALLS])
 def test_messages(
