@@ -17,7 +17,7 @@ ROBOTS = {
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("panda", "solo12")
+@pytest.mark.long_cases("solo12")
 @pytest.mark.parametrize("name", ROBOTS)
 def test_state_matrix(name: str, rng: np.random.Generator) -> None:
     path, root, lock = ROBOTS[name]

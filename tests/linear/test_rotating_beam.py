@@ -35,7 +35,7 @@ def blade(offset: int) -> eomgen.Model:
     return eomgen.build(builder.build(), profile="quick")
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize("rate, offset, flap, lag", TABLE)
 def test_frequencies(rate: int, offset: int, flap: tuple[float, float], lag: tuple[float, float]) -> None:
     lin = blade(offset).linearize(parameters={"rate": float(rate)}, t=0.7)

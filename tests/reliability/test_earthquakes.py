@@ -64,7 +64,7 @@ def test_deviations_under_a_record_are_those_of_lyapunovs_equation(shaken: eomge
     assert kept / math.sqrt(1.0 - found.lost_variance) == pytest.approx(expected, rel=2e-3)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_samples_of_the_record_have_these_deviations(shaken: eomgen.Model) -> None:
     count = 400
     draws = np.random.default_rng(5).standard_normal((count, len(shaken.parameters)))

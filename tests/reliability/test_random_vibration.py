@@ -99,7 +99,7 @@ def test_the_expansion_is_that_of_differences(duffing: eomgen.Model) -> None:
     assert (exact.costs, differenced.costs) == ((1, 1 + 3, 21 + 2), (43, 43, 0))
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_solutions_are_as_many_as_outputs_where_the_state_stays_as_it_is(duffing: eomgen.Model) -> None:
     """Check 19 of the dossier: one adjoint for all times, and the numbers of the general way; N tangents elsewhere."""
     variables, options = processes_of(duffing)[1], {"method": "trapezoidal"}

@@ -62,6 +62,6 @@ def test_rates_and_gradients_of_events_are_checked_against_differences() -> None
     assert report.passed and [form.name for form in report.forms] == ["events.event_rate", "event_impulse.gradient"]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_shafts_without_mass_pass_every_check() -> None:
     assert check(load_toml(SHAFTS)).passed

@@ -222,7 +222,6 @@ def swing(folder: Path, name: str) -> Path:
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("missing_bias-constraint_bias.g-absolute")
 @pytest.mark.usefixtures("own_cache")
 @pytest.mark.parametrize(
     ("plant", "form", "coordinates"),

@@ -155,7 +155,7 @@ STOPPED: dict[str, Any] = {
 RIDE = '[simulation]\nstep = 1e-3\nduration = 1.5\nstart = "equilibrium"\n'
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_errors_are_the_largest_over_all_rows_of_the_file_that_is_written(tmp_path: Path) -> None:
     (tmp_path / "car.toml").write_text(toml_text(STOPPED) + RIDE)
     tuned = eomgen.tune(tmp_path / "car.toml", 1e-4, output="ride", methods=["generalized_alpha"], formulated=False)
