@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from eomgen.products.fmu import export
-from tests.fmu.checks import findings_of_files
+from tests.fmu.checks import findings
 
 
 @pytest.fixture(autouse=True, scope="session")
@@ -16,7 +16,7 @@ def _checked_exports() -> Iterator[None]:
     files_of = export.FmuFiles
 
     def check(interface: Any, files: Mapping[str, str | bytes]) -> Any:
-        assert findings_of_files(files) == []
+        assert findings(files) == []
         return files_of(interface, files)
 
     with pytest.MonkeyPatch.context() as patch:

@@ -14,10 +14,8 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 
-import eomgen
 from eomgen.base.files import template_folder
 from eomgen.products.fmu.export import fmu_files
-from tests.fmu.checks import findings
 from tests.fmu.importers import run, toolbox_findings, written
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -167,22 +165,3 @@ def test_scenes_with_constraints_have_arrays(dae: bool) -> None:
     plain = run(written(scene, 3), "CoSimulation", 0.01, 1e-3, output=["tracer[0]", "tracer[2]", "speed"])
     assert np.array_equal(rows["tracer"][:, 0], plain["tracer[0]"]) and np.array_equal(rows["speed"], plain["speed"])
     assert rows["tracer"].shape == (len(plain["time"]), 3)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "cause"),
-    [
-        ('start="1.0 0.0 0.0 0.0"', 'start="1.0 0.0 0.0"', "an array of 4 values has 3 start values"),
-        ('derivative="8"', 'derivative="1"', 'derivative names "q.free.orientation", which has another size'),
-        ('<Dimension start="4" />', '<Dimension start="0" />', "the size of a dimension is zero"),
-    ],
-)
-def test_the_check_knows_arrays(old: str, new: str, cause: str) -> None:
-    text = str(texts(arrays=True).files["modelDescription.xml"])
-    assert old in text and findings(text) == findings(text.replace("eomgen ", "another "))
-    assert any(cause in sentence for sentence in findings(text.replace(old, new, 1)))
-
-
-def test_fmi_2_has_no_arrays() -> None:
-    with pytest.raises(eomgen.UsageError, match=r"arrays: FMI 2\.0 has scalars alone; try: version 3"):
-        fmu_files(BODY, version=2, arrays=True)

@@ -22,7 +22,6 @@ from eomgen.errors import UsageError
 from eomgen.products.fmu.archive import packed
 from eomgen.products.fmu.dae import COMMIT, MANIFEST, VERSION
 from eomgen.products.fmu.export import FmuFiles, fmu_files
-from tests.fmu.checks import findings
 from tests.fmu.importers import toolbox_findings
 from tests.fmu.test_derivatives import random_state
 
@@ -136,9 +135,6 @@ def test_other_kinds_of_fmus_have_no_such_layer() -> None:
             fmu_files(SCENES["pendulum"], dae=True, **options)
 
 
-_SWITCH, _ALGEBRAIC = '<EnableDAEParameter valueReference="', '<AlgebraicVariable valueReference="'
-
-
 @pytest.mark.long_cases("heavy_top")
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["pendulum", "heavy_top"])
@@ -163,44 +159,6 @@ def test_unswitched_fmus_solve_for_the_same_algebraic_variables(name: str) -> No
         plain.unit.getDirectionalDerivative(plain.residuals[:1], plain.states[:1], [1.0])
     with pytest.raises(Exception, match="fmi3EnterConfigurationMode"):
         plain.unit.enterConfigurationMode()
-
-
-MUTANTS = {
-    "root": ("fmiDAEManifest", "fmi-dae", "the root is not fmiDAEManifest"),
-    "name": ("org.fmi-standard.fmi-ls-dae", "org.other", "fmi-ls-name is not"),
-    "version": (f'fmi-ls-version="{VERSION}"', 'fmi-ls-version=""', "fmi-ls-version is missing"),
-    "no switch": ("EnableDAEParameter", "Other", "EnableDAEParameter is missing"),
-    "switch": (
-        '<EnableDAEParameter valueReference="',
-        '<EnableDAEParameter valueReference="1',
-        "no structural parameter",
-    ),
-    "algebraic variable": (
-        '<AlgebraicVariable valueReference="',
-        '<AlgebraicVariable valueReference="9',
-        "no continuous",
-    ),
-    "residual": ('<Residual valueReference="', '<Residual valueReference="9', "names no variable"),
-    "output": ('<Output valueReference="', '<Output valueReference="9', "Output does not list"),
-}
-
-
-@pytest.mark.parametrize("name", MUTANTS)
-def test_mutants_of_manifests_are_named(name: str) -> None:
-    files = exported("pendulum").files
-    description, manifest = (str(files[path]) for path in ("modelDescription.xml", MANIFEST))
-    assert findings(description, manifest=manifest) == []
-    old, new, cause = MUTANTS[name]
-    found = findings(description, manifest=manifest.replace(old, new))
-    assert any(sentence.startswith(MANIFEST) and cause in sentence for sentence in found), found
-
-
-def test_a_residual_too_few_is_named() -> None:
-    files = exported("pendulum").files
-    description, manifest = (str(files[path]) for path in ("modelDescription.xml", MANIFEST))
-    lines = [line for line in manifest.splitlines() if "<Residual" not in line]
-    (finding,) = findings(description, manifest="\n".join(lines))
-    assert "0 residuals determine 2 unknowns" in finding
 
 
 @pytest.mark.slow_cases("four_bar")
