@@ -113,21 +113,6 @@ def test_laws_in_c_are_the_formulas_and_their_complex_steps() -> None:
         assert difference(matrix, jacobian(evaluate, system.factors, "residual", "r", given, block)) < 1e-10
 
 
-@pytest.mark.long
-@pytest.mark.slow
-def test_partials_are_complex_steps_of_the_compiled_model() -> None:
-    model, state, step = eomgen.build(SCENE), states(), 1e-30
-    q, v, z, t = (state[name] for name in ("q", "v", "z", "t"))
-    a, u = np.zeros_like(v), 0.5 * (1.0 + np.tanh((t - 1.5) / 0.2))
-    C = model.partials(q, v, a, t[:, 0], z=z)[1]
-    residual = model.in_complex(["residual"])
-    moved = v[:, np.newaxis] + 1j * step * np.eye(5)
-    given = {"q": q, "a": a, "z": z, "u": u, "t": t, "p": model.parameter_array()}
-    blocks = {name: (given[name][..., np.newaxis, :]) + 0j for name in residual.inputs("residual") if name not in "vt"}
-    [r] = residual("residual", {**blocks, "v": moved, "t": t + 0j})
-    assert difference(np.moveaxis(r.imag / step, 1, 2), C) < 1e-10
-
-
 def _slope(s: Array, b: float, c: float) -> Array:
     x = b * s
     return np.asarray(np.sin(c * np.arctan(x - 0.3 * (x - np.arctan(x)))))
@@ -186,7 +171,6 @@ def _rates(t: float, y: Array, coefficients: Array, gust: float) -> Array:
 
 
 @pytest.mark.long
-@pytest.mark.slow
 def test_the_car_is_the_car_by_hand() -> None:
     run = eomgen.build(SCENE).simulate(settings={"rtol": 1e-12, "atol": 1e-12}, step=2.5e-4)
     start = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 50.0, 0.0, 156.25, 156.25, 0.0, 0.0]

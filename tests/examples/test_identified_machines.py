@@ -1,4 +1,4 @@
-"""The identified machines: true values are within intervals of 95 % in 90 of 100 draws of the noise."""
+"""The identified machines: true values are within intervals of 95 % in most draws of the noise."""
 
 from __future__ import annotations
 
@@ -92,15 +92,16 @@ def test_intervals_of_the_arm_hold_the_truth(arm: Callable[[int], eomgen.Identif
 
 
 def check_coverage(identified: Callable[[int], eomgen.Identification], true: dict[str, float]) -> None:
-    """Assert that each interval, and the ellipsoid of all, hold the truth in 90 of 100 draws; 95 are expected."""
+    """Assert that each interval, and the ellipsoid of all, hold the truth in 25 of 30 draws: fewer have a probability of
+    0.3 %."""
     held, whole, level = np.zeros(len(true)), 0, stats.chi2.ppf(0.95, len(true))
-    for seed in range(100):
+    for seed in range(30):
         found = identified(seed)
         assert found.notes == ()
         off = distances(found, true)
         held += [one.low < true[one.name] < one.high for one in found.estimates]
         whole += off @ np.linalg.solve(found.correlation, off) < level
-    assert held.min() >= 90 and whole >= 90, f"{held}, {whole}"
+    assert held.min() >= 25 and whole >= 25, f"{held}, {whole}"
 
 
 @pytest.mark.long_cases("identified_arm-told1", "identified_quarter_car-told0")

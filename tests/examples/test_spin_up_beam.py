@@ -7,7 +7,6 @@ import csv
 import os
 import subprocess
 import sys
-import tomllib
 from functools import cache
 from pathlib import Path
 
@@ -18,6 +17,7 @@ import eomgen
 from eomgen import Solution
 from tests.anchors import anchor
 from tests.models.cache import shared_cache
+from tests.models.library import scene
 from tests.oracles.exudyn_beams import spin_up
 from tests.oracles.spin_up_beam import SET_A, SET_B, simulate
 
@@ -61,15 +61,15 @@ def test_both_sets_follow_the_linear_equation(name: str, beam: object) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("5", "2")
-@pytest.mark.parametrize("modes", [1, 2, 5])
-def test_any_number_of_modes_follows_the_linear_equation(modes: int, tmp_path: Path) -> None:
-    text = (FOLDER / "scene.toml").read_text(encoding="utf-8")
+@pytest.mark.long_cases("5")
+@pytest.mark.parametrize("modes", [1, 5])
+def test_any_number_of_modes_follows_the_linear_equation(modes: int) -> None:
     tip = " + ".join(f"q.blade[{mode}]" for mode in range(modes)) if modes > 1 else "q.blade"
-    text = text.replace("modes = 3", f"modes = {modes}").replace("q.blade[0] + q.blade[1] + q.blade[2]", tip)
-    path = tmp_path / "scene.toml"
-    path.write_text(text, encoding="utf-8")
-    run = eomgen.build(path).simulate(12.0, method="rk4")
+    data = scene("spin_up_beam/scene", beams__blade__bending_y__modes=modes)
+    data["outputs"]["tip_deflection"]["formula"] = data["outputs"]["tip_deflection"]["formula"].replace(
+        "q.blade[0] + q.blade[1] + q.blade[2]", tip
+    )
+    run = eomgen.build(data).simulate(12.0, method="rk4")
     times = TIMES[TIMES < 12.0]
     exact = simulate(SET_A, modes, end=12.0).deflection(times.tolist())
     assert np.abs(tip_at(run, times) - exact).max() < 1e-7
@@ -108,28 +108,25 @@ def test_geometrically_exact_beams_of_exudyn_agree_to_a_millimetre() -> None:
 
 @pytest.mark.long
 def test_our_geometrically_exact_beams_go_where_exudyns_are() -> None:
-    scene = tomllib.loads((FOLDER / "exact.toml").read_text(encoding="utf-8"))
     times = np.linspace(1.0, 18.0, 341)
     tips = []
     for elements in (8, 16):
-        scene["beams"]["blade"]["elements"] = elements
-        tips.append(eomgen.build(scene).simulate(18.0).outputs["tip_deflection"][np.rint(times / 1e-2).astype(int)])
+        run = eomgen.build(scene("spin_up_beam/exact", beams__blade__elements=elements)).simulate(18.0)
+        tips.append(run.outputs["tip_deflection"][np.rint(times / 1e-2).astype(int)])
     theirs = spin_up(SET_A, 16, steps=7200).at(times)[:, 1]
     assert np.abs((4.0 * tips[1] - tips[0]) / 3.0 - theirs).max() < 4e-4
     assert np.abs(tips[1] - theirs).max() < 2e-3
 
 
-def test_planar_scene_holds_nothing_of_the_spatial_beam(tmp_path: Path) -> None:
-    text = (FOLDER / "scene.toml").read_text(encoding="utf-8")
-    more = 'bending_z = { modes = 3, stiffness = "bending_stiffness" }\nstretch = { modes = 1, stiffness = 2.8e7 }\n'
-    more += "torsion = { modes = 1, stiffness = 1e4 }\npolar_inertia = 1.2e-3\n"
-    path = tmp_path / "spatial.toml"
-    lines = text.splitlines(keepends=True)
-    place = next(number for number, line in enumerate(lines) if line.startswith("bending_y"))
-    path.write_text(
-        "".join([*lines[: place + 1], *more.splitlines(keepends=True), *lines[place + 1 :]]), encoding="utf-8"
-    )
-    planar, spatial = eomgen.derive(FOLDER / "scene.toml"), eomgen.derive(path)
+def test_planar_scene_holds_nothing_of_the_spatial_beam() -> None:
+    more = {
+        "bending_z": {"modes": 3, "stiffness": "bending_stiffness"},
+        "stretch": {"modes": 1, "stiffness": 2.8e7},
+        "torsion": {"modes": 1, "stiffness": 1e4},
+        "polar_inertia": 1.2e-3,
+    }
+    changes = {f"beams__blade__{key}": value for key, value in more.items()}
+    planar, spatial = eomgen.derive(FOLDER / "scene.toml"), eomgen.derive(scene("spin_up_beam/scene", **changes))
     assert [planar.nv, spatial.nv] == [3, 8]
     assert planar.counts["coupling"].flops == 0  # along the beam nothing moves, so nothing quadratic is left
     assert planar.counts["inverse_dynamics"].flops == 46
@@ -151,13 +148,3 @@ def test_demonstration_writes_code_solutions_table_and_figure(tmp_path: Path) ->
     assert float(rows["set B"]["greatest_deflection_m"]) == pytest.approx(-0.53447, abs=1e-5)
     saved = Solution.load(out / "with_stretch.npz").outputs["tip_deflection"]
     assert float(rows["set A, with stretch"]["greatest_deflection_m"]) == pytest.approx(float(saved.min()))
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_demonstration_says_what_to_do_about_a_folder_it_cannot_make(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    command = [*DEMO, "--out", str(tmp_path / "file" / "out")]
-    result = subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True, timeout=300, check=False)
-    assert result.returncode == 7
-    assert "try: --out with a folder that can be written" in result.stderr and "Traceback" not in result.stderr

@@ -18,11 +18,10 @@ from sksundae import ida
 
 import eomgen
 from eomgen.cli import main
-from eomgen.errors import UsageError
 from eomgen.products.fmu.archive import packed
 from eomgen.products.fmu.dae import COMMIT, MANIFEST, VERSION
 from eomgen.products.fmu.export import FmuFiles, fmu_files
-from tests.fmu.importers import toolbox_findings
+from tests.fmu.importers import Unit, toolbox_findings
 from tests.fmu.test_derivatives import random_state
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -63,13 +62,7 @@ class System:
         self.algebraic = references(root.find("AlgebraicVariables"), "AlgebraicVariable")
         self.residuals = references(structure, "Residual")
         (switch,) = references(root, "EnableDAEParameter")
-        self.unit = fmpy.fmi3.FMU3Model(
-            guid=described.guid,
-            unzipDirectory=str(folder),
-            modelIdentifier=described.modelExchange.modelIdentifier,
-            instanceName="system",
-        )
-        self.unit.instantiate()
+        self.unit = Unit(folder, "me", start=False).fmu
         if switched:
             self.unit.enterConfigurationMode()
             self.unit.setBoolean([switch], [True])
@@ -127,12 +120,6 @@ def test_the_manifest_names_its_draft() -> None:
     assert isinstance(text, str)
     assert f'fmi-ls-version="{VERSION}"' in text
     assert (VERSION, COMMIT) == ("1.0.0-alpha.1", "78313f4")
-
-
-def test_other_kinds_of_fmus_have_no_such_layer() -> None:
-    for options in ({"version": 2}, {"types": "cs"}):
-        with pytest.raises(UsageError, match=r"a layer over model exchange of FMI 3\.0; try: version 3 with me"):
-            fmu_files(SCENES["pendulum"], dae=True, **options)
 
 
 @pytest.mark.long_cases("heavy_top")
@@ -224,11 +211,8 @@ def test_ida_integrates_as_the_model_does(name: str, end: float) -> None:
     assert np.max(np.abs(solution.y[:, : q.shape[1]] - q)) <= 1e-7
 
 
-def test_the_command_writes_the_layer(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_writes_the_layer(tmp_path: Path) -> None:
     file = tmp_path / "pendulum.fmu"
     arguments = ["fmu", str(SCENES["pendulum"]), "--dae", "--no-binary", "--no-reference", "-o", str(file)]
     assert main(arguments) == 0
     assert MANIFEST in zipfile.ZipFile(file).namelist()
-    capsys.readouterr()
-    assert main([*arguments, "--version", "2"]) == 2
-    assert "differential-algebraic systems are a layer over model exchange of FMI 3.0" in capsys.readouterr().err

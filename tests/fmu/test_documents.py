@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from pathlib import Path
 
 import fmpy
@@ -12,14 +11,15 @@ import pytest
 
 from eomgen.products.fmu.export import fmu_files
 from tests.browser.chromium import MISSING, Browser, chromium
-from tests.fmu.test_calls import BALLS, ranged_ball
+from tests.fmu.test_calls import ranged_ball
 from tests.fmu.test_fmu import pendulum
+from tests.models.library import scene
 
 ROOT = Path(__file__).parents[2]
 
 
-def page_of(scene: object, **options: object) -> str:
-    files = fmu_files(scene, binary=False, reference=False, **options).files  # type: ignore[arg-type]
+def page_of(data: object, **options: object) -> str:
+    files = fmu_files(data, binary=False, reference=False, **options).files  # type: ignore[arg-type]
     return str(files["documentation/index.html"])
 
 
@@ -36,14 +36,13 @@ def test_the_page_has_a_table_of_variables() -> None:
     assert cells(page, "push")[2:5] == ["input", "N", "0"]
     assert "Model exchange with 2 states and 1 event\nindicator." in page and "FMI 2.0: model exchange" in page
     assert "licence</dt><dd>not stated" in page and "Fixed parameters" not in page
-    fixed = tomllib.loads(BALLS)
-    fixed["parameters"] = {"weight": {"value": 0.25, "unit": "kg", "description": "of <one>"}}
-    fixed["bodies"]["one"]["mass"] = "weight"
+    weight = {"value": 0.25, "unit": "kg", "description": "of <one>"}
+    fixed = scene("balls", parameters={"weight": weight}, bodies__one__mass="weight")
     assert cells(page_of(fixed), "weight") == ["weight", "0.25", "kg", "of &lt;one&gt;"]
 
 
 def test_the_page_says_only_sentences_of_this_fmu() -> None:
-    balls = page_of(tomllib.loads(BALLS), types="CS")
+    balls = page_of(scene("balls"), types="CS")
     for absent in ("Model exchange", "constraint", "uaternion", "Inputs", "Differential-algebraic", "Sampled"):
         assert absent not in balls, absent
     assert "Events of the scene act within steps." in balls
@@ -64,7 +63,6 @@ def test_multipliers_and_drifts_have_units() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.slow
 @pytest.mark.skipif(chromium() is None, reason=MISSING)
 def test_the_page_fits_a_narrow_window(tmp_path: Path) -> None:
     command = chromium()

@@ -8,31 +8,24 @@ import numpy as np
 import pytest
 
 import eomgen
-from tests.fmu.importers import recorded, run
-from tests.fmu.test_calls import EXAMPLES, VERSIONS, Logged, file_of
+from tests.fmu.importers import Unit, recorded, run
+from tests.fmu.test_calls import EXAMPLES, VERSIONS, file_of, unit_of
 
-Array = np.ndarray
 #: What a correction logs.
 CORRECTED = "positions and velocities are back on the constraints"
 
 
-def vector(size: int) -> tuple[Array, ctypes.Array[ctypes.c_double]]:
-    """Return numbers, and the pointer that FMPy takes."""
-    numbers = np.zeros(size)
-    return numbers, numbers.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
-
-
-def nominals(unit: Logged) -> list[float]:
+def nominals(unit: Unit) -> list[float]:
     """Return the nominal values of the states."""
-    numbers, pointer = vector(sum(name.startswith("der(") for name in unit.places))
-    unit.fmu.getNominalsOfContinuousStates(pointer, len(numbers))
-    return numbers.tolist()
+    numbers = (ctypes.c_double * sum(name.startswith("der(") for name in unit.places))()
+    unit.fmu.getNominalsOfContinuousStates(numbers, len(numbers))
+    return list(numbers)
 
 
 @pytest.mark.slow_cases("3")
 @pytest.mark.parametrize("version", VERSIONS)
 def test_nominal_values_of_positions_follow_stiffness_and_inertia(version: int) -> None:
-    unit = Logged("quarter_car", version, "me")
+    unit = unit_of("quarter_car", version, "me")
     wheel, body = 0.1 / np.sqrt((160000.0 + 16000.0) / 36.0), 0.1 / np.sqrt(16000.0 / 240.0)
     assert np.allclose(nominals(unit), [wheel, body, 0.1, 0.1], rtol=1e-12)
     unit.fmu.reset()
@@ -42,24 +35,21 @@ def test_nominal_values_of_positions_follow_stiffness_and_inertia(version: int) 
 
 @pytest.mark.slow
 def test_nominal_values_of_quaternions_are_of_half_the_angle() -> None:
-    assert nominals(Logged("free_spinning_body", 3, "me")) == [*[0.05] * 4, *[0.1] * 9]
+    assert nominals(unit_of("free_spinning_body", 3, "me")) == [*[0.05] * 4, *[0.1] * 9]
 
 
-class Loop(Logged):
+class Loop(Unit):
     """The four-bar linkage in continuous time, with one coordinate off the constraints."""
 
     def __init__(self, version: int, tolerance: float | None = None) -> None:
-        super().__init__("four_bar", version, "me", start=False)
+        super().__init__(file_of("four_bar", version), "me", start=False)
         if version == 2:
             self.fmu.setupExperiment(tolerance=tolerance, startTime=0.0)
             self.fmu.enterInitializationMode()
         else:
             self.fmu.enterInitializationMode(tolerance=tolerance)
         self.fmu.exitInitializationMode()
-        self.update()
-        self.fmu.enterContinuousTimeMode()
-        self.x, self.pointer = vector(sum(name.startswith("der(") for name in self.places))
-        self.fmu.getContinuousStates(self.pointer, len(self.x))
+        self.continuous()
         self.start = self.x.copy()
 
     def asks(self, off: float) -> bool:

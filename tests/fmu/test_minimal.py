@@ -3,7 +3,6 @@ changes of coordinates, states without a solution, and scenes without minimal co
 
 from __future__ import annotations
 
-import ctypes
 import tomllib
 from functools import cache
 from pathlib import Path
@@ -17,8 +16,7 @@ from fmpy.validation import validate_fmu
 import eomgen
 from eomgen.errors import ModelError, UsageError
 from eomgen.products.fmu.export import fmu_files
-from tests.fmu.importers import columns, recorded, run, toolbox_findings, written
-from tests.fmu.test_calls import DISCARD, Logged
+from tests.fmu.importers import DISCARD, Unit, columns, recorded, run, toolbox_findings, written
 from tests.models.scenes import PENDULUM_TOML
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -48,19 +46,11 @@ def minimal_of(name: str, version: int = 3) -> Path:
     return written(eomgen.load(EXAMPLES / name), version, minimal=True)
 
 
-class Minimal(Logged):
-    """An FMU of minimal coordinates in continuous time, with its states."""
-
-    def __init__(self, name: str, version: int) -> None:
-        super().__init__(name, version, "me")
-        self.update()
-        self.fmu.enterContinuousTimeMode()
-        self.x = np.zeros(sum(place.startswith("der(") for place in self.places))
-        self.pointer = self.x.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
-        self.fmu.getContinuousStates(self.pointer, len(self.x))
-
-    def file(self, name: str, version: int) -> Path:
-        return minimal_of(name, version)
+def unit_of(name: str, version: int) -> Unit:
+    """Return an FMU of minimal coordinates in continuous time."""
+    unit = Unit(minimal_of(name, version), "me")
+    unit.continuous()
+    return unit
 
 
 @pytest.mark.long_except_every(3)
@@ -110,7 +100,7 @@ def test_other_coordinates_are_chosen_where_the_present_ones_become_bad() -> Non
 @pytest.mark.slow_cases("3")
 @pytest.mark.parametrize("version", [pytest.param(2, marks=pytest.mark.slow), 3])
 def test_states_hold_the_independent_coordinates(version: int) -> None:
-    unit = Minimal("four_bar/scene.toml", version)
+    unit = unit_of("four_bar/scene.toml", version)
     names = [name for name in unit.places if name.startswith(("minimal.", "q.", "v."))]
     assert [name for name in names if "minimal" in name] == ["minimal.q[0]", "minimal.v[0]"]
     assert unit.messages == [f"{CHOICE}v.drive at t = 0 s", "the independent velocity v.drive at t = 0 s"]
@@ -133,7 +123,7 @@ def test_states_hold_the_independent_coordinates(version: int) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("version", [2, 3])
 def test_states_without_a_solution_are_discarded(version: int) -> None:
-    unit = Minimal("heavy_top/se3.toml", version)
+    unit = unit_of("heavy_top/se3.toml", version)
     inside, far = unit.x.tolist(), unit.x.tolist()
     far[1] += 10.0  # farther from the pivot than the body is long
     assert unit.rates(far) == DISCARD

@@ -6,53 +6,18 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-import fmpy
-import fmpy.fmi2
-import fmpy.fmi3
 import numpy as np
 import pytest
 
 import eomgen
 from eomgen.products.fmu.export import fmu_files
-from tests.fmu.importers import columns, recorded, run, written
+from tests.fmu.importers import Unit, columns, recorded, run, written
 from tests.models.scenes import PENDULUM_TOML
 from tests.simulation.test_motions import cart
 from tests.simulation.test_sampled_controllers import CALLED, CART, linked
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 STEP = 1e-3
-
-
-class Unit:
-    """An FMU in co-simulation."""
-
-    def __init__(self, file: Path, start: dict[str, float] | None = None) -> None:
-        unzipped = fmpy.extract(str(file))
-        description = fmpy.read_model_description(unzipped)
-        self.places = {item.name: item.valueReference for item in description.modelVariables}
-        self.version = description.fmiMajorVersion
-        kind = fmpy.fmi3.FMU3Slave if self.version == 3 else fmpy.fmi2.FMU2Slave
-        self.fmu = kind(
-            guid=description.guid,
-            unzipDirectory=unzipped,
-            modelIdentifier=description.coSimulation.modelIdentifier,
-            instanceName="unit",
-        )
-        self.fmu.instantiate()
-        if self.version == 2:
-            self.fmu.setupExperiment(startTime=0.0)
-        self.fmu.enterInitializationMode()
-        if start:
-            self.set(start)
-        self.fmu.exitInitializationMode()
-
-    def set(self, values: dict[str, float]) -> None:
-        write = self.fmu.setFloat64 if self.version == 3 else self.fmu.setReal
-        write([self.places[name] for name in values], list(values.values()))
-
-    def get(self, *names: str) -> list[float]:
-        read = self.fmu.getFloat64 if self.version == 3 else self.fmu.getReal
-        return list(read([self.places[name] for name in names]))
 
 
 def pushed() -> dict[str, Any]:
@@ -114,7 +79,7 @@ def test_changed_start_values_in_loops_are_brought_onto_the_constraints() -> Non
     scene = EXAMPLES / "four_bar" / "scene.toml"
     file = written(eomgen.load(scene), 3)
     start = dict.fromkeys(["q.crank_pin"], 0.9) if "q.crank_pin" in recorded(file) else {recorded(file)[0]: 0.9}
-    unit = Unit(file, start)
+    unit = Unit(file, values=start)
     model = eomgen.build(scene)
     q = np.array(unit.get(*model.q_names))
     assert np.max(np.abs(model.consistent(q, np.zeros(model.nv)).q - q)) < 1e-12

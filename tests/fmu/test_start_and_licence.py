@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import tomllib
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,8 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.products.fmu.export import fmu_files
-from tests.fmu.test_calls import BALLS, RAISED, Logged, ranged_ball
+from tests.fmu.test_calls import RAISED, ranged_ball, unit_of
+from tests.models.library import scene, scene_file
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FOUR_BAR = EXAMPLES / "four_bar" / "scene.toml"
@@ -29,23 +29,15 @@ def starts_of(text: str) -> dict[str, float]:
     return {item.get("name", ""): float(item.get("start", "nan")) for item in variables}
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_initial_values_are_start_values() -> None:
-    files = fmu_files(
-        ranged_ball(),
-        binary=False,
-        reference=False,
-        profile="quick",
-        initial=RAISED,
-    )
+    files = fmu_files(ranged_ball(), binary=False, reference=False, profile="quick", initial=RAISED)
     starts = starts_of(str(files.files["modelDescription.xml"]))
     assert (starts["q.left"], starts["v.left"]) == (0.7, 2.0)
-    unit = Logged("raised", 3, "cs")
+    unit = unit_of("raised", 3, "cs")
     assert unit.get("q.left", "v.left") == [0.7, 2.0]
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_initial_values_in_loops_are_those_of_a_run() -> None:
     files = fmu_files(FOUR_BAR, binary=False, reference=False, initial={"crank_pin": 0.9})
@@ -59,9 +51,9 @@ def test_initial_values_in_loops_are_those_of_a_run() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("version", [2, 3])
 def test_a_start_that_is_moved_is_in_the_log(version: int) -> None:
-    unit = Logged("four_bar", version, "cs")
+    unit = unit_of("four_bar", version, "cs")
     assert unit.messages == []
-    unit = Logged("four_bar", version, "cs", start=False)
+    unit = unit_of("four_bar", version, "cs", start=False)
     unit.set({"q.crank_pin": 0.9})
     unit.fmu.enterInitializationMode()
     unit.fmu.exitInitializationMode()
@@ -108,9 +100,9 @@ def test_licences_that_cannot_be_read(tmp_path: Path) -> None:
 def test_the_command_takes_versions_and_types_as_people_write_them(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    scene, file = tmp_path / "balls.toml", tmp_path / "balls.fmu"
-    scene.write_text(BALLS, encoding="utf-8")
-    words = ["fmu", str(scene), "-o", str(file), "--no-binary", "--version", "2.0", "--type", "CS, me"]
+    file = tmp_path / "balls.fmu"
+    data = scene_file(tmp_path, "balls")
+    words = ["fmu", str(data), "-o", str(file), "--no-binary", "--version", "2.0", "--type", "CS, me"]
     assert main([*words, "--initial", "left=0.25", "--author", "Ada", "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     with zipfile.ZipFile(file) as archive:
@@ -138,7 +130,7 @@ def test_the_command_takes_versions_and_types_as_people_write_them(
 
 def test_inputs_of_scenes_without_inputs() -> None:
     with pytest.raises(eomgen.UsageError, match="no input 'push'; try: no --input, since the scene has no inputs"):
-        fmu_files(tomllib.loads(BALLS), binary=False, inputs=["push"])
+        fmu_files(scene("balls"), binary=False, inputs=["push"])
 
 
 @pytest.mark.parametrize(
@@ -146,7 +138,7 @@ def test_inputs_of_scenes_without_inputs() -> None:
 )
 @pytest.mark.parametrize("version", [2, 3])
 def test_names_of_scenes_that_are_words_of_c(name: str, identifier: str, version: int) -> None:
-    made = fmu_files({**tomllib.loads(BALLS), "name": name}, version=version, binary=False, reference=False)
+    made = fmu_files(scene("balls", name=name), version=version, binary=False, reference=False)
     text = str(made.files["modelDescription.xml"])
     assert f'modelName="{name}"' in text and text.count(f'modelIdentifier="{identifier}"') == 2
     assert f"sources/{identifier}_fmi{version}.c" in made.files
