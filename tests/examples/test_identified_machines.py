@@ -92,7 +92,7 @@ def test_intervals_of_the_arm_hold_the_truth(arm: Callable[[int], eomgen.Identif
 
 
 def check_coverage(identified: Callable[[int], eomgen.Identification], true: dict[str, float]) -> None:
-    """Assert that each interval, and the ellipsoid of all, hold the truth in 25 of 30 draws: fewer have a probability of
+    """Assert that each interval, and the ellipsoid of all, hold the truth in 25 of 30 draws; fewer have a chance of
     0.3 %."""
     held, whole, level = np.zeros(len(true)), 0, stats.chi2.ppf(0.95, len(true))
     for seed in range(30):

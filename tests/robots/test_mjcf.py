@@ -223,12 +223,11 @@ _SMALL = ("ellipsoids in a medium", "medium", "slider and crank")
 
 
 @pytest.mark.long_except_every(6)
-@pytest.mark.long_cases("0.1-site against site", "0.01-site against site")
-@pytest.mark.slow_except(*(f"{factor}-{name}" for factor in (0.1, 0.01) for name in _SMALL))
+@pytest.mark.long_cases("site against site")
+@pytest.mark.slow_except(*_SMALL)
 @pytest.mark.parametrize("name", CASES)
-@pytest.mark.parametrize("factor", [0.1, 0.01])
-def test_small_machines_have_mujoco_s_mass_and_forces(name: str, factor: float, file: Path) -> None:
-    file.write_text(scaled(CASES[name], factor), encoding="utf-8")
+def test_small_machines_have_mujoco_s_mass_and_forces(name: str, file: Path) -> None:
+    file.write_text(scaled(CASES[name], 0.01), encoding="utf-8")
     mass, forces = Imported.of(file).errors(states=5)
     assert mass < TOLERANCE
     assert forces < TOLERANCE
@@ -399,11 +398,11 @@ LEG = """<mujoco model="leg"><worldbody><body name="hip" pos="0 0 1">
 
 
 @pytest.mark.long
-def test_a_loop_stays_closed_for_a_million_steps(file: Path) -> None:
+def test_a_loop_stays_closed_for_many_steps(file: Path) -> None:
     file.write_text(LEG, encoding="utf-8")
     model = eomgen.build(load(file), method="generalized_alpha")
-    run = model.simulate(1000.0, 1e-3, method="generalized_alpha", record_every=997, error_estimate=False)
-    assert run.success and run.stats["steps"] == 1_000_000
+    run = model.simulate(100.0, 1e-3, method="generalized_alpha", record_every=97, error_estimate=False)
+    assert run.success and run.stats["steps"] == 100_000
     given = {"q": run.q, "parameters": None, "t": run.t, "base": None}
     assert np.max(np.abs(model.evaluator.call("constraint", **given)[0])) < 1e-12
     assert np.all(np.ptp(run.q[:, :4], axis=0) > 0.05)  # the leg swings all the time

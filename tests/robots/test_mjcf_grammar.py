@@ -63,16 +63,24 @@ def _is_silent(file: Path, text: str, unchanged: Scene, *, scene_alone: bool, **
         return scene == unchanged
     terms = ("mass", "residual", "internal_rate", *(("outputs",) if scene.outputs else ()))
     imported = Imported.of(file, terms, scene)
-    if max(imported.errors(states=3)) > 1e-10:
+    if max(imported.errors(states=1)) > 1e-10:
         return True
-    rates, theirs = imported.rates(states=3)
-    pairs = [(rates, theirs), *(imported.sensors(states=3).values() if scene.outputs else ())]
+    rates, theirs = imported.rates(states=1)
+    pairs = [(rates, theirs), *(imported.sensors(states=1).values() if scene.outputs else ())]
     return not all(np.allclose(ours, others, rtol=1e-9, atol=1e-10) for ours, others in pairs)
+
+
+#: Elements with attributes; of sensors, defaults and visuals, which are read alike, a quarter.
+KEYS = [
+    key
+    for number, key in enumerate(key for key in elements(ET.fromstring(BASE)) if STATUSES.get(key))
+    if number % 4 == 0 or not key.startswith(("sensor/", "default/", "visual/"))
+]
 
 
 @pytest.mark.long_except("tendon/fixed/joint")
 @pytest.mark.slow
-@pytest.mark.parametrize("key", [key for key in elements(ET.fromstring(BASE)) if STATUSES.get(key)])
+@pytest.mark.parametrize("key", KEYS)
 @pytest.mark.filterwarnings("ignore:compiler attribute:UserWarning")
 def test_no_attribute_changes_the_equations_in_silence(
     key: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

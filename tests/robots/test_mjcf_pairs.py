@@ -73,8 +73,8 @@ def test_pairs_of_attributes_and_flags_are_mujoco_s(element: str, text: str, fla
 
 @pytest.mark.long
 @pytest.mark.parametrize("element", CHANGES)
-def test_a_third_of_the_pairs_of_attributes_and_flags_are_mujoco_s(element: str, tmp_path: Path) -> None:
-    pairs = [(text, flag) for own, text, flag in flagged() if own == element][::3]
+def test_a_tenth_of_the_pairs_of_attributes_and_flags_are_mujoco_s(element: str, tmp_path: Path) -> None:
+    pairs = [(text, flag) for own, text, flag in flagged() if own == element][::10]
     wrong = [
         (text, flag) for text, flag in pairs if differs(machine((element, text), flags=FLAGS[flag]), tmp_path / "a.xml")
     ]
@@ -84,7 +84,7 @@ def test_a_third_of_the_pairs_of_attributes_and_flags_are_mujoco_s(element: str,
 @pytest.mark.long
 def test_pairs_of_attributes_are_mujoco_s(tmp_path: Path) -> None:
     every = [pair for pair in combinations(changes(), 2) if _fit(*pair)]
-    chosen = np.random.default_rng(5).choice(len(every), 300, replace=False)
+    chosen = np.random.default_rng(5).choice(len(every), 60, replace=False)
     wrong = [every[k] for k in chosen if differs(machine(*every[k]), tmp_path / "a.xml")]
     assert wrong == []
 

@@ -32,10 +32,7 @@ def compared(urdf: Path, minor: int, folder: Path) -> eomgen.Comparison:
 
 @pytest.mark.slow_except("panda_description/urdf/panda.urdf-6")
 @pytest.mark.parametrize("minor", [4, 6, 10])
-@pytest.mark.parametrize(
-    "name",
-    ["panda_description/urdf/panda.urdf", "ur_description/urdf/ur5_robot.urdf", "talos_data/robots/talos_full_v2.urdf"],
-)
+@pytest.mark.parametrize("name", ["panda_description/urdf/panda.urdf", "talos_data/robots/talos_full_v2.urdf"])
 def test_robots_are_their_twins(name: str, minor: int, tmp_path: Path) -> None:
     comparison = compared(ROBOTS / name, minor, tmp_path)
     assert comparison.equal, comparison
@@ -43,16 +40,14 @@ def test_robots_are_their_twins(name: str, minor: int, tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_all_robots_are_their_twins(tmp_path: Path) -> None:
-    equal = []
-    for path in sorted(ROBOTS.rglob("*.urdf")):
+def test_a_quarter_of_all_robots_are_their_twins(tmp_path: Path) -> None:
+    equal = 0
+    for path in sorted(ROBOTS.rglob("*.urdf"))[::4]:
         try:
             comparison = compared(path, 10, tmp_path)
-        except DescriptionError as error:
-            assert "twin.sdf" not in str(error) or "there twice" in str(
-                error
-            )  # names of links and joints are one set in SDF
+        except DescriptionError as error:  # names of links and joints are one set in SDF
+            assert "twin.sdf" not in str(error) or "there twice" in str(error)
             continue
         assert comparison.equal, comparison
-        equal.append(path)
-    assert len(equal) >= 55
+        equal += 1
+    assert equal >= 12

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -50,26 +49,17 @@ friction="0"/></joint>
 </robot>
 """
 #: What is there for whatever the file holds: the notes that stand for it, by a part of the path.
+_PICTURES = "geometry and colours have no part in the equations of motion: 1 <visual>, 1 <collision>, 1 <material>"
+_LIMITS = "not modelled: limits of position, velocity and effort (2: a, b)"
+_IDLE = "without effect on the joints that have it: <axis> (2: c, e), <dynamics> (1: c), <limit> (1: c), <mimic> (1: c)"
 NOTED = {
-    "/visual": "geometry and colours have no part in the equations of motion: 1 <visual>, 1 <collision>, 1 <material>",
-    "/collision": (
-        "geometry and colours have no part in the equations of motion: 1 <visual>, 1 <collision>, 1 <material>"
-    ),
-    "/material": (
-        "geometry and colours have no part in the equations of motion: 1 <visual>, 1 <collision>, 1 <material>"
-    ),
+    **dict.fromkeys(("/visual", "/collision", "/material"), _PICTURES),
     "foot/": "the root link foot is fixed to the base, and so are the links fixed to it",
     "a/safety_controller": "not modelled: <safety_controller> (1: a)",
     "a/calibration": "not modelled: <calibration> (1: a)",
-    "a/limit": "not modelled: limits of position, velocity and effort (2: a, b)",
-    "b/limit": "not modelled: limits of position, velocity and effort (2: a, b)",
+    **dict.fromkeys(("a/limit", "b/limit"), _LIMITS),
     "/friction": "not modelled: dry friction (1: a)",
-    "c/": (
-        "without effect on the joints that have it: <axis> (2: c, e), <dynamics> (1: c), <limit> (1: c), <mimic> (1: c)"
-    ),
-    "e/axis": (
-        "without effect on the joints that have it: <axis> (2: c, e), <dynamics> (1: c), <limit> (1: c), <mimic> (1: c)"
-    ),
+    **dict.fromkeys(("c/", "e/axis"), _IDLE),
     "/transmission": "not modelled: <transmission> (1: t)",
     "/gazebo": "not modelled: <gazebo> (1)",
 }
@@ -105,9 +95,8 @@ def perturbed(value: str) -> list[str]:
     return [" ".join([*words[:k], f"{float(word) + 0.01:.6g}", *words[k + 1 :]]) for k, word in enumerate(words)]
 
 
-@pytest.mark.slow
-@pytest.mark.long_cases("{'limits': True, 'friction': True}", "{'root': 'free'}", "{}")
-@pytest.mark.parametrize("options", [{}, {"limits": True, "friction": True}, {"root": "free"}], ids=str)
+@pytest.mark.long
+@pytest.mark.parametrize("options", [{}, {"limits": True, "friction": True, "root": "free"}], ids=str)
 def test_every_attribute_that_is_changed_is_felt_or_noted(options: dict[str, object]) -> None:
     """A change shows in the scene or its notes, or is refused; what it leaves alike has a note that says so."""
     before = outcome(FULL, **options)
@@ -255,28 +244,13 @@ def agree(scene: Scene, other: Scene) -> None:
             np.testing.assert_allclose(left, right, atol=1e-10 * max(1.0, *map(abs, right)))
 
 
-@pytest.mark.slow_cases("talos_data/robots/talos_full_v2.urdf")
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["panda_description/urdf/panda.urdf", "talos_data/robots/talos_full_v2.urdf"])
 def test_robots_written_with_quaternions(name: str) -> None:
-    with_quaternions(ROBOTS / name)
-
-
-@pytest.mark.long
-def test_all_robots_written_with_quaternions() -> None:
-    read = [with_quaternions(path) for path in sorted(ROBOTS.rglob("*.urdf"))]
-    assert sum(read) >= 60
-
-
-def with_quaternions(path: Path) -> bool:
-    """Hold a robot to itself with all angles written as quaternions; tell whether it can be read at all."""
-    try:
-        scene = load(path)
-    except DescriptionError:
-        return False
+    path = ROBOTS / name
     text = re.sub(r'rpy\s*=\s*"([-+.eE\d\s]*)"', lambda found: f'quat_xyzw="{quaternion(found[1])}"', path.read_text())
     text = re.sub(r"<robot\b", '<robot version="1.1"', text, count=1)
-    agree(load_urdf(text, file=path.name), scene)
-    return True
+    agree(load_urdf(text, file=path.name), load(path))
 
 
 def test_a_quarter_turn_by_quaternion() -> None:
