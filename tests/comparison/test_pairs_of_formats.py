@@ -280,11 +280,3 @@ def test_forty_differences_are_named_first_across_formats(tmp_path: Path) -> Non
     for place, pair in enumerate(PAIRS):
         for number in (0, 6) if pair[1] == "sympy" else (place % len(PLANTED), (place + 5) % len(PLANTED)):
             check(tmp_path, pair, number)
-
-
-@pytest.mark.long
-def test_each_difference_is_named_first_in_each_pair(tmp_path: Path) -> None:
-    """240 comparisons."""
-    for pair in PAIRS:
-        for number in range(len(PLANTED)):
-            check(tmp_path, pair, number)

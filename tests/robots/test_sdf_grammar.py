@@ -31,55 +31,8 @@ def test_the_page_is_the_table() -> None:
     assert page() == PAGE.read_text(encoding="utf-8"), f"docs/sdf.md is not the table; run: {COMMAND}"
 
 
-LINK = """<link name="{0}"><pose>{1}</pose><gravity>true</gravity><inertial><pose>0.1 0.02 0.03 0.1 0.2 0.3</pose>
-<mass>{2}</mass><inertia><ixx>0.1</ixx><iyy>0.12</iyy><izz>0.15</izz><ixy>0.01</ixy><ixz>0.02</ixz><iyz>0.03</iyz>
-</inertia><fluid_added_mass/></inertial><velocity_decay/></link>
-"""
-AXIS = """<{0}><xyz>{1}</xyz><dynamics><damping>0.1</damping><friction>0.2</friction>
-<spring_stiffness>2</spring_stiffness><spring_reference>0.1</spring_reference></dynamics>
-<limit><lower>-1</lower><upper>1</upper><effort>8</effort></limit></{0}>
-"""
-BARE = "<{0}><xyz>0 1 0.2</xyz><dynamics/><limit/></{0}>"
-ONE, TWO = AXIS.format("axis", "0 1 0.2"), AXIS.format("axis", "0 1 0") + AXIS.format("axis2", "1 0 0")
-MIMIC = ONE.replace("</axis>", '<mimic joint="continuous"><multiplier>2</multiplier></mimic></axis>')
-JOINT = '<joint name="{0}" type="{0}"><parent>{1}</parent><child>{2}</child><pose>{3}</pose>{4}'
-JOINT += "<physics><simbody/></physics></joint>\n"
-#: A file with every element that has a row in the table, on joints of all types.
-BASE = f"""<sdf version="1.12"><world name="place"><gravity>0 0.1 -9</gravity><physics type="ode"/>
-<include><uri>part.sdf</uri><name>apart</name><pose>0 0 2 0 0 0</pose></include>
-<model name="machine"><pose>0.1 0.2 0.3 0 0 0.4</pose><static>false</static>
-<frame name="mount"><pose>0.2 0 0.1 0.3 0 0</pose></frame>
-{LINK.format("ground", "0 0 0 0 0 0", 1)}{LINK.format("a", "0.1 0 0 0.1 0 0", 2)}{
-    LINK.format("b", "0.3 0 0 0 0.1 0", 3)
-}
-{LINK.format("c", "0.4 0.2 0 0 0.1 0.3", 3)}{LINK.format("d", "0.5 0 0.3 0 0 0.2", 3)}{
-    LINK.format("e", "0 1 0 0 0 0", 3)
-}
-{LINK.format("f", "0 1 1 0 0 0", 2)}{LINK.format("g", "0 2 0 0 0 0", 4)}{LINK.format("h", "0 3 0 0 0 0", 2)}
-{LINK.format("i", "1 2 0 0 0 0", 2)}
-{JOINT.format("fixed", "world", "ground", "0 0 0 0 0 0", ONE)}
-{JOINT.format("revolute", "ground", "a", "0.1 0 0 0 0.1 0", ONE)}
-{JOINT.format("prismatic", "a", "b", "0 0.1 0 0 0.1 0", ONE.replace("0.2</xyz>", "-0.3</xyz>"))}
-{JOINT.format("universal", "b", "c", "0 0.1 0 0 0 0", TWO)}
-{JOINT.format("revolute2", "c", "d", "0 0.1 0 0.1 0 0", TWO)}
-{JOINT.format("ball", "ground", "e", "0 -1 0 0 0 0", BARE.format("axis"))}
-{JOINT.format("loop", "a", "e", "0 0 0 0 0 0", "").replace('type="loop"', 'type="ball"')}
-{JOINT.format("screw", "ground", "f", "0 0 0 0 0 0", "<thread_pitch>3</thread_pitch>" + MIMIC)}
-{JOINT.format("continuous", "ground", "g", "0 0 0 0 0 0", ONE)}
-{JOINT.format("wheel", "ground", "i", "0 0 0 0 0 0", ONE).replace('type="wheel"', 'type="revolute"')}
-{
-    JOINT.format(
-        "gearbox",
-        "g",
-        "i",
-        "0 0 0 0 0 0",
-        "<gearbox_ratio>3</gearbox_ratio>"
-        "<gearbox_reference_body>ground</gearbox_reference_body>" + BARE.format("axis") + BARE.format("axis2"),
-    )
-}
-</model></world></sdf>"""
-PIECE = LINK.format("piece", "0 0 1 0 0 0", 2).replace("<fluid_added_mass/>", "")
-PART = f'<sdf version="1.4"><model name="part">{PIECE}</model></sdf>'
+#: A file with every element that has a row in the table, on joints of all types, and a file that it includes.
+BASE, PART = (Path(__file__).with_name(name).read_text(encoding="utf-8") for name in ("every_element.sdf", "part.sdf"))
 #: Values of texts that are no numbers, by part; the first that differs from the one in the file.
 TEXTS = {
     "parent": ("e", "h"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -14,40 +15,8 @@ from eomgen.scene.rotations import about_axis
 from eomgen.scene.scene import Scene
 from tests.models.urdf import ROBOTS, load_urdf
 
-INERTIAL = """<inertial><mass value="{}"/><origin xyz="0.1 -0.2 0.3" rpy="0.1 0.2 0.3"/>
-  <inertia ixx="0.1" iyy="0.2" izz="0.25" ixy="0.01" ixz="0.02" iyz="-0.01"/></inertial>"""
-SAFETY = (
-    '<safety_controller soft_lower_limit="0" soft_upper_limit="1" k_position="1" k_velocity="1"/><calibration'
-    ' rising="0"/>'
-)
-
 #: All that URDF 1.2 has: every element with every attribute, on joints of all types.
-FULL = f"""<?xml version="1.0"?>
-<robot name="full" version="1.2" xmlns:drawing="http://example.org/drawing">
-  <material name="blue"><color rgba="0 0 1 1"/></material>
-  <link name="foot">{INERTIAL.format(7)}</link>
-  <link name="A">{INERTIAL.format(2)}
-    <visual name="seen"><origin xyz="1 0 0" quat_xyzw="0 0 0 1"/><geometry><capsule radius="1" \
-length="2"/></geometry></visual>
-    <collision name="felt"><geometry><mesh filename="a.stl" scale="1 1 1"/></geometry></collision></link>
-  <link name="B">{INERTIAL.format(3)}</link> <link name="C">{INERTIAL.format(4)}</link>
-  <link name="D">{INERTIAL.format(5)}</link> <link name="E">{INERTIAL.format(6)}</link>
-  <joint name="a" type="revolute"><parent link="foot"/><child link="A"/><origin xyz="1 2 3" rpy="0.3 0.2 0.1"/>
-    <axis xyz="1 2 2"/><dynamics damping="0.5" friction="0.25"/>{SAFETY}
-    <limit lower="-1" upper="1" effort="3" velocity="2" acceleration="4" deceleration="5" jerk="6"/></joint>
-  <joint name="b" type="prismatic"><parent link="A"/><child link="B"/><origin xyz="1 0 3" quat_xyzw="0.5 0.5 -0.5 0.5"/>
-    <axis xyz="0 2 0"/><limit lower="-1" upper="1" effort="3" velocity="2"/>
-    <mimic joint="a" multiplier="2" offset="0.5"/></joint>
-  <joint name="c" type="fixed"><parent link="B"/><child link="C"/><origin xyz="1 0 2" rpy="0 0.5 0"/>
-    <axis xyz="0 0 1"/><dynamics damping="2" friction="1"/><limit lower="-1" upper="2" effort="3" velocity="2"/>
-    <mimic joint="a" multiplier="2" offset="1"/>{SAFETY}</joint>
-  <joint name="d" type="planar"><parent link="C"/><child link="D"/><axis xyz="0 1 1"/><dynamics damping="0" \
-friction="0"/></joint>
-  <joint name="e" type="floating"><parent link="D"/><child link="E"/><axis xyz="0 1 0"/></joint>
-  <transmission name="t"><type>simple</type></transmission>
-  <gazebo reference="A"><kp>1</kp></gazebo>
-</robot>
-"""
+FULL = Path(__file__).with_name("full.urdf").read_text(encoding="utf-8")
 #: What is there for whatever the file holds: the notes that stand for it, by a part of the path.
 _PICTURES = "geometry and colours have no part in the equations of motion: 1 <visual>, 1 <collision>, 1 <material>"
 _LIMITS = "not modelled: limits of position, velocity and effort (2: a, b)"

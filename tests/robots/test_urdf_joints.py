@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -357,28 +358,7 @@ def test_links_that_cannot_be_tuned_are_named() -> None:
         load(robot_file(UR5), tunable=["base_link"])
 
 
-FOUR_BAR = """<robot name="four_bar">
-  <link name="ground"/>
-  <link name="crank"><inertial><origin xyz="0.1 0 0"/><mass value="1"/>
-    <inertia ixx="0.01" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link>
-  <link name="coupler"><inertial><origin xyz="0.2 0 0"/><mass value="2"/>
-    <inertia ixx="0.01" iyy="0.03" izz="0.03" ixy="0" ixz="0" iyz="0"/></inertial></link>
-  <link name="rocker"><inertial><origin xyz="0.15 0 0"/><mass value="1.5"/>
-    <inertia ixx="0.01" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link>
-  <link name="tip"/>
-  <joint name="a" type="continuous"><parent link="ground"/><child link="crank"/><axis xyz="0 1 0"/></joint>
-  <joint name="b" type="continuous"><origin xyz="0.2 0 0"/><parent link="crank"/><child link="coupler"/>
-    <axis xyz="0 1 0"/></joint>
-  <joint name="c" type="continuous"><origin xyz="0.5 0 0"/><parent link="ground"/><child link="rocker"/>
-    <axis xyz="0 1 0"/></joint>
-  <joint name="end" type="fixed"><origin xyz="0.3 0 0" rpy="0 0 1.57079632679"/>
-    <parent link="rocker"/><child link="tip"/></joint>
-  <loop_joint name="pin" type="revolute">
-    <link1 link="coupler" xyz="0.4 0 0" rpy="0 0 0"/>
-    <link2 link="tip" xyz="0 0 0" rpy="0 0 -1.57079632679"/>
-    <axis xyz="0 1 0"/>
-  </loop_joint>
-</robot>"""
+FOUR_BAR = Path(__file__).with_name("four_bar.urdf").read_text(encoding="utf-8")
 
 
 def test_a_loop_joint_is_the_constraint_that_one_would_write(rng: np.random.Generator) -> None:
@@ -470,27 +450,10 @@ def test_ends_of_constraints_are_turned_by_quaternions() -> None:
         load_urdf(both)
 
 
-#: A parallelogram whose links lie in one line at zero: all rows but one repeat there.
-FLAT = "".join(
-    f"""  <joint name="j_{child}" type="continuous"><parent link="{parent}"/><child link="{child}"/>
-    <origin xyz="{at} 0 0"/><axis xyz="0 1 0"/></joint>
-  <link name="{child}"><inertial><origin xyz="0.1 0 0"/><mass value="1"/>
-    <inertia ixx="0.001" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
-"""
-    for parent, child, at in (("foot", "a", 0.0), ("a", "b", 0.2), ("foot", "c", 0.5))
-)
-FLAT = f"""<robot name="flat"><link name="foot"/>
-{FLAT}  <constraint name="pin" type="revolute">
-    <parent link="b"/><parent_origin xyz="0.5 0 0"/><parent_axis xyz="0 1 0"/>
-    <child link="c"/><child_origin xyz="0.2 0 0"/><child_axis xyz="0 1 0"/></constraint></robot>"""
-
-
 @pytest.mark.slow
-def test_a_loop_whose_links_lie_in_one_line_runs_from_elsewhere(tmp_path) -> None:
+def test_a_loop_whose_links_lie_in_one_line_runs_from_elsewhere() -> None:
     """Rows across the plane follow from others and are left out; in the line no motion follows, as the run says."""
-    path = tmp_path / "flat.urdf"
-    path.write_text(FLAT)
-    model = eomgen.build(path, profile="quick")
+    model = eomgen.build(Path(__file__).with_name("flat.urdf"), profile="quick")
     assert sum("follows from the constraints before it and is left out" in note for note in model.notes) == 3
     run = model.simulate(0.1, 1e-3)
     assert not run.success
