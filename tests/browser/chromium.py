@@ -3,12 +3,15 @@ of."""
 
 from __future__ import annotations
 
+import html
+import json
 import os
 import re
 import shutil
 import subprocess
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -48,6 +51,21 @@ def loaded(address: str) -> str:
         return subprocess.run(words, capture_output=True, text=True, timeout=300, check=True).stdout
 
 
+def with_scripts(page: Path, *scripts: str) -> Path:
+    """Return a copy of a page with scripts at its end: names of files of this folder, or texts."""
+    texts = [Path(__file__).with_name(x).read_text(encoding="utf-8") if x.endswith(".js") else x for x in scripts]
+    copy = page.with_name(f"asked_{page.name}")
+    end = "".join(f"<script>{text}</script>" for text in texts)
+    copy.write_text(page.read_text(encoding="utf-8").replace("</body>", f"{end}</body>"), encoding="utf-8")
+    return copy
+
+
+def told_by(document: str) -> Any:
+    """Return the JSON that a script has written into a page, None without any."""
+    found = re.search(r'<body[^>]*\bdata-told="([^"]*)"', document)
+    return json.loads(html.unescape(found[1])) if found else None
+
+
 class Browser:
     """Opens pages, each in a new process with a new profile.
 
@@ -76,15 +94,8 @@ class Browser:
 
     def _run(self, page: Path, place: str, *options: str) -> str:
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
-            words = [
-                self.command,
-                *_QUIET,
-                self.size,
-                f"--user-data-dir={profile}",
-                "--virtual-time-budget=2000",
-                *options,
-            ]
-            words.append(f"{page.as_uri()}#{place}")
+            words = [self.command, *_QUIET, self.size, f"--user-data-dir={profile}", "--virtual-time-budget=2000"]
+            words += [*options, f"{page.as_uri()}#{place}"]
             done = subprocess.run(words, capture_output=True, text=True, timeout=120, check=True)
         self.said = re.findall(r'CONSOLE[^\]]*\] "(.*)", source: ', done.stderr)
         return done.stdout

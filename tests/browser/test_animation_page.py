@@ -16,7 +16,7 @@ import pytest
 
 import eomgen
 from eomgen.base.files import template_folder
-from tests.browser.chromium import Browser
+from tests.browser.chromium import Browser, told_by, with_scripts
 from tests.models.scenes import breaking
 
 TRICK = "</script><script>document.title='taken'</script><!-- <b>&amp; ${name} @data@ \u2028"
@@ -52,12 +52,6 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return run().animate(tmp_path_factory.mktemp("page") / "boxes.html")
 
 
-def element(document: str, tag: str, attribute: str) -> str:
-    found = re.search(rf'<{tag}\b[^>]*\b{attribute}="([^"]*)"', document)
-    assert found, f"no <{tag} {attribute}=...> in the page"
-    return html.unescape(found[1])
-
-
 def projected(view: dict, place: np.ndarray) -> tuple[int, int]:
     """Return the pixel (column, row) of a place in the world: a pinhole camera, worked out anew."""
     axes = np.array([view["right"], view["above"], view["forward"]])
@@ -80,32 +74,24 @@ def likeness(pixel: np.ndarray, colour: np.ndarray) -> float:
     return float(a @ b / (np.linalg.norm(a) * np.linalg.norm(b) + 1e-9)) if np.linalg.norm(a) > 12 else 0.0
 
 
+def in_world(pose: np.ndarray, place: np.ndarray | list[float]) -> np.ndarray:
+    """Return a place of a body in the world, by the rotation matrix of the stored quaternion."""
+    w, x, y, z = pose[:4]
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return pose[4:] + (np.eye(3) + 2 * w * cross + 2 * cross @ cross) @ place
+
+
 def centres(solution: eomgen.Solution, row: int) -> dict[str, np.ndarray]:
-    """Return the centres of mass in the world, by rotation matrices from the stored quaternions."""
-    found = {}
-    for name, center in {"upper": [0, 0, -0.4], "lower": [0, 0, -0.4], "ball": [0, 0, 0]}.items():
-        w, x, y, z = solution.poses[name][row, :4]
-        cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-        found[name] = solution.poses[name][row, 4:] + (np.eye(3) + 2 * w * cross + 2 * cross @ cross) @ center
-    return found
-
-
-#: Says on the console what the camera sees whenever the page tells it: pictures have another size than documents.
-WATCH = """<script>
-new MutationObserver(() => console.info(`view ${canvas.dataset.view}`)).observe(canvas,
-  { attributeFilter: ["data-view"] });
-</script>"""
+    """Return the centres of mass in the world."""
+    known = {"upper": [0, 0, -0.4], "lower": [0, 0, -0.4], "ball": [0, 0, 0]}
+    return {name: in_world(solution.poses[name][row], center) for name, center in known.items()}
 
 
 @pytest.mark.slow
 @pytest.mark.long_cases("dark", "light")
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_bodies_are_where_the_projection_says_at_two_times(
-    page: Path, browser: Browser, tmp_path: Path, theme: str
-) -> None:
-    copy = tmp_path / "watched.html"
-    copy.write_text(page.read_text(encoding="utf-8").replace("</body>", WATCH + "</body>"), encoding="utf-8")
-    solution, places = run(), {}
+def test_bodies_are_where_the_projection_says_at_two_times(page: Path, browser: Browser, theme: str) -> None:
+    copy, solution, places = with_scripts(page, "watch.js"), run(), {}
     for row in (200, 1100):
         picture = browser.picture(copy, f"t={float(solution.t[row])}&theme={theme}")
         assert all(line.startswith("view {") for line in browser.said), browser.said
@@ -129,11 +115,8 @@ def far_corners(solution: eomgen.Solution, half: dict[str, list[float]], row: in
     """Return the corners of boxes with these halves of sides about the origins of bodies, in the world."""
     found = []
     for name, sides in half.items():
-        w, x, y, z = solution.poses[name][row, :4]
-        cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-        turn = np.eye(3) + 2 * w * cross + 2 * cross @ cross
         corners = (np.array(signs) * sides for signs in itertools.product((-1, 1), repeat=3))
-        found += [solution.poses[name][row, 4:] + turn @ corner for corner in corners]
+        found += [in_world(solution.poses[name][row], corner) for corner in corners]
     return found
 
 
@@ -172,7 +155,7 @@ def test_the_whole_motion_is_in_the_picture_and_large(
 ) -> None:
     solution = eomgen.build(scene().build(), profile="quick").simulate(2.0, 2e-3, method="rk4")
     page = solution.animate(tmp_path / "page.html")
-    page.write_text(page.read_text(encoding="utf-8").replace("</body>", WATCH + "</body>"), encoding="utf-8")
+    page = with_scripts(page, "watch.js")
     largest = 0.0
     for row in (0, 333, 700, 1000):
         height, width = browser.picture(page, f"t={float(solution.t[row])}&theme=light").shape[:2]
@@ -183,47 +166,9 @@ def test_the_whole_motion_is_in_the_picture_and_large(
     assert largest > 0.3
 
 
-CONTROLS = """
-<script>
-const press = (key, more) => window.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, ...more }));
-const told = { begin: state.time, rows: count };
-const clock = () => (showTime(), byId("clock").textContent);
-press("ArrowRight"); told.stepped = state.time;
-press("ArrowLeft"); press("End"); told.end = state.time; told.clock = clock();
-press("Home"); told.home = state.time;
-press("+"); told.faster = byId("speed").value; press("-"); press("-"); told.slower = byId("speed").value;
-press("d"); told.theme = document.documentElement.dataset.theme; press("d");
-const view = JSON.stringify([camera.azimuth, camera.distance, camera.target]);
-const pointer = (type, clientX, clientY, more) =>
-  canvas.dispatchEvent(new PointerEvent(type, { pointerId: 1, clientX, clientY, ...more }));
-canvas.setPointerCapture = () => {};
-pointer("pointerdown", 300, 300); pointer("pointermove", 340, 320); pointer("pointerup", 340, 320);
-pointer("pointerdown", 300, 300); pointer("pointermove", 340, 320, { shiftKey: true }); pointer("pointerup", 340, 320);
-canvas.dispatchEvent(new WheelEvent("wheel", { deltaY: 200, cancelable: true }));
-told.turned = JSON.stringify([camera.azimuth, camera.distance, camera.target]) !== view;
-press("r"); told.reset = JSON.stringify([camera.azimuth, camera.distance, camera.target]) === view;
-for (const box of document.querySelectorAll("input[type=checkbox]")) { box.click(); draw(); }
-for (const item of document.querySelectorAll("#bodies li")) { item.focus(); draw(); item.blur(); }
-byId("fold").click(); told.folded = byId("entries").hidden;
-byId("slider").value = 3; byId("slider").dispatchEvent(new Event("input")); told.slid = state.time;
-press(" "); told.playing = state.playing; tick(1000); tick(1050); told.played = state.time;
-byId("play").click(); told.paused = !state.playing;
-told.title = document.title; told.description = byId("description").textContent;
-told.names = [...document.querySelectorAll("#bodies li, #points li, #others li")].map((item) => item.textContent);
-told.unnamed = [...document.querySelectorAll("button, input, select")].filter((item) =>
-  !(item.getAttribute("aria-label") || item.textContent.trim() || (item.labels && item.labels.length))).length;
-told.label = canvas.getAttribute("aria-label");
-document.body.dataset.told = JSON.stringify(told);
-</script>
-"""
-
-
 @pytest.mark.slow
-def test_every_control_does_what_it_says(page: Path, browser: Browser, tmp_path: Path) -> None:
-    copy = tmp_path / "controls.html"
-    copy.write_text(page.read_text(encoding="utf-8").replace("</body>", CONTROLS + "</body>"), encoding="utf-8")
-    document = browser.document(copy, "t=0&theme=light")
-    told = json.loads(element(document, "body", "data-told"))
+def test_every_control_does_what_it_says(page: Path, browser: Browser) -> None:
+    told = told_by(browser.document(with_scripts(page, "controls.js"), "t=0&theme=light"))
     assert browser.said == []
     assert told["rows"] == 601 and told["begin"] == told["home"] == 0.0
     assert 0.0 < told["stepped"] <= 0.005 and told["end"] == 2.0 and told["clock"] == "2.000 s / 2.00 s"
@@ -236,40 +181,9 @@ def test_every_control_does_what_it_says(page: Path, browser: Browser, tmp_path:
     assert told["label"].startswith("3-D animation of boxes: 3 bodies from 0.000 s to 2.000 s.")
 
 
-FITTING = """
-<script>
-const told = [];
-for (const [width, height] of [[1200, 800], [900, 600], [480, 800]]) {
-  [canvas.style.width, canvas.style.height] = [`${width}px`, `${height}px`];
-  resize();
-  const [columns, rows] = [[], []];
-  const see = (place) => { const [x, y] = camera.project(place); columns.push(x); rows.push(y); };
-  for (let frame = 0; frame < count; frame += 5) {
-    const base = poseAt(scene.base, frame, 0);
-    for (const place of [base.p, ...[0, 1, 2].map((k) => placed(base, times(0.1 * unitSize, REST.R[k])))]) see(place);
-    for (const { seat } of scene.joints) see(placed(poseAt(seat.carrier, frame, 0), seat.position));
-    for (const point of scene.points) see(placed(poseAt(point.carrier, frame, 0), point.position));
-    for (const body of bodies) {
-      for (const { carrier, position } of body.reach) see(placed(poseAt(carrier, frame, 0), position));
-    }
-  }
-  const { left, right, top, bottom } = camera.free;
-  told.push([Math.min(...columns) - left, right - Math.max(...columns),
-    Math.min(...rows) - top, bottom - Math.max(...rows)]);
-}
-orbit(30, 0); const mine = camera.azimuth; resize();
-document.body.dataset.told = JSON.stringify({ margins: told, kept: camera.azimuth === mine });
-</script>
-"""
-
-
 @pytest.mark.slow
-def test_the_first_view_holds_all_that_is_drawn_in_windows_of_every_size(
-    page: Path, browser: Browser, tmp_path: Path
-) -> None:
-    copy = tmp_path / "fitting.html"
-    copy.write_text(page.read_text(encoding="utf-8").replace("</body>", FITTING + "</body>"), encoding="utf-8")
-    told = json.loads(element(browser.document(copy, "t=0"), "body", "data-told"))
+def test_the_first_view_holds_all_that_is_drawn_in_windows_of_every_size(page: Path, browser: Browser) -> None:
+    told = told_by(browser.document(with_scripts(page, "fitting.js"), "t=0"))
     assert browser.said == []
     margins = np.array(told["margins"])
     assert margins.shape == (3, 4) and margins.min() > 0.0, margins
@@ -307,9 +221,8 @@ def test_a_beam_is_drawn_along_its_bent_axis(browser: Browser, tmp_path: Path, f
     )
     rest = model.equilibrium()
     page = model.simulate(0.0, initial={"blade": rest.q.tolist()}).animate(tmp_path / "bent.html")
-    faced = "<script>shown.glass = false; draw();</script>" if faces == "solid" else ""
-    page.write_text(page.read_text(encoding="utf-8").replace("</body>", WATCH + faced + "</body>"), encoding="utf-8")
-    picture = browser.picture(page, "t=0&theme=light")
+    faced = ["shown.glass = false; draw();"] if faces == "solid" else []
+    picture = browser.picture(with_scripts(page, "watch.js", *faced), "t=0&theme=light")
     assert all(line.startswith("view {") for line in browser.said), browser.said
     view = json.loads(browser.said[-1].removeprefix("view "))
     colour = palette()[0]
@@ -320,16 +233,6 @@ def test_a_beam_is_drawn_along_its_bent_axis(browser: Browser, tmp_path: Path, f
             block = picture[line - 1 : line + 2, column - 1 : column + 2].reshape(-1, 3)
             alike = np.median([likeness(pixel, colour) for pixel in block]) > 0.93
             assert alike == there, f"the beam at {s}: {'not ' * there}drawn at height {height}"
-
-
-HIDING = """
-<script>
-[camera.azimuth, camera.elevation, camera.target] = [0, 0, [0, 0, 0]];
-[shown.ground, untouched] = [false, false];
-for (const point of scene.points) point.drawn = true;
-draw();
-</script>
-"""
 
 
 @pytest.mark.slow
@@ -350,8 +253,7 @@ def test_what_is_behind_a_surface_is_hidden_and_what_is_seen_through_is_mixed(br
     for name, position in marked.items():
         builder.point(name, "hull", position)
     run = eomgen.build(builder.build(), profile="quick").simulate(0.1, 1e-2, method="rk4")
-    page = run.animate(tmp_path / "spheres.html")
-    page.write_text(page.read_text(encoding="utf-8").replace("</body>", WATCH + HIDING + "</body>"), encoding="utf-8")
+    page = with_scripts(run.animate(tmp_path / "spheres.html"), "watch.js", "hiding.js")
     picture = browser.picture(page, "t=0&theme=light")
     assert all(line.startswith("view {") for line in browser.said), browser.said
     view = json.loads(browser.said[-1].removeprefix("view "))

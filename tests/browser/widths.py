@@ -24,36 +24,7 @@ WIDTHS = (1280, 400)
 #: Pages in one process of Chromium.
 _TOGETHER = 40
 #: Opens pages one after the other in a frame of a width, which a window may not have, and lists the faults of each.
-_PAGE = """<!doctype html><meta charset=utf-8><iframe id=f style="border:0"></iframe><pre id=out></pre><script>
-const query = new URLSearchParams(location.search), width = +query.get("w"), pages = query.get("p").split(",");
-const frame = document.getElementById("f"), faults = []; frame.width = width; frame.height = 900;
-function look(page) {
-  const win = frame.contentWindow, doc = win.document, style = e => win.getComputedStyle(e);
-  if (doc.documentElement.scrollWidth > width) faults.push(page + ": wider than the window");
-  for (const e of doc.querySelectorAll("article *")) {
-    const box = e.getBoundingClientRect(), text = e.textContent.trim().slice(0, 40);
-    if (!box.width || !box.height || style(e).visibility == "hidden" || style(e).position == "fixed") continue;
-    if (box.right > width + 1 || box.left < -1) {
-      let a = e.parentElement;
-      const scrolls = b => ["auto", "scroll"].includes(style(b).overflowX) && b.scrollWidth > b.clientWidth;
-      while (a && !scrolls(a)) a = a.parentElement;
-      if (!a) faults.push(page + ": " + e.tagName + " ends at " + Math.round(box.right) + ": " + text);
-    }
-    if (style(e).overflowX == "hidden" && e.scrollWidth > e.clientWidth + 2 && e.clientWidth > 20)
-      faults.push(page + ": " + e.tagName + " is cut off: " + text);
-  }
-  for (const i of doc.querySelectorAll("img"))
-    if (i.loading != "lazy" && i.complete && !i.naturalWidth) faults.push(page + ": no picture " + i.src);
-}
-function next(k) {
-  if (k == pages.length) {
-    document.getElementById("out").textContent = "FAULTS" + JSON.stringify(faults) + "END";
-    return;
-  }
-  frame.onload = () => setTimeout(() => { look(pages[k]); next(k + 1) }, 150);
-  frame.src = pages[k];
-}
-next(0)</script>"""
+_PAGE = Path(__file__).with_name("widths.html")
 
 
 class _Handler(SimpleHTTPRequestHandler):
@@ -62,7 +33,7 @@ class _Handler(SimpleHTTPRequestHandler):
             return super().do_GET()
         self.send_response(200)
         self.end_headers()
-        self.wfile.write(_PAGE.encode())
+        self.wfile.write(_PAGE.read_bytes())
         return None
 
     def log_message(self, *_: object) -> None:

@@ -20,14 +20,7 @@ from eomgen.products.pages.latex import TERMS, document, equations, typeset_symb
 from eomgen.system.system import BASE_LAYOUT
 
 EXAMPLES = Path(eomgen.__file__).parents[1] / "examples"
-SCENES = [
-    "four_bar",
-    "double_pendulum_on_shaking_base",
-    "pi_servo",
-    "spherical_pendulum",
-    "active_quarter_car",
-    "rattleback",
-]
+SCENES = ["four_bar", "double_pendulum_on_shaking_base", "pi_servo", "spherical_pendulum"]
 
 
 def values_at(parts: dict, state: dict) -> dict[str, np.ndarray]:
@@ -54,9 +47,8 @@ def values_at(parts: dict, state: dict) -> dict[str, np.ndarray]:
     }
 
 
-@pytest.mark.slow_cases("double_pendulum_on_shaking_base", "spherical_pendulum")
-@pytest.mark.slow_cases("four_bar", "rattleback")
-@pytest.mark.long_cases("active_quarter_car", "four_bar", "rattleback")
+@pytest.mark.slow_except("pi_servo")
+@pytest.mark.long_cases("four_bar")
 @pytest.mark.parametrize("name", SCENES)
 def test_expressions_have_the_numbers_of_the_compiled_model(name: str) -> None:
     """At a random state, with all fixed parameters as symbols."""
@@ -94,8 +86,6 @@ def test_expressions_have_the_numbers_of_the_compiled_model(name: str) -> None:
         assert value == pytest.approx(expected, rel=1e-11, abs=1e-11 * max(1.0, np.max(np.abs(expected)))), term
 
 
-@pytest.mark.long_cases("active_quarter_car")
-@pytest.mark.slow_cases("active_quarter_car")
 @pytest.mark.parametrize("name", SCENES)
 def test_documents_are_whole(name: str, tmp_path: Path) -> None:
     """Environments, braces and mathematics are closed, lines are short, every symbol is defined, LaTeX takes it."""

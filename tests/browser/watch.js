@@ -1,0 +1,2 @@
+new MutationObserver(() => console.info(`view ${canvas.dataset.view}`)).observe(canvas,
+  { attributeFilter: ["data-view"] });
