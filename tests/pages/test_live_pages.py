@@ -32,11 +32,11 @@ MISSING = "these tests run pages in node, and it is not installed; try: apt-get 
 SCENES = {
     "four_bar": 2.0,
     "bouncing_ball": 3.0,
-    "heavy_top/se3": 1.0,
+    "heavy_top/se3": 0.3,
     "double_pendulum_on_shaking_base": 1.0,
     "active_vehicle": 1.0,
     "spin_up_beam": 0.5,
-    "spin_up_beam/exact": 0.5,
+    "spin_up_beam/exact": 0.1,
     "pi_servo/sampled": 1.0,
 }
 

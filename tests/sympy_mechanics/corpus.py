@@ -322,8 +322,8 @@ def _apart(result: Any, expected: Any) -> float:
 
 def _speeds(document: Any, state: Mapping[str, Any], speeds: Sequence[Any]) -> Any:
     """Return SymPy's speeds at a state."""
-    function = eomgen.derive(document, ["outputs"]).functions.get("outputs")
-    values = [] if function is None else evaluate(_tape(document, "outputs"), function.refs, _given(function, state))
+    system = eomgen.derive(document, ["outputs"])
+    values = value(system, "outputs", state) if "outputs" in system.functions else []
     named = dict(zip(document.speeds, values, strict=True))
     rates_of = dict(zip(document.coordinates, state["v"], strict=True))
     return np.array([_speed(item, named, rates_of) for item in speeds])
@@ -340,7 +340,7 @@ def formed(system: Any) -> None:
         method.kanes_equations()
 
 
-def compared(system: Any, values: Mapping[str, float] | None = None) -> tuple[float, Any]:
+def compared(system: Any, values: Mapping[str, float] | None = None, states: int = 3) -> tuple[float, Any]:
     """Return the largest relative difference of equations at random states that meet the constraints, and the document.
 
     ``values``: of symbols and coordinates near which all values are drawn.
@@ -348,7 +348,7 @@ def compared(system: Any, values: Mapping[str, float] | None = None) -> tuple[fl
     formed(system)
     equations = Equations(system)
     worst, document = 0.0, None
-    for document, state in _states(system, equations.q, values or {}):
+    for document, state in _states(system, equations.q, values or {}, states):
         worst = max(worst, equations.compared(document, state))
     return worst, document
 
@@ -363,16 +363,14 @@ def _speed(item: Any, named: Mapping[str, float], rates: Mapping[str, float]) ->
     return rates[_name(item.expr)] if isinstance(item, sympy.Derivative) else named[_name(item)]
 
 
-def _tape(document: Any, term: str) -> Any:
-    return eomgen.derive(document, [term]).tape
-
-
-def _given(function: Any, state: Mapping[str, Any]) -> dict[str, Any]:
-    return {block: state[block] for block in function.inputs}
+def value(system: Any, name: str, state: Mapping[str, Any]) -> Any:
+    """Return the value of a function of derived equations at a state."""
+    function = system.functions[name]
+    return evaluate(system.tape, function.refs, {block: state[block] for block in function.inputs})
 
 
 def _states(
-    system: Any, q: Sequence[Any], values: Mapping[str, float], count: int = 3
+    system: Any, q: Sequence[Any], values: Mapping[str, float], count: int
 ) -> Iterator[tuple[Any, dict[str, Any]]]:
     """Yield documents with states that satisfy the constraints, at drawn values of symbols, near the given ones."""
     draw, made = random.Random(3), 0
@@ -421,12 +419,8 @@ def _states(
 def terms_of(document: Any, blocks: Mapping[str, Any]) -> dict[str, Any]:
     """Return M, h, Q and, of constraints, B and the bias of a document."""
     system = eomgen.derive(document, ["mass", "coupling", "force", "constraint_jacobian", "constraint_bias"])
-    result = {
-        name: evaluate(system.tape, function.refs, _given(function, blocks))
-        for name, function in system.functions.items()
-    }
-    n = len(document.coordinates)
-    return {name: value.reshape(-1, n) if name in _MATRICES else value for name, value in result.items()}
+    n, result = len(document.coordinates), {name: value(system, name, blocks) for name in system.functions}
+    return {name: each.reshape(-1, n) if name in _MATRICES else each for name, each in result.items()}
 
 
 def accelerations(document: Any, blocks: Mapping[str, Any]) -> Any:
