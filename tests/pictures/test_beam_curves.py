@@ -65,28 +65,6 @@ def test_frames_along_a_beam_are_the_deflection_of_its_coordinates(rng: np.rando
                 np.testing.assert_allclose(rotation_of(frames[row, number, :4]), R @ turned, atol=1e-13)
 
 
-def test_the_outline_is_that_of_the_rotary_inertia() -> None:
-    """Of a node of 3 kg: m h^2/12 of a rectangle, m r^2/4 of a circle."""
-    height, width = 0.2, 0.06
-    inertia = [0.0, 3.0 * width**2 / 12.0, 3.0 * height**2 / 12.0]
-    np.testing.assert_allclose(np.max(outline(3.0, inertia, 10.0), axis=0), [0.5 * height, 0.5 * width], rtol=1e-12)
-    round_one = outline(3.0, [0.0, *[3.0 * 0.1**2 / 4.0] * 2], 10.0)
-    np.testing.assert_allclose(np.hypot(*np.transpose(round_one)), 0.1, rtol=1e-12)
-    for much in (0.0, 1e6):
-        radius = np.hypot(*outline(3.0, [0.0, much, much], 10.0)[0])
-        assert radius == pytest.approx(10.0 / (400.0 if much == 0.0 else 30.0))
-
-
-@pytest.mark.parametrize("length", [0.2, 10.0])
-@pytest.mark.parametrize("thin", [1, 2])
-def test_a_flat_outline_is_as_thick_as_a_picture_shows(thin: int, length: float) -> None:
-    inertia = [0.0, 0.01 * length**2, 0.01 * length**2]
-    inertia[thin] = 0.0
-    half = np.max(outline(1.0, inertia, length), axis=0)
-    sides = [length / 30.0, length / 400.0]
-    np.testing.assert_allclose(half, sides if thin == 1 else sides[::-1], rtol=1e-12)
-
-
 @pytest.mark.parametrize(
     ("inertia", "tolerance"), [((3e-3, 1.2e-2), 1e-12), ((1.2e-2, 3e-3), 1e-12), ((7e-3, 7e-3), 0.1)]
 )

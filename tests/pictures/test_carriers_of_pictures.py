@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from eomgen.products.pictures.animation import FEWEST, LARGEST, RATE, _Carriers, _thinned
-from eomgen.products.pictures.beam_curves import drawn_beams, nearest_station, outline, pieces_of, stations
+from eomgen.products.pictures.beam_curves import drawn_beams, nearest_station, outline, pieces_of
 from eomgen.system.description import BASE, WORLD
 
 POSES = {"cabin": np.zeros((2, 7)), "boom": np.zeros((2, 7)), "rope": np.zeros((2, 7)), "rope.2": np.zeros((2, 7))}
@@ -67,22 +67,6 @@ def test_elements_are_drawn_in_pieces(elements: int, pieces: int) -> None:
     assert pieces_of(elements) == pieces
 
 
-def test_frames_on_a_bent_beam_follow_its_coordinates() -> None:
-    """One coordinate bends the axis along y, another turns it about z; their product shortens it."""
-    axis: dict[str, Any] = {
-        **AXIS, "q_start": 1, "deflections": np.zeros((3, 3, 2)), "rotations": np.zeros((3, 3, 2)),
-        "pairs": [[0, 1]], "shortening": [[0.0], [0.5], [1.5]],
-    }  # fmt: skip  # two lines
-    axis["deflections"][:, 1, 0] = [0.0, 1.0, 4.0]
-    axis["rotations"][:, 2, 1] = [0.0, 0.1, 0.2]
-    q = np.array([[9.0, 0.2, 3.0]])
-    pose = np.array([[1.0, 0.0, 0.0, 0.0, 10.0, 20.0, 30.0]])
-    found = stations(axis, pose, q)[0]
-    np.testing.assert_allclose(found[:, 4:], [[10.0, 20.0, 30.0], [10.7, 20.2, 30.0], [12.1, 20.8, 30.0]])
-    np.testing.assert_allclose(found[:, 0], np.cos([0.0, 0.15, 0.3]))
-    np.testing.assert_allclose(found[:, 3], np.sin([0.0, 0.15, 0.3]))
-
-
 def test_sections_are_circles_or_rectangles_of_the_same_inertia() -> None:
     """Of a disc of radius r the inertia about a diameter is m r^2/4; of a rectangle with half sides y, z it is
     m z^2/3 about y and m y^2/3 about z."""
@@ -98,6 +82,7 @@ def test_sections_are_circles_or_rectangles_of_the_same_inertia() -> None:
     assert np.hypot(*np.array(outline(2.0, [0.0, 50.0, 50.0], 3.0)).T) == pytest.approx(0.1)
     assert outline(1.0, [0.0, 3.0, 12.0], 3.0)[0] == pytest.approx([0.1, 0.05])
     assert outline(1.0, [0.0, 3e-8, 12.0], 3.0)[0] == pytest.approx([0.1, 0.0075])
+    assert outline(1.0, [0.0, 12.0, 0.0], 3.0)[0] == pytest.approx([0.0075, 0.1])
     assert np.hypot(*np.array(outline(0.0, [0.0, 1.0, 2.0], 4.0)).T) == pytest.approx(0.01)
     assert len(outline(1.0, [0.0, 0.9991e-4, 1e-4], 1.0)) == 16 and len(outline(1.0, [0.0, 0.998e-4, 1e-4], 1.0)) == 4
 

@@ -13,42 +13,16 @@ from eomgen.base import figures
 from eomgen.cli import main
 from eomgen.products.pictures import shapes
 
-LENGTH, LOAD, BENDING = 2.0, 3.0, 5e3
-SCENE = f"""
-format = 1
-name = "cantilever"
-gravity = [0, 0, 0]
-[beams.arm]
-model = "cosserat"
-length = {LENGTH}
-elements = 4
-mass_per_length = 1.0
-rotary_inertia = [1e-3, 1e-3, 1e-3]
-stiffness.stretch = 1e9
-stiffness.shear_y = 1e9
-stiffness.shear_z = 1e9
-stiffness.torsion = {BENDING}
-stiffness.bending_y = {BENDING}
-stiffness.bending_z = {BENDING}
-[joints]
-clamp = {{ type = "fixed", parent = "base", child = "arm" }}
-[distributed_loads]
-snow = {{ beam = "arm", force = [0, 0, -{LOAD}] }}
-[forces]
-tip = {{ body = "arm", point = [{LENGTH}, 0, 0], force = [0, 0, -1.0] }}
-[outputs]
-shear = {{ section_force = "arm", at = 0.0 }}
-foot = {{ reaction_force = "clamp" }}
-"""
+LENGTH, LOAD, BENDING = 2.0, 3.0, 5e3  # of the file
+SCENE = Path(__file__).with_name("cantilever.toml")
 
 
 def test_equilibrium_tells_what_an_engineer_looks_for(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Deflection q l^4 / 8 EI + P l^3 / 3 EI, moment q l^2 / 2 + P l and shear q l + P at the clamp."""
-    scene, figure, rest = tmp_path / "scene.toml", tmp_path / "rest.png", tmp_path / "rest.json"
-    scene.write_text(SCENE, encoding="utf-8")
-    arguments = ["equilibrium", str(scene), "--profile", "quick", "--plot", str(figure), "--out", str(rest)]
+    figure, rest = tmp_path / "rest.png", tmp_path / "rest.json"
+    arguments = ["equilibrium", str(SCENE), "--profile", "quick", "--plot", str(figure), "--out", str(rest)]
     drawn: list[Any] = []
     monkeypatch.setattr(
         shapes, "save_figure", lambda figure, path: drawn.append(figure) or figures.save_figure(figure, path)
@@ -75,24 +49,21 @@ def test_equilibrium_tells_what_an_engineer_looks_for(
 
 
 @pytest.mark.slow
-def test_all_prints_every_coordinate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    scene = tmp_path / "scene.toml"
-    scene.write_text(SCENE, encoding="utf-8")
-    assert main(["equilibrium", str(scene), "--profile", "quick", "--all"]) == 0
+def test_all_prints_every_coordinate(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["equilibrium", str(SCENE), "--profile", "quick", "--all"]) == 0
     assert "q.arm.4[6]" in capsys.readouterr().out
 
 
 @pytest.mark.long
 def test_runs_and_modes_show_displacements_and_shapes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    scene, out = tmp_path / "scene.toml", tmp_path / "out"
-    scene.write_text(SCENE, encoding="utf-8")
+    out = tmp_path / "out"
     options = ["--profile", "quick", "--out", str(out)]
-    assert main(["simulate", str(scene), "--t-end", "0.02", "--step", "0.002", *options]) == 0
+    assert main(["simulate", str(SCENE), "--t-end", "0.02", "--step", "0.002", *options]) == 0
     text = capsys.readouterr().out
     assert "q.arm" not in text and "28 coordinates in solution.csv" in text
     assert "output foot at the end" in text
     assert imread(out / "coordinates.png").shape[0] < 800  # two panels in place of poses of four nodes
-    assert main(["linearize", str(scene), "--at", "equilibrium", *options]) == 0
+    assert main(["linearize", str(SCENE), "--at", "equilibrium", *options]) == 0
     assert imread(out / "mode_shapes.png").shape[0] > 400
 
 

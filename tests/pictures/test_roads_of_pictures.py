@@ -11,45 +11,8 @@ import pytest
 import eomgen
 from eomgen.mechanics.describe import describe
 
-CART = """format = 1
-name = "cart"
-[parameters]
-steep = {{ value = 0.3, tunable = true }}
-[inputs]
-lift = {{ formula = "0.02 * sin(9 * t)", unit = "m" }}
-lift_rate = {{ formula = "0.18 * cos(9 * t)", unit = "m/s" }}
-[curves.track]
-points = [[-9, 0], [-4, 0], [0, 0.02], [1, 0.05], [2, 0.02], [6, 0], [9, 0]]
-[bodies.cart]
-mass = 100
-inertia = [1, 1, 1]
-[joints.cart]
-type = "planar"
-parent = "base"
-child = "cart"
-position = [0, 0.4, 0.5]
-axis = [0, 1, 0]
-initial = {{ velocity = [0, 2, 0] }}
-[bodies.wheel]
-mass = 10
-inertia = [0.1, 0.2, 0.1]
-[joints.spin]
-type = "revolute"
-parent = "cart"
-child = "wheel"
-position = [0, 0, -0.2]
-axis = {axis}
-[points.hub]
-body = "{carrier}"
-position = {place}
-[tyres.front]
-center = "hub"
-radius = 0.3
-stiffness = 2e4
-damping = 50
-road = "{road}"
-{more}
-"""
+#: With the axis of the wheel, the body and place of its hub, the road and further lines of the tyre in braces.
+CART = Path(__file__).with_name("cart_on_road.txt").read_text(encoding="utf-8")
 WITH_Y = {"axis": "[0, 1, 0]", "carrier": "wheel", "place": "[0, 0, 0]"}
 
 

@@ -14,7 +14,7 @@ import pytest
 import eomgen
 from eomgen.mechanics.describe import describe
 from eomgen.products.pictures.scenery import scenery
-from eomgen.products.pictures.solids import drawn_shape, parts_of
+from eomgen.products.pictures.solids import drawn_shape
 from eomgen.scene.bodies.mesh_files import MOST, read_mesh
 
 CART = """format = 1
@@ -132,81 +132,27 @@ def test_each_mistake_in_a_shape_has_one_message(mistake: str, tmp_path: Path) -
     assert refused(tmp_path, text + "\n") == message
 
 
-@pytest.mark.slow_cases("a.glb-data7-message7")
-@pytest.mark.parametrize(
-    ("name", "data", "message"),
-    [
-        (
-            "a.stl",
-            binary(CORNERS[FACES], promised=6).replace(b"solid", b"mesh:"),
-            "a.stl (shapes.part.file): the header of the STL file promises 6 triangles, and the file has bytes for 4;"
-            " try: a whole file, or the export once more",
-        ),
-        (
-            "a.stl",
-            b"abc",
-            "a.stl (shapes.part.file): the file has 3 bytes, too few for an STL file; try: a whole file",
-        ),
-        (
-            "a.stl",
-            b"solid\nendsolid",
-            "a.stl (shapes.part.file): the mesh has no triangles; try: an export with the surfaces of the part",
-        ),
-        (
-            "a.stl",
-            b"solid\nvertex 0 0 0\nvertex 1 zero 0\nvertex 0 1 0\n",
-            "a.stl:3 (shapes.part.file): numbers are needed after vertex, not '1 zero 0'; try: the export of the mesh"
-            " once more",
-        ),
-        (
-            "a.stl",
-            b"solid\nvertex 0 0 0\nvertex 1 0 0\n",
-            "a.stl (shapes.part.file): the file ends within a triangle: it has 2 corners; try: a whole file",
-        ),
-        (
-            "a.stl",
-            b"solid\n" + 3 * b"vertex 1 2 3\n",
-            "a.stl (shapes.part.file): each triangle of the mesh has two equal corners; try: the export of the mesh"
-            " once more",
-        ),
-        (
-            "a.stl",
-            binary(np.where(CORNERS[FACES] == 3, np.inf, CORNERS[FACES])),
-            "a.stl (shapes.part.file): a vertex of the mesh is not a finite number; try: the export of the mesh once"
-            " more",
-        ),
-        (
-            "a.glb",
-            glb()[:-30],
-            "a.glb (shapes.part.file): trimesh cannot read the file: chunk was not expected length!; try: the export of"
-            " the mesh once more, or an STL file",
-        ),
-        (
-            "a.glb",
-            glb(nodes=[{}]),
-            "a.glb (shapes.part.file): the mesh has no triangles; try: an export with the surfaces of the part",
-        ),
-        (
-            "a.dae",
-            b"<mesh/>",
-            "a.dae (shapes.part.file): pycollada cannot read the file: it has no visual scene; try: the export of the"
-            " mesh once more, or an STL file",
-        ),
-        (
-            "a.obj",
-            b"v 0 0 0\nv 1 0 0\nf 1 2 3\n",
-            "a.obj:3 (shapes.part.file): the face has the vertex 3, and there are 2 before it; try: vertices before the"
-            " faces, counted from 1",
-        ),
-        (
-            "a.obj",
-            b"v 0 0 zero\n",
-            "a.obj:1 (shapes.part.file): numbers are needed after v, not '0 0 zero'; try: the export of the mesh once"
-            " more",
-        ),
-    ],
+#: Files whose messages, which begin with the name of the file, are the lines of faults_of_meshes.txt.
+FAULTS = (
+    binary(CORNERS[FACES], promised=6).replace(b"solid", b"mesh:"),
+    b"abc",
+    b"solid\nendsolid",
+    b"solid\nvertex 0 0 0\nvertex 1 zero 0\nvertex 0 1 0\n",
+    b"solid\nvertex 0 0 0\nvertex 1 0 0\n",
+    b"solid\n" + 3 * b"vertex 1 2 3\n",
+    binary(np.where(CORNERS[FACES] == 3, np.inf, CORNERS[FACES])),
+    glb()[:-30],
+    glb(nodes=[{}]),
+    b"<mesh/>",
+    b"v 0 0 0\nv 1 0 0\nf 1 2 3\n",
+    b"v 0 0 zero\n",
 )
-def test_each_fault_of_a_mesh_has_one_message(tmp_path: Path, name: str, data: bytes, message: str) -> None:
+MESSAGES = Path(__file__).with_name("faults_of_meshes.txt").read_text(encoding="utf-8").splitlines()
+
+
+@pytest.mark.parametrize(("data", "message"), list(zip(FAULTS, MESSAGES, strict=True)), ids=MESSAGES)
+def test_each_fault_of_a_mesh_has_one_message(tmp_path: Path, data: bytes, message: str) -> None:
+    name = re.split("[ :]", message)[0]
     (tmp_path / name).write_bytes(data)
     assert refused(tmp_path, MESH.format(name)) == message
 
@@ -348,32 +294,6 @@ def test_a_thinned_box_keeps_its_corners(tmp_path: Path) -> None:
     for corner in np.ndindex(2, 2, 2):
         assert np.min(np.linalg.norm(vertices - corner, axis=1)) < 1e-3  # means of cells are 1e-2 away
     assert volume(vertices, faces) == pytest.approx(1.0, rel=1e-3)
-
-
-# -- solids ------------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("kind", "sizes", "exact"),
-    [
-        ("box", (0.3, 0.2, 0.7), 0.042),
-        ("cylinder", (0.3, 0.7), np.pi * 0.3**2 * 0.7),
-        ("sphere", (0.3,), 4.0 / 3.0 * np.pi * 0.3**3),
-        ("capsule", (0.3, 0.7), np.pi * 0.3**2 * (0.7 + 0.4)),
-        ("ellipsoid", (0.3, 0.7, 0.2), 4.0 / 3.0 * np.pi * 0.3 * 0.7 * 0.2),
-    ],
-)
-def test_surfaces_enclose_the_volume_of_the_solid(kind: str, sizes: tuple[float, ...], exact: float) -> None:
-    """A polygon of 30 corners has 0.7 % less area than its circle; half circles have five pieces."""
-    (part,) = parts_of(kind, sizes)
-    assert volume(part.vertices, part.faces) == pytest.approx(exact, rel=0.03)
-
-
-def test_a_wheel_touches_the_ground_and_is_as_wide_as_it_says() -> None:
-    vertices = np.concatenate([part.vertices for part in parts_of("wheel", (0.3, 0.2))])
-    assert np.max(np.hypot(vertices[:, 0], vertices[:, 1])) == pytest.approx(0.3)
-    assert np.ptp(vertices[:, 2]) == pytest.approx(0.2)
-    assert sum(volume(part.vertices, part.faces) for part in parts_of("wheel", (0.3, 0.2))) > 0.0
 
 
 # -- models ------------------------------------------------------------------------------------------------------------
