@@ -148,7 +148,6 @@ def test_builders_make_libraries_with_the_same_bits(version: int, builder: objec
     [
         ("x86_64-windows", b"MZ"),
         ("aarch64-linux", b"\x7fELF\x02\x01\x01"),
-        ("x86_64-linux", b"\x7fELF\x02\x01\x01"),
         ("aarch64-darwin", b"\xcf\xfa\xed\xfe"),
     ],
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
+import tomllib
 from pathlib import Path
 
 import mujoco
@@ -20,7 +21,16 @@ from tests.oracles.mjcf_oracle import Imported
 TOLERANCE = 1e-12
 
 
-def arm(*, first: str = "", second: str = 'axis="0 1 0"', body: str = "", rest: str = "", option: str = "") -> str:
+def arm(
+    *,
+    first: str = "",
+    second: str = 'axis="0 1 0"',
+    body: str = "",
+    beside: str = "",
+    free: str = '<freejoint name="free"/>',
+    rest: str = "",
+    option: str = "",
+) -> str:
     """Return two links on hinges ``a`` and ``b``, with an anchor beside the origin, and a free ball ``f``."""
     return f"""<mujoco model="arm">
   {option}
@@ -28,14 +38,14 @@ def arm(*, first: str = "", second: str = 'axis="0 1 0"', body: str = "", rest: 
     <body name="upper" pos="0 0 1" euler="10 20 30">
       <joint name="a" axis="0 1 0.2" {first}/>
       <geom type="capsule" fromto="0 0 0 0.5 0 0" size="0.05"/>
-      <body name="lower" pos="0.5 0 0" {body}>
+      {beside}<body name="lower" pos="0.5 0 0" {body}>
         <joint name="b" pos="0.01 0 0.02" {second}/>
         <geom type="box" size="0.1 0.02 0.03" pos="0.1 0 0"/>
         <body name="tip" pos="0.3 0 0" quat="1 1 0 0"><geom size="0.04" pos="0 0.01 0"/>
           <site name="s" pos="0 0.1 0" euler="10 20 30"/></body>
       </body>
     </body>
-    <body name="f" pos="1 1 1" quat="0.6 0 0.8 0"><freejoint name="free"/><geom size="0.1" pos="0.01 0.02 0"/>
+    <body name="f" pos="1 1 1" quat="0.6 0 0.8 0">{free}<geom size="0.1" pos="0.01 0.02 0"/>
       <site name="c" pos="0.2 0 0.1"/></body>
   </worldbody>
   {rest}
@@ -46,145 +56,12 @@ def actuators(text: str) -> str:
     return f"<actuator>{text}</actuator>"
 
 
-_TENDON = (
-    '<tendon><fixed name="t" stiffness="3 1" damping="2 1" springlength="-0.3 0.2"><joint joint="a" coef="2"/>'
-    '<joint joint="b" coef="-0.5"/></fixed></tendon>'
+#: Additions to the arm: forces of all kinds.
+ADDITIONS = tomllib.loads(Path(__file__).with_name("forces_of_mjcf.toml").read_text(encoding="utf-8"))
+CASES = {name: arm(**additions) for name, additions in ADDITIONS.items()}
+_PATH, _TENDON = (
+    ADDITIONS[name]["rest"].partition("<actuator>")[0].replace("\n", "") for name in ("spatial tendon", "tendon")
 )
-_PATH = (
-    '<tendon><spatial name="r" stiffness="30 4" damping="2 1" springlength="0.5 0.6"><site site="s"/>'
-    '<geom geom="o" sidesite="away"/><site site="p"/><pulley divisor="2"/><site site="p"/><site site="c"/>'
-    '<pulley divisor="3"/><site site="s"/><geom geom="o"/><site site="c"/></spatial></tendon>'
-)
-CASES = {
-    "plain": arm(),
-    "spring and damper": arm(first='damping="0.3" stiffness="2" springref="20" armature="0.1" ref="30"'),
-    "polynomials": arm(first='damping="0.3 0.2 0.1" stiffness="2 3 4" springref="20"'),
-    "slide": arm(second='type="slide" axis="1 1 0" ref="0.4" armature="0.3" damping="2" stiffness="4"'),
-    "ball": arm(second='type="ball" damping="0.7"'),
-    "ball spring": arm(second='type="ball" stiffness="3" damping="0.2"'),
-    "free spring": arm().replace('<freejoint name="free"/>', '<joint type="free" name="free" stiffness="4"/>'),
-    "several joints": arm(
-        first='/><joint name="c" pos="0 0.1 0" type="slide"/><joint name="d" axis="1 0 0" pos="0 1 0"'
-    ),
-    "armature of free and ball": arm(option='<default><joint armature="0.5"/></default>').replace(
-        '<freejoint name="free"/>', '<joint type="free" name="free"/>'
-    ),
-    "medium": arm(option='<option density="1.2" viscosity="0.3" wind="1 -2 0.5"/>', second='type="ball"'),
-    "gravcomp": arm(body='gravcomp="0.7"'),
-    "no gravity": arm(first='damping="1"', option='<option><flag gravity="disable" damper="disable"/></option>'),
-    "no springs": arm(first='stiffness="2"', option='<option gravity="1 2 3"><flag spring="disable"/></option>'),
-    "motors": arm(
-        rest=actuators('<motor joint="a" gear="3" armature="0.1" damping="0.2 0.3 0.4" ctrlrange="-0.5 0.2"/>')
-    ),
-    "servos": arm(
-        rest=actuators(
-            '<position name="p" joint="a" kp="20" kv="3" gear="2" forcerange="-4 3"/><velocity joint="b" kv="5"/>'
-            '<damper joint="b" kv="4" ctrlrange="0 1"/><general joint="a" gainprm="2" biastype="affine"'
-            ' biasprm="1 -2 -3"/>'
-        )
-    ),
-    "activations": arm(
-        rest=actuators(
-            '<intvelocity joint="a" kp="20" actrange="-0.5 0.5"/><position joint="b" kp="3" timeconst="0.1"/>'
-            '<cylinder joint="a" timeconst="0.3" area="0.1" bias="1 2 3"/>'
-        )
-    ),
-    "unclamped": arm(
-        option='<option><flag clampctrl="disable"/></option>', rest=actuators('<motor joint="a" ctrlrange="-0.1 0.1"/>')
-    ),
-    "site and free": arm(
-        rest=actuators(
-            '<motor site="s" gear="1 2 3 0.1 0.2 0.3" ctrlrange="-1 0.5"/><motor joint="free" gear="1 2 3 4 5 6"/>'
-        )
-    ),
-    "ball motor": arm(second='type="ball"', rest=actuators('<motor joint="b" gear="1 2 3 0 0 0"/>')),
-    "limited sum": arm(
-        first='actuatorfrcrange="-0.5 0.4"', rest=actuators('<motor joint="a"/><position joint="a" kp="7" kv="2"/>')
-    ),
-    "spatial tendon": arm(
-        body='><site name="p" pos="0.1 0.1 0.05"/><geom name="o" type="cylinder" size="0.06 0.1" zaxis="0.1 1 0"/'
-        '><site name="away" pos="0 0 0.3"/',
-        rest=_PATH + actuators('<motor tendon="r" gear="2"/><position tendon="r" kp="7" kv="2" forcerange="-3 3"/>'),
-    ),
-    "muscle": arm(
-        body='><site name="p" pos="0.1 0.1 0.05"/><geom name="o" type="sphere" size="0.06"/'
-        '><site name="away" pos="0 0 0.3"/',
-        rest=_PATH
-        + actuators(
-            '<muscle tendon="r" lengthrange="0.4 1.2" force="50" range="0.7 1.1" lmin="0.5" lmax="1.6" vmax="1.5"'
-            ' fpmax="1.3" fvmax="1.2" timeconst="0.01 0.04" tausmooth="5"/><muscle joint="a" lengthrange="-2 2"/>'
-        ),
-    ),
-    "servos of balls": arm(
-        second='type="ball"',
-        rest=actuators(
-            '<position joint="b" kp="3" kv="0.4" gear="1 2 0.5"/><motor jointinparent="b" gear="1 2 3"/>'
-            '<general joint="b" biastype="affine" gainprm="2" biasprm="0.1 -0.7 -0.2" gear="0 1 0"/>'
-            '<orientation joint="b" kp="3" kv="0.4" forcerange="0 1"/><orientation joint="b" input="quat" kp="2"/>'
-        ),
-    ),
-    "dampers of free joints and sites": arm(
-        rest=actuators(
-            '<velocity joint="free" kv="3" gear="1 2 3 4 5 6"/><damper site="s" kv="3" gear="1 2 3 4 5 6"'
-            ' ctrlrange="0 1"/><velocity jointinparent="free" kv="2" gear="1 -1 2 3 0.4 5"/>'
-        )
-    ),
-    "site against site": arm(
-        rest=actuators(
-            '<position site="s" refsite="c" kp="3" kv="0.4" gear="1 2 0.5 0 0 0"/><position site="s" refsite="c"'
-            ' kp="3" kv="0.4" gear="0 0 0 0.3 -0.2 1"/><general site="s" refsite="c" biastype="affine" gainprm="2"'
-            ' biasprm="0.1 -0.7 -0.2" gear="0 1 0 1 2 3"/>'
-        )
-    ),
-    "sites on one chain": arm(
-        body='><site name="p" pos="0.1 0.1 0.05" euler="10 0 30"/',
-        rest=actuators(
-            '<position site="s" refsite="u" kp="3" kv="0.4" gear="1 2 0.5 0 0 0"/><motor site="s" refsite="p"'
-            ' gear="1 2 3 1 2 3"/><position site="u" refsite="p" kp="3" kv="0.4" gear="1 2 3 0.3 -0.2 1"/>'
-        ),
-    ).replace('<body name="lower"', '<site name="u" pos="0.1 -0.1 0.2" euler="40 10 0"/><body name="lower"'),
-    "slider and crank": arm(
-        rest=actuators(
-            '<position cranksite="s" slidersite="c" cranklength="3" kp="3" kv="2" gear="2"/>'
-            '<motor cranksite="s" slidersite="c" cranklength="0.1"/>'
-        )
-    ),
-    "pid": arm(
-        second='type="ball"',
-        rest=actuators(
-            '<pid joint="a" kp="3" kv="0.4" ki="2"/><pid joint="a" input="vel" kv="2"/><pid joint="a" kp="3" kv="0.4"'
-            ' input="pos vel ff" ki="2" imax="0.3" slewmax="5" forcerange="-2 2"/>'
-            '<pid joint="b" gear="1 0 2" kp="2" kv="0.1" ki="1" slewmax="3"/>'
-        ),
-    ),
-    "dcmotor": arm(
-        rest=actuators(
-            '<dcmotor joint="a" motorconst="0.1 0.2" resistance="2"/><dcmotor joint="a" gear="3" motorconst="0.3"'
-            ' resistance="2" inductance="0.1" thermal="2 3 0 0.004 25 20" lugre="100 2 0.3 0.5 0.1"'
-            ' cogging="0.1 7 0.3" saturation="0.2 0 5"/><dcmotor joint="b" motorconst="0.3" resistance="2"'
-            ' input="pos vel ff voltage" controller="5 2 0.3 4 0.2 3" thermal="2 3 0 0.004 25 20"/>'
-            '<dcmotor joint="a" input="none" motorconst="0.1" resistance="1"/>'
-        )
-    ),
-    "ellipsoids in a medium": arm(
-        option='<default><geom fluidshape="ellipsoid" fluidcoef="0.4 0.3 1.2 0.9 1.1"/></default>'
-        '<option density="1.2" viscosity="0.3" wind="1 -2 0.5"/>',
-        second='type="ball"',
-        body='><geom type="ellipsoid" size="0.1 0.03 0.2" pos="0.1 0.2 0"/><geom type="cylinder" size="0.03 0.2"'
-        ' euler="10 20 30" fluidshape="none"/',
-    ),
-    "limited tendon": arm(
-        rest=_TENDON.replace("<fixed", '<fixed actuatorfrcrange="-1 1"')
-        + actuators('<motor tendon="t" gear="2" damping="0.3 0.1"/>')
-    ),
-    "tendon of one joint": arm(
-        rest=_TENDON.replace('<joint joint="b" coef="-0.5"/>', "").replace("<fixed", '<fixed armature="0.3"')
-        + actuators('<motor tendon="t" gear="2" damping="0.3 0.1" armature="0.2"/>')
-    ),
-    "tendon": arm(
-        rest=_TENDON + actuators('<motor tendon="t" gear="2"/><position tendon="t" kp="7" kv="2" forcerange="-3 3"/>')
-    ),
-}
 
 
 @pytest.fixture

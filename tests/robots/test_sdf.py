@@ -15,6 +15,7 @@ from eomgen.pipeline.pipeline import derive
 from eomgen.products.robots.sdf.conversion import sdf_data
 from eomgen.scene.load import load
 from tests.oracles.evaluation import tape_evaluator
+from tests.robots.tables import table
 
 FILES = Path(__file__).parents[1] / "files"
 EVERY_JOINT = FILES / "every_joint.sdf"
@@ -112,29 +113,7 @@ def test_a_gearbox_couples_the_angles_by_its_ratio(file: Path) -> None:
     np.testing.assert_allclose(run.q[:, 1], -3.0 * run.q[:, 0], atol=1e-12)
 
 
-FAULTS = [
-    ("<child>arm</child>", "<child>arms</child>", r"model\.sdf:13: child: there is no frame 'arms' in the model"),
-    ('relative_to="mount"', 'relative_to="mont"', r"sdf:9: relative_to: there is no frame 'mont' .*; try: mount"),
-    (
-        '<frame name="mount"><pose relative_to="__model__"',
-        '<frame name="mount"><pose relative_to="wrist"',
-        r"sdf:8: relative_to: the frames name one another in a circle: arm, mount, wrist, arm",
-    ),
-    ("<mass>1.5</mass>", "<mass>nan</mass>", r"sdf:10: mass: a number is needed here, not 'nan'"),
-    ("<mass>1.5</mass>", "<mass>-1.5</mass>", r"sdf:10: the mass -1.5 is negative"),
-    ('type="ball"', 'type="bal"', r"sdf:29: the joint type 'bal' is not known; try: ball"),
-    ('name="rail" type', 'nam="rail" type', r"sdf:19: the joint has no name"),
-    ("0.4 0 0 0 0.5 0", "0.4 0 0 0 0.5", r"sdf:16: pose: 6 numbers are needed here"),
-    ("<xyz>1 0 0.2</xyz>", "<xyz>0 0 0</xyz>", r"sdf:19: the axis of the joint 'rail' has no direction"),
-    ('version="1.10"', 'version="2.0"', r"sdf:2: version '2\.0' of SDF is not read"),
-    ('name="screw"', 'name="rail"', r"sdf:26: the name 'rail' is there twice"),
-    ('expressed_in="mount"', 'expressed_in="nowhere"', r"sdf:15: expressed_in: there is no frame 'nowhere'"),
-    ("</model>", "<include><uri>model://none</uri></include></model>", r"sdf:30: 'model://none' cannot be read"),
-    ('degrees="true"', 'degrees="yes"', r"sdf:5: degrees: true or false is needed here"),
-]
-
-
-@pytest.mark.parametrize(("old", "new", "message"), FAULTS, ids=range(len(FAULTS)))
+@pytest.mark.parametrize(("old", "new", "message"), table("faults_of_sdf"))
 def test_faults_have_file_line_and_remedy(old: str, new: str, message: str, file: Path) -> None:
     assert old in TEXT
     file.write_text(TEXT.replace(old, new, 1), encoding="utf-8")
@@ -142,24 +121,7 @@ def test_faults_have_file_line_and_remedy(old: str, new: str, message: str, file
         load(file)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "note"),
-    [
-        (
-            "<damping>1.5</damping>",
-            "<dampin>1.5</dampin>",
-            "not read: elements <dampin> of <dynamics> (is damping meant?)",
-        ),
-        ("<damping>1.5</damping>", "<friction>1.5</friction>", "not modelled: dry friction (1: rail)"),
-        ("</model>", '<plugin name="a" filename="b"/></model>', "not modelled: <plugin> (1: features)"),
-        ("</model>", "<enable_wind>true</enable_wind></model>", "not modelled: <enable_wind> (1: features)"),
-        (
-            "</link>",
-            '<enable_wind of="1">true</enable_wind></link>',
-            "not read: the attribute 'of' of <enable_wind> (1: ",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "note"), table("unread_parts_of_sdf"))
 def test_no_part_of_a_file_passes_unread(old: str, new: str, note: str, file: Path) -> None:
     file.write_text(TEXT.replace(old, new, 1), encoding="utf-8")
     assert any(said.startswith(note) for said in load(file).notes)

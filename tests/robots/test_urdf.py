@@ -13,6 +13,7 @@ from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.load import load
 from eomgen.scene.scene import Scene
 from tests.models.urdf import ARM, FILES, ROBOTS, load_urdf, replaced
+from tests.robots.tables import table
 
 
 def numbers(formulas: tuple[Formula, ...]) -> np.ndarray:
@@ -204,44 +205,10 @@ def test_options() -> None:
         load_urdf(ARM, root="floating")
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        (
-            "<robot name",
-            "<!DOCTYPE r [<!ENTITY a 'b'>]><robot name",
-            "arm.urdf:2: document types and entities are refused",
-        ),
-        ("</robot>", "", "this is not XML: no element found"),
-        ("</robot>", "&lol;</robot>", "arm.urdf:18: this is not XML: undefined entity"),
-        ("</robot>", "<a>" * 200 + "</a>" * 200 + "</robot>", "arm.urdf:18: elements are nested more than 100 deep"),
-        ("</robot>", "<xacro:macro/></robot>", "arm.urdf:2: the file holds xacro macros; try: xacro first"),
-        ('type="continuous"', 'type="revolut"', "the joint type 'revolut' is not known; try: revolute"),
-        ('type="continuous"', "", "the joint type '' is not known"),
-        ('type="continuous"', 'type="fixed"', "no joint can move"),
-        ('<link name="foot"/>', '<link name="foot"/><link name="hand"/>', "there are 2 root links: foot, hand"),
-        ('<parent link="foot"/>', "", "arm.urdf:12 (joints.shoulder): the joint has no <parent link=...>"),
-        (
-            '<parent link="foot"/>',
-            '<parent link="fot"/>',
-            "arm.urdf:13 (joints.shoulder): there is no link 'fot'; try: foot",
-        ),
-        (
-            '<parent link="foot"/>',
-            '<parent link="upper"/>',
-            "the joints shoulder, elbow run in a circle, away from the root foot",
-        ),
-        ('<child link="lower"/>', '<child link="upper"/>', "the link upper is already carried by the joint shoulder"),
-        ('xyz="0 2 0"', 'xyz="0 0 0"', "(joints.shoulder.axis): the axis has no direction"),
-        ('xyz="0 2 0"', 'xyz="0 2"', "arm.urdf:13 (joints.shoulder): xyz: 3 numbers are needed here, not '0 2'"),
-        ('damping="0.5"', 'damping="nan"', "damping: a number is needed here, not 'nan'"),
-        ('damping="0.5"', 'damping="1e999"', "damping: '1e999' is too large"),
-        ('damping="0.5"', 'damping="1_0"', "damping: a number is needed here, not '1_0'"),
-        ('<mass value="2"/>', "", "arm.urdf:5 (links.upper): <inertial> has no <mass>"),
-        ('<link name="foot"/>', '<link name="foot"/><link name="foot"/>', "arm.urdf:3: the link 'foot' is there twice"),
-        ('<link name="foot"/>', '<link name="foot"/><link/>', "arm.urdf:3: the link has no name"),
-    ],
-)
+DEEP = ("</robot>", "<a>" * 200 + "</a>" * 200 + "</robot>", "arm.urdf:18: elements are nested more than 100 deep")
+
+
+@pytest.mark.parametrize(("old", "new", "message"), [*table("faults_of_urdf"), DEEP])
 def test_refusals(old: str, new: str, message: str) -> None:
     found = refusals(replaced(old, new))
     assert any(message in problem for problem in found), found

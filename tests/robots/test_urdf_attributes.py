@@ -14,6 +14,7 @@ from eomgen.scene.load import load
 from eomgen.scene.rotations import about_axis
 from eomgen.scene.scene import Scene
 from tests.models.urdf import ROBOTS, load_urdf
+from tests.robots.tables import table
 
 #: All that URDF 1.2 has: every element with every attribute, on joints of all types.
 FULL = Path(__file__).with_name("full.urdf").read_text(encoding="utf-8")
@@ -134,49 +135,7 @@ def test_elements_that_are_not_known_are_noted_also_on_joints_that_do_not_move()
     assert "not read: elements <lump> of <inertial> (1: foot)" in scene.notes
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        (
-            '<mass value="2"/>',
-            '<mass value="2" unit="lb"/>',
-            (
-                "full.urdf:6: <mass> has the attribute unit, and URDF has SI units and radians only; "
-                "try: the value in SI units, without unit"
-            ),
-        ),
-        (
-            'xyz="1 2 3"',
-            'xyz="1 2 3" units="mm"',
-            "<origin> has the attribute units, and URDF has SI units and radians only",
-        ),
-        (
-            'version="1.2"',
-            'version="2.0"',
-            "full.urdf:2: version '2.0' of URDF is not known; try: a file of version 1.0 to 1.2",
-        ),
-        ('version="1.2"', 'version="one"', "version: 'one' is not a version of URDF; try: version=\"1.0\""),
-        (
-            'rpy="0.3 0.2 0.1"',
-            'rpy="0.3 0.2 0.1" quat_xyzw="0 0 0 1"',
-            (
-                "full.urdf:16 (joints.a): the origin has rpy and quat_xyzw, and only one of them can say how it is"
-                " turned; try: one of them"
-            ),
-        ),
-        (
-            '"0.5 0.5 -0.5 0.5"',
-            '"0.5 0.5 -0.5 0.6"',
-            (
-                "(joints.b): quat_xyzw: '0.5 0.5 -0.5 0.6' has the length 1.05357, and a rotation has 1; "
-                "try: x, y, z and w of a unit quaternion"
-            ),
-        ),
-        ('"0.5 0.5 -0.5 0.5"', '"0.5 0.5 0.5"', "(joints.b): quat_xyzw: 4 numbers are needed here, not '0.5 0.5 0.5'"),
-        ('<mass value="2"/>', "<mass>2</mass>", '(links.A): <mass> has no value; try: <mass value="...">'),
-        ('izz="0.25" ', "", '(links.foot): <inertia> has no izz; try: <inertia izz="...">'),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "message"), table("faults_of_full_urdf"))
 def test_refusals(old: str, new: str, message: str) -> None:
     assert old in FULL
     refusal = outcome(FULL.replace(old, new, 1))

@@ -24,6 +24,7 @@ from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.formulas import value_of
 from tests.oracles.pinocchio_oracle import robot_file
 from tests.oracles.states import random_states
+from tests.robots.tables import table
 
 LINK = """<link name="{}"><inertial><mass value="1.5"/><origin xyz="0.1 -0.2 0.3" rpy="0.1 0.2 0.3"/>
   <inertia ixx="0.1" iyy="0.2" izz="0.25" ixy="0.01" ixz="0.02" iyz="-0.01"/></inertial></link>"""
@@ -391,25 +392,6 @@ def data_of_text(text: str) -> dict[str, Any]:
     return dict(URDF.read(text).data)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        ('type="revolute">', 'type="revolut">', "the type 'revolut' of a loop joint is not known; try: revolute"),
-        ('link1 link="coupler"', 'link1 link="cupler"', "there is no link 'cupler'; try: coupler"),
-        ('<link2 link="tip" xyz="0 0 0" rpy="0 0 -1.57079632679"/>', "", "the loop joint has no <link2 link=...>"),
-        (
-            '<axis xyz="0 1 0"/>\n  </loop_joint>',
-            '<axis xyz="0 0 0"/>\n  </loop_joint>',
-            "the axis of the loop joint has no direction",
-        ),
-    ],
-)
-def test_a_broken_loop_joint_is_named(old: str, new: str, said: str) -> None:
-    assert old in FOUR_BAR
-    with pytest.raises(DescriptionError, match=re.escape(said)):
-        load_urdf(FOUR_BAR.replace(old, new))
-
-
 #: The same pin as the proposed element: each end has its own axis.
 PROPOSED = (
     FOUR_BAR[: FOUR_BAR.index("  <loop_joint")]
@@ -487,22 +469,16 @@ def about(axis: tuple[float, ...], angle: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("whole", "old", "new", "said"),
     [
-        ('type="revolute">', 'type="revolut">', "the type 'revolut' of a constraint is not known; try: revolute"),
-        (
-            '<parent link="coupler"/><parent_origin',
-            '<parent link="cupler"/><parent_origin',
-            "there is no link 'cupler'",
-        ),
-        ('<child link="tip"/><child_origin', "<child_origin", "the constraint has no <child link=...>"),
-        ('<child_axis xyz="1 0 0"/>', '<child_axis xyz="0 0 0"/>', "the child_axis of the constraint has no direction"),
+        *((FOUR_BAR, *case) for case in table("faults_of_loops")),
+        *((PROPOSED, *case) for case in table("faults_of_constraints")),
     ],
 )
-def test_a_broken_constraint_is_named(old: str, new: str, said: str) -> None:
-    assert old in PROPOSED
+def test_a_broken_loop_joint_or_constraint_is_named(whole: str, old: str, new: str, said: str) -> None:
+    assert old in whole
     with pytest.raises(DescriptionError, match=re.escape(said)):
-        load_urdf(PROPOSED.replace(old, new))
+        load_urdf(whole.replace(old, new))
 
 
 @pytest.mark.parametrize("written, kind", JOINT_TYPES.items())
