@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 import warnings
 from pathlib import Path
 
@@ -11,11 +12,11 @@ import eomgen
 from eomgen.scene.load import load
 
 
-def arm(*, joint: str = "", geom: str = "", inside: str = "", rest: str = "") -> str:
+def arm(*, body: str = "", joint: str = "", geom: str = "", inside: str = "", rest: str = "") -> str:
     """Return one body on a hinge; the geom is in line 5, ``inside`` in line 6, ``rest`` from line 8 on."""
     return f"""<mujoco>
   <worldbody>
-    <body name="a">
+    <body name="a" {body}>
       <joint name="j" axis="0 1 0" {joint}/>
       <geom size="0.1" {geom}/>
       {inside}</body>
@@ -24,113 +25,25 @@ def arm(*, joint: str = "", geom: str = "", inside: str = "", rest: str = "") ->
 </mujoco>"""
 
 
-_NO_NUMBER = "a finite number is needed here, not "
-_OUT = "is too large or too small to calculate with; try: masses, inertias and lengths between 1e-100 and 1e100"
-_PATH = "try: a path from the folder of the file, or assetdir, meshdir and texturedir of <compiler>"
-_ONCE = "try: one <include> of each file, and none of a file that includes it"
-#: Text of a.xml and the message about it; b.xml is included by some.
-FAULTS = {
-    "no moving body": (
-        "<mujoco><worldbody/></mujoco>",
-        "a.xml (joints): no joint can move; try: a revolute, prismatic",
-    ),
-    "a part": (
-        "<mujocoinclude/>",
-        "a.xml:1: the outermost element is 'mujocoinclude', not 'mujoco'; try: the file that",
-    ),
-    "not closed": ("<mujoco>\n<worldbody>", "a.xml:2: this is not XML: no element found (column 12)"),
-    "infinite stiffness": (arm(joint='stiffness="inf"'), f"a.xml:4 (joints.j.stiffness[0]): {_NO_NUMBER}inf"),
-    "gravity": (arm(rest='<option gravity="nan 0 0"/>'), f"a.xml:8 (gravity[0]): {_NO_NUMBER}nan"),
-    "mass": (arm(geom='mass="1e308"'), f"a.xml:5: the number '1e308' {_OUT}"),
-    "gravcomp": (
-        arm().replace('"a"', '"a" gravcomp="1e308"'),
-        f"a.xml:3 (forces.gravity_compensation_a.force[0]): {_NO_NUMBER}nan",
-    ),
-    "gear": (arm(rest='<actuator><motor joint="j" gear="1e300"/></actuator>'), f"a.xml:8: the number '1e300' {_OUT}"),
-    "negative mass": (
-        arm(geom='mass="-1"'),
-        "a.xml:5: MuJoCo refuses the file: mass, inertia or density are negative in geom",
-    ),
-    "no mass": (
-        arm(geom='mass="0"'),
-        "a.xml:3: MuJoCo refuses the file: mass and inertia of moving bodies must be larger than mjMINVAL ('a'); try: "
-        "a geom with mass in the body, or <inertial>",
-    ),
-    "attribute": (
-        arm(geom='mas="1"'),
-        "a.xml:5: MuJoCo refuses the file: unrecognized attribute: 'mas'; try: pip install -U mujoco",
-    ),
-    "repeated name": (
-        arm(inside='<body name="a"/>'),
-        "a.xml:6: MuJoCo refuses the file: repeated name 'a' in body; try: another name for one of them",
-    ),
-    "unknown name": (
-        arm(rest='<actuator><motor joint="k"/></actuator>'),
-        "a.xml:8: MuJoCo refuses the file: unknown transmission target 'k' for actuator id = 0",
-    ),
-    "unknown sensor": (
-        arm(rest='<sensor><jointpos joint="k"/></sensor>'),
-        "a.xml:8: MuJoCo refuses the file: unrecognized name 'k' of sensorized object; try: one of a, j",
-    ),
-    "missing mesh": (
-        arm(rest='<asset><mesh name="m" file="no.stl"/></asset>', inside='<geom type="mesh" mesh="m"/>'),
-        f"a.xml:8: MuJoCo refuses the file: Error opening file 'no.stl'; {_PATH}",
-    ),
-    "missing include": (
-        '<mujoco>\n<include file="no.xml"/></mujoco>',
-        f"a.xml:2: MuJoCo refuses the file: Error opening file 'no.xml'; {_PATH}",
-    ),
-    "include of itself": (
-        '<mujoco>\n<include file="a.xml"/><include file="a.xml"/></mujoco>',
-        f"a.xml:2: MuJoCo refuses the file: File 'a.xml' already included; {_ONCE}",
-    ),
-    "circle of includes": (
-        '<mujoco>\n\n<include file="b.xml"/></mujoco>',
-        f"b.xml:2: MuJoCo refuses the file: File 'a.xml' already included; {_ONCE}",
-        '<mujoco>\n<include file="a.xml"/></mujoco>',
-    ),
-    "included text": (
-        '<mujoco>\n<include file="b.xml"/></mujoco>',
-        "b.xml:3: this is not XML: mismatched tag (column 9); try: an end for each element",
-        "<mujoco>\n<worldbody>\n<body></worldbody></mujoco>",
-    ),
-    "included attribute": (
-        '<mujoco>\n<include file="b.xml"/></mujoco>',
-        "b.xml:5: MuJoCo refuses the file: unrecognized attribute: 'mas'; try: pip install -U mujoco",
-        arm(geom='mas="1"'),
-    ),
-    "included geom without a name": (
-        '<mujoco>\n<include file="b.xml"/></mujoco>',
-        "a.xml: MuJoCo refuses the file: mass, inertia or density are negative in geom (in an included file)",
-        arm(geom='mass="-1"'),
-    ),
-    "keyframe": (
-        arm(rest='<keyframe><key name="k" qpos="1 2"/></keyframe>'),
-        "a.xml:8: MuJoCo refuses the file: keyframe 'k': invalid qpos size, expected 1, got 2",
-    ),
-    "range of a muscle": (
-        arm(rest='<actuator><muscle joint="j"/></actuator>'),
-        "a.xml:8: MuJoCo refuses the file: Lengthrange computation did not converge in actuator 0: eval",
-    ),
-    "equality of spatial tendons": (
-        arm(
-            inside='<site name="s" pos="1 0 0"/>',
-            rest='<worldbody><site name="w"/></worldbody><tendon><spatial name="r"><site site="s"/><site site="w"/>'
-            '</spatial></tendon>\n<equality><tendon tendon1="r"/></equality>',
-        ),
-        "a.xml:9 (constraints.tendon_1): an equality of a spatial tendon is not supported; try: connect, weld or joint",
-    ),
-    "depth": ("<mujoco>" + "<body>" * 600, "a.xml:1: elements are nested more than 500 deep"),
+FAULTS = tomllib.loads(Path(__file__).with_name("faults_of_mjcf.toml").read_text(encoding="utf-8"))
+FAULTS["depth"] = {
+    "text": "<mujoco>" + "<body>" * 600,
+    "message": "a.xml:1: elements are nested more than 500 deep",
 }
+
+
+def written(file: str, content: dict[str, str]) -> None:
+    Path(file).write_text(content.get("text") or arm(**content), encoding="utf-8")
 
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_has_one_message(fault: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    text, message, *included = FAULTS[fault]
-    Path("a.xml").write_text(text, encoding="utf-8")
-    for part in included:
-        Path("b.xml").write_text(part, encoding="utf-8")
+    content = dict(FAULTS[fault])
+    message = content.pop("message")
+    if included := content.pop("included", None):
+        written("b.xml", included)
+    written("a.xml", content)
     with warnings.catch_warnings(record=True) as caught, pytest.raises(eomgen.DescriptionError) as error:
         warnings.simplefilter("always")
         load("a.xml")

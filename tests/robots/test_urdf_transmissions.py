@@ -18,6 +18,7 @@ from tests.models.urdf import load_urdf
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.pinocchio_oracle import robot_file
 from tests.oracles.states import random_states
+from tests.robots.tables import table
 
 LINK = """<link name="{}"><inertial><origin xyz="0.1 0.02 -0.2"/><mass value="2"/>
   <inertia ixx="0.1" iyy="0.2" izz="0.25" ixy="0.01" ixz="0.02" iyz="-0.01"/></inertial></link>"""
@@ -137,28 +138,7 @@ def test_joints_that_are_held_or_follow_are_not_driven() -> None:
     assert what in scene.notes
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        (
-            ">-30<",
-            ">0<",
-            (
-                "arm.urdf:11 (transmissions.wrist): the mechanical reduction '0' is not a number other than 0; "
-                "try: efforts of the joint over efforts of the actuator, e.g. 50"
-            ),
-        ),
-        (">-30<", ">a<", "the mechanical reduction 'a' is not a number other than 0"),
-        (
-            '<joint name="b">',
-            '<joint name="c"/><joint name="b">',
-            (
-                "(transmissions.wrist): a DifferentialTransmission has 2 <joint name=...>s, and there are 3; "
-                "try: 2 <joint name=...>s"
-            ),
-        ),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "message"), table("faults_of_transmissions"))
 def test_refusals(old: str, new: str, message: str) -> None:
     text = DIFFERENTIAL.replace(old, new, 1)
     with pytest.raises(DescriptionError, match=re.escape(message)):
@@ -203,20 +183,8 @@ def test_transmissions_to_joints_that_are_not_there_are_told_by_their_line() -> 
 
 def test_transmissions_have_the_line_of_their_element(tmp_path: Path) -> None:
     file = tmp_path / "arm.urdf"
-    file.write_text(ARM_WITH_ABSENT_JOINT, encoding="utf-8")
-    line = 1 + ARM_WITH_ABSENT_JOINT[: ARM_WITH_ABSENT_JOINT.index("<transmission")].count("\n")
+    text = ARM.format("\n" + SIMPLE.format(joint="elbw", actuator="motor", reduction="2"))
+    file.write_text(text, encoding="utf-8")
+    line = 1 + text[: text.index("<transmission")].count("\n")
     with pytest.raises(DescriptionError, match=rf":{line}\b.* transmissions to joints that are not there"):
         load(file, actuated=True, transmissions=True, strict=True)
-
-
-ARM_WITH_ABSENT_JOINT = """<robot name="arm">
-  <link name="base"/>
-  <link name="arm"><inertial><mass value="1"/>
-    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
-  <joint name="elbow" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/></joint>
-  <transmission name="drive">
-    <type>transmission_interface/SimpleTransmission</type>
-    <joint name="elbw"/><actuator name="motor"><mechanicalReduction>2</mechanicalReduction></actuator>
-  </transmission>
-</robot>
-"""

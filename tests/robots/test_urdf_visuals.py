@@ -16,6 +16,7 @@ from eomgen.pipeline.scenes import SCENES
 from eomgen.products.pictures.scenery import scenery
 from tests.models.urdf import load_urdf
 from tests.pictures.test_shapes import CORNERS, FACES, binary, volume
+from tests.robots.tables import table
 
 ROBOT = """<robot name="arm">
   <material name="dark"><color rgba="0.2 0.4 0.6 0.5"/></material>
@@ -138,49 +139,11 @@ def test_a_saved_scene_holds_the_meshes_of_its_files(tmp_path: Path) -> None:
     )
 
 
-UNREAD = "meshes of the kind '.ply' are not read"
-FELT = "<collision><geometry><sphere radius='0.1'/></geometry></collision>"
-
-
-@pytest.mark.parametrize(
-    ("visual", "note"),
-    [
-        (MESH.format("a.ply", ""), f"visuals that pictures leave out (1: hand): {UNREAD}"),
-        (
-            MESH.format("a.ply", "") + FELT,
-            f"pictures show collision geometry in place of visuals (1: hand): {UNREAD}",
-        ),
-        (MESH.format("", ""), "visuals that pictures leave out (1: hand): a mesh names no file"),
-        (
-            MESH.format("a.stl", "scale='0 1 1'"),
-            "visuals that pictures leave out (1: hand): the scale of a mesh is 0",
-        ),
-        (
-            MESH.format("a.stl", "scale='1'"),
-            "visuals that pictures leave out (1: hand): scale: 3 numbers are needed here, not '1'",
-        ),
-        (
-            "<visual><geometry><sphere radius='-1'/></geometry></visual>",
-            "visuals that pictures leave out (1: hand): radius of a sphere is not above 0",
-        ),
-        (
-            "<visual/>",
-            "visuals that pictures leave out (1: hand): no geometry is one of box, cylinder, sphere, capsule, mesh",
-        ),
-        (
-            BOX.format("0 0", "0 0 0", ""),
-            "visuals that pictures leave out (1: hand): xyz: 3 numbers are needed here, not '0 0'",
-        ),
-        (
-            BOX.format("0 0 0", "0 0 0", "<material name='glass'><color rgba='1 1 1 0'/></material>"),
-            "visuals that pictures leave out (1: hand): the colour is transparent",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("visual", "note"), table("faults_of_visuals"))
 def test_faults_of_visuals_are_notes_also_if_strict(visual: str, note: str) -> None:
     scene = load_urdf(robot(hand=visual), strict=True)
     assert [text for text in scene.notes if "pictures" in text] == [note]
-    assert [shape.kind for shape in scene.shapes] == (["sphere"] if FELT in visual else [])
+    assert [shape.kind for shape in scene.shapes] == (["sphere"] if "<collision>" in visual else [])
 
 
 def test_colours_of_255_are_noted() -> None:
