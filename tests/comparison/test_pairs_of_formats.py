@@ -3,9 +3,9 @@ has is named first, whichever formats are compared."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
+from string import Template
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -57,74 +57,6 @@ PLANTED: tuple[tuple[dict[str, Any], tuple[str, str], tuple[str, str]], ...] = (
 )  # fmt: skip  # a table
 
 
-def listed(values: Any) -> str:
-    return " ".join(f"{item:.17g}" for item in values)
-
-
-def urdf(v: Values) -> str:
-    xy, xz, yz = v.products
-    a, b, c = v.inertia
-    return f"""<robot name="arm"><link name="base_link"/>
-<link name="upper"><inertial><origin xyz="{listed(v.center)}"/><mass value="3"/>
-  <inertia ixx="0.08" ixy="{xy}" ixz="{xz}" iyy="0.07" iyz="{yz}" izz="0.03"/></inertial></link>
-<link name="lower"><inertial><origin xyz="0 0.01 0.2" rpy="{listed(v.turned)}"/><mass value="{v.mass}"/>
-  <inertia ixx="{a}" ixy="0" ixz="0" iyy="{b}" iyz="0" izz="{c}"/></inertial></link>
-<link name="slide"><inertial><origin xyz="0 0 0.05"/><mass value="0.5"/>
-  <inertia ixx="0.001" ixy="0" ixz="0" iyy="0.002" iyz="0" izz="0.0012"/></inertial></link>
-<joint name="shoulder" type="revolute"><parent link="base_link"/><child link="upper"/>
-  <origin xyz="0 0 0.3" rpy="{listed(v.angles)}"/><axis xyz="{listed(v.axis)}"/>
-  <limit lower="{v.lower}" upper="1.5" effort="50" velocity="3"/><dynamics friction="{v.coulomb}"/></joint>
-<joint name="elbow" type="continuous"><parent link="upper"/><child link="lower"/>
-  <origin xyz="{listed(v.place)}" rpy="0.2 -0.4 0.3"/><axis xyz="{listed(v.elbow)}"/>
-  <dynamics damping="{v.damping}"/></joint>
-<joint name="wrist" type="prismatic"><parent link="lower"/><child link="slide"/>
-  <origin xyz="0 0.02 0.4" rpy="0 0.1 0"/><axis xyz="0 0 1"/>
-  <limit lower="-0.1" upper="0.2" effort="80" velocity="1"/><dynamics damping="4"/></joint>
-</robot>"""
-
-
-def mjcf(v: Values) -> str:
-    return f"""<mujoco model="arm"><compiler angle="radian" eulerseq="XYZ"/><worldbody>
-<body name="upper" pos="0 0 0.3" euler="{listed(v.angles)}">
-  <inertial pos="{listed(v.center)}" mass="3" fullinertia="0.08 0.07 0.03 {listed(v.products)}"/>
-  <joint name="shoulder" axis="{listed(v.axis)}" range="{v.lower} 1.5" frictionloss="{v.coulomb}"/>
-  <body name="lower" pos="{listed(v.place)}" euler="0.2 -0.4 0.3">
-    <inertial pos="0 0.01 0.2" euler="{listed(v.turned)}" mass="{v.mass}" diaginertia="{listed(v.inertia)}"/>
-    <joint name="elbow" axis="{listed(v.elbow)}" damping="{v.damping}"/>
-    <body name="slide" pos="0 0.02 0.4" euler="0 0.1 0">
-      <inertial pos="0 0 0.05" mass="0.5" diaginertia="0.001 0.002 0.0012"/>
-      <joint name="wrist" type="slide" axis="0 0 1" range="-0.1 0.2" damping="4"/>
-    </body></body></body></worldbody></mujoco>"""
-
-
-def sdf(v: Values) -> str:
-    def inertial(pose: str, mass: float, moments: Any, products: Any = (0.0, 0.0, 0.0)) -> str:
-        names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-        entries = "".join(f"<{key}>{x:.17g}</{key}>" for key, x in zip(names, (*moments, *products), strict=True))
-        return f"<inertial><pose>{pose}</pose><mass>{mass}</mass><inertia>{entries}</inertia></inertial>"
-
-    def limit(low: float, high: float, effort: float) -> str:
-        return f"<limit><lower>{low}</lower><upper>{high}</upper><effort>{effort}</effort></limit>"
-
-    return f"""<sdf version="1.9"><world name="w"><gravity>0 0 -9.81</gravity><model name="arm">
-<link name="upper"><pose relative_to="shoulder"/>
-  {inertial(f"{listed(v.center)} 0 0 0", 3.0, (0.08, 0.07, 0.03), v.products)}</link>
-<link name="lower"><pose relative_to="elbow"/>
-  {inertial(f"0 0.01 0.2 {listed(v.turned)}", v.mass, v.inertia)}</link>
-<link name="slide"><pose relative_to="wrist"/>
-  {inertial("0 0 0.05 0 0 0", 0.5, (0.001, 0.002, 0.0012))}</link>
-<joint name="shoulder" type="revolute"><pose relative_to="__model__">0 0 0.3 {listed(v.angles)}</pose>
-  <parent>world</parent><child>upper</child><axis><xyz>{listed(v.axis)}</xyz>{limit(v.lower, 1.5, 50.0)}
-  <dynamics><friction>{v.coulomb}</friction></dynamics></axis></joint>
-<joint name="elbow" type="continuous"><pose relative_to="upper">{listed(v.place)} 0.2 -0.4 0.3</pose>
-  <parent>upper</parent><child>lower</child><axis><xyz>{listed(v.elbow)}</xyz>
-  <dynamics><damping>{v.damping}</damping></dynamics></axis></joint>
-<joint name="wrist" type="prismatic"><pose relative_to="lower">0 0.02 0.4 0 0.1 0</pose>
-  <parent>lower</parent><child>slide</child><axis><xyz>0 0 1</xyz>{limit(-0.1, 0.2, 80.0)}
-  <dynamics><damping>4</damping></dynamics></axis></joint>
-</model></world></sdf>"""
-
-
 def turn(angles: Any) -> Any:
     """Return the axes (3, 3) of roll, pitch and yaw."""
     return Rotation.from_euler("xyz", angles).as_matrix()
@@ -136,53 +68,15 @@ def entries_of_lower(v: Values) -> list[float]:
     return [float(tensor[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
 
 
-def scene(v: Values) -> str:
-    rows = "[" + ", ".join(f"[{', '.join(f'{x:.17g}' for x in row)}]" for row in turn(v.angles)) + "]"
-
-    def vector(values: Any) -> str:
-        return f"[{', '.join(f'{x:.17g}' for x in values)}]"
-
-    return f"""format = 1
-name = "arm"
-[bodies.upper]
-mass = 3
-center_of_mass = {vector(v.center)}
-inertia = {vector((0.08, 0.07, 0.03, *v.products))}
-[bodies.lower]
-mass = {v.mass}
-center_of_mass = [0, 0.01, 0.2]
-inertia = {vector(entries_of_lower(v))}
-[bodies.slide]
-mass = 0.5
-center_of_mass = [0, 0, 0.05]
-inertia = [0.001, 0.002, 0.0012]
-[joints.shoulder]
-type = "revolute"
-parent = "base"
-child = "upper"
-position = [0, 0, 0.3]
-orientation = {rows}
-axis = {vector(v.axis)}
-limits = {{ lower = {v.lower}, upper = 1.5, stiffness = 5000, damping = 50 }}
-{f"friction = {{ coulomb = {v.coulomb}, velocity = 0.01 }}" if v.coulomb else ""}
-[joints.elbow]
-type = "revolute"
-parent = "upper"
-child = "lower"
-position = {vector(v.place)}
-orientation = {[[float(f"{x:.17g}") for x in row] for row in turn((0.2, -0.4, 0.3))]}
-axis = {vector(v.elbow)}
-damping = {v.damping}
-[joints.wrist]
-type = "prismatic"
-parent = "lower"
-child = "slide"
-position = [0, 0.02, 0.4]
-orientation = {[[float(f"{x:.17g}") for x in row] for row in turn((0.0, 0.1, 0.0))]}
-axis = [0, 0, 1]
-damping = 4
-limits = {{ lower = -0.1, upper = 0.2, stiffness = 80000, damping = 800 }}
-"""
+def text_of(ending: str, v: Values) -> str:
+    """Return the file of the arm, by the words of its numbers, of all and of each row or component."""
+    rows = {"rows": turn(v.angles), "entries": entries_of_lower(v)}
+    separator, words = ", " if ending == ".toml" else " ", {}
+    for name, values in (v._asdict() | rows).items():
+        each = [separator.join(f"{x:.17g}" for x in np.ravel(row)) for row in np.atleast_1d(values)]
+        words |= {name: separator.join(each)} | {f"{name}_{k}": word for k, word in enumerate(each, 1)}
+    text = Template(Path(__file__).with_name(f"arm_with_words{ending}").read_text(encoding="utf-8")).substitute(words)
+    return text.replace("friction = { coulomb = 0, velocity = 0.01 }\n", "")  # no scene has dry friction of zero
 
 
 def along(frame: Any, components: Any) -> Any:
@@ -229,7 +123,7 @@ def of_sympy(v: Values) -> Any:
     return eomgen.from_sympy(system, name="arm")
 
 
-FORMATS: Mapping[str, Any] = {".toml": scene, ".urdf": urdf, ".xml": mjcf, ".sdf": sdf}
+FORMATS = (".toml", ".urdf", ".xml", ".sdf")
 
 
 def described(folder: Path, ending: str, name: str, values: Values) -> Any:
@@ -237,7 +131,7 @@ def described(folder: Path, ending: str, name: str, values: Values) -> Any:
     if ending == "sympy":
         return of_sympy(values)
     path = folder / f"{name}{ending}"
-    path.write_text(FORMATS[ending](values), encoding="utf-8")
+    path.write_text(text_of(ending, values), encoding="utf-8")
     return path
 
 
