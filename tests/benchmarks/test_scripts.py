@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -43,6 +45,13 @@ from eomgen.integrators.families.register import method_named
 from tests.models.shear_frame import RESPONSE, SCALE
 
 
+def quick(script: ModuleType, folder: Path, *options: str) -> dict[str, Any]:
+    """Run a script with its small cases and return what it writes."""
+    assert script.main(["--quick", *options, "--json", str(folder / "out.json")]) == 0
+    written: dict[str, Any] = json.loads((folder / "out.json").read_text(encoding="utf-8"))
+    return written
+
+
 @pytest.mark.long
 def test_robot_dynamics_finds_its_own_numbers_right(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     status = robot_dynamics.main(
@@ -66,9 +75,8 @@ def test_the_regressor_is_pinocchios(tmp_path: Path, capsys: pytest.CaptureFixtu
 
 @pytest.mark.slow
 def test_lanes_have_the_bits_of_scalar_code(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    assert lanes.main(["--quick", "--json", str(tmp_path / "lanes.json")]) == 0
+    (row,) = quick(lanes, tmp_path)["rows"]
     assert capsys.readouterr().out == "panda inverse_dynamics: the same bits\n"
-    (row,) = json.loads((tmp_path / "lanes.json").read_text())["rows"]
     assert row["same_bits"] and row["operations"] > 500
 
 
@@ -191,8 +199,7 @@ def test_all_contestants_spin_the_beam_up(capsys: pytest.CaptureFixture[str]) ->
 
 @pytest.mark.long
 def test_steps_in_passes_are_compared(tmp_path: Path) -> None:
-    assert steps_in_passes.main(["--quick", "--json", str(tmp_path / "out.json")]) == 0
-    found = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
+    found = quick(steps_in_passes, tmp_path)
     assert max(item["error"] for item in found.values()) <= 1e-5
     assert found["stiff frame, 1e-05, rk4"]["steps"] > 100 * found["stiff frame, 1e-05, tdg3"]["steps"]
 
@@ -278,9 +285,8 @@ def test_the_top_is_held_against_its_reference() -> None:
 
 @pytest.mark.long
 def test_steps_of_one_factorization_are_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert real_time_steps.main(["--quick", "--json", str(tmp_path / "out.json")]) == 0
+    told = quick(real_time_steps, tmp_path)
     assert "| rosenbrock " in capsys.readouterr().out
-    told = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
     found, loop = told["errors"], told["four_bar"]["errors"]
     assert found["rosenbrock"][2] == pytest.approx(found["trapezoidal"][2], rel=0.05)
     assert found["rk4"][2] < 1e-5
@@ -322,18 +328,15 @@ def test_late_steps_are_told_from_a_late_machine() -> None:
 
 @pytest.mark.long
 def test_springs_between_masses_are_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert relative_springs.main(["--quick", "--json", str(tmp_path / "out.json")]) == 0
+    rows = quick(relative_springs, tmp_path)["rows"]
     assert "| 1e+30      | 7e+13   | 6.7e-01   |" in capsys.readouterr().out
-    rows = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["rows"]
     assert [row["kappa"] for row in rows] == [1.0, 1e12, 1e30]
     assert max(row["step"] for row in rows) < 1e-15 and max(row["tdg3"] for row in rows) < 1e-13
 
 
 @pytest.mark.long
 def test_exact_beams_of_more_elements_are_built(tmp_path: Path) -> None:
-    how = ["--model", "kirchhoff", "--method", "rattlie"]
-    assert beam_kernels.main(["--quick", *how, "--json", str(tmp_path / "out.json")]) == 0
-    written = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
+    written = quick(beam_kernels, tmp_path, "--model", "kirchhoff", "--method", "rattlie")
     beams = written["beams"]
     assert (written["model"], written["method"]) == ("kirchhoff", "rattlie")
     assert [beam["elements"] for beam in beams] == [3, 6]
@@ -343,16 +346,14 @@ def test_exact_beams_of_more_elements_are_built(tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_beams_are_simulated_from_a_file_twice(tmp_path: Path) -> None:
-    assert beam_simulations.main(["--quick", "--json", str(tmp_path / "out.json")]) == 0
-    (beam,) = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["beams"]
+    (beam,) = quick(beam_simulations, tmp_path)["beams"]
     first, second = (beam["runs"][0][case] for case in beam_simulations.CASES)
     assert beam["elements"] == 3 and 0.0 < second["CPU, s"] < first["CPU, s"]
 
 
 @pytest.mark.long
 def test_statics_of_examples_are_timed(tmp_path: Path) -> None:
-    assert statics.main(["--quick", "--json", str(tmp_path / "out.json")]) == 0
-    jobs = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["jobs"]
+    jobs = quick(statics, tmp_path)["jobs"]
     assert [job["job"] for job in jobs] == ["equilibrium", "linearize", "path t"]
     assert all(job["calls"] > 5 and 0.0 < job["Python, %"] < 100.0 for job in jobs)
 
@@ -367,8 +368,7 @@ def test_large_files_are_read_and_a_blade_is_linear(capsys: pytest.CaptureFixtur
 
 @pytest.mark.long
 def test_large_scenes_are_built(tmp_path: Path) -> None:
-    assert large_scenes.main(["--quick", "--json", str(tmp_path / "out.json")]) == 0
-    (chain,) = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["scenes"]
+    (chain,) = quick(large_scenes, tmp_path)["scenes"]
     assert chain["bodies"] == 6 and chain["statements"] > 100 and chain["us per step and body"] > 0.0
     net = large_scenes.scene_of("net", 30)
     assert len(net.bodies) == 30 and len(net.elements) == 2 * 10 + 3 * 9 + 2 * 3
@@ -376,7 +376,6 @@ def test_large_scenes_are_built(tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_bars_of_more_elements_are_built(tmp_path: Path) -> None:
-    assert equal_elements.main(["--quick", "--json", str(tmp_path / "out.json")]) == 0
-    bars = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["bars"]
+    bars = quick(equal_elements, tmp_path)["bars"]
     assert [bar["elements"] for bar in bars] == [3, 6]
     assert all(bar["runs"][0]["statements"] > 100 for bar in bars)

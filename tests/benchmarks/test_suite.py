@@ -219,12 +219,8 @@ def test_page_and_readme_are_those_of_the_stored_numbers(capsys: pytest.CaptureF
     assert page.main(["--check"]) == 0, capsys.readouterr().out
 
 
-#: Of rows that differ by robot, problem or size only, one; those that take a quarter of a minute even in small
-#: are left to `make bench`.
-SMALL = (
-    *("ten_hinges_rk4", "inverse_dynamics_panda", "inverse_dynamics_panda_many", "two_threads", "duffing_1e-9"),
-    *("fast_top_1e-5", "chain_call", "four_bar_lanes", "active_vehicle_step"),
-)
+#: One row of a step, a call, an accuracy and lanes each; the others are left to `make bench`.
+SMALL = ("ten_hinges_rk4", "inverse_dynamics_panda", "duffing_1e-9", "four_bar_lanes")
 
 
 @pytest.mark.slow

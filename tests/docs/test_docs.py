@@ -168,14 +168,6 @@ def test_python_runs(
     assert capsys.readouterr().out
 
 
-def test_python_page_prints_what_it_promises(tmp_path: Path) -> None:
-    (tmp_path / "robot.urdf").write_text(blocks("xml", {"python": whole("python")})[0].text, encoding="utf-8")
-    notes = eomgen.load(tmp_path / "robot.urdf").notes
-    assert any("limits of position" in note for note in notes) and any("ground" in note for note in notes)
-    with pytest.raises(eomgen.DescriptionError, match="limits of position, velocity and effort"):
-        eomgen.load(tmp_path / "robot.urdf", strict=True)
-
-
 # -- nothing is forgotten ----------------------------------------------------------------------------------------------
 
 
@@ -317,14 +309,6 @@ def test_every_public_name_is_on_the_python_page() -> None:
     assert [name for name in eomgen.__all__ if not name.startswith("_") and not re.search(rf"\b{name}\b", page)] == []
     for error in errors():
         assert f"| `{error.__name__}` | {error.exit_code} |" in page
-
-
-def test_files_to_change_are_there() -> None:
-    pages = [text for page, text in PAGES.items() if page.startswith("contributing/changes_of_")]
-    files = [name for name in re.findall(r"`([\w/]+\.py)`", "\n".join(pages)) if "/" in name]
-    assert len(pages) == 3 and len(files) > 200
-    roots = {name: ROOT if name.startswith("tests/") else Path(eomgen.__file__).parent for name in files}
-    assert [name for name, root in roots.items() if not (root / name).is_file()] == []
 
 
 def test_files_on_the_pages_of_architecture_and_theory_exist() -> None:

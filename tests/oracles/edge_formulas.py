@@ -6,6 +6,7 @@ Formulas are Python expressions, so that mpmath evaluates them, a branch that is
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import mpmath
@@ -48,74 +49,17 @@ def _derivative(function: Callable[[Any], Any], x: float, order: int, side: int 
     return sum(sides) / len(sides)
 
 
-_BELOW, _CENTRE = -1, None
-EDGES = (
-    # branches that are not taken
-    EdgeFormula("max(-x, 0)**1.5", 0.05),
-    EdgeFormula("max(-x, 0)**2.5", 0.05),
-    EdgeFormula("max(-x, 0)**0.5", 0.05),
-    EdgeFormula("y*max(x, 0)**1.5", -0.05),
-    EdgeFormula("max(x, 0)**y", -0.2, 1.5),
-    EdgeFormula("max(x, 0)**y", -0.2, 0.5),
-    EdgeFormula("sqrt(x) if x > 0 else 0", -1.0),
-    EdgeFormula("sqrt(x)*y if x > 0 else y**2", -1.0),
-    EdgeFormula("1/x if x > 1 else 0", 0.0),
-    EdgeFormula("y/x if x > 0 else y", 0.0, 0.3, side=_BELOW),
-    EdgeFormula("1/sqrt(x) if x > 1 else 1", 0.0),
-    EdgeFormula("x**(-1.5) if x > 1 else x", 0.0),
-    EdgeFormula("log(x) if x > 1 else x**2", 0.0),
-    EdgeFormula("x*log(x) if x > 0 else 0", -0.5),
-    EdgeFormula("asin(x) if abs(x) < 1 else 0", 2.0),
-    EdgeFormula("acos(x) if abs(x) < 1 else 1 - x", 1.5),
-    EdgeFormula("sin(x)/x if abs(x) > 1e-3 else 1 - x**2/6", 0.0),
-    EdgeFormula("(1 - cos(x))/x**2 if abs(x) > 1e-3 else 0.5 - x**2/24", 0.0),
-    EdgeFormula("exp(-1/x) if x > 0 else 0", 0.0),
-    EdgeFormula("exp(-1/x**2) if x*x > 0 else 0", 0.0),
-    EdgeFormula("log(1 + exp(x)) if x < 30 else x", 1000.0),
-    EdgeFormula("x**0.5 if x > 0 else -(-x)**0.5", 0.25),
-    EdgeFormula("x**0.5 if x > 0 else -(-x)**0.5", -0.25),
-    EdgeFormula("sqrt(x - 1) if x > 1 else (sqrt(-x - 1) if x < -1 else 0)", 0.2),
-    EdgeFormula("(sqrt(x) if x > 0 else 0) + (y*sqrt(x) if x > 1 else y)", -0.3),
-    EdgeFormula("sqrt(y - x) if y > x and x > 0 else x*y", 0.7, 0.5),
-    EdgeFormula("atan2(y, x) if x > 0 else x*y", 0.0, 0.0, side=_BELOW),
-    EdgeFormula("y/(x - 1) if not x < 2 else x", 1.0),
-    # clipped numbers
-    EdgeFormula("sqrt(max(0, x))", -0.3),
-    EdgeFormula("sqrt(max(x, 0)*y)", -0.3),
-    EdgeFormula("sqrt(2*max(x, 0)/y)", -0.3),
-    EdgeFormula("y*sqrt(max(0, 1 - x**2))", 1.5),
-    EdgeFormula("sqrt(1 - min(1, x*x))", 2.0),
-    EdgeFormula("acos(max(-1, min(1, x)))", 1.7),
-    EdgeFormula("asin(max(-1, min(1, x*y)))", 3.0, 2.0),
-    EdgeFormula("sqrt(max(0, x) + max(0, y))", -0.3, -0.2),
-    EdgeFormula("sqrt(max(0, x)**2 + max(0, -y)**2)", -0.3, 0.2),
-    EdgeFormula("max(x, 0)**1.5", 0.0, side=_BELOW),
-    EdgeFormula("sqrt(max(x, 0))", 0.0, side=_BELOW),
-    EdgeFormula("sqrt(max(0, x))*x", 0.0, side=_BELOW),
-    EdgeFormula("asin(min(1, x))", 1.0, side=1),
-    EdgeFormula("max(x, 0)**2", 0.0, side=_BELOW),
-    # norms and absolute values
-    EdgeFormula("sqrt(x**2)", 0.0, side=_CENTRE),
-    EdgeFormula("sqrt(x*x + y*y)", 0.0, 0.0, side=_CENTRE),
-    EdgeFormula("sqrt(x*x + y*y)", 0.0, 0.3),
-    EdgeFormula("(x**2 + y**2)**0.5*y", 0.0, 0.0, side=_CENTRE),
-    EdgeFormula("x*sqrt(x**2)", 0.0, side=_CENTRE),
-    EdgeFormula("-0.3*x*sqrt(x**2 + y**2 + x**2)", 0.0, 0.0, side=_CENTRE),
-    EdgeFormula("x*sqrt(x**2 + y**2)", 0.0, 3.0),
-    EdgeFormula("sqrt(sqrt(x**2)**2 + y**2)", 0.0, 0.0, side=_CENTRE),
-    EdgeFormula("sqrt((x - 1)**2 + y**2)", 1.0, 0.0, side=_CENTRE),
-    EdgeFormula("sqrt(sin(x)**2)", 0.0, side=_CENTRE),
-    EdgeFormula("y*sqrt(3*x**2/2)", 0.0, side=_CENTRE),
-    EdgeFormula("sqrt(x**4)", 0.0),
-    EdgeFormula("abs(x)*x", 0.0, side=_CENTRE),
-    EdgeFormula("abs(x)**3", 0.0),
-    EdgeFormula("abs(x)**2.2", 0.0, side=_CENTRE),
-    EdgeFormula("(x**2)**1.5", 0.0),
-    EdgeFormula("sqrt(abs(x)*abs(x))", 0.0, side=_CENTRE),
-    EdgeFormula("sqrt(x**2) - y*sqrt(x**2 + y**2)", 0.0, 0.0, side=_CENTRE),
-    # powers
-    EdgeFormula("x**y", 0.0, 1.0, side=1),
-    EdgeFormula("x**y", 0.0, 2.0, side=1),
-    EdgeFormula("x**y", 0.0, 3.0, side=1),
-    EdgeFormula("x**2.5", 0.0, side=1),
+_SIDES = {"below": -1, "above": 1, "centre": None}
+
+
+def _read(line: str) -> EdgeFormula:
+    text, _, values = line.partition(" ; ")
+    x, *more = values.split()
+    return EdgeFormula(text, float(x), *map(float, more[:1]), *(_SIDES[side] for side in more[1:]))
+
+
+EDGES = tuple(
+    _read(line)
+    for line in Path(__file__).with_suffix(".txt").read_text(encoding="utf-8").splitlines()
+    if not line.startswith("#")
 )
