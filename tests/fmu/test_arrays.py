@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import zipfile
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -12,7 +10,6 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 
-from eomgen.base.files import template_folder
 from eomgen.products.fmu.export import fmu_files
 from tests.fmu.importers import Unit, run, toolbox_findings, written
 
@@ -107,16 +104,6 @@ def test_wrong_references_and_sizes_are_refused() -> None:
         unit.refuses(message, lambda known=references, size=count: unit.fmu.getFloat64(known, nValues=size))
     sizes = "the sizes of seed and sensitivity do not fit"
     unit.refuses(sizes, lambda: unit.fmu.getDirectionalDerivative([14], [8], [1.0], nSensitivity=4))
-
-
-@pytest.mark.slow
-def test_sources_compile_without_warnings(tmp_path: Path) -> None:
-    with zipfile.ZipFile(file_of(arrays=True)) as archive:
-        archive.extractall(tmp_path)
-    words = ["cc", "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-I", template_folder() / "fmu" / "fmi3"]
-    source = tmp_path / "sources" / "free_spinning_body_fmi3.c"
-    done = subprocess.run([*words, "-c", source, "-o", tmp_path / "a.o"], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.slow

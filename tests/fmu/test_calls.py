@@ -298,14 +298,22 @@ def test_accumulating_events_end_model_exchange_with_an_error(version: int) -> N
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("version", "types"), [(2, ("me",)), (2, ("cs",)), (3, ("me", "cs"))])
-def test_sources_without_outputs_compile_without_warnings(version: int, types: tuple[str, ...], tmp_path: Path) -> None:
-    options: Any = {"version": version, "types": types, "profile": "quick"}
-    files = fmu_files(scene("balls"), binary=False, reference=False, **options)
-    for name, content in files.files.items():
-        if name.startswith("sources/"):
-            (tmp_path / name.removeprefix("sources/")).write_text(str(content))
-    source = tmp_path / f"balls_fmi{version}.c"
+@pytest.mark.parametrize(
+    ("name", "version", "options"),
+    [
+        ("balls", 2, {"types": "me"}),
+        ("balls", 2, {"types": "cs"}),
+        ("balls", 3, {}),
+        ("free_spinning_body/scene", 3, {"arrays": True}),
+    ],
+)
+def test_sources_compile_without_warnings(name: str, version: int, options: dict[str, Any], tmp_path: Path) -> None:
+    """Also without outputs, which the balls have not."""
+    files = fmu_files(scene(name, name="plant"), version=version, binary=False, reference=False, **options)
+    for file, content in files.files.items():
+        if file.startswith("sources/"):
+            (tmp_path / file.removeprefix("sources/")).write_text(str(content))
+    source = tmp_path / f"plant_fmi{version}.c"
     words = ["cc", "-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-S", "-o", "/dev/null"]
     includes = ["-I", tmp_path, "-I", HEADERS / f"fmi{version}"]
     done = subprocess.run([*words, *includes, source], capture_output=True, text=True, check=False)

@@ -60,6 +60,9 @@ def test_a_start_that_is_moved_is_in_the_log(version: int) -> None:
     moved = [message for message in unit.messages if message.startswith("the start moves q.crank_pin from 0.9 to ")]
     assert len(moved) == 1
     assert float(moved[0].rsplit(" ", 1)[1]) == pytest.approx(unit.get("q.crank_pin")[0], rel=1e-8)
+    model = eomgen.build(FOUR_BAR)
+    q = np.array(unit.get(*model.q_names))
+    assert np.max(np.abs(model.consistent(q, np.zeros(model.nv)).q - q)) < 1e-12
 
 
 @pytest.mark.parametrize("version", [2, 3])
