@@ -88,7 +88,6 @@ def test_other_programs_read_the_same_machine(tmp_path: Path) -> None:
         assert max(comparison.errors.values()) < 1e-12, (path.name, reader)
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_equations_of_sympy_are_a_second_description() -> None:
     """A cart with a pendulum, as a scene and as a System of SymPy."""

@@ -158,7 +158,7 @@ def check(folder: Path, pair: tuple[str, str], number: int) -> None:
 PAIRS = [(one, other) for one in FORMATS for other in (*FORMATS, "sympy")]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_arm_is_equal_in_all_pairs_of_formats(tmp_path: Path) -> None:
     """To 1e-12 in the equations at random states, in 20 pairs."""
     for pair in PAIRS:
@@ -168,7 +168,7 @@ def test_the_arm_is_equal_in_all_pairs_of_formats(tmp_path: Path) -> None:
         assert max(comparison.errors.values()) < 1e-12, (pair, comparison.errors)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_forty_differences_are_named_first_across_formats(tmp_path: Path) -> None:
     """Two of each pair; each difference is planted, in SymPy's equations a mass and an axis."""
     for place, pair in enumerate(PAIRS):

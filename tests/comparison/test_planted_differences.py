@@ -143,7 +143,6 @@ def test_a_planted_difference_is_named_first(planted: Planted, tmp_path: Path) -
     _check(tmp_path, ".urdf", URDF, planted)
 
 
-@pytest.mark.long_cases("urdf", "bench")
 @pytest.mark.slow
 @pytest.mark.parametrize("name", DESCRIPTIONS)
 def test_all_planted_differences_are_named_first(name: str, tmp_path: Path) -> None:

@@ -29,7 +29,7 @@ def distances(of: Any) -> tuple[float, float, eomgen.Solution]:
     return float(np.linalg.norm(tip, axis=1).max()), float(np.linalg.norm(middle, axis=1).max()), run
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_it_swings_as_geometrically_exact_beams_do_and_keeps_its_energy() -> None:
     tip, middle, run = distances(SCENE)
     assert tip < 3e-4 and middle < 4e-4
@@ -38,7 +38,7 @@ def test_it_swings_as_geometrically_exact_beams_do_and_keeps_its_energy() -> Non
     assert np.ptp(run.outputs["energy"]) < 1e-6 * kinetic
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "least", "most"),
     [({"beams__rod__order": 2}, 0.0, 1.5e-4), ({"beams__rod__stiffening": False}, 1e-3, 1e-2)],

@@ -49,7 +49,7 @@ def test_passive_car_has_the_published_frequencies_and_its_matrices(
 @pytest.mark.long
 def test_three_elastic_modes_have_the_published_frequencies() -> None:
     forces = {f"springs__{side}__force": f"sky_{side}" for side in ("front", "rear")}
-    changes = {"beams__body__bending_y__modes": 3, "controllers__ride": None, "outputs__actuator_force": None}
+    changes = {"beams__body__bending_z__modes": 3, "controllers__ride": None, "outputs__actuator_force": None}
     data = scene("elastic_vehicle/scene", **changes, **forces)  # the regulator's signals tell of two modes only
     frequencies = eomgen.build(data).linearize().undamped_frequencies / (2 * np.pi)
     np.testing.assert_allclose(frequencies, FREQUENCIES[3], rtol=1e-9)

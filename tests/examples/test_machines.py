@@ -87,7 +87,7 @@ CASES = [
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("slider_crank_spatial")
+@pytest.mark.slow_cases("slider_crank_spatial")
 @pytest.mark.parametrize(("name", "machine", "up", "end", "steps", "limit"), CASES, ids=[case[0] for case in CASES])
 def test_loop_moves_as_its_energy_integral_says(
     name: str, machine: Machine, up: int, end: float, steps: tuple[float, float], limit: float
@@ -128,7 +128,7 @@ PLACES = [
 ]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "point", "place", "end", "step"), PLACES, ids=[case[0] for case in PLACES])
 def test_both_coordinates_place_the_last_body_as_the_closed_form_does(
     name: str, point: str, place: Callable[[np.ndarray], np.ndarray], end: float, step: float
@@ -140,7 +140,7 @@ def test_both_coordinates_place_the_last_body_as_the_closed_form_does(
         assert np.ptp(run.outputs["energy"]) < 3e-3 * run.outputs["energy"][0]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_absolute_coordinates_give_the_same_motion() -> None:
     name, machine, up, end, (step, _), _ = CASES[0]
     models, gaps = [_model(name, coordinates) for coordinates in ("joint", "absolute")], []

@@ -65,7 +65,7 @@ def perturbed(value: str) -> list[str]:
     return [" ".join([*words[:k], f"{float(word) + 0.01:.6g}", *words[k + 1 :]]) for k, word in enumerate(words)]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [{}, {"limits": True, "friction": True, "root": "free"}], ids=str)
 def test_every_attribute_that_is_changed_is_felt_or_noted(options: dict[str, object]) -> None:
     """A change shows in the scene or its notes, or is refused; what it leaves alike has a note that says so."""
@@ -87,7 +87,7 @@ def test_every_attribute_that_is_changed_is_felt_or_noted(options: dict[str, obj
     assert not [path for path in unfelt if re.search(r"/[ABDE]/inertial", path)]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_every_attribute_that_is_not_known_is_noted_and_refused_when_strict() -> None:
     """Added to any element that is not left out as a whole; misspelt, an attribute is missed, and its name is hinted
     at."""

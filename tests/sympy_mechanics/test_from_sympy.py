@@ -415,14 +415,18 @@ def test_any_rotation_has_a_quaternion() -> None:
 
 
 def test_coordinates_without_inertia_move_by_constraints() -> None:
-    """A spring's end has no mass and moves twice as far as a cart, so M is singular: a = -2 k s / m of a cart."""
+    """A spring's end has no mass and is at s = x^2 of a cart, so M is singular: a = -2 k x^3 / m of the cart."""
     x, s = dynamicsymbols("x s")
     m, k = sympy.symbols("m k")
-    system = me.LagrangesMethod(m * x.diff(T) ** 2 / 2 - k * s**2 / 2, [x, s], hol_coneqs=[s - 2 * x])
-    document = eomgen.from_sympy(system, parameters={m: 2.0, k: 3.0}, initial={x: 0.4, s: 0.8})
+    system = me.LagrangesMethod(m * x.diff(T) ** 2 / 2 - k * s**2 / 2, [x, s], hol_coneqs=[s - x**2])
+    start = {x: 0.4, s: 0.16, x.diff(T): 0.5, s.diff(T): 0.4}
+    document = eomgen.from_sympy(system, parameters={m: 2.0, k: 3.0}, initial=start)
     state = {"q": document.initial_q, "v": document.initial_v, "p": document.values}
-    result = accelerations(document, state)
-    np.testing.assert_allclose(result, [-2.4, -4.8], rtol=1e-14)
+    a = -2.0 * 3.0 * 0.4**3 / 2.0
+    rates = accelerations(document, state)
+    np.testing.assert_allclose(rates, [a, 2.0 * 0.5**2 + 2.0 * 0.4 * a], rtol=1e-13)
+    of_spring = {**state, "a": rates, "lam": [-3.0 * 0.16]}
+    np.testing.assert_allclose(value(eomgen.derive(document, ["residual"]), "residual", of_spring), 0.0, atol=1e-13)
 
 
 def muscle(tendon: Any) -> tuple[Any, Any, dict[Any, float], dict[Any, float]]:
