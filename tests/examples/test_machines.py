@@ -87,7 +87,6 @@ CASES = [
 
 
 @pytest.mark.slow
-@pytest.mark.slow_cases("slider_crank_spatial")
 @pytest.mark.parametrize(("name", "machine", "up", "end", "steps", "limit"), CASES, ids=[case[0] for case in CASES])
 def test_loop_moves_as_its_energy_integral_says(
     name: str, machine: Machine, up: int, end: float, steps: tuple[float, float], limit: float
