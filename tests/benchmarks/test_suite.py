@@ -16,17 +16,7 @@ from benchmarks.suite.outcomes import Finding, Outcome, read
 from benchmarks.suite.register import Comparison, Goal, Row
 
 CONTEXT = Context(quick=False, here=True, shelf=Path(), rounds=3, core=0)
-SCRIPT = """
-import sys
-sys.path.insert(0, {folder!r})
-from serve import Prepared, serve
-
-def prepare(task):
-    {before}
-    return Prepared(lambda: sum(range({work})), 2, lambda: {results}, {packages}, "told")
-
-serve(prepare)
-"""
+SCRIPT = Path(__file__).with_name("contestant.txt").read_text(encoding="utf-8")
 
 
 def entry(folder: Path, name: str, before: str = "pass", results: str = "[1.0, 2.0]", **how: object) -> Entry:

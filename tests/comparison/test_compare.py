@@ -23,20 +23,7 @@ TURNED = (
     ('xyz="0 0.02 0.4" rpy="0 0.1 0"',
      'xyz="0.009983341664682815 0.02 0.49950041652780257" rpy="0.1 0 1.5707963267948966"'),
 )  # fmt: skip  # pairs
-ALIKE = """<mujoco model="twin">
-  <compiler angle="radian"/>
-  <worldbody>
-    <body name="cart" pos="0 0 1">
-      <freejoint name="fly"/>
-      <inertial pos="0.1 0 0" mass="2" diaginertia="0.1 0.2 0.25"/>
-      <body name="rod" pos="0.3 0 0" euler="0.3 0 0">
-        <joint name="ball" type="ball"/>
-        <inertial pos="0 0 -0.2" mass="1" diaginertia="0.02 0.02 0.01"/>
-      </body>
-    </body>
-  </worldbody>
-</mujoco>
-"""
+TWIN = Path(__file__).with_name("twin.xml")
 
 
 def written(path: Path, text: str) -> Path:
@@ -81,8 +68,7 @@ def test_other_programs_read_the_same_machine(tmp_path: Path) -> None:
     """MuJoCo a URDF, an MJCF with springs, and free and ball joints; Pinocchio a URDF: to 1e-12 at ten states."""
     pytest.importorskip("mujoco")
     urdf, mjcf = written(tmp_path / "arm.urdf", URDF), written(tmp_path / "arm.xml", MJCF)
-    twin = written(tmp_path / "twin.xml", ALIKE)
-    for path, reader in ((urdf, "mujoco"), (urdf, "pinocchio"), (mjcf, "mujoco"), (twin, "mujoco")):
+    for path, reader in ((urdf, "mujoco"), (urdf, "pinocchio"), (mjcf, "mujoco"), (TWIN, "mujoco")):
         comparison = eomgen.compare(path, reader=reader, tolerance=1e-9)
         assert comparison.equal, str(comparison)
         assert max(comparison.errors.values()) < 1e-12, (path.name, reader)
@@ -179,28 +165,18 @@ def test_an_actuator_of_one_description_alone(tmp_path: Path) -> None:
 
 def test_differences_have_the_lines_of_their_elements(tmp_path: Path) -> None:
     pytest.importorskip("mujoco")
-    text = """<mujoco>
-<worldbody>
-<body name="upper"><joint name="shoulder" axis="0 1 0"/>
-<body pos="0 0 1">
-<joint name="elbow" axis="0 1 0" damping="1"/>
-<geom size="0.1" mass="2"/>
-</body>
-<geom size="0.1" mass="1"/>
-<body name="other">
-<joint axis="0 1 0"/><geom size="0.1" mass="4"/></body>
-</body></worldbody></mujoco>"""
+    first = Path(__file__).with_name("two_arms.xml")
     changes = (('mass="2"', 'mass="3"'), ('damping="1"', 'damping="2"'), ('mass="1"', 'mass="5"'), ('"4"', '"6"'))
-    changed = text
+    changed = first.read_text(encoding="utf-8")
     for old, new in changes:
         changed = changed.replace(old, new)
-    found = eomgen.compare(written(tmp_path / "first.xml", text), written(tmp_path / "second.xml", changed))
+    found = eomgen.compare(first, written(tmp_path / "second.xml", changed))
     lines = {(item.element, item.quantity): item.places for item in found.differences}
     for element, quantity, line in (
         *(("bodies.upper", "mass", 3), ("bodies.body_2", "mass", 4)),
         *(("joints.elbow", "damping", 5), ("bodies.other", "mass", 9)),
     ):
-        assert lines[element, quantity] == (f"first.xml:{line}", f"second.xml:{line}")
+        assert lines[element, quantity] == (f"two_arms.xml:{line}", f"second.xml:{line}")
 
 
 def test_the_command_has_exit_codes_and_json(tmp_path: Path) -> None:
@@ -248,6 +224,8 @@ def test_refusals(tmp_path: Path) -> None:
 
 
 def test_constraints_are_unknown_to_a_second_reader(tmp_path: Path) -> None:
-    held = ALIKE.replace("</worldbody>", '</worldbody><equality><connect body1="rod" anchor="0 0 -0.4"/></equality>')
+    held = TWIN.read_text(encoding="utf-8").replace(
+        "</worldbody>", '</worldbody><equality><connect body1="rod" anchor="0 0 -0.4"/></equality>'
+    )
     comparison = eomgen.compare(written(tmp_path / "held.xml", held), reader="mujoco")
     assert comparison.equal and not comparison.differences

@@ -71,15 +71,6 @@ def test_partials_at_rest_are_the_textbook_matrices(model: Model, skyhook: float
         np.testing.assert_allclose(matrix, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
 
 
-@pytest.mark.long
-@pytest.mark.slow
-def test_inertia_matrix_is_symmetric_and_positive_away_from_rest(model: Model, rng: np.random.Generator) -> None:
-    q = 0.3 * rng.standard_normal((20, 7))
-    M = model.mass(q)
-    np.testing.assert_allclose(M, np.swapaxes(M, 1, 2), atol=1e-12 * BODY)
-    assert np.linalg.eigvalsh(M).min() > 0.9 * WHEEL
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("skyhook", [0.0, 3000.0])
 def test_motion_is_the_steady_response_of_linear_theory(model: Model, skyhook: float) -> None:

@@ -7,6 +7,7 @@ import re
 import struct
 import sys
 from pathlib import Path
+from string import Template
 
 import numpy as np
 import pytest
@@ -17,20 +18,8 @@ from eomgen.products.pictures.scenery import scenery
 from eomgen.products.pictures.solids import drawn_shape
 from eomgen.scene.bodies.mesh_files import MOST, read_mesh
 
-CART = """format = 1
-name = "cart"
-[parameters]
-side = { value = 0.4, tunable = true }
-[bodies.hull]
-mass = 1
-inertia = [1, 1, 1]
-[joints.drive]
-type = "prismatic"
-parent = "base"
-child = "hull"
-axis = [1, 0, 0]
-[shapes.part]
-"""
+#: A scene up to the first key of its shape.
+CART = Path(__file__).with_name("cart_with_shape.txt").read_text(encoding="utf-8")
 BALL = 'type = "sphere"\nbody = "hull"\nradius = 1\n'
 BOX = 'type = "box"\nbody = "hull"\nsize = [1, 1, 1]\n'
 WHEEL = 'type = "wheel"\nbody = "hull"\nradius = 1\nwidth = 0.2\n'
@@ -92,25 +81,9 @@ def collada(kind: str = "polylist") -> bytes:
     lists = [" ".join(faces)] if kind in ("triangles", "polylist") else faces
     count = "<vcount>3 3 3 3</vcount>" if kind == "polylist" else ""
     corners = " ".join(map(str, CORNERS.ravel().tolist()))
-    return f"""<?xml version="1.0"?>
-<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
-<asset><unit name="centimeter" meter="0.01"/><up_axis>Y_UP</up_axis></asset>
-<library_effects><effect id="paint-effect"><profile_COMMON><technique><lambert><diffuse>
-<color>1 0.5 0 1</color></diffuse></lambert></technique></profile_COMMON></effect></library_effects>
-<library_materials><material id="paint"><instance_effect url="#paint-effect"/></material></library_materials>
-<library_geometries><geometry id="part"><mesh>
-<source id="list"><float_array id="numbers" count="12">{corners}</float_array>
-<technique_common><accessor source="#numbers" count="4" stride="3"><param name="X" type="float"/>
-<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
-<vertices id="places"><input semantic="POSITION" source="#list"/></vertices>
-<{kind} material="symbol" count="4"><input semantic="VERTEX" source="#places" offset="0"/>
-<input semantic="NORMAL" source="#list" offset="1"/>{count}{"".join(f"<p>{item}</p>" for item in lists)}</{kind}>
-</mesh></geometry></library_geometries>
-<library_visual_scenes><visual_scene id="all"><node><translate>1 2 3</translate>
-<node><rotate>0 0 1 90</rotate><scale>2 2 2</scale><instance_geometry url="#part"><bind_material><technique_common>
-<instance_material symbol="symbol" target="#paint"/></technique_common></bind_material></instance_geometry></node>
-</node></visual_scene></library_visual_scenes>
-<scene><instance_visual_scene url="#all"/></scene></COLLADA>""".encode()
+    text = Template(Path(__file__).with_name("tetrahedron.dae.txt").read_text(encoding="utf-8"))
+    written = "".join(f"<p>{item}</p>" for item in lists)
+    return text.substitute(kind=kind, count=count, corners=corners, lists=written).encode()
 
 
 def refused(tmp_path: Path, text: str) -> str:

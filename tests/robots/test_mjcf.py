@@ -56,8 +56,10 @@ def actuators(text: str) -> str:
     return f"<actuator>{text}</actuator>"
 
 
+HERE = Path(__file__).parent
+SENSORS = (HERE / "sensors.txt").read_text(encoding="utf-8")
 #: Additions to the arm: forces of all kinds.
-ADDITIONS = tomllib.loads(Path(__file__).with_name("forces_of_mjcf.toml").read_text(encoding="utf-8"))
+ADDITIONS = tomllib.loads((HERE / "forces_of_mjcf.toml").read_text(encoding="utf-8"))
 CASES = {name: arm(**additions) for name, additions in ADDITIONS.items()}
 _PATH, _TENDON = (
     ADDITIONS[name]["rest"].partition("<actuator>")[0].replace("\n", "") for name in ("spatial tendon", "tendon")
@@ -178,23 +180,10 @@ def test_motions_from_outside_move_mocap_bodies(file: Path) -> None:
     np.testing.assert_allclose(Phi, 0.0, atol=1e-12)
 
 
-_SENSORS = """<sensor>
-  <jointpos name="jp" joint="a"/><jointvel name="jv" joint="b"/><tendonpos name="tp" tendon="r"/>
-  <tendonvel name="tv" tendon="r"/><actuatorpos name="ap" actuator="m"/><actuatorvel name="av" actuator="n"/>
-  <actuatorfrc name="af" actuator="m" cutoff="0.7"/><framepos name="fp" objtype="site" objname="s"/>
-  <framexaxis name="fx" objtype="geom" objname="o"/><framezaxis name="fz" objtype="body" objname="lower"/>
-  <framelinvel name="fl" objtype="body" objname="upper"/><frameangvel name="fa" objtype="xbody" objname="f"/>
-  <framelinacc name="fc" objtype="site" objname="s"/><accelerometer name="ac" site="s"/><gyro name="gy" site="s"/>
-  <velocimeter name="ve" site="s" cutoff="0.9"/><magnetometer name="ma" site="s"/>
-  <subtreecom name="sc" body="upper"/><subtreelinvel name="sl" body="upper"/><clock name="cl"/>
-  <framequat name="absent" objtype="site" objname="s"/><gyro name="late" site="s" delay="0.01" nsample="3"/>
-</sensor>"""
-
-
 def test_sensors_are_outputs_with_mujoco_s_values(file: Path) -> None:
     acts = '<motor name="m" tendon="r" gear="2"/><position name="n" joint="a" kp="3"/>'
     body = '><site name="p" pos="0.1 0.1 0.05"/><geom name="o" size="0.06"/><site name="away" pos="0 0 0.3"/'
-    file.write_text(arm(body=body, rest=_PATH + actuators(acts) + _SENSORS), encoding="utf-8")
+    file.write_text(arm(body=body, rest=_PATH + actuators(acts) + SENSORS), encoding="utf-8")
     imported = Imported.of(file, terms=("outputs",))
     sensors = imported.sensors()
     assert len(sensors) == 20
@@ -223,19 +212,6 @@ def test_a_difference_would_be_seen(file: Path) -> None:
     assert imported.errors()[0] > 1e-9
 
 
-LOOP = """<mujoco>
-  <option><flag contact="disable"/></option>
-  <worldbody>
-    <body name="crank"><joint name="a" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 0.3" size="0.02"/>
-      <body name="rod" pos="0 0 0.3"><joint name="b" axis="0 1 0"/>
-        <geom type="capsule" fromto="0 0 0 0.5 0 0" size="0.02"/><site name="end" pos="0.5 0 0"/></body></body>
-    <body name="rocker" pos="0.5 0 0"><joint name="c" axis="0 1 0" ref="10"/>
-      <geom type="capsule" fromto="0 0 0 0 0 0.3" size="0.02"/><site name="top" pos="0 0 0.3"/></body>
-  </worldbody>
-  <equality>{}</equality>
-</mujoco>"""
-
-
 @pytest.mark.parametrize(
     "equality",
     [
@@ -248,7 +224,7 @@ LOOP = """<mujoco>
     ],
 )
 def test_equalities_allow_the_same_velocities(equality: str, file: Path) -> None:
-    file.write_text(LOOP.format(equality), encoding="utf-8")
+    file.write_text((HERE / "loop.txt").read_text(encoding="utf-8").format(equality), encoding="utf-8")
     imported = Imported.of(file, terms=("constraint", "constraint_jacobian"))
     rows, violation = imported.constraints(np.array([0.0, 0.0, np.radians(10.0)]))
     mujoco.mj_fwdPosition(imported.model, imported.data)
@@ -261,7 +237,7 @@ def test_equalities_allow_the_same_velocities(equality: str, file: Path) -> None
 @pytest.mark.long
 def test_a_loop_stays_closed_for_many_steps() -> None:
     """A leg like Cassie's: a rod on a ball joint closes the loop of thigh, shin and tarsus."""
-    model = eomgen.build(Path(__file__).with_name("leg.xml"), method="generalized_alpha")
+    model = eomgen.build(HERE / "leg.xml", method="generalized_alpha")
     run = model.simulate(100.0, 1e-3, method="generalized_alpha", record_every=97, error_estimate=False)
     assert run.success and run.stats["steps"] == 100_000
     given = {"q": run.q, "parameters": None, "t": run.t, "base": None}
@@ -359,23 +335,9 @@ def test_included_files_and_meshes_are_looked_for_beside_the_file(tmp_path: Path
         load(tmp_path / "whole.xml")
 
 
-GEOMS = """<mujoco><asset><mesh name="m" file="tetra.obj" scale="0.5 0.5 2"/>
-  <material name="red" rgba="1 0 0 1"/></asset>
-  <worldbody><geom type="plane" size="0 0 1" rgba="0.8 0.9 0.8 0.6"/>
-  <body name="a" pos="0 0 1"><joint axis="0 1 0"/>
-    <geom type="capsule" size="0.05" fromto="0 0 0 0.5 0 0" material="red"/>
-    <geom type="box" size="0.1 0.04 0.06"/><geom type="cylinder" size="0.06 0.1"/><geom size="0.05" pos="1 2 3"/>
-    <geom type="ellipsoid" size="0.05 0.1 0.2" rgba="0 0 1 1"/><geom name="hidden" size="0.2" group="3"/>
-    <geom name="clear" size="0.2" rgba="1 1 1 0"/><geom type="mesh" mesh="m" pos="0 0 -0.5" euler="10 0 0"/></body>
-  </worldbody></mujoco>"""
-
-
-def test_pictures_show_the_geoms_that_mujoco_shows(file: Path) -> None:
-    (file.parent / "tetra.obj").write_text(
-        "v 0 0 0\nv 0.3 0 0\nv 0 0.4 0\nv 0 0 0.25\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n", encoding="utf-8"
-    )
-    file.write_text(GEOMS, encoding="utf-8")
-    shapes = {shape.kind: shape for shape in load(file).shapes if shape.body == "a"}
+def test_pictures_show_the_geoms_that_mujoco_shows() -> None:
+    scene = load(HERE / "geoms.xml")
+    shapes = {shape.kind: shape for shape in scene.shapes if shape.body == "a"}
     sizes = {kind: [size.value for size in shape.sizes] for kind, shape in shapes.items()}
     np.testing.assert_allclose(sizes["capsule"], [0.05, 0.5])
     np.testing.assert_allclose(sizes["box"], [0.2, 0.08, 0.12])
@@ -387,7 +349,7 @@ def test_pictures_show_the_geoms_that_mujoco_shows(file: Path) -> None:
     np.testing.assert_allclose([part.value for part in shapes["mesh"].position], [0.0, 0.0, -0.5], atol=1e-9)
     np.testing.assert_allclose(np.array(shapes["mesh"].axes)[2, 2], np.cos(np.radians(10.0)), atol=1e-9)
     assert sizes["mesh"] == [0.5, 0.5, 2.0]
-    (ground,) = [shape for shape in load(file).shapes if shape.body == "base"]
+    (ground,) = [shape for shape in scene.shapes if shape.body == "base"]
     assert ground.kind == "box" and ground.opacity == 0.6
     assert ground.sizes[0].value < 20.0  # a plane without end ends near the machine
 

@@ -10,14 +10,6 @@ import pytest
 
 import eomgen
 
-MODEL = """<mujoco model="ring"><option gravity="0 0 0"/><worldbody>
-<site name="b" pos="-0.25 0.1 0"/><site name="inside" pos="0 0.02 0"/>
-<geom name="ring" type="sphere" size="0.1" mass="0" contype="0" conaffinity="0"/>
-<body pos="0.2 -0.3 0"><joint name="hinge" axis="0 0 1"/><geom size="0.02" pos="0.02 0.4 0" mass="1"/>
-<site name="a" pos="0.03 0.45 0"/></body></worldbody>
-<tendon><spatial stiffness="100" springlength="0.1"><site site="a"/><geom geom="ring" sidesite="inside"/>
-<site site="b"/></spatial></tendon></mujoco>"""
-
 
 def expected(q: float) -> float:
     """Return -k (L - L0) dL/dq, L being the shortest way over the circle of the ring, N m."""
@@ -42,31 +34,15 @@ def expected(q: float) -> float:
 
 
 @pytest.mark.slow
-def test_forces_have_all_digits(tmp_path: Path) -> None:
+def test_forces_have_all_digits() -> None:
     pytest.importorskip("mujoco")
-    path = tmp_path / "ring.xml"
-    path.write_text(MODEL, encoding="utf-8")
-    model = eomgen.build(path)
+    model = eomgen.build(Path(__file__).with_name("ring.xml"))
     for q in np.linspace(-0.15, 0.25, 5).tolist():
         assert model.force([q], [0.0])[0] == pytest.approx(expected(q), rel=1e-14)
 
 
-PULLEYS = """<mujoco model="rings"><worldbody>
-<site name="a" pos="-0.2 0.15 0.1"/><site name="c" pos="0.3 0.1 -0.2"/>
-<body><freejoint name="float"/><inertial pos="2e-9 -1e-9 1e-9" mass="178" diaginertia="3 4 5"/>
-<geom name="barrel" type="cylinder" size="0.1 0.3" contype="0" conaffinity="0"/>
-<site name="inside" pos="0.01 0.03 0"/><site name="b" pos="0.2 -0.2 0.15"/></body>
-<body pos="0.5 0 0"><joint name="hinge" axis="0 1 1"/><geom size="0.02" pos="0.02 0.4 0" mass="1"/>
-<site name="d" pos="0.1 0.3 0.2"/></body></worldbody>
-<tendon><spatial name="rope" stiffness="300" damping="4" springlength="0.2"><site site="a"/>
-<geom geom="barrel" sidesite="inside"/><site site="b"/><pulley divisor="2"/><site site="c"/>
-<geom geom="barrel" sidesite="inside"/><site site="d"/></spatial></tendon></mujoco>"""
-
-
-def test_mujoco_with_all_digits_has_the_same_equations(tmp_path: Path) -> None:
+def test_mujoco_with_all_digits_has_the_same_equations() -> None:
     mujoco_exact = pytest.importorskip("tests.oracles.mjcf_oracle")
-    path = tmp_path / "rings.xml"
-    path.write_text(PULLEYS, encoding="utf-8")
-    imported = mujoco_exact.Imported.of(path)
+    imported = mujoco_exact.Imported.of(Path(__file__).with_name("rings.xml"))
     assert imported.model.body_sameframe[1] == 1  # MuJoCo takes the centre of mass as the origin of the frame
     assert max(imported.errors(spread=0.2)) < 1e-13

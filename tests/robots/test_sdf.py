@@ -85,14 +85,7 @@ def test_a_second_joint_of_a_link_closes_a_loop_exactly(file: Path) -> None:
     assert np.ptp(run.energy["total"]) < 1e-4
 
 
-GEARS = """<sdf version="1.9"><model name="gears">
-<link name="base"/><joint name="anchor" type="fixed"><parent>world</parent><child>base</child></joint>
-<link name="pinion"/><link name="wheel"><pose>1 0 0 0 0 0</pose></link>
-<joint name="in" type="revolute"><parent>base</parent><child>pinion</child><axis><xyz>0 0 1</xyz></axis></joint>
-<joint name="out" type="revolute"><parent>base</parent><child>wheel</child><axis><xyz>0 0 1</xyz></axis></joint>
-<joint name="mesh" type="gearbox"><parent>pinion</parent><child>wheel</child><gearbox_ratio>3</gearbox_ratio>
-<gearbox_reference_body>base</gearbox_reference_body><axis><xyz>0 0 1</xyz></axis><axis2><xyz>0 0 1</xyz></axis2>
-</joint></model></sdf>"""
+GEARS = Path(__file__).with_name("gears.sdf").read_text(encoding="utf-8").rstrip()
 
 
 @pytest.mark.slow
@@ -129,10 +122,7 @@ def test_no_part_of_a_file_passes_unread(old: str, new: str, note: str, file: Pa
         load(file, strict=True)
 
 
-OLD = """<sdf version="1.{0}"><world name="w">{1}<model name="m"><pose>0 0 1 0 0 0.5</pose><link name="base"/>
-<joint name="anchor" type="fixed"><parent>world</parent><child>base</child></joint>
-<link name="arm"><pose {2}>0.3 0 0 0.7 0 0</pose></link><joint name="hinge" type="revolute"><parent>base</parent>
-<child>arm</child><axis><xyz>0 1 0</xyz></axis></joint></model></world></sdf>"""
+OLD = Path(__file__).with_name("old.txt").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(

@@ -18,16 +18,7 @@ from tests.models.urdf import load_urdf
 from tests.pictures.test_shapes import CORNERS, FACES, binary, volume
 from tests.robots.tables import table
 
-ROBOT = """<robot name="arm">
-  <material name="dark"><color rgba="0.2 0.4 0.6 0.5"/></material>
-  <link name="floor">{floor}</link>
-  <link name="upper"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
-    {upper}</link>
-  <link name="hand">{hand}</link>
-  <joint name="turn" type="revolute"><parent link="floor"/><child link="upper"/><axis xyz="0 0 1"/></joint>
-  <joint name="hold" type="fixed"><parent link="upper"/><child link="hand"/>
-    <origin xyz="0 0 2" rpy="0 0 1.5707963267948966"/></joint>
-</robot>"""
+ROBOT = Path(__file__).with_name("arm_with_visuals.txt").read_text(encoding="utf-8")
 BOX = "<visual><origin xyz='{}' rpy='{}'/><geometry><box size='0.2 0.4 0.6'/></geometry>{}</visual>"
 MESH = "<visual><geometry><mesh filename='{}' {}/></geometry></visual>"
 
