@@ -111,6 +111,15 @@ def test_joints_of_one_description_alone(tmp_path: Path) -> None:
     assert comparison.notes[-1] == "equations were not compared: the coordinates of the descriptions differ"
 
 
+def test_a_joint_on_another_parent_is_named_with_both(tmp_path: Path) -> None:
+    old = 'type="prismatic"><parent link="lower"/>'
+    assert URDF.count(old) == 1
+    moved = written(tmp_path / "b.urdf", URDF.replace(old, old.replace("lower", "upper")))
+    found = eomgen.compare(written(tmp_path / "a.urdf", URDF), moved, states=2)
+    (parent,) = (item for item in found.differences if item.quantity == "parent")
+    assert (parent.element, parent.first, parent.second) == ("joints.wrist", "lower", "upper")
+
+
 def test_options_of_the_caller_are_heeded_or_refused(tmp_path: Path) -> None:
     first = written(tmp_path / "a.urdf", URDF)
     second = written(tmp_path / "b.urdf", URDF.replace('friction="0.2"', 'friction="0.3"').replace('"1.5"', '"1.4"'))
