@@ -307,10 +307,7 @@ def test_a_prior_alone_has_no_curvature_and_zeros_have_an_adjoint() -> None:
         (lambda: smoothing(MESH, 1.0) @ mask(MESH, COUNTS), "a filter after a mask is diagonal neither in Fourier"),
         (lambda: smoothing(MESH, 1.0) @ white(MESHES[0]), "the operators have different meshes"),
         (lambda: difference(MESH, 2), "difference: axis: there is no axis 2 in 2 dimensions; try: 0 to 1"),
-        (
-            lambda: mask(MESH, COUNTS[1:]),
-            "an array of the shape (7, 6) is not a mask of finite numbers for (8, 6)",
-        ),
+        (lambda: mask(MESH, COUNTS[1:]), "an array of the shape (7, 6) is not a mask of finite numbers for (8, 6)"),
         (lambda: made("s**2").value("g", MESH.white(stream())), "value: there is no field 'g'; try: one of s"),
         (
             lambda: made("s**2").energy(MESH.white(stream())[:4]),
@@ -328,10 +325,7 @@ def test_a_prior_alone_has_no_curvature_and_zeros_have_an_adjoint() -> None:
         (lambda: made("s/0"), "cell energy: the divisor is zero (column 3); try: another divisor"),
         (lambda: made(CellEnergy("s", {"counts": "s"})), "cell energy: two things are called counts; try: another"),
         (lambda: made(CellEnergy("s", {"2s": "s"})), "cell energy: the name '2s' is not legal"),
-        (
-            lambda: made(poisson(1.0, 1.0), -COUNTS),
-            "data.counts: 48 cells out of range: -1 at (0, 0); try: finite numbers",
-        ),
+        (lambda: made(poisson(1.0, 1.0), -COUNTS), "data.counts: 48 cells out of range: -1 at (0, 0)"),
         (lambda: made("s*counts", COUNTS * np.nan), "data.counts: 48 cells out of range: nan at (0, 0); try: finite"),
         (lambda: made("s*counts", COUNTS[0]), "data.counts: the array has the shape (6,), and the mesh (8, 6)"),
         (lambda: made("s**2").mass("fischer"), "mass: there is no mass 'fischer'; try: "),
@@ -340,10 +334,7 @@ def test_a_prior_alone_has_no_curvature_and_zeros_have_an_adjoint() -> None:
             lambda: FieldPosterior(Mesh((4096, 4096, 4096), 1.0), "0", {}),
             "memory: a trajectory on 4096 x 4096 x 4096 cells takes 4.61e+03 GiB, and this machine has",
         ),
-        (
-            lambda: made("log(1e-300*s - 1)").mode(),
-            "mode: U is nan at the start; try: another start, or an energy that is finite there",
-        ),
+        (lambda: made("log(1e-300*s - 1)").mode(), "mode: U is nan at the start; try: another start, or an energy"),
         (lambda: made("log(1 + s**2)").mode(iterations=0, tolerance=-1.0), "mode: Newton's method has left a gradient"),
     ],
 )

@@ -637,10 +637,7 @@ def changed(**changes: Any) -> dict[str, Any]:
             changed(repeat={"a": {"indices": {"i": 2}, "where": "k < 1", "parameters": {"a{i}": 1.0}}}),
             r"\(repeat.a.where\): .*'k'",
         ),
-        (
-            changed(repeat={"a": {"indices": {"i": 2}, "bodies": {}}}),
-            "there is no section 'bodies' whose entries could",
-        ),
+        (changed(repeat={"a": {"indices": {"i": 2}, "bodies": {}}}), "there is no section 'bodies' whose entries"),
     ],
 )
 def test_mistakes_in_files_have_one_clear_message(data: dict[str, Any], text: str) -> None:

@@ -304,10 +304,7 @@ def message(folder: Path | None = None, **changes: Any) -> str:
             {"operators__s__power": "exp(-(kx - 0.1)**2)"},
             "operators.s): the power is not the same at k and at -k, and the power of a real field is; try: a formula",
         ),
-        (
-            {"operators__s": {"lognormal_power": "2 + ky*k/abs(k + 1)"}},
-            "operators.s): the power is not the same at k and at -k",
-        ),
+        ({"operators__s": {"lognormal_power": "2 + ky*k/abs(k + 1)"}}, "operators.s): the power is not the same at k"),
         ({"operators__s": {"filter": "kx"}}, "operators.s): the filter is not the same at k and at -k"),
         ({"operators__s": {"filter": "1/k"}}, "operators.s): the filter has no finite value at k = 0"),
         (

@@ -114,10 +114,7 @@ def test_the_builder_gives_the_same() -> None:
             ),
         ),
         ("preload = [0, 0, t]", "column 16): this is not TOML: Invalid value"),
-        (
-            'preload = [0, 0, "t"]',
-            "bushings.mount.preload[2]): time t cannot be used here (column 1); try: parameters only",
-        ),
+        ('preload = [0, 0, "t"]', "bushings.mount.preload[2]): time t cannot be used here (column 1)"),
         (
             "stiffness = [1, 1, 1]\nrest_rotation = [{ axis = [0, 0, 0], angle = 1 }]",
             "bushings.mount.rest_rotation[0].axis): the axis has no direction; try: an axis such as [0, 0, 1]",
@@ -149,17 +146,11 @@ def test_messages(keys: str, message: str) -> None:
         ),
         (
             'first = "hook"\nsecond = { body = "block", axis = [0, 0, 1] }\n',
-            (
-                "bushings.mount.second): the angle about the axis matters to a bushing, and axis does not say it; "
-                "try: x_axis = [1, 0, 0], in the axes of this body, or rotation"
-            ),
+            "bushings.mount.second): the angle about the axis matters to a bushing, and axis does not say it",
         ),
         (
             'first = { body = "lid" }\nsecond = { body = "block" }\n',
-            (
-                "bushings.mount.second): both frames are in the same rigid body: lid, block, which fixed joints make"
-                " one body; try: frames in two bodies that move against each other"
-            ),
+            "bushings.mount.second): both frames are in the same rigid body: lid, block, which fixed joints make",
         ),
         (
             'first = { position = [0, 0, 0] }\nsecond = { body = "block" }\n',

@@ -131,10 +131,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
         "(beams.rope.parts[0].length): the length of a part of a beam is 0; try: a number above 0",
     ),
     ({"length": None}, "(beams.rope): the key length is missing; try: length = 1.0"),
-    (
-        {"length": 1e308},
-        "(beams.rope): the length of an element, 2.5e+307 m, is too large or too small to be squared in double precision; try: SI units",
-    ),
+    ({"length": 1e308}, "(beams.rope): the length of an element, 2.5e+307 m, is too large or too small to be squared"),
     (
         {"stiffness": {**ROLL_UP, "torsion": 1e300}},
         "(beams.rope): the stiffness of an element, 1e+300 by 2.5 m, is too large or too small to be squared in double precision; try: SI units",
@@ -147,18 +144,9 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
         {"length": None, "elements": None, "parts": [{"length": 1.0, "elements": 10_000}, PART]},
         "(beams.rope.parts): the parts have 10002 elements, and 10000 are the most of a beam; try: fewer elements",
     ),
-    (
-        {"mass_per_length": "1 - 2 * s"},
-        "(beams.rope.mass_per_length): at s = 0.625, the mass per length is -0.25; try: a number above 0",
-    ),
-    (
-        {"mass_per_length": "1 / (s - 0.375)"},
-        "(beams.rope.mass_per_length): at s = 0.125, the mass per length is -4; try: a number above 0",
-    ),
-    (
-        {"mass_per_length": "1 / (s - 0.125)"},
-        "(beams.rope.mass_per_length): at s = 0.125, div(1, 0) has no finite value; try: other values of the parameters",
-    ),
+    ({"mass_per_length": "1 - 2 * s"}, "(beams.rope.mass_per_length): at s = 0.625, the mass per length is -0.25"),
+    ({"mass_per_length": "1 / (s - 0.375)"}, "(beams.rope.mass_per_length): at s = 0.125, the mass per length is -4"),
+    ({"mass_per_length": "1 / (s - 0.125)"}, "(beams.rope.mass_per_length): at s = 0.125, div(1, 0) has no finite"),
     (
         {"stiffness": ROLL_UP | {"torsion": "t"}},
         "(beams.rope.stiffness.torsion): time t cannot be used here (column 1); try: parameters, s from 0 to 1 along the beam, and curves of it only",
@@ -183,10 +171,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
         {"shape": {"points": [[0, 0, 0], [1, 0, 0]]}},
         "(beams.rope.length): length is given, and follows from the shape too; try: one of them",
     ),
-    (
-        {"length": None, "shape": {}},
-        "(beams.rope.shape): the shape has neither points nor frames; try: points = [[0, 0, 0], [1, 0, 0], [2, 1, 0]]",
-    ),
+    ({"length": None, "shape": {}}, "(beams.rope.shape): the shape has neither points nor frames; try: points = [[0,"),
     (
         {"length": None, "shape": {"points": [[0, 0, 0]]}},
         "(beams.rope.shape.points): a shape needs two points at least, not 1; try: [0, 0, 0], and where the beam goes",
@@ -207,10 +192,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
         {"length": None, "elements": 1, "shape": {"points": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]}},
         "(beams.rope.shape): one of the 1 elements turns by",
     ),
-    (
-        {"length": None, "shape": {"frames": [{"position": [0, 0, 0], "rotation": [{"axis": [0, 0, 1], "angle": 0.1}]}, FRAME]}},
-        "(beams.rope.shape.frames[0].rotation): the first frame is turned relative to the beam's frame, which it has to equal; try: no rotation here; the beam's joint has one",
-    ),
+    ({"length": None, "shape": {"frames": [{"position": [0, 0, 0], "rotation": [{"axis": [0, 0, 1], "angle": 0.1}]}, FRAME]}}, "(beams.rope.shape.frames[0].rotation): the first frame is turned relative to the beam's frame, which it has to equal; try: no rotation here; the beam's"),
     (
         {"length": None, "shape": through({"position": [-1, 0, 0]})},
         "(beams.rope.shape.frames[1]): from the frame before to this one the axis goes 180 degrees off the x of both; try: rotations with x along the beam, or points in place of frames",

@@ -277,10 +277,7 @@ def test_what_a_table_holds_is_part_of_the_scene(tmp_path: Path) -> None:
         ("t,F\n0,1\n1,1\n1,2\n2,1\n", '4|1 occurs again; try: one value for each, or interpolation = "linear"'),
         ("t,F\n0,1\n1,1\n1.0000001,2\n2,1\n", "4|distances of points: 1e-07 here, 1 elsewhere, too uneven"),
         ("t,F\n0,1\n1,1e200\n", "3|a number is beyond 1e+100; try: other units"),
-        (
-            b"PK\3\4\24",
-            "|the file is a spreadsheet (xlsx, ods or xls), and tables are read from CSV; try: the sheet saved",
-        ),
+        (b"PK\3\4\24", "|the file is a spreadsheet (xlsx, ods or xls), and tables are read from CSV"),
         (b"\xd0\xcf\x11\xe0\xa1", "|the file is a spreadsheet (xlsx, ods or xls), and tables are read from CSV"),
         ("t,F\n0,1\n1,\0\n", "3|there is a zero byte: this is not a text; try: the file saved as CSV in UTF-8"),
         ("t,F\n0,1\n1,\N{DEGREE SIGN}\n".encode("latin-1"), "3|byte 10 is not UTF-8; try: the file saved"),
@@ -301,19 +298,13 @@ def test_tables_that_are_wrong(table: str | bytes | None, message: str, tmp_path
 @pytest.mark.parametrize(
     ("entry", "message"),
     [
-        (
-            '[inputs.u]\ntable = { file = "." }',
-            "(inputs.u.table): '{folder}' cannot be read: Is a directory; try: a path from the scene",
-        ),
+        ('[inputs.u]\ntable = { file = "." }', "(inputs.u.table): '{folder}' cannot be read: Is a directory"),
         ('[inputs.u]\ntable = { file = "a\\u0000b" }', "(inputs.u.table): '{folder}/a\\x00b' cannot be read: "),
         (
             '[inputs.u]\ntable = { file = "push.csv", argument = 7 }',
             "push.csv:1 (inputs.u.table): there is no column 7: the row has 2",
         ),
-        (
-            '[inputs.u]\ntable = { file = "push.csv", colum = 7 }',
-            "(inputs.u.table.colum): the key 'colum' is unknown here",
-        ),
+        ('[inputs.u]\ntable = { file = "push.csv", colum = 7 }', "(inputs.u.table.colum): the key 'colum' is unknown"),
         (
             '[inputs.u]\ntable = { file = "push.csv", value_unit = "mmm" }',
             "(inputs.u.table.value_unit): there is no unit 'mmm'; try: mm",
@@ -337,10 +328,7 @@ def test_tables_that_are_wrong(table: str | bytes | None, message: str, tmp_path
             '[inputs.u]\nwave = { shape = "square", period = 1, duty = 1 }',
             "(inputs.u.wave.duty): the duty 1 is not between 0 and 1",
         ),
-        (
-            '[inputs.u]\nwave = { shape = "round", period = 1 }',
-            "'round' is not known here; try: one of square, triangle or sawtooth",
-        ),
+        ('[inputs.u]\nwave = { shape = "round", period = 1 }', "'round' is not known here; try: one of square,"),
         ('[inputs.u]\noutside = "hold"', "(inputs.u.outside): outside is for points and tables"),
         ("[curves.c]", "(curves.c): a curve needs one of table, points, wave, bump, road, not none"),
         ("[curves.c]\nbump = { length = 0, height = 1 }", "(curves.c.bump.length): the length 0 is not positive"),
@@ -369,7 +357,7 @@ def test_tables_that_are_wrong(table: str | bytes | None, message: str, tmp_path
         ),
         (
             '[curves.c]\nbump = { length = 1, height = 1, position = 3 }\n[base]\nposition = ["derivative.c(t)", 0, 0]',
-            "(base.position): a motion cannot follow a derivative of c, which bends at 3",
+            "(base.position): a motion cannot follow a derivative of c, which bends",
         ),
     ],
 )

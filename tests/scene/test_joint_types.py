@@ -101,10 +101,7 @@ def test_the_builder_takes_the_same() -> None:
         ),
         (
             'type = "helical"\naxis = [0, 0, 1]\npitch = "still"',
-            (
-                "(joints.first.pitch): a screw with a pitch of 0 does not travel; try: a pitch in m/rad, or type ="
-                ' "revolute"'
-            ),
+            "(joints.first.pitch): a screw with a pitch of 0 does not travel; try: a pitch in m/rad, or type",
         ),
         ('type = "helical"\npitch = 1', "(joints.first): a helical joint needs an axis; try: axis = [0, 0, 1]"),
         (
@@ -119,10 +116,7 @@ def test_the_builder_takes_the_same() -> None:
             'type = "universal"\naxis = [0, 0, 1]\nsecond_axis = [0, 1, 1]',
             "(joints.first.second_axis): the axes of a universal joint are perpendicular, and these include 45 degrees",
         ),
-        (
-            'type = "planar"\naxis = [0, 0, 1]\nx_axis = [0, 0, 3]',
-            "(joints.first.x_axis): x_axis is parallel to axis; try: a direction across it",
-        ),
+        ('type = "planar"\naxis = [0, 0, 1]\nx_axis = [0, 0, 3]', "(joints.first.x_axis): x_axis is parallel to axis"),
         (
             'type = "cylindrical"\naxis = [0, 0, 1]\nx_axis = [0, 1, 0]',
             "(joints.first.x_axis): x_axis has no meaning for cylindrical; try: type = planar",
@@ -145,10 +139,7 @@ def test_the_builder_takes_the_same() -> None:
         ),
         (
             'type = "planar"\naxis = [0, 0, 1]\nmimic = { joint = "second" }',
-            (
-                "(joints.first.mimic): a planar joint cannot follow another: it has 3 coordinates; try: a joint with"
-                " one coordinate"
-            ),
+            "(joints.first.mimic): a planar joint cannot follow another: it has 3 coordinates; try: a joint",
         ),
         (
             'type = "revolute"\naxis = [0, 0, 1]\nmimic = { joint = "first" }',
@@ -215,11 +206,7 @@ def test_springs_between_angles(spring: str, message: str) -> None:
 @pytest.mark.parametrize(
     ("kind", "inertia", "message"),
     [
-        (
-            'type = "universal"\naxis = [1, 0, 0]\nsecond_axis = [0, 1, 0]',
-            "",
-            "lack inertia about two axes through their centre",
-        ),
+        ('type = "universal"\naxis = [1, 0, 0]\nsecond_axis = [0, 1, 0]', "", "lack inertia about two axes through"),
         ('type = "planar"\naxis = [1, 0, 0]', "", "the bodies that it carries lack inertia about its normal, or mass"),
         ('type = "cylindrical"\naxis = [1, 0, 0]', "", "the bodies that it carries have no inertia about its axis"),
         ('type = "cylindrical"\naxis = [1, 0, 0]\nrotor_inertia = [0.1, 0]', "", ""),

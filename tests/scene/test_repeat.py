@@ -127,19 +127,9 @@ def told(change: tuple[str, str]) -> str:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (
-            ("indices = { i = [1, 4] }", ""),
-            "scene.toml:18 (repeat.links.indices): the key indices is missing; try: indices = { i = 10 } for i from 0"
-            " to 9, or { i = [1, 9] } for 1 to 9",
-        ),
-        (
-            ("i = [1, 4]", "i = [4, 1]"),
-            "scene.toml:19 (repeat.links.indices.i): the index i takes no number from 4 to 1",
-        ),
-        (
-            ("i = [1, 4]", "i = 1.5"),
-            "scene.toml:19 (repeat.links.indices.i): an index counts by whole numbers, and here",
-        ),
+        (("indices = { i = [1, 4] }", ""), "scene.toml:18 (repeat.links.indices): the key indices is missing"),
+        (("i = [1, 4]", "i = [4, 1]"), "scene.toml:19 (repeat.links.indices.i): the index i takes no number from 4"),
+        (("i = [1, 4]", "i = 1.5"), "scene.toml:19 (repeat.links.indices.i): an index counts by whole numbers,"),
         (("i = [1, 4]", "i = [0, 4]"), "the name link_0 in bodies is given twice"),
         (("i = [1, 4]", "i = 4, j = 100001"), "scene.toml:19 (repeat.links.indices): more than 200000 copies are made"),
         (("i = [1, 4]", "i = 2, j = 2"), "the name link_0 in bodies is given twice"),

@@ -132,12 +132,7 @@ def test_every_place_by_formulas_in_turn(rng: np.random.Generator) -> None:
 @pytest.mark.parametrize(
     ("place", "formula", "X", "message"),
     [
-        (
-            ("bodies", "slider", "mass"),
-            "X",
-            -1.0,
-            "(bodies.slider.mass): the mass -1 is negative at X = -1; try: a positive number of kg",
-        ),
+        (("bodies", "slider", "mass"), "X", -1.0, "(bodies.slider.mass): the mass -1 is negative at X = -1"),
         (
             ("bodies", "arm", "inertia", 2),
             "X / 4",
@@ -152,10 +147,7 @@ def test_every_place_by_formulas_in_turn(rng: np.random.Generator) -> None:
             ("joints", "sleeve", "limits", "lower", 1),
             "-2 * X",
             -1.5,
-            (
-                "(joints.sleeve.limits[1]): the lower limit 3 m is not below the upper one, 2 m at X = -1.5; try: lower"
-                " below upper"
-            ),
+            "(joints.sleeve.limits[1]): the lower limit 3 m is not below the upper one, 2 m at X = -1.5; try: lower",
         ),
         (
             ("joints", "hinge", "friction", "static"),
@@ -170,10 +162,7 @@ def test_every_place_by_formulas_in_turn(rng: np.random.Generator) -> None:
             ("controllers", "limited", "minimum"),
             "-X",
             -2.0,
-            (
-                "(controllers.limited.minimum): the range is empty: minimum 2 is not below maximum 1 at X = -2; try: a"
-                " smaller"
-            ),
+            "(controllers.limited.minimum): the range is empty: minimum 2 is not below maximum 1 at X = -2",
         ),
         (
             ("controllers", "ratio", "integral"),

@@ -77,10 +77,7 @@ child = "ball"
             replaced("axis = [0, 1, 0]\n", "").replace("inertia = [0.1, 0.1, 0.01]\n", "inertia = [0.1, 0.01, 0.01]\n"),
             "scene.toml:9 (bodies.link.inertia): the principal moments",
         ),
-        (
-            replaced("axis = [0, 1, 0]\n", ""),
-            "scene.toml:10 (joints.hinge): a revolute joint needs an axis; try: axis = [0, 0, 1]",
-        ),
+        (replaced("axis = [0, 1, 0]\n", ""), "scene.toml:10 (joints.hinge): a revolute joint needs an axis"),
         (
             replaced("axis = [0, 1, 0]", 'axis = "y"'),
             "scene.toml:14 (joints.hinge.axis): a list of 3 entries is needed here, not 'y'; try: [0, 1, 0]",
@@ -93,10 +90,7 @@ child = "ball"
             replaced('child = "link"\n', ""),
             'scene.toml:10 (joints.hinge.child): the key child is missing; try: child = "link"',
         ),
-        (
-            replaced("format = 1", "format = 2"),
-            "scene.toml:1 (format): this eomgen reads format 1, not 2; try: format = 1, or a newer eomgen",
-        ),
+        (replaced("format = 1", "format = 2"), "scene.toml:1 (format): this eomgen reads format 1, not 2"),
         (
             FLOATING,
             (
@@ -106,10 +100,7 @@ child = "ball"
                 " joints for a point mass"
             ),
         ),
-        (
-            FLOATING.replace("mass = 1", "mass = -1"),
-            "scene.toml:5 (bodies.ball.mass): the mass -1 is negative; try: a positive number of kg",
-        ),
+        (FLOATING.replace("mass = 1", "mass = -1"), "scene.toml:5 (bodies.ball.mass): the mass -1 is negative"),
     ],
 )
 def test_one_cause_is_one_problem(text: str, expected: str) -> None:

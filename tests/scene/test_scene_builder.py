@@ -214,10 +214,7 @@ def test_keys_that_the_schema_does_not_have() -> None:
             lambda builder: builder.simulation(step=0.1).simulation(step=0.2),
             "(simulation): this was given before, at FILE; try: one call",
         ),
-        (
-            lambda builder: builder.body("b", 1.0).body("b", 2.0),
-            "(bodies.b): this was given before, at FILE; try: another name",
-        ),
+        (lambda builder: builder.body("b", 1.0).body("b", 2.0), "(bodies.b): this was given before, at FILE"),
     ],
 )
 def test_calls_without_a_name_and_twice(calls: Any, text: str) -> None:

@@ -259,14 +259,8 @@ def test_byte_order_mark_and_line_ends(tmp_path: Path) -> None:
             b"format = 1\nname 3",
             "scene.toml:2: this is not TOML: Expected '=' after a key in a key/value pair (column 6)",
         ),
-        (
-            b"a = [1, [2]\n\nb = 3\n",
-            "scene.toml:1: this is not TOML: Unclosed array (line 3 does not continue the array); try: a ] at the end",
-        ),
-        (
-            b"a = [\n [1]\n [2]]\n",
-            "scene.toml:3: this is not TOML: Unclosed array (column 2); try: a comma between two",
-        ),
+        (b"a = [1, [2]\n\nb = 3\n", "scene.toml:1: this is not TOML: Unclosed array (line 3 does not continue"),
+        (b"a = [\n [1]\n [2]]\n", "scene.toml:3: this is not TOML: Unclosed array (column 2)"),
         (b"b = 1\na = [1, 2\n", "scene.toml:2: this is not TOML: Unclosed array (at end of document); try: a ] at"),
         (b"a = 1\na = 2\n", "scene.toml:2: this is not TOML: the key a is given twice; try: one of them"),
         (b"a = " + b"[" * 5000, "scene.toml: lists or tables are nested too deep"),
@@ -307,11 +301,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        (
-            "format = 1",
-            "format = 2",
-            "scene.toml:1 (format): this eomgen reads format 1, not 2; try: format = 1, or a newer eomgen",
-        ),
+        ("format = 1", "format = 2", "scene.toml:1 (format): this eomgen reads format 1, not 2"),
         ("format = 1\n", "", "scene.toml (format): the key format is missing; try: format = 1"),
         ('"pendulum"', "3", "scene.toml:2 (name): a text is needed here, not 3"),
         (
@@ -325,11 +315,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         ('"2*length"', "1979-05-27", "a number or a formula is needed here, not datetime.date(1979, 5, 27)"),
         ('"2*length"', '"-length"', "scene.toml:7 (bodies.link.mass): the mass -0.8 is negative"),
         ('"2*length"', '"2*lenght"', "scene.toml:7 (bodies.link.mass): unknown name 'lenght' (column 3); try: length"),
-        (
-            '"2*length"',
-            '"t"',
-            "scene.toml:7 (bodies.link.mass): time t cannot be used here (column 1); try: parameters only",
-        ),
+        ('"2*length"', '"t"', "scene.toml:7 (bodies.link.mass): time t cannot be used here (column 1)"),
         ('"2*length"', '"1/(length - 0.8)"', "at the default parameters, div(1, 0) has no finite value"),
         ('mass = "2*length"\n', "", "scene.toml:6 (bodies.link.mass): the key mass is missing"),
         ("mass =", "mas =", "scene.toml:7 (bodies.link.mas): the key 'mas' is unknown here; try: mass"),
@@ -346,11 +332,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
             "[[1, 0, 0], [1, 1, 0], [0, 0, 1]]",
             "the inertia matrix is not symmetric: entry [0][1] differs from [1][0]",
         ),
-        (
-            "[0.1, 0.1, 0.01]",
-            "[0.1, 0.1, 0.22]",
-            "the principal moments 0.1, 0.1, 0.22 violate the triangle inequality",
-        ),
+        ("[0.1, 0.1, 0.01]", "[0.1, 0.1, 0.22]", "the principal moments 0.1, 0.1, 0.22 violate the triangle"),
         (
             "[0.1, 0.1, 0.01]",
             "[0.1, 0.1, 0.1, 0.2, 0, 0]",
@@ -365,11 +347,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         ('"revolute"', '"clamp"', "'clamp' is not known here; try: one of fixed, revolute, prismatic, helical,"),
         ('"revolute"', '"fixed"', "scene.toml:14 (joints.hinge.axis): a fixed joint has no axis"),
         ('"revolute"', '"free"', "scene.toml:14 (joints.hinge.axis): a free joint has no axis"),
-        (
-            "axis = [0, 1, 0]\n",
-            "",
-            "scene.toml:10 (joints.hinge): a revolute joint needs an axis; try: axis = [0, 0, 1]",
-        ),
+        ("axis = [0, 1, 0]\n", "", "scene.toml:10 (joints.hinge): a revolute joint needs an axis"),
         ("[0, 1, 0]", "[0, 0, 0]", "scene.toml:14 (joints.hinge.axis): the axis has no direction"),
         (
             'parent = "base"',
@@ -445,15 +423,11 @@ def test_one_problem(old: str, new: str, message: str) -> None:
             "(joints.hinge.initial.colour): the key 'colour' is unknown here; try: one of position,",
         ),
         ("[inputs]\nlength = {}", "(inputs.length): the name length is both a parameter and an input"),
-        (
-            '[inputs]\nu = { formula = "q.hinge" }',
-            "q.hinge cannot be used here (column 1); try: time, parameters and curves",
-        ),
+        ('[inputs]\nu = { formula = "q.hinge" }', "q.hinge cannot be used here (column 1); try: time, parameters"),
         ('[points]\ntip = { body = "lonk" }', "scene.toml:16 (points.tip.body): there is no body 'lonk'; try: link"),
         (
             '[outputs]\nend = { position = "link" }',
-            '(outputs.end.position): link is a body, not a point; try: [points.link_origin] with body = "link", and'
-            " its name here",
+            '(outputs.end.position): link is a body, not a point; try: [points.link_origin] with body = "link",',
         ),
         (
             '[springs]\ns = { first = "a", second = "b" }',
@@ -467,10 +441,7 @@ def test_one_problem(old: str, new: str, message: str) -> None:
             '[torsion_springs]\ns = { first = "hing" }',
             "(torsion_springs.s.first): there is no joint 'hing'; try: hinge",
         ),
-        (
-            '[torsion_springs]\ns = { first = "hinge", second = "hinge" }',
-            "the spring connects the joint hinge to itself",
-        ),
+        ('[torsion_springs]\ns = { first = "hinge", second = "hinge" }', "the spring connects the joint hinge"),
         ('[forces]\nf = { body = "base" }', "a force on the base has no effect: its motion is prescribed; try: a body"),
         ('[forces]\nf = { body = "link", axes = "local" }', "'local' is not known here; try: one of world or body"),
         (
@@ -613,14 +584,8 @@ def chain(*links: str) -> str:
         (["revolute 1 0 0"], "the bodies that it carries have no inertia about its axis"),
         (["prismatic 0 1 0"], "the bodies that it carries have no mass"),
         (["spherical 1 0 0"], "the bodies that it carries have no inertia about some axis through their centre"),
-        (
-            ["free 0 1 0"],
-            "the bodies that it carries lack mass, or inertia about some axis through their centre of mass",
-        ),
-        (
-            ["free 1 0 0"],
-            "the bodies that it carries lack mass, or inertia about some axis through their centre of mass",
-        ),
+        (["free 0 1 0"], "the bodies that it carries lack mass, or inertia about some axis through their centre"),
+        (["free 1 0 0"], "the bodies that it carries lack mass, or inertia about some axis through their centre"),
         (["fixed 1 1 0"], "no joint can move; try: a revolute, prismatic, spherical or free joint"),
     ],
 )

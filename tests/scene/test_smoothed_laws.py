@@ -67,34 +67,18 @@ CASES: list[tuple[str, dict[str, Any], list[tuple[float, Function]]]] = [
     ("max(0, 2 * (t - 0.5))", {}, [(-9.0, constant(0.0)), (0.5, lambda t: 2 * (t - 0.5))]),
     ("min(0.3, 1 - t) + t", {}, [(-9.0, lambda t: 0.3 + t), (0.7, constant(1.0))]),
     ("abs(t - 1)", {}, [(-9.0, lambda t: 1 - t), (1.0, lambda t: t - 1)]),
-    (
-        "sin(t) if 0.5 <= t and t < 1.5 else 0.2",
-        {},
-        [(-9.0, constant(0.2)), (0.5, np.sin), (1.5, constant(0.2))],
-    ),
+    ("sin(t) if 0.5 <= t and t < 1.5 else 0.2", {}, [(-9.0, constant(0.2)), (0.5, np.sin), (1.5, constant(0.2))]),
     ("1 if t < 0.5 or t > 1.5 else 0", {}, [(-9.0, constant(1.0)), (0.5, constant(0.0)), (1.5, constant(1.0))]),
     ("1 if not t < 0.5 else t", {}, [(-9.0, lambda t: t), (0.5, constant(1.0))]),
     ("stairs(t)", {"stairs": STAIRS}, [(-9.0, constant(1.0)), (0.5, constant(3.0)), (1.25, constant(-1.0))]),
-    (
-        "stairs(2 - t)",
-        {"stairs": STAIRS},
-        [(-9.0, constant(-1.0)), (0.75, constant(3.0)), (1.5, constant(1.0))],
-    ),
-    (
-        "road(2 * t - 1)",
-        {"road": ROAD},
-        [(-9.0, constant(0.0)), (0.5, lambda t: 4 * t - 2), (1.0, constant(3.0))],
-    ),
+    ("stairs(2 - t)", {"stairs": STAIRS}, [(-9.0, constant(-1.0)), (0.75, constant(3.0)), (1.5, constant(1.0))]),
+    ("road(2 * t - 1)", {"road": ROAD}, [(-9.0, constant(0.0)), (0.5, lambda t: 4 * t - 2), (1.0, constant(3.0))]),
     (
         "square(t)",
         {"square": SQUARE},
         [(-9.0, constant(-1.0)), *((0.1 + 0.6 * k, constant((-1.0) ** k)) for k in range(4))],
     ),
-    (
-        "saw(t + 0.1)",
-        {"saw": SAW},
-        [(0.4 * k - 0.1, flank(k)) for k in range(-1, 6)],
-    ),
+    ("saw(t + 0.1)", {"saw": SAW}, [(0.4 * k - 0.1, flank(k)) for k in range(-1, 6)]),
 ]
 
 

@@ -198,10 +198,7 @@ HELD = FEEDBACK + 'coordinates = ["body", "wheel"]\n'
         ),
         (
             HELD + 'outputs = ["a b"]\nposition_gains = { body = 1 }',
-            (
-                "the controller makes a parameter 'ride_a b_position_gain_body', whose name is not legal; try: up to 64"
-                " ASCII letters"
-            ),
+            "the controller makes a parameter 'ride_a b_position_gain_body', whose name is not legal; try: up to 64",
         ),
         (HELD + 'calibration = { method = "lqg" }', "'lqg' is not known here; try: one of lqr, imsc or pole_placement"),
         (
@@ -228,18 +225,9 @@ HELD = FEEDBACK + 'coordinates = ["body", "wheel"]\n'
             HELD + 'calibration = { method = "lqr", effort_weights = -1 }',
             "effort_weights of -1 is not allowed; try: 0 or more",
         ),
-        (
-            HELD + 'calibration = { method = "imsc" }',
-            "the method imsc needs the key effort_weights; try: effort_",
-        ),
-        (
-            HELD + 'calibration = { method = "imsc", effort_weights = 0 }',
-            "effort_weights of 0 is not allowed; try: a number above 0",
-        ),
-        (
-            HELD + 'calibration = { method = "pole_placement" }',
-            "pole_placement needs damping_ratios of modes, or poles; try: damping_ratios = 0.3",
-        ),
+        (HELD + 'calibration = { method = "imsc" }', "the method imsc needs the key effort_weights; try: effort_"),
+        (HELD + 'calibration = { method = "imsc", effort_weights = 0 }', "effort_weights of 0 is not allowed"),
+        (HELD + 'calibration = { method = "pole_placement" }', "pole_placement needs damping_ratios of modes,"),
         (
             HELD
             + 'calibration = { method = "pole_placement", modes = [1, 2], damping_ratios = 0.3, frequencies = [1] }',
@@ -258,10 +246,7 @@ HELD = FEEDBACK + 'coordinates = ["body", "wheel"]\n'
             '[controllers.sky]\ntype = "skyhook"\nspring = "suspensio"\ndamping = 1',
             "there is no spring 'suspensio'; try: suspension",
         ),
-        (
-            '[controllers.sky]\ntype = "skyhook"\nspring = "suspension"',
-            "a skyhook controller needs damping or groundhook; try: damping = 2000",
-        ),
+        ('[controllers.sky]\ntype = "skyhook"\nspring = "suspension"', "a skyhook controller needs damping"),
         (
             '[controllers.sky]\ntype = "skyhook"\nspring = "suspension"\ndamping = -1',
             "damping is negative (-1); try: 0 or more",
@@ -290,21 +275,11 @@ HELD = FEEDBACK + 'coordinates = ["body", "wheel"]\n'
         ),
         (
             "[parameters.ride_position_gain_body]\nvalue = 1\n" + HELD + "position_gains = { body = 1 }",
-            (
-                "the controller makes a parameter ride_position_gain_body, and there is a parameter of that name; "
-                "try: another name for one of them"
-            ),
+            "the controller makes a parameter ride_position_gain_body, and there is a parameter of that name",
         ),
         (
-            (
-                '[controllers.a]\ntype = "state_feedback"\noutputs = ["b_c"]\ncoordinates = ["body"]\nposition_gains ='
-                ' { body = 1 }\n[controllers.a_b]\ntype = "state_feedback"\noutputs = ["c"]\ncoordinates ='
-                ' ["body"]\nposition_gains = { body = 1 }\n'
-            ),
-            (
-                "the controllers a and a_b both make a parameter a_b_c_position_gain_body; try: another name for one of"
-                " them"
-            ),
+            '[controllers.a]\ntype = "state_feedback"\noutputs = ["b_c"]\ncoordinates = ["body"]\nposition_gains = { body = 1 }\n[controllers.a_b]\ntype = "state_feedback"\noutputs = ["c"]\ncoordinates = ["body"]\nposition_gains = { body = 1 }\n',
+            "the controllers a and a_b both make a parameter a_b_c_position_gain_body; try: another name",
         ),
     ],
 )

@@ -109,42 +109,20 @@ def test_load_and_deflection_are_words_of_formulas() -> None:
                 "try: time, parameters, inputs, curves and the position of the wheel's centre only"
             ),
         ),
-        (
-            'road = "lift"\ndamping = 5',
-            (
-                "tyres.front): the damping needs the rate of the road, which does not follow from an input; "
-                'try: the road as a table in [curves.profile] with road = "profile(speed * t)", whose rate is known; '
-                'or road_rate = "...", a second input for instance; or no damping'
-            ),
-        ),
+        ('road = "lift"\ndamping = 5', "tyres.front): the damping needs the rate of the road, which does not follow"),
         (
             'road = "sin(position.hub[0])"\nroad_rate = "lift"',
-            (
-                "tyres.front.road_rate): neither time nor an input moves the road, so it has no rate of its own; "
-                "try: a road that moves, or no road_rate"
-            ),
+            "tyres.front.road_rate): neither time nor an input moves the road, so it has no rate of its own",
         ),
         ("slip = { friction = 1 }", "tyres.front.slip.stiffness): the key stiffness is missing; try: stiffness = ..."),
         (
             "slip = { stiffness = [1, 2, 3] }",
-            (
-                "tyres.front.slip.stiffness): one stiffness, or a longitudinal and a lateral one, are needed here, not"
-                " 3; try: [15, 12]"
-            ),
+            "tyres.front.slip.stiffness): one stiffness, or a longitudinal and a lateral one, are needed here, not 3",
         ),
         ("slip = { stiffness = [1, -2] }", "tyres.front.slip.stiffness[1]): a slip stiffness is -2; try: 0 or more"),
-        (
-            "slip = { stiffness = 1, friction = 0 }",
-            "tyres.front.slip.friction): the friction of a tyre is 0; try: a number above 0",
-        ),
-        (
-            "slip = { stiffness = 1, velocity = 0 }",
-            "tyres.front.slip.velocity): the velocity of a slip is 0; try: a number above 0",
-        ),
-        (
-            "slip = { stiffness = 1, axis = [0, 0, 0] }",
-            "tyres.front.slip.axis): the axis has no direction; try: an axis such as [0, 0, 1]",
-        ),
+        ("slip = { stiffness = 1, friction = 0 }", "tyres.front.slip.friction): the friction of a tyre is 0"),
+        ("slip = { stiffness = 1, velocity = 0 }", "tyres.front.slip.velocity): the velocity of a slip is 0"),
+        ("slip = { stiffness = 1, axis = [0, 0, 0] }", "tyres.front.slip.axis): the axis has no direction"),
         (
             "width = 0.2",
             (
@@ -169,18 +147,11 @@ def test_messages(keys: str, message: str) -> None:
         (
             'center = "hub"',
             'center = "stone"',
-            (
-                "tyres.front.center): the point stone is on the base, on which a wheel's force has no effect; "
-                "try: a point of the wheel's body"
-            ),
+            "tyres.front.center): the point stone is on the base, on which a wheel's force has no effect; try: a point",
         ),
         ("radius = 0.3\n", "", "tyres.front.radius): the key radius is missing; try: radius = ..."),
         ("radius = 0.3", "radius = 0", "tyres.front.radius): the radius of a tyre is 0; try: a number above 0"),
-        (
-            'stiffness = "soft"',
-            'stiffness = "-soft"',
-            "tyres.front.stiffness): the stiffness of a tyre is -10000; try: a number above 0",
-        ),
+        ('stiffness = "soft"', 'stiffness = "-soft"', "tyres.front.stiffness): the stiffness of a tyre is -10000"),
     ],
 )
 def test_messages_on_what_is_needed(old: str, new: str, message: str) -> None:
