@@ -403,7 +403,7 @@ def test_values_of_a_random_process_are_squares_of_its_label(label: str, kind: s
         ),
         (
             'type = "covariance"\nunit = "mm"\npoints = [[0, "1 mm^2"], [1, 0]]',
-            "its values become m^2, of a quantity in m, and the label 'mm' says otherwise; try: unit = \"m\", or no unit",
+            "its values become m^2, of a quantity in m, and the label 'mm' says otherwise; try: unit = \"m\"",
         ),
     ],
 )

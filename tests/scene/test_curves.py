@@ -15,6 +15,7 @@ from scipy.interpolate import make_interp_spline
 from eomgen.errors import DescriptionError
 from eomgen.formula.curves import Curve, Interpolation, Outside
 from eomgen.formula.discontinuities import affine
+from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import TIME, SceneNames
 from eomgen.scene.load import from_data, load
@@ -24,6 +25,7 @@ from eomgen.symbolic.calculus.partials import jacobian_vector
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.tape import ONE, Tape
+from tests.models import library
 from tests.oracles.fifty_digits import evaluate_mpmath
 
 NATURAL = ([(3, 0.0), (4, 0.0)], [(3, 0.0), (4, 0.0)])
@@ -188,6 +190,9 @@ def loaded(folder: Path, table: str | bytes | None, entry: str = TABLE) -> Scene
     return load(folder / "scene.toml")
 
 
+SCALED = 'table = { file = "push.csv", argument = "t", value = 1 }'
+
+
 def curve_of(scene: Scene) -> Curve:
     (curve,) = scene.curves
     assert isinstance(curve, Curve)
@@ -221,16 +226,10 @@ def test_tables_that_are_right(table: str, tmp_path: Path) -> None:
         ("0 1\n1 3\n2 2", 'table = { file = "push.csv" }'),
         (
             "x;F;t\n9;1000,0;0\n9;3000,0;1000,0\n9;2000;2e3",
-            (
-                'table = { file = "push.csv", argument = "t", value = 1, decimal=",",'
-                " argument_scale = 1e-3, value_scale = 1e-3 }"
-            ),
+            SCALED.replace('"t"', '"t", decimal = ",", argument_scale = 1e-3, value_scale = 1e-3'),
         ),
-        ("t,F\n0,1\n1000,3\n2000,2", 'table = { file = "push.csv", argument = "t", value = 1, argument_unit = "ms" }'),
-        (
-            "t,F\n0,1000\n1,3000\n2,2000",
-            'table = { file = "push.csv", argument = "t", value = 1, value_unit = "N mm" }',
-        ),
+        ("t,F\n0,1\n1000,3\n2000,2", SCALED.replace('"t"', '"t", argument_unit = "ms"')),
+        ("t,F\n0,1000\n1,3000\n2,2000", SCALED.replace('"t"', '"t", value_unit = "N mm"')),
         ("", 'points = [["0 s", "1 N"], ["1000 ms", "3 N"], [2, 2]]'),
         ("a,t,F\n1,0,1\n1,1,3\n1,2,2", 'table = { file = "push.csv", argument = 1, value = 2, delimiter = "comma" }'),
     ],
@@ -295,69 +294,51 @@ def test_tables_that_are_wrong(table: str | bytes | None, message: str, tmp_path
     assert str(problem).startswith(f"push.csv{':' * bool(line)}{line} (inputs.push.table): {text}")
 
 
+LINE = "[curves.c]\npoints = [[0, 0], [1, 1]]\n"
+
+
 @pytest.mark.parametrize(
     ("entry", "message"),
     [
-        ('[inputs.u]\ntable = { file = "." }', "(inputs.u.table): '{folder}' cannot be read: Is a directory"),
+        (
+            '[inputs.u]\ntable = { file = "." }',
+            "(inputs.u.table): '{folder}' cannot be read: Is a directory; try: a path",
+        ),
         ('[inputs.u]\ntable = { file = "a\\u0000b" }', "(inputs.u.table): '{folder}/a\\x00b' cannot be read: "),
-        (
-            '[inputs.u]\ntable = { file = "push.csv", argument = 7 }',
-            "push.csv:1 (inputs.u.table): there is no column 7: the row has 2",
-        ),
-        ('[inputs.u]\ntable = { file = "push.csv", colum = 7 }', "(inputs.u.table.colum): the key 'colum' is unknown"),
-        (
-            '[inputs.u]\ntable = { file = "push.csv", value_unit = "mmm" }',
-            "(inputs.u.table.value_unit): there is no unit 'mmm'; try: mm",
-        ),
+        (TABLE.replace('"t"', "7"), "push.csv:1 (inputs.push.table): there is no column 7: the row has 2"),
+        (TABLE.replace("value =", 'value_unit = "mmm", value ='), "table.value_unit): there is no unit 'mmm'; try: mm"),
         ("[inputs.u]\npoints = []", "(inputs.u.points): a curve needs two points or more, not 0"),
-        ("[inputs.u]\npoints = [[0, 0, 0]]", "(inputs.u.points[0]): a list of 2 entries is needed here, not 3"),
         (
             '[inputs.u]\npoints = [[0, 1], [0, 2], [1, 1]]\ninterpolation = "linear"',
             "(inputs.u.points[1]): 0 occurs again; try: at most",
         ),
+        (LINE + 'outside = "periodic"', "(curves.c.points[1]): the last value 1 is not the first one 0"),
         (
-            '[inputs.u]\npoints = [[0, 1], [1, 2]]\noutside = "periodic"',
-            "(inputs.u.points[1]): the last value 2 is not the first one 1",
-        ),
-        (
-            '[inputs.u]\npoints = [[0, 1], [1, 2]]\nwave = { shape = "square", period = 1 }',
-            "takes one of table, points, wave, not points",
+            LINE + 'wave = { shape = "square", period = 1 }',
+            "a curve needs one of table, points, wave, bump, road, not points",
         ),
         ('[inputs.u]\nwave = { shape = "square", period = 0 }', "(inputs.u.wave.period): the period 0 is not positive"),
         (
             '[inputs.u]\nwave = { shape = "square", period = 1, duty = 1 }',
             "(inputs.u.wave.duty): the duty 1 is not between 0 and 1",
         ),
-        ('[inputs.u]\nwave = { shape = "round", period = 1 }', "'round' is not known here; try: one of square,"),
         ('[inputs.u]\noutside = "hold"', "(inputs.u.outside): outside is for points and tables"),
         ("[curves.c]", "(curves.c): a curve needs one of table, points, wave, bump, road, not none"),
         ("[curves.c]\nbump = { length = 0, height = 1 }", "(curves.c.bump.length): the length 0 is not positive"),
-        ("[curves.sin]\npoints = [[0, 0], [1, 1]]", "(curves.sin): the name sin is a word of formulas"),
-        ("[curves.c]\npoints = [[0, 0], [1, 1]]\n[inputs.c]", "(curves.c): the name c is both an input and a curve"),
+        (LINE.replace("curves.c", "curves.sin"), "(curves.sin): the name sin is a word of formulas"),
+        (LINE + "[inputs.c]", "(curves.c): the name c is both an input and a curve"),
+        (LINE + '[inputs.u]\nformula = "c"', "'c' is a curve, which needs an argument (column 1); try: c(t)"),
+        (LINE + '[inputs.u]\nformula = "c(t, 1)"', "c() takes 1 argument, not 2 (column 1); try: c(t)"),
+        (LINE + '[inputs.u]\nformula = "derivative.d(t)"', "there is no curve 'd' (column 1); try: "),
+        (LINE + '[base]\nposition = ["c(q.rail)", 0, 0]', "q.rail cannot be used here"),
+        (LINE + '[points.p]\nbody = "cart"\nposition = ["c(1)", 0, 0]', "the curve 'c' cannot be used here"),
         (
-            '[curves.c]\npoints = [[0, 0], [1, 1]]\n[inputs.u]\nformula = "c"',
-            "'c' is a curve, which needs an argument (column 1); try: c(t)",
-        ),
-        (
-            '[curves.c]\npoints = [[0, 0], [1, 1]]\n[inputs.u]\nformula = "c(t, 1)"',
-            "c() takes 1 argument, not 2 (column 1); try: c(t)",
-        ),
-        (
-            '[curves.c]\npoints = [[0, 0], [1, 1]]\n[inputs.u]\nformula = "derivative.d(t)"',
-            "there is no curve 'd' (column 1); try: ",
-        ),
-        ('[curves.c]\npoints = [[0, 0], [1, 1]]\n[base]\nposition = ["c(q.rail)", 0, 0]', "q.rail cannot be used here"),
-        (
-            '[curves.c]\npoints = [[0, 0], [1, 1]]\n[points.p]\nbody = "cart"\nposition = ["c(1)", 0, 0]',
-            "the curve 'c' cannot be used here",
-        ),
-        (
-            '[curves.c]\npoints = [[0, 0], [1, 1]]\ninterpolation = "linear"\n[base]\nposition = ["c(2 * t)", 0, 0]',
+            LINE + 'interpolation = "linear"\n[base]\nposition = ["c(2 * t)", 0, 0]',
             '(base.position): a motion cannot follow c, which bends at 0; try: interpolation = "quintic"',
         ),
         (
             '[curves.c]\nbump = { length = 1, height = 1, position = 3 }\n[base]\nposition = ["derivative.c(t)", 0, 0]',
-            "(base.position): a motion cannot follow a derivative of c, which bends",
+            "(base.position): a motion cannot follow a derivative of c, which bends at 3",
         ),
     ],
 )
@@ -378,17 +359,13 @@ def test_a_refused_curve_is_reported_once(tmp_path: Path) -> None:
 
 
 def test_a_curve_from_python() -> None:
-    from eomgen.scene.builder import SceneBuilder
-
     builder = SceneBuilder("cart").body("cart", 1.0).joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
     builder.curve("pulse", points=[[0, 0], [1, 5], [2, 0]], interpolation="steps").input("push", "pulse(t)")
     built = builder.build()
     assert [curve.name for curve in built.curves] == ["pulse"]
     with pytest.raises(DescriptionError, match=r"test_curves.py:\d+ \(curves.c\): a curve needs one of"):
         builder.curve("c").build()
-    data = {"format": 1, "name": "cart", "bodies": {"cart": {"mass": 1.0}}}
-    data["joints"] = {"rail": {"type": "prismatic", "parent": "base", "child": "cart", "axis": [1, 0, 0]}}
-    data["inputs"] = {"push": {"points": [[0, 0], [1, 5]]}}
+    data = library.scene("oscillator", inputs={"push": {"points": [[0, 0], [1, 5]]}})
     assert len(from_data(data).curves) == 1
 
 

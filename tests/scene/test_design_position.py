@@ -221,10 +221,6 @@ def test_a_linkage_of_hardpoints_is_the_linkage_of_lengths() -> None:
 UNKNOWN = "the design position is not known: "
 AXIS_ALONE = {"body": "lower", "axis": [0, 0, 1], "in": "world"}
 MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
-    "no body": (
-        {"points": {"p": {"body": "lower", "position": [0, 0, 0], "in": "wurld"}}},
-        "points.p.in): there is no body 'wurld'; try: world",
-    ),
     "no position": (
         {"points": {"p": {"body": "lower", "in": "world"}}},
         "points.p.in): in needs a position, in the axes of world; try: position = [0, 0, 0]",
@@ -241,7 +237,6 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
         {"constraints": {"c": {"type": "spherical", "first": AXIS_ALONE, "second": {"body": "base"}}}},
         "constraints.c.first.in): in needs a position",
     ),
-    "number": ({"points": {"p": {"body": "lower", "position": [0, 0, 0], "in": 3}}}, "points.p.in"),
 }
 
 

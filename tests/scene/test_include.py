@@ -20,7 +20,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import eomgen
-from eomgen.cli import main
 from eomgen.errors import DescriptionError
 from eomgen.mechanics.derive import derive
 from eomgen.scene.document.schema import every_document, section_keys
@@ -29,6 +28,7 @@ from eomgen.scene.joints.model import Mimic
 from eomgen.scene.load import from_data, load, load_toml
 from eomgen.scene.reading.key_metadata import fields_of, tables_of
 from eomgen.scene.scene import Scene
+from tests.models import library
 from tests.models.cache import shared_cache
 from tests.models.urdf import FILES, ROBOTS
 from tests.oracles.evaluation import tape_evaluator
@@ -38,42 +38,7 @@ SECTIONS = section_keys()
 
 __all__ = ["shared_cache"]
 
-WHEEL = """\
-format = 1
-name = "wheel"
-gravity = [0, 0, -1.62]
-[parameters]
-stiffness = { value = 20000, unit = "N/m", tunable = true }
-mass = 30
-rest = "300 mm"
-[curves]
-bump = { bump = { length = 0.4, height = 0.05 } }
-[inputs]
-push = { formula = "0.1 * mass * sin(t) + bump(t)", unit = "N" }
-[bodies.hub]
-mass = "mass"
-[joints.travel]
-type = "prismatic"
-parent = "base"
-child = "hub"
-axis = [0, 0, 1]
-position = [0, 0, "-rest"]
-damping = "2 * sqrt(stiffness * mass)"
-[points.top]
-body = "base"
-[points.center]
-body = "hub"
-[springs.coil]
-first = "top"
-second = "center"
-stiffness = "stiffness"
-length = "rest"
-[efforts.push]
-joint = "travel"
-effort = "push - 0.1 * v.travel * velocity.center[2] * (t > 1)"
-[outputs]
-height = { formula = ["position.center[2]", "0.5 * tension.coil + energy.total"] }
-"""
+WHEEL = Path(library.__file__).with_name("wheel.toml").read_text(encoding="utf-8")
 CAR = """\
 format = 1
 name = "car"
@@ -166,11 +131,6 @@ def problems(folder: Path, text: str, name: str = "car.toml") -> list[str]:
     return [str(problem) for problem in caught.value.problems]
 
 
-def same(one: Any, other: Any) -> bool:
-    """Tell whether two parts of scenes are equal; curves hold arrays, so they are compared by what they say."""
-    return repr(one) == repr(other)
-
-
 # -- the scene that is made --------------------------------------------------------------------------------------------
 
 
@@ -178,7 +138,7 @@ def test_an_include_is_what_would_be_written_by_hand(folder: Path) -> None:
     found, expected = made(folder, CAR + LEFT), load_toml(CAR + BY_HAND)
     for field in dataclasses.fields(Scene):
         if field.name not in ("content", "source", "notes", "joints", "requirements"):
-            assert same(getattr(found, field.name), getattr(expected, field.name)), field.name
+            assert repr(getattr(found, field.name)) == repr(getattr(expected, field.name)), field.name  # arrays too
     for mine, theirs in zip(found.joints, expected.joints, strict=True):
         np.testing.assert_allclose(mine.orientation, theirs.orientation, atol=1e-15)
         assert dataclasses.replace(mine, orientation=theirs.orientation) == theirs
@@ -279,39 +239,21 @@ parameters = { stiffness = "2 * rate", mass = "load" }
 
 def test_references_and_frames_are_renamed(folder: Path) -> None:
     """An arm whose efforts follow its own reference, and a spring on a frame of it, twice in one scene."""
-    arm = """\
-format = 1
-name = "arm"
-[bodies.link]
-mass = 2
-center_of_mass = [0.3, 0, 0]
-inertia = [0.1, 0.1, 0.1]
-[joints.hinge]
-type = "revolute"
-parent = "base"
-child = "link"
-axis = [0, 1, 0]
-[frames.tool]
-body = "link"
-position = [0.5, 0, 0]
-[points.wall]
-body = "base"
-[springs.coil]
-first = "wall"
-second = "tool"
-stiffness = 10
-[references.servo]
-acceleration = { hinge = "position.tool[2] - v.hinge" }
-[efforts.motor]
-joint = "hinge"
-effort = "tau.hinge(servo) + gravity.hinge"
-"""
-    (folder / "arm.toml").write_text(arm, encoding="utf-8")
-    both = 'format = 1\nname = "both"\n[include.left]\nfile = "arm.toml"\n[include.right]\nfile = "arm.toml"\n'
-    scene = made(folder, both)
+    library.scene_file(
+        folder,
+        "pendulum",
+        outputs=None,
+        frames={"tool": {"body": "rod", "position": [0.5, 0, 0]}},
+        points={"wall": {"body": "base"}},
+        springs={"coil": {"first": "wall", "second": "tool", "stiffness": 10}},
+        references={"servo": {"acceleration": {"hinge": "position.tool[2] - v.hinge"}}},
+        efforts={"motor": {"joint": "hinge", "effort": "tau.hinge(servo) + gravity.hinge"}},
+    )
+    both = "".join(f'[include.{side}]\nfile = "pendulum.toml"\n' for side in ("left", "right"))
+    scene = made(folder, f'format = 1\nname = "both"\n{both}')
     assert [frame.name for frame in scene.frames] == ["left_tool", "right_tool"]
-    assert {frame.body for frame in scene.frames} == {"left_link", "right_link"}
-    twice, once = derive(scene, ["forward_dynamics"]), derive(load(folder / "arm.toml"), ["forward_dynamics"])
+    assert {frame.body for frame in scene.frames} == {"left_rod", "right_rod"}
+    twice, once = derive(scene, ["forward_dynamics"]), derive(load(folder / "pendulum.toml"), ["forward_dynamics"])
     q, v = np.array([0.4, -1.1]), np.array([0.2, 0.7])
     found = tape_evaluator(twice)("forward_dynamics", {"q": q, "v": v})["vdot"]
     for k in range(2):
@@ -545,7 +487,6 @@ def test_options_of_a_robot(folder: Path) -> None:
             '"2 * t"',
             "car.toml:18 (include.left.parameters.stiffness): time t cannot be used here (column 5); try: parameters",
         ),
-        ('"spring_rate"', "[1]", "car.toml:18 (include.left.parameters.stiffness): a number or a formula is needed"),
         (
             'parent = "ch',
             'prefix = "9 x"\nparent = "ch',
@@ -588,16 +529,9 @@ def test_what_is_wrong_with_an_include(folder: Path, old: str, new: str, message
                 "'stiffness' cannot be used here (column 1)"
             ),
         ),
-        ('mass = "mass"', "mass = true", "wheel.toml:13 (bodies.left_hub.mass): a number or a formula is needed here"),
-        (
-            'mass = "mass"',
-            "mass = 1\nmas = 3",
-            "wheel.toml:14 (bodies.left_hub.mas): the key 'mas' is unknown here; try: mass",
-        ),
         ('mass = "mass"', 'mass = "3 m"', "wheel.toml:13 (bodies.hub.mass): '3 m' is a length, a mass in kg"),
         ('rest = "300 mm"', 'rest = "300 mmm"', "wheel.toml:7 (parameters.rest.value): there is no unit 'mmm'"),
         ("format = 1", "format = 2", "wheel.toml:1 (format): this eomgen reads format 1, not 2"),
-        ("format = 1\n", "", "wheel.toml (format): the key format is missing; try: format = 1"),
         ("[bodies.hub]", "[bodys.hub]", "wheel.toml:12 (bodys): the key 'bodys' is unknown here; try: bodies"),
         ("format = 1", "format = 1\nbodies", "wheel.toml:2: this is not TOML: Expected '=' after a key in a key/value"),
         ("[points.top]", "[points.'a b']", "wheel.toml:21 (points.'a b'): the name 'a b' is not legal; try: up to 64"),
@@ -673,45 +607,10 @@ def test_the_section_is_a_table(folder: Path) -> None:
     ]
 
 
-def test_the_command_line_says_it_in_one_line(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (folder / "car.toml").write_text(CAR + LEFT.replace("wheel.toml", "whel.toml"), encoding="utf-8")
-    assert main(["info", str(folder / "car.toml")]) == 3
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert captured.err.startswith("description error: car.toml:14 (include.left.file): 'whel.toml' cannot be read")
-    assert captured.err.count("\n") == 1
-
-
-_ODD = st.sampled_from(
-    [
-        "",
-        "x",
-        3,
-        -1.5,
-        True,
-        [],
-        {},
-        [1, 2, 3],
-        {"a": 1},
-        "2 * t",
-        "3 mm",
-        "stiffness",
-        "base",
-        "world",
-        "left_hub",
-        None,
-        [[1]],
-        "3 if",
-        "1e400",
-        "\u00e9",
-        "a" * 70,
-        ["250 mm", 0, "q.travel"],
-        float("nan"),
-        10**400,
-        "wheel.toml",
-        "\0",
-    ]
-)
+_WORDS = ["x", "stiffness", "base", "world", "left_hub"]
+_TEXTS = ["", *_WORDS, "2 * t", "3 mm", "3 if", "1e400", "wheel.toml", "\u00e9", "a" * 70, "\0"]
+_VALUES: list[Any] = [3, -1.5, True, None, [], {}, [1, 2, 3], [[1]], {"a": 1}, float("nan"), 10**400]
+_ODD = st.sampled_from([*_TEXTS, *_VALUES, ["250 mm", 0, "q.travel"]])
 _NAMES = st.sampled_from(["\u00e9", "a b", "x", "base", "t", "", "kind", "include"])
 
 
@@ -785,43 +684,11 @@ def test_starts_of_an_include_have_units_and_their_own_place(tmp_path: Path) -> 
 # -- nothing is forgotten ----------------------------------------------------------------------------------------------
 
 #: Keys whose texts are no names of entries.
-_PLAIN = {
-    "name",
-    "distribution",
-    "task_frames",
-    "description",
-    "indices",
-    "where",
-    "initial",
-    "keyframe",
-    "packages",
-    "weld",
-    "unit",
-    "method",
-    "energy",
-    "quiet",
-    "file",
-    "color",
-    "x",
-    "y",
-    "function",
-    "python",
-    "partials",
-    "arguments",
-    "results",
-    "scales",
-    "source",
-    "prefix",
-    "parameters",
-    "lock",
-    "tunable",
-    "argument",
-    "value",
-    "outputs",
-    "signal_gains",
-    "signal_weights",
-    "settings",
-}
+_PLAIN = """
+    name distribution task_frames description indices where initial keyframe packages weld unit method energy
+    quiet file color x y function python partials arguments results scales source prefix parameters lock tunable
+    argument value outputs signal_gains signal_weights settings
+"""
 
 
 def test_every_key_that_names_an_entry_says_so() -> None:
@@ -831,7 +698,7 @@ def test_every_key_that_names_an_entry_says_so() -> None:
         for name, model in tables_of(DOCUMENT).items()
         for key, (meaning, inner) in fields_of(model).items()
         if inner is None
-        and not (meaning.refers or meaning.unit or meaning.names or key in _PLAIN or key.endswith("_unit"))
+        and not (meaning.refers or meaning.unit or meaning.names or key in _PLAIN.split() or key.endswith("_unit"))
         if str in _types(next(f.annotation for n, f in model.model_fields.items() if (f.alias or n) == key))
     ]
     assert silent == []
@@ -845,13 +712,5 @@ def _types(annotation: Any) -> set[Any]:
 
 def test_every_kind_of_name_in_formulas_has_its_section() -> None:
     """Motions are inputs, exact beams are beams, and are in their sections."""
-    assert {field.name for field in dataclasses.fields(SceneNames)} - {
-        "controllers",
-        "curve_arguments",
-        "entries",
-        "labels",
-        "laws",
-        "exact_beams",
-        "motions",
-        "offered",
-    } <= set(SECTIONS)
+    others = ["controllers", "curve_arguments", "entries", "labels", "laws", "exact_beams", "motions", "offered"]
+    assert {field.name for field in dataclasses.fields(SceneNames)} - {*others} <= set(SECTIONS)

@@ -45,14 +45,15 @@ weld = { type = "fixed", parent = "rod", child = "plate" }
 tip = { body = "rod", position = [0, 0, "2*crank"] }
 [constraints.loop]
 """
-PIN = 'type = "revolute"\nfirst = { body = "base", axis = [0, 2, 0] }\nsecond = { point = "tip", axis = [0, 1, 0] }\n'
+PIN = 'first = { body = "base", axis = [0, 2, 0] }\nsecond = { point = "tip", axis = [0, 1, 0] }\n'
+HINGE = 'type = "revolute"\n' + PIN
 ABSOLUTE = FOUR_BAR.replace("format = 1", 'format = 1\ncoordinates = "absolute"')
 ABSOLUTE = ABSOLUTE.replace("mass = 2", 'mass = 2\ngroup = "R3xSO3"')
 ZERO = (Number(0.0),) * 3
 UNITS = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-def read(loop: str = PIN, text: str = FOUR_BAR) -> Scene:
+def read(loop: str = HINGE, text: str = FOUR_BAR) -> Scene:
     return load_toml(text + loop, file="scene.toml")
 
 
@@ -72,7 +73,7 @@ def test_defaults() -> None:
 
 
 def test_frames_by_axis_point_and_rotation() -> None:
-    pin = loop(PIN)
+    pin = loop(HINGE)
     assert (pin.name, pin.type, pin.drive) == ("loop", "revolute", None)
     assert pin.first == Frame("base", ZERO, pin.second.orientation)
     assert pin.second.body == "rod"
@@ -139,115 +140,91 @@ def test_frames_about_an_axis(axis: np.ndarray) -> None:
     assert abs(given[:, 1] @ np.array([0.36, 0.48, 0.8])) < 1e-15
 
 
+TIP = 'first = { point = "tip"'
+BASE = 'second = { body = "base" }\n'
+
+
 @pytest.mark.parametrize(
-    ("text", "message"),
+    ("kind", "keys", "message"),
     [
-        ('type = "clamp"\nfirst = "tip"\nsecond = "tip"', "'clamp' is not known here; try: one of spherical,"),
-        ('type = "hinge"\nfirst = "tip"\nsecond = "tip"', "'hinge' is not known here; try: revolute"),
-        ('type = "spherical"\nfirst = "tip"', "scene.toml:20 (constraints.loop.second): the key second is missing"),
-        ('type = "spherical"\nfirst = 3\nsecond = "tip"', "(constraints.loop.first): a table is needed here, not 3"),
+        ("spherical", 'first = "tip"\nsecond = "base"', 'base is a body, not a point; try: { body = "base" }'),
+        ("spherical", 'first = { position = [1, 0, 0] }\nsecond = "tip"', "the frame belongs to no body; try: body = "),
+        ("spherical", f'{TIP}, body = "rod" }}\n{BASE}', "first.body): the point gives the body already; try: either"),
         (
-            'type = "spherical"\nfirst = "tp"\nsecond = { body = "base" }',
-            "loop.first.point): there is no point 'tp'; try: tip",
+            "spherical",
+            f"{TIP}, position = [0, 0, 0] }}\n{BASE}",
+            "first.position): the point gives the position already",
+        ),
+        ("spherical", f"{TIP}, axis = [0, 0, 1] }}\n{BASE}", "first.axis): a spherical constraint has no axis in this"),
+        ("spherical", f"{TIP}, x_axis = [0, 0, 1] }}\n{BASE}", "first.x_axis): x_axis has no meaning without axis"),
+        (
+            "revolute",
+            f'{TIP} }}\nsecond = {{ body = "base", axis = [0, 1, 0] }}',
+            "loop.first): a revolute constraint needs the axes of this frame; try: axis = [0, 0, 1], or rotation",
         ),
         (
-            'type = "spherical"\nfirst = { body = "rd" }\nsecond = { body = "base" }',
-            "loop.first.body): there is no body 'rd'",
-        ),
-        ('type = "spherical"\nfirst = "tip"\nsecond = "base"', 'base is a body, not a point; try: { body = "base" }'),
-        (
-            'type = "spherical"\nfirst = { body = "rod", axes = [0, 0, 1] }\nsecond = { body = "base" }',
-            "(constraints.loop.first.axes): the key 'axes' is unknown here; try: axis or x_axis",
+            "universal",
+            'first = "tip"\nsecond = { body = "base", rotation = [] }',
+            "a universal constraint needs the axes of this frame; try: axis = [0, 0, 1], x_axis = [1, 0, 0]",
         ),
         (
-            'type = "spherical"\nfirst = { position = [1, 0, 0] }\nsecond = "tip"',
-            "the frame belongs to no body; try: body = ",
+            "revolute",
+            'drive = 1\nfirst = { body = "rod", axis = [0, 1, 0] }\nsecond = { body = "base", rotation = [] }',
+            "the angle about the axis matters to a driven revolute constraint, and axis does not say it; try: x_axis",
         ),
         (
-            'type = "spherical"\nfirst = { point = "tip", body = "rod" }\nsecond = { body = "base" }',
-            "(constraints.loop.first.body): the point gives the body already; try: either point or body",
+            "fixed",
+            f"{TIP}, axis = [0, 1, 0] }}\n{BASE}",
+            "first): the angle about the axis matters to a fixed constraint",
         ),
         (
-            'type = "spherical"\nfirst = { point = "tip", position = [0, 0, 0] }\nsecond = { body = "base" }',
-            "(constraints.loop.first.position): the point gives the position already",
+            "fixed",
+            f"{TIP}, axis = [0, 1, 0], x_axis = [0, -2, 0] }}\n{BASE}",
+            "first.x_axis): x_axis is parallel to axis; try: a direction across it",
+        ),
+        ("fixed", f"{TIP}, axis = [0, 0, 0], x_axis = [1, 0, 0] }}\n{BASE}", "first.axis): the axis has no direction"),
+        (
+            "fixed",
+            f"{TIP}, axis = [0, 0, 1], rotation = [] }}\n{BASE}",
+            "first.axis): axis and rotation are both given",
+        ),
+        ("revolute", PIN + "length = 1", "loop.length): length has no meaning for revolute; try: type = "),
+        ("revolute", PIN + 'shape = "disc"', "loop.shape): shape has no meaning for revolute; try: type = rolling"),
+        ("cylindrical", PIN + 'drive = "q.first"', "loop.drive): q.first cannot be used here"),
+        (
+            "distance",
+            'first = { body = "crank" }\n' + BASE,
+            "loop): a distance constraint needs a length, and the design position gives none: both places are the same",
         ),
         (
-            'type = "spherical"\nfirst = { point = "tip", axis = [0, 0, 1] }\nsecond = { body = "base" }',
-            "(constraints.loop.first.axis): a spherical constraint has no axis in this frame",
+            "distance",
+            f'{TIP} }}\n{BASE}length = "crank - 1"',
+            "loop.length): -0.7 m is not positive; try: a length in m",
         ),
         (
-            'type = "spherical"\nfirst = { point = "tip", x_axis = [0, 0, 1] }\nsecond = { body = "base" }',
-            "(constraints.loop.first.x_axis): x_axis has no meaning without axis",
-        ),
-        (
-            'type = "revolute"\nfirst = { point = "tip" }\nsecond = { body = "base", axis = [0, 1, 0] }',
-            (
-                "scene.toml:22 (constraints.loop.first): a revolute constraint needs the axes of this frame; "
-                "try: axis = [0, 0, 1], or rotation"
-            ),
-        ),
-        (
-            'type = "universal"\nfirst = "tip"\nsecond = { body = "base", rotation = [] }',
-            "a universal constraint needs the axes of this frame; try: axis = [0, 0, 1], x_axis = [1, 0, 0],",
-        ),
-        (
-            'type = "revolute"\ndrive = 1\nfirst = { body = "rod", axis = [0, 1, 0] }\nsecond = { body = "base", rotation = [] }',
-            "loop.first): the angle about the axis matters to a driven revolute constraint, and axis does not say it; try: x_axis = [1, 0, 0], in the axes of this body,",
-        ),
-        (
-            'type = "fixed"\nfirst = { point = "tip", axis = [0, 1, 0] }\nsecond = { body = "base" }',
-            "(constraints.loop.first): the angle about the axis matters to a fixed constraint",
-        ),
-        (
-            (
-                'type = "fixed"\nfirst = { point = "tip", axis = [0, 1, 0], x_axis = [0, -2, 0] }\nsecond = { body ='
-                ' "base" }'
-            ),
-            "(constraints.loop.first.x_axis): x_axis is parallel to axis; try: a direction across it",
-        ),
-        (
-            (
-                'type = "fixed"\nfirst = { point = "tip", axis = [0, 0, 0], x_axis = [1, 0, 0] }\nsecond = { body ='
-                ' "base" }'
-            ),
-            "(constraints.loop.first.axis): the axis has no direction",
-        ),
-        (
-            'type = "fixed"\nfirst = { point = "tip", axis = [0, 0, 1], rotation = [] }\nsecond = { body = "base" }',
-            "(constraints.loop.first.axis): axis and rotation are both given; try: one of them",
-        ),
-        (PIN + "length = 1", "scene.toml:24 (constraints.loop.length): length has no meaning for revolute"),
-        (PIN + 'shape = "disc"', "(constraints.loop.shape): shape has no meaning for revolute; try: type = rolling"),
-        (
-            PIN.replace("revolute", "cylindrical") + 'drive = "q.first"',
-            "(constraints.loop.drive): q.first cannot be used here",
-        ),
-        (
-            'type = "distance"\nfirst = { body = "crank" }\nsecond = { body = "base" }',
-            "(constraints.loop): a distance constraint needs a length, and the design position gives none: both places",
-        ),
-        (
-            'type = "distance"\nfirst = "tip"\nsecond = { body = "base" }\nlength = "crank - 1"',
-            "(constraints.loop.length): -0.7 m is not positive; try: a length in m",
-        ),
-        (
-            'type = "distance"\nfirst = "tip"\nsecond = { body = "base" }\nlength = 1\ndrive = "t"',
+            "distance",
+            f'{TIP} }}\n{BASE}length = 1\ndrive = "t"',
             "drive has no meaning for distance; try: type = revolute or prismatic or cylindrical",
         ),
         (
-            'type = "spherical"\nfirst = "tip"\nsecond = { body = "plate" }',
-            "(constraints.loop.second): both frames are in the same rigid body: rod, plate, which fixed joints make",
+            "spherical",
+            'first = "tip"\nsecond = { body = "plate" }',
+            "second): both frames are in the same rigid body: rod, plate, which fixed joints make one body",
         ),
-        ('type = "spherical"\nfirst = "tip"\nsecond = "tip"', "both frames are in the same rigid body: rod"),
-        (PIN + "[bodies.plate2]\nmass = 1", "no joint carries the body plate2"),
+        (
+            "spherical",
+            'first = "tip"\nsecond = "tip"',
+            "both frames are in the same rigid body: rod; try: frames in two",
+        ),
+        ("revolute", PIN + "[bodies.plate2]\nmass = 1", "no joint carries the body plate2"),
     ],
 )
-def test_one_problem(text: str, message: str) -> None:
-    (found,) = problems(text + "\n")
+def test_one_problem(kind: str, keys: str, message: str) -> None:
+    [found] = problems(f'type = "{kind}"\n{keys}\n')
     assert message in found
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", range(20))
 def test_frames_are_in_one_body_if_fixed_joints_join_their_rigid_bodies(seed: int) -> None:
     """In random trees of rigid bodies and beams, against sets of bodies that are merged by hand."""
     rng = np.random.default_rng(seed)
@@ -288,7 +265,7 @@ def test_all_at_once() -> None:
 
 def test_a_second_joint_of_a_body_is_no_loop() -> None:
     again = '[joints.again]\ntype = "revolute"\nparent = "base"\nchild = "rod"\naxis = [0, 1, 0]\n'
-    (found,) = problems(PIN + again)
+    (found,) = problems(HINGE + again)
     assert found.endswith("by the joint second; try: one joint for each body, and [constraints] for loop closures")
 
 
@@ -296,25 +273,25 @@ def test_groups_and_coordinates() -> None:
     text = ABSOLUTE
     scene = read(text=text)
     assert (scene.coordinates, dict(scene.groups)) == ("absolute", {"rod": "R3xSO3"})
-    assert load_toml(text + PIN, coordinates="joint").coordinates == "joint"
-    assert load_toml(text + PIN, coordinates="joint").content != scene.content
-    (found,) = problems(PIN, text.replace('"R3xSO3"', '"SO3"'))
+    assert load_toml(text + HINGE, coordinates="joint").coordinates == "joint"
+    assert load_toml(text + HINGE, coordinates="joint").content != scene.content
+    (found,) = problems(HINGE, text.replace('"R3xSO3"', '"SO3"'))
     assert "(bodies.rod.group): 'SO3' is not known here; try: one of SE3 or R3xSO3" in found
-    (found,) = problems(PIN, FOUR_BAR.replace("[bodies.plate]", '[bodies.plate]\ngroup = "SE3"'))
+    (found,) = problems(HINGE, FOUR_BAR.replace("[bodies.plate]", '[bodies.plate]\ngroup = "SE3"'))
     assert "(bodies.plate.group): the body plate has no motion of its own: a fixed joint carries it" in found
-    (found,) = problems(PIN, FOUR_BAR.replace("format = 1", 'format = 1\ncoordinates = "polar"'))
+    (found,) = problems(HINGE, FOUR_BAR.replace("format = 1", 'format = 1\ncoordinates = "polar"'))
     assert found == "scene.toml:2 (coordinates): 'polar' is not known here; try: one of joint or absolute"
 
 
 def test_coordinates_of_a_file_are_overridden(tmp_path: Path) -> None:
     path = tmp_path / "four_bar.toml"
-    path.write_text(FOUR_BAR + PIN)
+    path.write_text(FOUR_BAR + HINGE)
     absolute = load(path, coordinates="absolute")
     assert absolute.coordinates == "absolute"
     assert replace(absolute, coordinates="joint", content=b"") == replace(load(path), content=b"")
     assert (
         absolute.content
-        == load_toml(FOUR_BAR.replace("format = 1", 'format = 1\ncoordinates = "absolute"') + PIN).content
+        == load_toml(FOUR_BAR.replace("format = 1", 'format = 1\ncoordinates = "absolute"') + HINGE).content
     )
     with pytest.raises(UsageError, match="coordinates are 'polar'; try: joint or absolute"):
         load(path, coordinates="polar")  # type: ignore[arg-type]
@@ -441,7 +418,6 @@ _EXAMPLE = '; try: equation = "q.rod - lift(q.cam)", which is 0 on the constrain
             f'{_FRAMES}equation = "z - q.x"',
             "q.x cannot be used here: an equation between two frames depends on them alone (column 5)",
         ),
-        ('first = { body = "base" }\nequation = "z"', "(constraints.wire.second): the key second is missing"),
         ('equation = "q.z = q.x"', 'try: "q.z - (q.x)": the formula is 0 on the constraint'),
         ('velocity_equation = "v.z == 0"', 'try: "v.z": the formula is 0 on the constraint'),
         ('equation = "q.z + t"', "the equation adds q.z in m and t in s; try: a factor that turns one unit into"),
@@ -450,8 +426,6 @@ _EXAMPLE = '; try: equation = "q.rod - lift(q.cam)", which is 0 on the constrain
         ('equation = "t + 0 * q.x"', "the equation is in s; try: an equation in m or rad"),
         ('equation = "q.z"\nunit = "rad"', '(constraints.wire.unit): the equation is in m, not in rad; try: "m"'),
         ('equation = "q.z"\nunit = "m/s"', "an equation of positions is in m or rad, not in m/s; try: m"),
-        ('equation = "q.z"\nunit = "kg"', "'kg' is not known here; try: one of m, rad, m/s or rad/s"),
-        ('formula = "q.z - q.x"', "(constraints.wire.formula): the key 'formula' is unknown here; try: equation"),
         (f'{_FRAMES}equation = "Z - 1"', "wire.equation): unknown name 'Z' (column 1); try: z"),
         ('equation = "q.z"\ndrive = "t"', "drive has no meaning for formula; try: type = revolute"),
         (
@@ -485,48 +459,40 @@ def test_surfaces_have_their_keys(text: str, message: str) -> None:
         assert message in problem
 
 
-_STIFFNESS = '[parameters.stiffness]\nvalue = 1\nunit = "N/m"'
-_ROUND = 'type = "rolling"\nfirst = { body = "FIRST", axis = [0, 1, 0] }\nsecond = { body = "SECOND"REST'
+SPHERE = ' }\nshape = "sphere"\nradius = 1\n'
+TORUS = ', axis = [0, 1, 0], x_axis = [1, 0, 0] }\nshape = "torus"\nradius = 0.1\ntube_radius = 0.2\n'
+
+
+def rolling(first: str, second: str, rest: str) -> str:
+    return f'type = "rolling"\nfirst = {{ body = "{first}", axis = [0, 1, 0] }}\nsecond = {{ body = "{second}"{rest}'
 
 
 @pytest.mark.parametrize(
-    ("first", "second", "rest", "note"),
+    ("text", "note"),
     [
+        (rolling("rod", "base", SPHERE), ": second, the base, carries the sphere, and first the plane; a body on the"),
         (
-            "rod",
-            "base",
-            ' }\nshape = "sphere"\nradius = 1',
-            "constraints.loop: second, the base, carries the sphere, and first the plane; a body on the ground is",
+            rolling("base", "rod", TORUS),
+            ".tube_radius: a tube of radius 0.2 about a centre line of radius 0.1 leaves no hole in the torus",
         ),
         (
-            "base",
-            "rod",
-            ', axis = [1, 0, 0] }\nshape = "torus"\nradius = 0.1\ntube_radius = 0.2',
-            "constraints.loop.tube_radius: a tube of radius 0.2 about a centre line of radius 0.1 leaves no hole",
+            rolling("base", "rod", SPHERE) + 'surface = "0.2 * stiffness * x"\n',
+            ".surface: the formula is in N if its numbers have no unit, and its place takes m",
         ),
         (
-            "base",
-            "rod",
-            ' }\nshape = "sphere"\nradius = 1\nsurface = "0.2 * stiffness * x"\n' + _STIFFNESS,
-            "constraints.loop.surface: the formula is in N if its numbers have no unit, and its place takes m",
-        ),
-        (
-            "base",
-            "rod",
-            ' }\nshape = "sphere"\nradius = 1\nsurface = "stiffness * x"\n' + _STIFFNESS,
-            "constraints.loop.surface: the formula is a force (N), a length in m is expected",
+            rolling("base", "rod", SPHERE) + 'surface = "stiffness * x"\n',
+            ".surface: the formula is a force (N), a length in m is expected",
         ),
     ],
 )
-def test_doubtful_contacts_are_noted(first: str, second: str, rest: str, note: str) -> None:
-    text = _ROUND.replace("FIRST", first).replace("SECOND", second).replace("REST", rest)
-    found = [each for each in read(text).notes if each.startswith("constraints.loop")]
-    assert [each[: len(note)] for each in found] == [note][: bool(note)]
+def test_doubtful_contacts_are_noted(text: str, note: str) -> None:
+    stiffness = '[parameters.stiffness]\nvalue = 1\nunit = "N/m"\n' if "stiffness" in text else ""
+    [found] = [each for each in read(text + stiffness).notes if each.startswith("constraints.loop")]
+    assert found.startswith(f"constraints.loop{note}")
 
 
 def test_the_height_of_a_surface_depends_on_its_place_alone() -> None:
-    text = _ROUND.replace("FIRST", "base").replace("SECOND", "rod").replace("REST", ' }\nshape = "sphere"\nradius = 1')
-    [problem] = problems(f'{text}\nsurface = "q.second"')
+    [problem] = problems(f'{rolling("base", "rod", SPHERE)}surface = "q.second"')
     expected = "q.second cannot be used here: the height of a surface depends on x and y (column 1); try: a moving body"
     assert expected in problem
 

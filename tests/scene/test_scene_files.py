@@ -462,8 +462,8 @@ def test_one_problem(old: str, new: str, message: str) -> None:
         ('[outputs]\no = { energy = "totl" }', "(outputs.o.energy): there is no energy 'totl'; try: total"),
         ("[outputs]\no = { formula = [] }", "the list of formulas is empty"),
         ("[simulation]\nstep = 0", "scene.toml:16 (simulation.step): the step 0 is not positive; try: 1e-3"),
-        ("[simulation]\nduration = -1", "the duration -1 is negative"),
-        ("[simulation]\nrho_inf = 1.5", "rho_inf 1.5 is not between 0 and 1"),
+        ("[simulation]\nduration = -0.1", "the duration -0.1 is negative"),
+        ("[simulation]\nrho_inf = 1.01", "rho_inf 1.01 is not between 0 and 1"),
         ("[simulation]\nrecord_every = 0", "(simulation.record_every): 0 is out of range here: it should be greater"),
         ('[simulation]\nmethod = "../x"', "there is no method '../x'"),
         ("[bodies.base]\nmass = 1", "the name base is reserved for the frame that carries the tree"),
@@ -616,23 +616,8 @@ def test_empty_scene() -> None:
     ]
 
 
-HOSTILE = [
-    "*/",
-    "{{7*7}}",
-    '"; rm -rf',
-    "../x",
-    "p\u0430rt",
-    "a\nb",
-    "x" * 10_000,
-    "",
-    "a.b",
-    "a]b",
-    "%s",
-    "\x1b[31m",
-    "1a",
-    "int main",
-    "a'b",
-]
+HOSTILE = ["*/", "{{7*7}}", '"; rm -rf', "../x", "p\u0430rt", "a\nb", "x" * 10_000, "", "a.b", "a]b", "%s", "\x1b[31m"]
+HOSTILE += ["1a", "int main", "a'b"]
 
 
 @pytest.mark.parametrize("name", HOSTILE)
