@@ -207,7 +207,7 @@ def test_builder_and_file_say_the_same() -> None:
         ({"class": "C", "speed": 20, "offset": "late"}, "the tunable parameter 'late' cannot be used here"),
         (
             {"class": "C", "speed": 20, "offset": 1.1e6},
-            "inputs.road.road.offset): the offset 1.1e+06 m is beyond 1000000 m",
+            "inputs.road.road.offset): the offset 1.1e+06 m is beyond 1000000 m, where phases lose their digits",
         ),
         ({"class": "C", "speed": 20, "harmonics": 0}, "0 is out of range here: it should be greater than or equal"),
         ({"class": "C", "speed": 20, "harmonics": 2001}, "2001 is out of range here: it should be less than or equal"),
