@@ -307,16 +307,6 @@ def test_a_run_beyond_the_end_of_an_integral_is_refused(formula: str, integrated
     assert text in str(raised.value)
 
 
-def test_the_builder_makes_the_same_scene() -> None:
-    builder = eomgen.SceneBuilder("frame", gravity=[0, 0, 0]).body("cart", 2.0)
-    builder.curve("quake", points=np.column_stack([TIMES, RECORD]).tolist())
-    builder.base(acceleration=["quake(t)", 0, 0], drift="remove")
-    builder.joint("x", "prismatic", "base", "cart", axis=[1, 0, 0], stiffness=300.0)
-    built, written = builder.build(), read("quake(t)", drift="remove")
-    for own, other in zip(motion(built, [0.3, 3.7]), motion(written, [0.3, 3.7]), strict=True):
-        assert own.tolist() == other.tolist()
-
-
 SHEAR_FRAME = """\
 format = 1
 name = "shear_frame"

@@ -4,7 +4,6 @@ roads."""
 from __future__ import annotations
 
 import tomllib
-from pathlib import Path
 from typing import Any
 
 import jsonschema
@@ -15,9 +14,8 @@ from eomgen.errors import DescriptionError
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula, Number, Symbol
 from eomgen.scene.bodies.model import Beam, Body
-from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.document.reference import schema
-from eomgen.scene.load import load, load_toml
+from eomgen.scene.load import load_toml
 from eomgen.scene.scene import Scene
 
 HUB = """\
@@ -128,35 +126,6 @@ def test_mass_center_and_inertia_of_a_taper() -> None:
     assert number(body.center_of_mass[0]) == pytest.approx(center, rel=1e-14)
     assert number(body.inertia[1], heaviness=1.2) == pytest.approx(1.2 * along(2, profile, center), rel=1e-14)
     assert number(body.inertia[0]) == pytest.approx(0.02 * along(0, polar), rel=1e-14)
-
-
-def test_the_builder_makes_the_same_scene() -> None:
-    builder = SceneBuilder("blade")
-    builder.parameter("flexural", 1.4e4, unit="N m^2", tunable=True).parameter(
-        "heaviness", 1.2, unit="kg/m", tunable=True
-    )
-    builder.joint("hub", "revolute", "base", "blade", axis=[0, 0, 1])
-    bending = {"modes": 2, "stiffness": "flexural", "damping_ratio": 0.01, "initial": {"position": ["10 mm", 0.0]}}
-    built = builder.beam("blade", "1000 cm", mass_per_length="heaviness", bending_y=bending).build()
-    assert built.bodies == read(BLADE.replace(", velocity = 0", "")).bodies
-
-
-def test_an_included_beam_has_a_prefix(tmp_path: Path) -> None:
-    (tmp_path / "blade.toml").write_text(BLADE.replace(", velocity = 0", ""))
-    (tmp_path / "rotor.toml").write_text(
-        'format = 1\nname = "rotor"\n[include.left]\nfile = "blade.toml"\nparameters = { flexural = 100 }\n'
-        '[include.right]\nfile = "blade.toml"\nparent = "left_blade"\nposition = [10, 0, 0]\n'
-    )
-    scene = load(tmp_path / "rotor.toml")
-    _, left = beam_of(scene, "left_blade")
-    assert left.deformations[0].stiffness == Symbol("parameter", "left_flexural")
-    assert left.mass_per_length == Symbol("parameter", "left_heaviness")
-    assert {joint.child: joint.parent for joint in scene.joints} == {
-        "left_blade": "base",
-        "right_base": "left_blade",
-        "right_blade": "right_base",
-    }
-    assert next(parameter.value for parameter in scene.parameters if parameter.name == "left_flexural") == 100
 
 
 @pytest.mark.slow

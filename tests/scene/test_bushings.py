@@ -7,7 +7,6 @@ import pytest
 
 from eomgen.errors import DescriptionError
 from eomgen.formula.nodes import Number, Symbol
-from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.load import load_toml
 from eomgen.scene.scene import Scene
 
@@ -57,19 +56,6 @@ def test_what_is_read_and_its_defaults() -> None:
     assert damping == [Number(1), Number(2), Number(3)] + [Number(0.0)] * 3
     assert bushing.rest == (Number(0.0),) * 3 and bushing.preload == (Number(0.0),) * 5 + (Number(5),)
     np.testing.assert_array_equal(bushing.rest_orientation, np.eye(3))
-
-
-def test_the_builder_gives_the_same() -> None:
-    builder = SceneBuilder("block").body("block", 1.0, inertia=[0.1, 0.1, 0.1]).joint("block", "free", "base", "block")
-    matrix = np.eye(6) + 0.1
-    builder.bushing(
-        "mount", {"body": "base"}, {"body": "block"}, stiffness_matrix=matrix, rest_rotation=[([0, 0, 1], 0.3)]
-    )
-    (made,) = builder.build().bushings
-    ends = 'first = { body = "base" }\nsecond = { body = "block" }\n'
-    keys = f"stiffness_matrix = {matrix.tolist()}\nrest_rotation = [{{ axis = [0, 0, 1], angle = 0.3 }}]"
-    (read_in,) = read(keys, ends).bushings
-    assert made == read_in and made.stiffness[0] == (Number(1.1), *[Number(0.1)] * 5)
 
 
 @pytest.mark.parametrize(

@@ -304,10 +304,3 @@ def test_constraints_have_places_of_frames_and_equations_have_none() -> None:
     places = scene_of(hinges, constraints=constraints).design_places()
     named = [place.name for place in places if place.name.startswith("constraints.")]
     assert named == ["constraints.pin.first", "constraints.pin.second"]
-
-
-def test_builders_name_the_key_given_in() -> None:
-    builder = eomgen.SceneBuilder("drawn").body("arm", 1.0, inertia=[1, 1, 1])
-    builder.joint("hinge", "revolute", "base", "arm", axis=[0, 1, 0], position=[0, 0, 2])
-    scene = builder.point("tip", "arm", [1, 0, 1.5], given_in="world").build()
-    assert numbers(scene.points[0].position, {}).tolist() == [1, 0, -0.5]

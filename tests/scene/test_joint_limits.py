@@ -6,10 +6,8 @@ import pytest
 
 from eomgen.errors import DescriptionError
 from eomgen.formula.nodes import Number, Symbol
-from eomgen.scene.builder import SceneBuilder
-from eomgen.scene.load import from_data, load_toml
+from eomgen.scene.load import load_toml
 from eomgen.scene.scene import Scene
-from tests.models.library import scene
 
 ARM = """\
 format = 1
@@ -117,17 +115,6 @@ def test_messages_on_several_coordinates(keys: str, message: str) -> None:
         cylinder(keys)
     assert len(caught.value.problems) == 1, str(caught.value)
     assert str(caught.value.problems[0]).partition(" (joints.rail.")[2].startswith(message)
-
-
-def test_the_builder_gives_the_same() -> None:
-    builder = SceneBuilder("arm").body("link", 1.0, inertia=[0.1, 0.1, 0.1])
-    limits = {"lower": -1.0, "upper": 2.0, "stiffness": 1e3, "damping": 5.0, "onset": 0.01}
-    friction = {"coulomb": 1.0, "velocity": 1e-3, "static": 1.5, "stribeck": 0.05}
-    builder.joint("hinge", "revolute", "base", "link", axis=[0, 1, 0], limits=limits, friction=friction)
-    (made,) = builder.build().joints
-    data = scene("pendulum", joints__hinge__limits=limits, joints__hinge__friction=friction)
-    (read_in,) = from_data(data).joints
-    assert made.stops == read_in.stops and made.friction == read_in.friction
 
 
 STOP = "lower = -1, stiffness = 1"

@@ -8,7 +8,6 @@ import pytest
 
 from eomgen.errors import DescriptionError
 from eomgen.formula.nodes import Number, Symbol
-from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.joints.model import Joint, Mimic
 from eomgen.scene.load import load_toml
 from eomgen.scene.scene import Scene
@@ -77,19 +76,6 @@ def test_joints_that_follow() -> None:
     assert load('type = "revolute"\naxis = [0, 0, 1]', SECOND + 'mimic = { joint = "first" }').joints[1].mimic == Mimic(
         "first"
     )
-
-
-def test_the_builder_takes_the_same() -> None:
-    builder = SceneBuilder("one").body("a", 1.0, inertia=[1, 1, 1]).body("b", 1.0, inertia=[1, 1, 1]).body("c", 1.0)
-    builder.joint("cardan", "universal", "base", "a", axis=[1, 0, 0], second_axis=[0, 1, 0], damping=[0.1, 0.2])
-    builder.joint("nut", "helical", "a", "b", axis=[1, 0, 0], pitch=0.01)
-    builder.joint("slide", "prismatic", "a", "c", axis=[1, 0, 0], mimic={"joint": "nut", "multiplier": 0.5})
-    builder.torsion_spring("twist", "cardan", "nut", stiffness=3.0, first_index=1)
-    builder.constraint("screw", "helical", {"body": "base", "rotation": []}, {"body": "c", "rotation": []}, pitch=0.2)
-    scene = builder.build()
-    assert (scene.torsion_springs[0].first_index, scene.torsion_springs[0].second_index) == (1, 0)
-    assert scene.constraints[0].pitch == Number(0.2)
-    assert scene.joints[2].mimic == Mimic("nut", Number(0.5))
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from eomgen.scene.joints.moved_inertia import MovableInertia
 from eomgen.scene.load import from_data
 from eomgen.scene.reading.requirements import BOUNDS, RELATIONS, UNBOUNDED, Row, bound_of
 from eomgen.scene.sections import bounds_of, own_sections
+from tests.models import library
 from tests.scene.every_value import Path, key_at, number_at, parameter_keys, places, scene_of, scene_with, without_value
 
 ALL_BOUNDS = bounds_of(own_sections())
@@ -129,78 +130,57 @@ def test_every_place_by_formulas_in_turn(rng: np.random.Generator) -> None:
     assert any(refused) and not all(refused)
 
 
-@pytest.mark.parametrize(
-    ("place", "formula", "X", "message"),
-    [
-        (("bodies", "slider", "mass"), "X", -1.0, "(bodies.slider.mass): the mass -1 is negative at X = -1"),
-        (
-            ("bodies", "arm", "inertia", 2),
-            "X / 4",
-            4.0,
-            (
-                "(bodies.arm.inertia): the principal moments 0.298595, 0.399312, 1.00209 violate the triangle"
-                " inequality: the largest exceeds the sum of the other two by 44 % at X = 4; try: the values of arm"
-                " about its centre of mass, in its own"
-            ),
-        ),
-        (
-            ("joints", "sleeve", "limits", "lower", 1),
-            "-2 * X",
-            -1.5,
-            "(joints.sleeve.limits[1]): the lower limit 3 m is not below the upper one, 2 m at X = -1.5; try: lower",
-        ),
-        (
-            ("joints", "hinge", "friction", "static"),
-            "0.4 * X",
-            0.5,
-            (
-                "(joints.hinge.friction.static): the static friction 0.2 is below the Coulomb friction 0.3 at X = 0.5;"
-                " try: static"
-            ),
-        ),
-        (
-            ("controllers", "limited", "minimum"),
-            "-X",
-            -2.0,
-            "(controllers.limited.minimum): the range is empty: minimum 2 is not below maximum 1 at X = -2",
-        ),
-        (
-            ("controllers", "ratio", "integral"),
-            "X",
-            0.0,
-            (
-                "(controllers.ratio): limits need a tracking time if proportional/integral = 1/0 is none at X = 0;"
-                " try: tracking"
-            ),
-        ),
-        (
-            ("bodies", "slider", "mass"),
-            "X",
-            0.0,
-            (
-                "(joints.rail): the joint rail cannot be moved by a force: it carries neither mass nor inertia, so the"
-                " inertia matrix would be singular at X = 0; try: mass or inertia for the body slider, rotor_inertia,"
-                " or a fixed joint"
-            ),
-        ),
-        (
-            ("beams", "rod", "polar_inertia"),
-            "0.01 * X",
-            0.0,
-            (
-                "(beams.rod.torsion): torsion needs the inertia of the sections about the axis, without which it has no"
-                " inertia at X"
-            ),
-        ),
-        (
-            ("points", "end", "position", 0),
-            "sqrt(X)",
-            -1.0,
-            "(points.end.position[0]): sqrt(-1) has no finite value at X = -1; try: other values of the parameters",
-        ),
-    ],
-)
-def test_what_a_call_is_told(place: Path, formula: str, X: float, message: str) -> None:
+#: Places, formulas and values of X, with what a call is told.
+TOLD: dict[tuple[Path, str, float], str] = {
+    (
+        ("bodies", "slider", "mass"),
+        "X",
+        -1.0,
+    ): "(bodies.slider.mass): the mass -1 is negative at X = -1; try: a positive",
+    (("bodies", "arm", "inertia", 2), "X / 4", 4.0): "(bodies.arm.inertia): the principal moments 0.298595, 0.399312,"
+    " 1.00209 violate the triangle inequality: the largest exceeds the sum of the other two by 44 % at X = 4; try: the",
+    (
+        ("joints", "sleeve", "limits", "lower", 1),
+        "-2 * X",
+        -1.5,
+    ): "(joints.sleeve.limits[1]): the lower limit 3 m is not"
+    " below the upper one, 2 m at X = -1.5; try: lower below upper",
+    (
+        ("joints", "hinge", "friction", "static"),
+        "0.4 * X",
+        0.5,
+    ): "(joints.hinge.friction.static): the static friction 0.2"
+    " is below the Coulomb friction 0.3 at X = 0.5; try: static",
+    (
+        ("controllers", "limited", "minimum"),
+        "-X",
+        -2.0,
+    ): "(controllers.limited.minimum): the range is empty: minimum 2 is not below maximum 1 at X = -2; try: a smaller",
+    (("controllers", "ratio", "integral"), "X", 0.0): "(controllers.ratio): limits need a tracking time if"
+    " proportional/integral = 1/0 is none at X = 0; try: tracking",
+    (
+        ("bodies", "slider", "mass"),
+        "X",
+        0.0,
+    ): "(joints.rail): the joint rail cannot be moved by a force: it carries neither"
+    " mass nor inertia, so the inertia matrix would be singular at X = 0; try: mass or inertia for the body slider",
+    (
+        ("beams", "rod", "polar_inertia"),
+        "0.01 * X",
+        0.0,
+    ): "(beams.rod.torsion): torsion needs the inertia of the sections"
+    " about the axis, without which it has no inertia at X",
+    (
+        ("points", "end", "position", 0),
+        "sqrt(X)",
+        -1.0,
+    ): "(points.end.position[0]): sqrt(-1) has no finite value at X = -1",
+}
+
+
+@pytest.mark.parametrize(("asked", "message"), TOLD.items(), ids=lambda value: str(value)[:40])
+def test_what_a_call_is_told(asked: tuple[Path, str, float], message: str) -> None:
+    place, formula, X = asked
     checked = Requirements(describe(from_data(scene_with(place, formula))), ("X",))
     with pytest.raises(UsageError) as caught:
         checked.check(np.array([X]))
@@ -209,21 +189,16 @@ def test_what_a_call_is_told(place: Path, formula: str, X: float, message: str) 
 
 
 def test_bodies_without_mass_in_absolute_coordinates() -> None:
-    scene = {
-        "format": 1,
-        "name": "absolute",
-        "coordinates": "absolute",
-        "parameters": {"X": {"value": 1.0, "tunable": True}},
-        "bodies": {"b": {"mass": "X", "inertia": [1, 1, 1]}},
-        "joints": {"h": {"type": "revolute", "parent": "base", "child": "b", "axis": [0, 0, 1]}},
-    }
-    checked = Requirements(describe(from_data(scene)), ("X",))
-    with pytest.raises(UsageError) as caught:
-        checked.check(np.array([0.0]))
-    assert (
-        "(bodies.b): in absolute coordinates the body b has a free joint, and the bodies that it carries lack mass"
-        in str(caught.value)
+    scene = library.scene(
+        "pendulum",
+        coordinates="absolute",
+        parameters={"X": {"value": 1.0, "tunable": True}},
+        bodies__rod={"mass": "X", "inertia": [1, 1, 1]},
     )
+    checked = Requirements(describe(from_data(scene)), ("X",))
+    fault = r"\(bodies.rod\): in absolute coordinates the body rod has a free joint, and the bodies that it carries lack mass"
+    with pytest.raises(UsageError, match=fault):
+        checked.check(np.array([0.0]))
 
 
 def test_followers_without_mass_leave_nothing_to_move() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import cmath
-import json
 import math
 from itertools import pairwise
 
@@ -16,8 +15,6 @@ from eomgen.base.random_inputs import Harmonic, road_harmonics
 from eomgen.errors import DescriptionError
 from eomgen.formula.recording import unit_circle
 from eomgen.mechanics.derive import derive
-from eomgen.scene.builder import SceneBuilder
-from eomgen.scene.document.reference import schema
 from eomgen.scene.load import from_data, load
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
@@ -185,13 +182,6 @@ def test_tracks_of_other_seeds_and_axles_share_their_sines() -> None:
         np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-15 * size * (1.0 + 100.0 * t))
 
 
-def test_builder_and_file_say_the_same() -> None:
-    road = {"class": "B", "speed": 15.0, "seed": 2}
-    builder = SceneBuilder("car").input("road", road=road).body("wheel", 1.0)
-    built = builder.joint("hub", "prismatic", "base", "wheel", axis=[0, 0, 1]).build()
-    assert built.inputs == _scene(road).inputs
-
-
 @pytest.mark.parametrize(
     ("road", "message"),
     [
@@ -218,12 +208,3 @@ def test_refusals_name_key_and_remedy(road: object, message: str) -> None:
     with pytest.raises(DescriptionError) as caught:
         _scene(road, late={"value": 20.0, "tunable": True})
     assert message in str(caught.value)
-
-
-def test_json_schema_knows_roads() -> None:
-    definitions = schema()["$defs"]
-    assert definitions["RoadEntry"]["properties"]["class"]["anyOf"][0]["enum"] == list("ABCDEFGH")
-    assert definitions["RoadEntry"]["required"] == ["speed"]
-    assert definitions["RoadEntry"]["properties"]["harmonics"]["maximum"] == 2000
-    assert "road" in definitions["InputEntry"]["properties"]
-    json.dumps(definitions)

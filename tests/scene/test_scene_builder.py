@@ -14,9 +14,11 @@ import eomgen
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.document.schema import every_document
-from eomgen.scene.load import load_toml
-from eomgen.scene.reading.key_metadata import inner_table
+from eomgen.scene.load import from_data, load_toml
+from eomgen.scene.reading.key_metadata import fields_of, inner_table
 from tests.builder_keys import COMMAND, stub
+from tests.models.library import scene
+from tests.scene.every_value import SCENE
 
 DOCUMENT = every_document()
 
@@ -161,14 +163,36 @@ def test_a_name_that_is_no_text() -> None:
 
 
 #: Sections of the schema, and the methods that enter them where their names are not those of the sections.
-METHODS = {
-    "bodies": "body",
-    "doubts": "doubts",
-    "waves": "waves",
-    "include": "include",
-    "simulation": "simulation",
-    "base": "base",
-}
+METHODS = {name: name for name in ("doubts", "waves", "include", "simulation", "base")} | {"bodies": "body"}
+
+
+#: What the scene with every value does not have.
+PENDULUM = scene(
+    "pendulum",
+    base={"acceleration": ["quake(t)", 0, 0], "drift": "keep"},
+    curves={"quake": {"points": [[0, 0], [1, 5], [2, 0]]}},
+    definitions={"swing": {"formula": "q.hinge - 0.1", "unit": "rad"}},
+    states={"lag": {"rate": "swing - lag", "initial": 2}},
+    maps={"m": {"x": [0, 1], "y": [0, 1], "values": [[0, 1], [1, 2]], "interpolation": "linear", "outside": "hold"}},
+    efforts={"motor": {"joint": "hinge", "effort": "ride - lag + map.m(q.hinge, t)"}},
+    events={"stop": {"when": "q.hinge - 1", "action": "reset", "reset": {"lag": "0"}}},
+    references={"servo": {"position": {"hinge": "sin(t)"}}},
+    controllers={"ride": {"type": "state_feedback", "coordinates": ["hinge"], "position_gains": {"hinge": 100}}},
+)
+
+
+@pytest.mark.parametrize("data", [SCENE, PENDULUM], ids=lambda data: data["name"])
+def test_a_call_for_each_entry_makes_the_scene_of_the_data(data: dict[str, Any]) -> None:
+    builder = SceneBuilder(data["name"], gravity=data.get("gravity", (0, 0, -9.81)))
+    for section, entries in data.items():
+        found = fields_of(DOCUMENT)[section][1]
+        if found is None:
+            continue
+        names = {field.alias or name: name for name, field in found.model.model_fields.items()}
+        for name, entry in entries.items() if found.shape == "entries" else [(None, entries)]:
+            keys = {names[key]: value for key, value in entry.items()}
+            getattr(builder, METHODS.get(section, section.removesuffix("s")))(*([name] if name else []), **keys)
+    assert builder.build().content == from_data(data).content
 
 
 @pytest.mark.parametrize(

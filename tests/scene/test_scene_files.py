@@ -13,8 +13,6 @@ import pytest
 
 from eomgen.errors import DescriptionError, FileError, UsageError
 from eomgen.formula.nodes import Number, Operation, Symbol
-from eomgen.scene.document.reference import json_schema
-from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.load import load, load_toml
 from eomgen.scene.scene import Scene
 from eomgen.scene.sources.toml import line_index
@@ -736,16 +734,6 @@ def test_terms_are_chosen_by_name() -> None:
     assert read(text=replaced("format = 1", 'format = 1\nterms = ["mass", "poses", "mass"]')).terms == ("mass", "poses")
     (found,) = problems(text=replaced("format = 1", 'format = 1\nterms = ["mas"]'))
     assert found == "scene.toml:2 (terms[0]): 'mas' is not known here; try: mass"
-
-
-def test_json_schema() -> None:
-    schema = json.loads(json_schema())
-    assert schema["required"] == ["format", "name"]
-    assert schema["additionalProperties"] is False
-    assert schema["$defs"]["JointEntry"]["properties"]["type"]["enum"] == list(JOINTS)
-    assert schema["$defs"]["ParameterEntry"]["anyOf"][0] == {"type": "number"}
-    assert schema["$defs"]["BodyEntry"]["required"] == ["mass"]
-    assert len(schema["$defs"]["BodyEntry"]["properties"]["inertia"]["anyOf"]) == 4
 
 
 @pytest.mark.slow

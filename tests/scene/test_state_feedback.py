@@ -148,18 +148,6 @@ def test_an_included_file_brings_its_feedback(tmp_path: Path) -> None:
     assert left.references[0] == "left_ride_position_reference_left_body" and left.references[-1] == ""
 
 
-def test_a_builder_says_the_same() -> None:
-    builder = eomgen.SceneBuilder("same", gravity=[0, 0, 0]).body("cart", 1.0)
-    builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
-    calibration = {"method": "pole_placement", "poles": [[-1, 2], [-1, -2]]}
-    builder.controller("hold", "state_feedback", coordinates=["rail"], calibration=calibration).effort(
-        "hold", "rail", "hold"
-    )
-    (feedback,) = builder.build().feedback
-    assert feedback.calibration is not None
-    assert feedback.calibration.poles == (-1 + 2j, -1 - 2j)
-
-
 FEEDBACK = '[controllers.ride]\ntype = "state_feedback"\n'
 HELD = FEEDBACK + 'coordinates = ["body", "wheel"]\n'
 GAINS = "position_gains = { body = 1 }\n"

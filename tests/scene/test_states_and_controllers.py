@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from eomgen.errors import DescriptionError
 from eomgen.formula.nodes import Number, Operation, Symbol
-from eomgen.scene.load import from_data, load, load_toml
+from eomgen.scene.load import from_data, load_toml
 from eomgen.scene.scene import Scene
 
 ARM = """\
@@ -78,23 +76,6 @@ def test_the_names_of_controllers_and_their_states_are_those_of_formulas() -> No
     )
     assert [state.name for state in scene.states] == ["a_filtered", "b_integral", "b_filtered"]
     assert {Symbol("controller", "a"), Symbol("state", "b_filtered")} <= set(walk(scene.efforts[0].effort))
-
-
-def test_python_builds_the_same_scene() -> None:
-    from eomgen.scene.builder import SceneBuilder
-
-    builder = SceneBuilder("arm").parameter("gain", 3.0, tunable=True).parameter("lag", 0.02).input("wanted", "sin(t)")
-    builder.body("link", 1.0, center_of_mass=[0, 0, -0.5], inertia=[0.1, 0.1, 0.1])
-    builder.joint("pin", "revolute", "base", "link", axis=[0, 1, 0])
-    builder.state("x", "-x", initial=2).controller(
-        "c", "low_pass", "q.pin", time_constant="lag", gain="gain", maximum=3
-    )
-    scene = builder.build()
-    same = read(
-        '[states]\nx = { rate = "-x", initial = 2 }\n[controllers]\nc = { type = "low_pass", signal = "q.pin", '
-        'time_constant = "lag", gain = "gain", maximum = 3 }\n'
-    )
-    assert scene.states == same.states and scene.controllers == same.controllers
 
 
 @pytest.mark.parametrize(
@@ -205,22 +186,3 @@ def test_states_can_be_given_as_data() -> None:
         "joints": {"j": {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0]}},
     }  # fmt: skip  # a table
     assert from_data(data).states[0].name == "x"
-
-
-def test_an_included_file_has_its_own_states_and_controllers(tmp_path: Path) -> None:
-    part = (
-        '[controllers]\nservo = { type = "pi", signal = "wanted - q.pin + slow", integral = 5 }\n'
-        '[states]\nslow = { rate = "servo_integral - slow" }\n[efforts.motor]\njoint = "pin"\neffort = "servo * slow"\n'
-    )
-    (tmp_path / "arm.toml").write_text(ARM + part, encoding="utf-8")
-    whole = 'format = 1\nname = "pair"\n[include]\nleft = { file = "arm.toml" }\nright = { file = "arm.toml" }\n'
-    (tmp_path / "pair.toml").write_text(whole, encoding="utf-8")
-    scene = load(tmp_path / "pair.toml")
-    assert {state.name for state in scene.states} == {
-        f"{side}_{name}" for side in ("left", "right") for name in ("slow", "servo_integral")
-    }
-    rates = {state.name: state.rate for state in scene.states}
-    left = Operation("sub", (Symbol("state", "left_servo_integral"), Symbol("state", "left_slow")))
-    assert rates["left_slow"] == left
-    product = Operation("mul", (Symbol("controller", "right_servo"), Symbol("state", "right_slow")))
-    assert product in [effort.effort for effort in scene.efforts]

@@ -6,7 +6,6 @@ import pytest
 
 from eomgen.errors import DescriptionError
 from eomgen.formula.nodes import Number, Symbol
-from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.load import load_toml
 from eomgen.scene.scene import Scene
 
@@ -58,20 +57,6 @@ def test_what_is_read_and_its_defaults() -> None:
     assert (tyre.slip.axis, tyre.slip.stiffness) == ((0.0, 1.0, 0.0), (Number(12), Number(12)))
     assert (tyre.slip.friction, tyre.slip.velocity) == (Number(1.0), Number(0.1))
     assert not read('road = "0.1 * sin(position.hub[0])"\ndamping = 5').tyres[0].moving_road
-
-
-def test_the_builder_gives_the_same() -> None:
-    builder = SceneBuilder("wheel").body("wheel", 1.0, inertia=[0.1, 0.1, 0.1]).joint("wheel", "free", "base", "wheel")
-    builder.point("hub", "wheel").input("lift").input("rate")
-    slip = {"stiffness": [15.0, 12.0], "friction": 0.9, "velocity": 0.2, "axis": [0, 2, 0]}
-    builder.tyre(
-        "front", "hub", radius=0.3, stiffness=1e5, damping=50.0, onset=0.01, road="lift", road_rate="rate", slip=slip
-    )
-    (made,) = builder.build().tyres
-    text = (WHEEL + TYRE).replace("lift = {}", "lift = {}\nrate = {}").replace('"soft"', "1e5")
-    keys = 'damping = 50.0\nonset = 0.01\nroad = "lift"\nroad_rate = "rate"\n'
-    keys += "slip = { stiffness = [15.0, 12.0], friction = 0.9, velocity = 0.2, axis = [0, 2, 0] }"
-    assert load_toml(text + keys).tyres == (made,)
 
 
 def test_load_and_deflection_are_words_of_formulas() -> None:

@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from eomgen.errors import DescriptionError, UsageError
+from eomgen.errors import UsageError
 from eomgen.formula.nodes import Number
 from eomgen.formula.units.conversion import coherent, measure, to_si, to_unit
 from eomgen.formula.units.labels import in_label
@@ -24,7 +24,6 @@ from eomgen.formula.units.table import NAMED, PREFIXES, UNITS, names
 from eomgen.scene.document.schema import every_document
 from eomgen.scene.document.units import in_si
 from eomgen.scene.joint_types import JOINTS
-from eomgen.scene.load import load_toml
 from eomgen.scene.reading.key_metadata import ANY_UNIT, fields_of, tables_of
 from eomgen.scene.reading.report import Report
 from tests.scene.test_scene_files import PENDULUM, problems, read, replaced
@@ -580,13 +579,6 @@ def test_pint_is_imported_for_unit_strings_only() -> None:
             [sys.executable, "-c", code.format(text)], capture_output=True, text=True, check=True, timeout=60
         )
         assert run.stdout.strip() == expected
-
-
-def test_the_exit_code_is_that_of_a_description() -> None:
-    with pytest.raises(DescriptionError) as caught:
-        load_toml(replaced('"2*length"', '"250 mm"'), file="arm.toml")
-    assert caught.value.exit_code == 3
-    assert str(caught.value).startswith("description error: arm.toml:7 (bodies.link.mass): '250 mm' is a length")
 
 
 @pytest.mark.parametrize("text", ["1", " 1 "])
