@@ -273,8 +273,8 @@ def test_one_note_at_the_place_of_the_terms(effort: str, more: str, note: str, t
 
 
 def test_units_that_numbers_hide_in_masses_drives_and_stiffnesses(tmp_path: Path) -> None:
-    more = '[bodies.arm]\nmass = "2 * r"\ninertia = [1, 1, 1]\n[parameters.r]\nvalue = "10 cm"\n[joints.h]\nparent = "cart"\n'
-    more += 'type = "revolute"\nchild = "arm"\naxis = [0, 0, 1]\nstiffness = "2 * k"\nrest = "r / 2"\n'
+    more = '[bodies.arm]\nmass = "2 * r"\ninertia = [1, 1, 1]\n[parameters.r]\nvalue = "10 cm"\n[joints.h]\n'
+    more += 'parent = "cart"\ntype = "revolute"\nchild = "arm"\naxis = [0, 0, 1]\nstiffness = "2 * k"\nrest = "r / 2"\n'
     driven = more.replace("stiffness", 'drive = "r * sin(t)"\n#').replace("rest", "#")
     common = "if its numbers have no unit, and its place takes"
     assert notes(tmp_path, "push", more) == [

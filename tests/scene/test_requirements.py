@@ -196,7 +196,7 @@ def test_bodies_without_mass_in_absolute_coordinates() -> None:
         bodies__rod={"mass": "X", "inertia": [1, 1, 1]},
     )
     checked = Requirements(describe(from_data(scene)), ("X",))
-    fault = r"\(bodies.rod\): in absolute coordinates the body rod has a free joint, and the bodies that it carries lack mass"
+    fault = r"\(bodies.rod\): in absolute coordinates the body rod has a free joint, and the bodies that it carries"
     with pytest.raises(UsageError, match=fault):
         checked.check(np.array([0.0]))
 

