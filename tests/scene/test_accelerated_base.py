@@ -395,7 +395,7 @@ def test_a_shear_frame_in_an_earthquake_against_scipy(tmp_path: Path, capsys: py
 )
 def test_records_that_move_nothing_or_last_much_longer_than_the_run_are_noted(keys: Any, note: str) -> None:
     notes = [text for text in read(keys.pop("acceleration"), **keys).notes if text.startswith("base.acceleration")]
-    assert notes == ([note] if note else [])
+    assert len(notes) == bool(note) and all(text.startswith(note) for text in notes)
 
 
 @pytest.mark.parametrize(("acceleration", "falls"), [(-9.81, True), (9.81, False), (-9.0, False)])

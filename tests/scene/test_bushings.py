@@ -13,22 +13,12 @@ from eomgen.scene.scene import Scene
 BLOCK = """\
 format = 1
 name = "block"
+bodies.block = { mass = 1, inertia = [0.1, 0.1, 0.1] }
+bodies.lid = { mass = 1, inertia = [0.1, 0.1, 0.1] }
+joints.block = { type = "free", parent = "base", child = "block" }
+joints.lid = { type = "fixed", parent = "block", child = "lid" }
 [parameters]
 soft = { value = 10, tunable = true }
-[bodies.block]
-mass = 1
-inertia = [0.1, 0.1, 0.1]
-[bodies.lid]
-mass = 1
-inertia = [0.1, 0.1, 0.1]
-[joints.block]
-type = "free"
-parent = "base"
-child = "block"
-[joints.lid]
-type = "fixed"
-parent = "block"
-child = "lid"
 [points]
 hook = { body = "world", position = [0, 0, 1] }
 [bushings.mount]

@@ -134,16 +134,9 @@ def test_a_column_takes_every_unit_of_its_dimension_and_no_other(place: str) -> 
 SLIDER = """\
 format = 1
 name = "slider"
-[bodies.m]
-mass = 1
-[joints.x]
-type = "prismatic"
-parent = "base"
-child = "m"
-axis = [1, 0, 0]
-[efforts.e]
-joint = "x"
-effort = "u"
+bodies.m = { mass = 1 }
+joints.x = { type = "prismatic", parent = "base", child = "m", axis = [1, 0, 0] }
+efforts.e = { joint = "x", effort = "u" }
 """
 
 
@@ -340,25 +333,11 @@ def test_messages_quote_nothing_of_a_table_outside_the_folder_of_the_scene(tmp_p
 # ---- labels of random processes, whose columns are squares -----------------------------------------------------------
 
 _LABELS = ("m", "N", "rad", "1/s", "N/m", "m/s^2")
-_SLIDER = """
-format = 1
-name = "slider"
-[bodies.a]
-mass = 1.0
-[joints.x]
-type = "prismatic"
-parent = "base"
-child = "a"
-axis = [1, 0, 0]
-[random.g]
-duration = 2.0
-modes = 2
-"""
 
 
-def _process(folder: Path, lines: str, effort: str = "g") -> Scene:
+def _process(folder: Path, lines: str) -> Scene:
     path = folder / "process.toml"
-    path.write_text(f'{_SLIDER}{lines}\n[efforts.f]\njoint = "x"\neffort = "{effort}"\n')
+    path.write_text(SLIDER.replace('"u"', '"g"') + f"[random.g]\nduration = 2.0\nmodes = 2\n{lines}\n")
     return load(path)
 
 

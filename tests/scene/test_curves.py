@@ -171,13 +171,8 @@ def test_arguments_that_are_linear_in_time(text: str, expected: tuple[float, flo
 SCENE = """
 format = 1
 name = "cart"
-[bodies.cart]
-mass = 1.0
-[joints.rail]
-type = "prismatic"
-parent = "base"
-child = "cart"
-axis = [1, 0, 0]
+bodies.cart = { mass = 1.0 }
+joints.rail = { type = "prismatic", parent = "base", child = "cart", axis = [1, 0, 0] }
 """
 TABLE = '[inputs.push]\ntable = { file = "push.csv", argument = "t", value = "F" }\n'
 GOOD = "t,F\n0,1\n1,3\n2,2\n"

@@ -145,22 +145,11 @@ def test_quantities_of_loads_have_units(text: str, unit: str) -> None:
 HEAD = """
 format = 1
 name = "cart"
-[parameters.k]
-value = 100.0
-unit = "N/m"
-[inputs.push]
-formula = "sin(3 * t)"
-unit = "N"
-[bodies.cart]
-mass = 2.0
-[joints.x]
-type = "prismatic"
-parent = "base"
-child = "cart"
-axis = [1, 0, 0]
-[efforts.e]
-joint = "x"
-effort = "EFFORT"
+parameters.k = { value = 100.0, unit = "N/m" }
+inputs.push = { formula = "sin(3 * t)", unit = "N" }
+bodies.cart = { mass = 2.0 }
+joints.x = { type = "prismatic", parent = "base", child = "cart", axis = [1, 0, 0] }
+efforts.e = { joint = "x", effort = "EFFORT" }
 """
 MAP = """
 [maps.m]
@@ -172,11 +161,7 @@ outside = "hold"
 unit = "UNIT"
 """
 LAW = """
-[laws.drag]
-source = "drag.c"
-function = "drag"
-arguments = { speed = "m/s" }
-results = { force = "N" }
+laws.drag = { source = "drag.c", function = "drag", arguments = { speed = "m/s" }, results = { force = "N" } }
 """
 C = "void drag(const double *a, const double *p, double *r) { r[0] = a[0]; }\n"
 

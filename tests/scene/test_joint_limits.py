@@ -12,39 +12,20 @@ from eomgen.scene.scene import Scene
 ARM = """\
 format = 1
 name = "arm"
+bodies.link = { mass = 1, inertia = [0.1, 0.1, 0.1] }
+bodies.slider = { mass = 1, inertia = [0.1, 0.1, 0.1] }
+bodies.ball = { mass = 1, inertia = [0.1, 0.1, 0.1] }
+joints.hinge = { type = "revolute", parent = "base", child = "link", axis = [0, 1, 0] }
+joints.rail = { type = "prismatic", parent = "link", child = "slider", axis = [1, 0, 0] }
+joints.ball = { type = "spherical", parent = "slider", child = "ball" }
 [parameters]
 hard = { value = 1e4, tunable = true }
-[bodies.link]
-mass = 1
-inertia = [0.1, 0.1, 0.1]
-[bodies.slider]
-mass = 1
-inertia = [0.1, 0.1, 0.1]
-[bodies.ball]
-mass = 1
-inertia = [0.1, 0.1, 0.1]
-[joints.hinge]
-type = "revolute"
-parent = "base"
-child = "link"
-axis = [0, 1, 0]
-[joints.rail]
-type = "prismatic"
-parent = "link"
-child = "slider"
-axis = [1, 0, 0]
-[joints.ball]
-type = "spherical"
-parent = "slider"
-child = "ball"
 """
 
 
 def read(joint: str, **keys: str) -> Scene:
-    text = ARM
-    for key, value in keys.items():
-        head = f"[joints.{joint}]\n"
-        text = text.replace(head, f"{head}{key} = {value}\n")
+    given = "".join(f"{key} = {value}, " for key, value in keys.items())
+    text = ARM.replace(f"joints.{joint} = {{ ", f"joints.{joint} = {{ {given}")
     return load_toml(text, file="arm.toml")
 
 
@@ -69,7 +50,7 @@ def test_what_is_read_and_its_defaults() -> None:
 
 
 def cylinder(keys: str) -> Scene:
-    text = ARM.replace('type = "prismatic"', f'type = "cylindrical"\n{keys}')
+    text = ARM.replace('type = "prismatic"', f'type = "cylindrical", {keys}')
     return load_toml(text, file="arm.toml")
 
 
@@ -173,7 +154,7 @@ def test_messages(joint: str, key: str, value: str, message: str) -> None:
 
 def test_absolute_coordinates_take_limits_of_many_turns() -> None:
     text = ARM.replace('name = "arm"\n', 'name = "arm"\ncoordinates = "absolute"\n')
-    text = text.replace("[joints.hinge]\n", "[joints.hinge]\nlimits = { lower = -30, upper = 40, stiffness = 1 }\n")
+    text = text.replace("joints.hinge = { ", "joints.hinge = { limits = { lower = -30, upper = 40, stiffness = 1 }, ")
     (stop,) = next(joint for joint in load_toml(text, file="arm.toml").joints if joint.name == "hinge").stops
     assert (stop.lower, stop.upper) == (Number(-30.0), Number(40.0))
 
@@ -196,6 +177,6 @@ def test_a_start_beyond_a_limit_is_noted_with_joint_value_limit_and_effort() -> 
 
 
 def test_a_scene_that_starts_at_equilibrium_may_lean_on_its_stops() -> None:
-    text = ARM.replace("[joints.hinge]\n", '[joints.hinge]\nlimits = { lower = 0.1, stiffness = "hard" }\n')
+    text = ARM.replace("joints.hinge = { ", 'joints.hinge = { limits = { lower = 0.1, stiffness = "hard" }, ')
     assert len(load_toml(text, file="arm.toml").notes) == 1
     assert load_toml(f'{text}[simulation]\nstart = "equilibrium"\n', file="arm.toml").notes == ()

@@ -25,10 +25,7 @@ MASS, ARM, INERTIA, GRAVITY, STIFFNESS = 2.0, 0.3, 0.05, 9.81, 40.0
 TEXT = f"""
 format = 1
 name = "plate"
-[bodies.plate]
-mass = {MASS}
-center_of_mass = [{ARM}, 0, 0]
-inertia = [0.02, 0.04, {INERTIA}]
+bodies.plate = {{ mass = {MASS}, center_of_mass = [{ARM}, 0, 0], inertia = [0.02, 0.04, {INERTIA}] }}
 [joints.pin]
 type = "slot"
 parent = "base"

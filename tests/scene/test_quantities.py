@@ -10,29 +10,12 @@ SCENE = """
 format = 1
 name = "cart"
 gravity = [0.0, 0.0, -9.81]
-[parameters.k]
-value = 20.0
-unit = "N/m"
-[bodies.cart]
-mass = 2.0
-inertia = [0.1, 0.2, 0.3]
-[joints.rail]
-type = "prismatic"
-parent = "base"
-child = "cart"
-axis = [1.0, 0.0, 0.0]
-damping = "2*k"
-[joints.hinge]
-type = "revolute"
-parent = "cart"
-child = "arm"
-axis = [0.0, 1.0, 0.0]
-damping = 0.3
-[bodies.arm]
-mass = 1.0
-[states.filter]
-unit = "m"
-rate = "(q.rail - filter)/0.1"
+parameters.k = { value = 20.0, unit = "N/m" }
+bodies.cart = { mass = 2.0, inertia = [0.1, 0.2, 0.3] }
+joints.rail = { type = "prismatic", parent = "base", child = "cart", axis = [1.0, 0.0, 0.0], damping = "2*k" }
+joints.hinge = { type = "revolute", parent = "cart", child = "arm", axis = [0.0, 1.0, 0.0], damping = 0.3 }
+bodies.arm = { mass = 1.0 }
+states.filter = { unit = "m", rate = "(q.rail - filter)/0.1" }
 """
 
 

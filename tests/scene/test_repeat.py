@@ -14,28 +14,16 @@ from tests.docs.parts import whole
 
 HEAD = 'format = 1\nname = "chain"\n'
 CHAIN = """
+bodies.link_0 = { mass = 1.0, center_of_mass = [0.1, 0, 0], inertia = [0.1, 0.1, 0.1] }
+joints.hinge_0 = { type = "revolute", parent = "base", child = "link_0", axis = [0, 1, 0] }
 [parameters]
 pitch = { value = "250 mm", tunable = true }
-
-[bodies.link_0]
-mass = 1.0
-center_of_mass = [0.1, 0, 0]
-inertia = [0.1, 0.1, 0.1]
-
-[joints.hinge_0]
-type = "revolute"
-parent = "base"
-child = "link_0"
-axis = [0, 1, 0]
-
 [repeat.links]
 indices = { i = [1, 4] }
-
 [repeat.links.bodies."link_{i}"]
 mass = "{1 + 0.5 * i}"
 center_of_mass = ["{i} * pitch", 0, "{0 if i < 3 else -0.5}"]
 inertia = [0.1, 0.1, 0.1]
-
 [repeat.links.joints."hinge_{i}"]
 type = "revolute"
 parent = "link_{i - 1}"
@@ -127,11 +115,11 @@ def told(change: tuple[str, str]) -> str:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (("indices = { i = [1, 4] }", ""), "scene.toml:18 (repeat.links.indices): the key indices is missing"),
-        (("i = [1, 4]", "i = [4, 1]"), "scene.toml:19 (repeat.links.indices.i): the index i takes no number from 4"),
-        (("i = [1, 4]", "i = 1.5"), "scene.toml:19 (repeat.links.indices.i): an index counts by whole numbers,"),
+        (("indices = { i = [1, 4] }", ""), "scene.toml:8 (repeat.links.indices): the key indices is missing"),
+        (("i = [1, 4]", "i = [4, 1]"), "scene.toml:9 (repeat.links.indices.i): the index i takes no number from 4"),
+        (("i = [1, 4]", "i = 1.5"), "scene.toml:9 (repeat.links.indices.i): an index counts by whole numbers,"),
         (("i = [1, 4]", "i = [0, 4]"), "the name link_0 in bodies is given twice"),
-        (("i = [1, 4]", "i = 4, j = 100001"), "scene.toml:19 (repeat.links.indices): more than 200000 copies are made"),
+        (("i = [1, 4]", "i = 4, j = 100001"), "scene.toml:9 (repeat.links.indices): more than 200000 copies are made"),
         (("i = [1, 4]", "i = 2, j = 2"), "the name link_0 in bodies is given twice"),
         (('"link_{i - 1}"', '"link_{k - 1}"'), "{k - 1}: "),
         (('"link_{i - 1}"', '"link_{i - 1"'), "has a brace without its other; try: {i}"),
@@ -139,7 +127,7 @@ def told(change: tuple[str, str]) -> str:
         (('"{1 + 0.5 * i}"', '"{1 / (i - 2)}"'), "{1 / (i - 2)} at i = 2: div(1, 0) has no finite value"),
         (("repeat.links.bodies", "repeat.links.bodys"), "there is no section 'bodys' whose entries could repeat"),
         (('joints."hinge_{i}"', 'joints."hinge {i}"'), "the name 'hinge 1' is not legal"),
-        (('mass = "{1 + 0.5 * i}"', 'mas = "{i}"'), "scene.toml:22 (bodies.link_1.mas): the key 'mas' is unknown here"),
+        (('mass = "{1 + 0.5 * i}"', 'mas = "{i}"'), "scene.toml:11 (bodies.link_1.mas): the key 'mas' is unknown here"),
     ],
 )
 def test_what_is_wrong_is_told_with_its_line(change: tuple[str, str], message: str) -> None:

@@ -45,7 +45,7 @@ def test_degrees_may_be_a_parameter() -> None:
 
 @pytest.mark.parametrize("section", ["points", "frames"])
 def test_a_place_in_another_unit_is_noted_by_its_own_key(section: str) -> None:
-    text = FLOATING.replace("mass = 1", "mass = 1\ninertia = [0.1, 0.1, 0.1]") + "".join(
+    text = FLOATING.replace("mass = 1", "mass = 1, inertia = [0.1, 0.1, 0.1]") + "".join(
         f'[{kind}.{name}]\nbody = "ball"\nposition = [{x}, 0, 0]\n'
         for kind, name, x in (("points", "a", 0.3), ("points", "b", 0.4), (section, "far", 500))
     )
@@ -61,12 +61,8 @@ def test_a_place_in_another_unit_is_noted_by_its_own_key(section: str) -> None:
 FLOATING = """
 format = 1
 name = "ball"
-[bodies.ball]
-mass = 1
-[joints.root]
-type = "free"
-parent = "base"
-child = "ball"
+bodies.ball = { mass = 1 }
+joints.root = { type = "free", parent = "base", child = "ball" }
 """
 
 
@@ -89,9 +85,9 @@ child = "ball"
         (replaced('child = "link"\n', ""), '(joints.hinge.child): the key child is missing; try: child = "link"'),
         (
             FLOATING,
-            "scene.toml:6 (joints.root): the joint root cannot be moved by a force: the bodies that it carries lack mass,"
-            " or inertia about some axis through their centre of mass, so the inertia matrix would be singular; try: mass"
-            " and inertia = [xx, yy, zz] for the body ball, or three prismatic joints for a point mass",
+            "scene.toml:5 (joints.root): the joint root cannot be moved by a force: the bodies that it carries lack"
+            " mass, or inertia about some axis through their centre of mass, so the inertia matrix would be singular;"
+            " try: mass and inertia = [xx, yy, zz] for the body ball, or three prismatic joints for a point mass",
         ),
     ],
 )
@@ -126,10 +122,10 @@ TETHERED = """
 format = 1
 name = "tethered"
 gravity = [0, 0, 0]
+bodies.cart = { mass = 2 }
+springs.tether = { first = "hook", second = "anchor", stiffness = 30, damping = 0.5, length = 1.2 }
 [base]
 position = ["0.3 * sin(2 * t)", 0, 0]
-[bodies.cart]
-mass = 2
 [joints.rail]
 type = "prismatic"
 parent = "base"
@@ -140,12 +136,6 @@ initial = { velocity = 0.4 }
 [points]
 hook = { body = "cart" }
 anchor = { body = "world", position = [2, 0, 0] }
-[springs.tether]
-first = "hook"
-second = "anchor"
-stiffness = 30
-damping = 0.5
-length = 1.2
 [outputs]
 anchor = { position = "anchor" }
 speed = { velocity = "hook" }

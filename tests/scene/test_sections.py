@@ -40,20 +40,11 @@ MASS, COEFFICIENT, GRAVITY = 80.0, 0.25, 9.81
 FALL = f"""
 format = 1
 name = "fall"
-[bodies.jumper]
-mass = {MASS}
-[joints.down]
-type = "prismatic"
-parent = "base"
-child = "jumper"
-axis = [0, 0, -1]
-[points.chute]
-body = "jumper"
-[drags.air]
-point = "chute"
-coefficient = "{COEFFICIENT} kg/m"
-[outputs.pull]
-formula = "drag.air"
+bodies.jumper = {{ mass = {MASS} }}
+joints.down = {{ type = "prismatic", parent = "base", child = "jumper", axis = [0, 0, -1] }}
+points.chute = {{ body = "jumper" }}
+drags.air = {{ point = "chute", coefficient = "{COEFFICIENT} kg/m" }}
+outputs.pull = {{ formula = "drag.air" }}
 [simulation]
 method = "rk4"
 step = 1e-2
@@ -149,22 +140,11 @@ def test_a_section_with_its_own_force_law_is_two_files_and_a_line(tmp_path: Path
 WINDY = f"""
 format = 1
 name = "windy"
-[winds.site]
-speed = 12
-exponent = 0.25
-time = "2 s"
-[bodies.sail]
-mass = {MASS}
-[joints.along]
-type = "prismatic"
-parent = "base"
-child = "sail"
-axis = [1, 0, 0]
-[efforts.push]
-joint = "along"
-effort = "{COEFFICIENT} * wind_speed.site(20 + q.along)"
-[outputs.wind]
-formula = "wind_speed.site(20 + q.along)"
+winds.site = {{ speed = 12, exponent = 0.25, time = "2 s" }}
+bodies.sail = {{ mass = {MASS} }}
+joints.along = {{ type = "prismatic", parent = "base", child = "sail", axis = [1, 0, 0] }}
+efforts.push = {{ joint = "along", effort = "{COEFFICIENT} * wind_speed.site(20 + q.along)" }}
+outputs.wind = {{ formula = "wind_speed.site(20 + q.along)" }}
 [simulation]
 method = "rk4"
 step = 1e-2
@@ -215,7 +195,7 @@ def test_mistakes_in_its_words_are_told_as_in_any_other(written: str, message: s
 def test_without_the_distribution_its_words_are_unknown() -> None:
     other_words.cache_clear()
     others.cache_clear()
-    text = WINDY.replace('[winds.site]\nspeed = 12\nexponent = 0.25\ntime = "2 s"\n', "")
+    text = WINDY.replace('winds.site = { speed = 12, exponent = 0.25, time = "2 s" }\n', "")
     with pytest.raises(DescriptionError, match=r"only functions can be called, not 'wind_speed.site'"):
         load_toml(text)
 
@@ -237,9 +217,9 @@ def test_builders_includes_and_copies_know_it(tmp_path: Path) -> None:
     (tmp_path / "fall.toml").write_text(FALL, encoding="utf-8")
     whole = load_toml('format = 1\nname = "two"\n[include.left]\nfile = "fall.toml"\n', folder=tmp_path)
     assert [(element.name, element.section) for element in whole.elements] == [("left_air", "drags")]
-    text = FALL.replace("[drags.air]", '[repeat.r]\nindices = { i = 2 }\n[repeat.r.drags."air_{i}"]').replace(
-        "drag.air", "drag.air_1"
-    )
+    air = f'{{ point = "chute", coefficient = "{COEFFICIENT} kg/m" }}'
+    text = FALL.replace(f"drags.air = {air}", "").replace("drag.air", "drag.air_1")
+    text += f'[repeat.r]\nindices = {{ i = 2 }}\ndrags."air_{{i}}" = {air}\n'
     assert [element.name for element in load_toml(text).elements] == ["air_0", "air_1"]
 
 
@@ -255,8 +235,8 @@ def test_editors_and_pages_know_it() -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (("point =", "pint ="), r"scene.toml:14 \(drags.air.pint\): the key 'pint' is unknown here; try: point"),
-        (('"chute"\nco', '"chut"\nco'), r"scene.toml:14 \(drags.air.point\): there is no point 'chut'; try: chute"),
+        (("point =", "pint ="), r"scene.toml:7 \(drags.air.pint\): the key 'pint' is unknown here; try: point"),
+        (('"chute", co', '"chut", co'), r"scene.toml:7 \(drags.air.point\): there is no point 'chut'; try: chute"),
         (('"0.25 kg/m"', "-1"), r"\(drags.air.coefficient\): the coefficient of a drag is -1; try: 0 or more"),
         (
             ("[sim", "[winds.sea]\nspeed = 9\ntime = 0\n[sim"),
@@ -276,7 +256,7 @@ def test_mistakes_in_it_are_told_as_in_any_other(change: tuple[str, str], messag
 
 def test_without_the_distribution_the_section_is_unknown() -> None:
     others.cache_clear()
-    with pytest.raises(DescriptionError, match=r"scene.toml:13 \(drags\): the key 'drags' is unknown here"):
+    with pytest.raises(DescriptionError, match=r"scene.toml:7 \(drags\): the key 'drags' is unknown here"):
         load_toml(FALL)
     assert "drags" not in document_for({"drags": {}}).known_keys()
 

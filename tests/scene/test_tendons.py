@@ -20,22 +20,10 @@ ARM = """\
 format = 1
 name = "arm"
 gravity = [0, 0, 0]
-[bodies.upper]
-mass = 1.0
-inertia = [0.01, 0.01, 0.01]
-[bodies.lower]
-mass = 0.7
-inertia = [0.01, 0.01, 0.01]
-[joints.shoulder]
-type = "spherical"
-parent = "base"
-child = "upper"
-[joints.elbow]
-type = "revolute"
-parent = "upper"
-child = "lower"
-position = [0.3, 0, 0]
-axis = [0, 1, 0]
+bodies.upper = { mass = 1.0, inertia = [0.01, 0.01, 0.01] }
+bodies.lower = { mass = 0.7, inertia = [0.01, 0.01, 0.01] }
+joints.shoulder = { type = "spherical", parent = "base", child = "upper" }
+joints.elbow = { type = "revolute", parent = "upper", child = "lower", position = [0.3, 0, 0], axis = [0, 1, 0] }
 [points]
 origin = { body = "base", position = [0.05, 0.02, 0.1] }
 guide = { body = "upper", position = [0.15, 0.01, 0.06] }
@@ -157,13 +145,8 @@ BELT = """\
 format = 1
 name = "belt"
 gravity = [0, 0, 0]
-[bodies.end]
-mass = 2.0
-inertia = [0.1, 0.1, 0.1]
-[joints.free]
-type = "free"
-parent = "base"
-child = "end"
+bodies.end = { mass = 2.0, inertia = [0.1, 0.1, 0.1] }
+joints.free = { type = "free", parent = "base", child = "end" }
 [points]
 start = { body = "base", position = [-2, -1, 0] }
 end = { body = "end" }

@@ -12,17 +12,12 @@ from eomgen.scene.scene import Scene
 WHEEL = """\
 format = 1
 name = "wheel"
+bodies.wheel = { mass = 1, inertia = [0.1, 0.1, 0.1] }
+joints.wheel = { type = "free", parent = "base", child = "wheel" }
 [parameters]
 soft = { value = 1e4, tunable = true }
 [inputs]
 lift = {}
-[bodies.wheel]
-mass = 1
-inertia = [0.1, 0.1, 0.1]
-[joints.wheel]
-type = "free"
-parent = "base"
-child = "wheel"
 [points]
 hub = { body = "wheel" }
 rim = { body = "wheel", position = [0.3, 0, 0] }
