@@ -44,35 +44,28 @@ DEFINED = (
 force = "-k * stretch - drag + push"
 stretch = { formula = "position.hook[0] - 0.2", unit = "m", description = "beyond the free length" }
 drag = "3 * v.rail * abs(v.rail)"
-[states.dose]
-rate = "drag * v.rail"
-[efforts.spring]
-joint = "rail"
-effort = "force"
+[states]
+dose = { rate = "drag * v.rail" }
+[efforts]
+spring = { joint = "rail", effort = "force" }
 [outputs]
 power = { formula = "force * v.rail" }
-[events.slack]
-when = "stretch - 0.15"
-action = "reset"
-[events.slack.reset]
-dose = "dose + drag"
+[events]
+slack = { when = "stretch - 0.15", action = "reset", reset = { dose = "dose + drag" } }
 """
 )
+_DRAG, _FORCE = "3 * v.rail * abs(v.rail)", "-k * (position.hook[0] - 0.2) - 3 * v.rail * abs(v.rail) + push"
 WRITTEN = (
     HEAD
-    + """
-[states.dose]
-rate = "3 * v.rail * abs(v.rail) * v.rail"
-[efforts.spring]
-joint = "rail"
-effort = "-k * (position.hook[0] - 0.2) - 3 * v.rail * abs(v.rail) + push"
+    + f"""
+[states]
+dose = {{ rate = "{_DRAG} * v.rail" }}
+[efforts]
+spring = {{ joint = "rail", effort = "{_FORCE}" }}
 [outputs]
-power = { formula = "(-k * (position.hook[0] - 0.2) - 3 * v.rail * abs(v.rail) + push) * v.rail" }
-[events.slack]
-when = "position.hook[0] - 0.2 - 0.15"
-action = "reset"
-[events.slack.reset]
-dose = "dose + 3 * v.rail * abs(v.rail)"
+power = {{ formula = "({_FORCE}) * v.rail" }}
+[events]
+slack = {{ when = "position.hook[0] - 0.2 - 0.15", action = "reset", reset = {{ dose = "dose + {_DRAG}" }} }}
 """
 )
 
@@ -132,18 +125,12 @@ AXLES = """
 format = 1
 name = "car"
 gravity = [0, 0, 0]
+bodies.car = { mass = 1500, inertia = [400, 2000, 2100] }
+joints.plane = { type = "planar", parent = "base", child = "car", axis = [0, 0, 1] }
 [parameters]
 B = { value = 10.0, tunable = true }
 D = { value = 4400.0, unit = "N", tunable = true }
 DEFINITIONS
-[bodies.car]
-mass = 1500
-inertia = [400, 2000, 2100]
-[joints.plane]
-type = "planar"
-parent = "base"
-child = "car"
-axis = [0, 0, 1]
 """
 TYRES = {"front_left": (1.2, 0.7), "front_right": (1.2, -0.7), "rear_left": (-1.4, 0.7), "rear_right": (-1.4, -0.7)}
 SLIP = "atan2(velocity.here[1], abs(velocity.here[0]) + 0.1)"
@@ -221,13 +208,10 @@ def test_a_condition_of_an_included_file_is_known_outside(tmp_path: Path) -> Non
     whole = """
 format = 1
 name = "two"
-[include.a]
-file = "part.toml"
-[definitions]
-far = "not a_near"
-[outputs]
-z = { formula = "2 if a_near else 3" }
-w = { formula = "3 if far else 2" }
+include.a = { file = "part.toml" }
+definitions.far = "not a_near"
+outputs.z = { formula = "2 if a_near else 3" }
+outputs.w = { formula = "3 if far else 2" }
 """
     outputs = {output.name: output.values for output in eomgen.load(written(tmp_path, whole, "two.toml")).outputs}
     assert outputs["a_y"] == outputs["z"]
@@ -239,22 +223,14 @@ def test_values_along_a_beam_take_definitions_of_their_place(tmp_path: Path) -> 
 format = 1
 name = "blade"
 gravity = [0, 0, -9.81]
+joints.root = {{ type = "fixed", parent = "base", child = "blade" }}
 {definitions}
 [beams.blade]
 length = 1.0
 model = "cosserat"
 elements = 3
-[beams.blade.section]
-shape = "rectangle"
-width = "{width}"
-height = 0.02
-density = 2700
-elastic_modulus = 70e9
-poisson_ratio = 0.3
-[joints.root]
-type = "fixed"
-parent = "base"
-child = "blade"
+section = {{ shape = "rectangle", width = "{width}", height = 0.02, density = 2700, elastic_modulus = 70e9, \
+poisson_ratio = 0.3 }}
 """
     whole = beam.format(definitions="", width="0.05 * (1 - 0.5 * s)")
     parts = beam.format(definitions='[definitions]\ntaper = "1 - 0.5 * s"\nwidth = "0.05 * taper"', width="width")
@@ -268,16 +244,11 @@ def test_definitions_of_included_files_have_names_of_their_own(tmp_path: Path) -
     whole = """
 format = 1
 name = "two"
-[definitions]
-force = "17 * q.a_rail"
-[include.a]
-file = "part.toml"
-[include.b]
-file = "part.toml"
-parameters = { k = 50 }
-[outputs]
-own = { formula = "force" }
-first = { formula = "a_force" }
+include.a = { file = "part.toml" }
+include.b = { file = "part.toml", parameters = { k = 50 } }
+definitions.force = "17 * q.a_rail"
+outputs.own = { formula = "force" }
+outputs.first = { formula = "a_force" }
 """
     model = eomgen.build(written(tmp_path, whole, "two.toml"), method="rk4")
     run = model.simulate(0.1, 1e-3)
@@ -316,17 +287,12 @@ def test_definitions_within_one_another_stay_within_a_limit(form: str, tmp_path:
 @pytest.mark.slow
 def test_definitions_mention_random_processes_and_waves(tmp_path: Path) -> None:
     rest = """
-[random.gust]
-type = "squared_exponential"
-standard_deviation = 2.0
-correlation_time = 0.3
-duration = 1.0
-share = 0.9
-[waves.sea]
-spectrum = { type = "jonswap", height = 3, period = 9, peakedness = 3.3 }
-[efforts.wind]
-joint = "rail"
-effort = "FORCE"
+[random]
+gust = { type = "squared_exponential", standard_deviation = 2.0, correlation_time = 0.3, duration = 1.0, share = 0.9 }
+[waves]
+sea = { spectrum = { type = "jonswap", height = 3, period = 9, peakedness = 3.3 } }
+[efforts]
+wind = { joint = "rail", effort = "FORCE" }
 [outputs]
 height = { formula = "HEIGHT" }
 """

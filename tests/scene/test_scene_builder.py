@@ -36,41 +36,19 @@ push = { formula = "sin(t)", unit = "N" }
 [base]
 position = ["0.1*t", 0, 0]
 rotation = [{ axis = [0, 0, 1], angle = "0.2*t" }]
-[bodies.trolley]
-mass = 5
-[bodies.load]
-mass = 2
-center_of_mass = [0, -1, 0]
-inertia = [[0.1, 0, 0], [0, 0.2, 0], [0, 0, 0.1]]
-[joints.rail]
-type = "prismatic"
-parent = "base"
-child = "trolley"
-axis = [1, 0, 0]
-damping = "damping"
+[bodies]
+trolley = { mass = 5 }
+load = { mass = 2, center_of_mass = [0, -1, 0], inertia = [[0.1, 0, 0], [0, 0.2, 0], [0, 0, 0.1]] }
+[joints]
+rail = { type = "prismatic", parent = "base", child = "trolley", axis = [1, 0, 0], damping = "damping" }
 [joints.rope]
 type = "revolute"
 parent = "trolley"
 child = "load"
 axis = [0, 0, 1]
 rotation = [{ axis = [1, 0, 0], angle = "pi" }]
-initial = { position = 0.1 }
 [points]
 hook = { body = "load", position = [0, -1, 0] }
-wall = { body = "base" }
-[springs.buffer]
-first = "hook"
-second = "wall"
-stiffness = 10
-[torsion_springs.twist]
-first = "rope"
-stiffness = 1
-[forces.wind]
-body = "load"
-force = [1, 0, 0]
-[efforts.motor]
-joint = "rail"
-effort = "push"
 [outputs]
 height = { formula = "position.hook[1]", unit = "m" }
 hook = { velocity = "hook" }
@@ -90,21 +68,8 @@ def build() -> SceneBuilder:
         .body("trolley", 5)
         .body("load", 2, center_of_mass=np.array([0, -1, 0]), inertia=np.diag([0.1, 0.2, 0.1]))
         .joint("rail", "prismatic", "base", "trolley", axis=[1, 0, 0], damping="damping")
-        .joint(
-            "rope",
-            "revolute",
-            "trolley",
-            "load",
-            axis=(0, 0, 1),
-            rotation=[((1, 0, 0), "pi")],
-            initial={"position": 0.1},
-        )
+        .joint("rope", "revolute", "trolley", "load", axis=(0, 0, 1), rotation=[((1, 0, 0), "pi")])
         .point("hook", "load", [0, -1, 0])
-        .point("wall", "base")
-        .spring("buffer", "hook", "wall", stiffness=10)
-        .torsion_spring("twist", "rope", stiffness=1)
-        .force("wind", "load", force=[1, 0, 0])
-        .effort("motor", "rail", "push")
         .output("height", formula="position.hook[1]", unit="m")
         .output("hook", velocity="hook")
         .simulation(step=1e-2, duration=3)

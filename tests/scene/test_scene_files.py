@@ -65,11 +65,8 @@ def test_defaults() -> None:
     assert body.inertia == (Number(0.1), Number(0.1), Number(0.01), *ZERO)
     assert scene.gravity == (Number(0.0), Number(0.0), Number(-9.81))
     assert scene.base is None
-    assert (scene.simulation.method, scene.simulation.step, scene.simulation.rho_inf) == (
-        "generalized_alpha",
-        1e-3,
-        0.8,
-    )
+    assert (scene.simulation.method, scene.simulation.step) == ("generalized_alpha", 1e-3)
+    assert scene.simulation.rho_inf == 0.8
     assert [(p.name, p.value, p.tunable, p.unit) for p in scene.parameters] == [
         ("length", 0.8, False, ""),
         ("damping", 0.1, True, "N*m*s"),
@@ -91,9 +88,8 @@ voltage = {}
 [base]
 position = ["0.1*sin(5*t)", 0, 0]
 rotation = [{ axis = [0, 0, 2], angle = "0.2*t" }]
-[bodies.bob]
-mass = 1
-inertia = { xx = 0.1, yy = 0.2, zz = 0.15, xz = "length/100" }
+[bodies]
+bob = { mass = 1, inertia = { xx = 0.1, yy = 0.2, zz = 0.15, xz = "length/100" } }
 [joints.ball]
 type = "spherical"
 parent = "link"
@@ -103,23 +99,14 @@ initial = { position = [0.6, 0, 0.8, 0], velocity = [1, 2, 3] }
 [points]
 tip = { body = "bob", position = [0, 0, -1] }
 anchor = { body = "base" }
-[springs.strut]
-first = "tip"
-second = "anchor"
-stiffness = 2e4
-force = "-torque - damping*rate.strut"
-[torsion_springs.twist]
-first = "hinge"
-stiffness = 4
-[forces.wind]
-body = "bob"
-point = [0, "length", 0]
-force = ["velocity.tip[0]", 0, "tension.strut"]
-axes = "body"
-[efforts.motor]
-joint = "ball"
-index = 2
-effort = "voltage - 0.3*v.ball[2]"
+[springs]
+strut = { first = "tip", second = "anchor", stiffness = 2e4, force = "-torque - damping*rate.strut" }
+[torsion_springs]
+twist = { first = "hinge", stiffness = 4 }
+[forces]
+wind = { body = "bob", point = [0, "length", 0], force = ["velocity.tip[0]", 0, "tension.strut"], axes = "body" }
+[efforts]
+motor = { joint = "ball", index = 2, effort = "voltage - 0.3*v.ball[2]" }
 [outputs]
 tip = { position = "tip" }
 height = { formula = ["position.tip[2]", 1], unit = "m" }
