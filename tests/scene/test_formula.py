@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import operator
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -114,7 +116,6 @@ def test_nodes(text: str, expected: Formula) -> None:
     [
         ("", "the formula is empty (column 1)"),
         ("lengt", "unknown name 'lengt' (column 1); try: length"),
-        ("1 + torqe", "unknown name 'torqe' (column 5); try: torque"),
         ("hinge", "'hinge' is a joint, not a number (column 1); try: q.hinge or v.hinge"),
         ("q.hing", "q.hing: there is no joint 'hing' (column 1); try: hinge"),
         ("v.ball", "v.ball has 3 components (column 1); try: v.ball[0]"),
@@ -132,21 +133,14 @@ def test_nodes(text: str, expected: Formula) -> None:
         ("t t", "the formula is not well formed at 't' (column 3)"),
         ("2x", "the number '2' runs into a name (column 1); try: a * after 2"),
         ("t / 0", "the divisor is zero (column 5); try: another divisor"),
-        ("t / (1 - 1)", "the divisor is zero"),
-        ("0x10", "the number '0' runs into a name"),
-        ("1_000", "the number '1' runs into a name"),
-        ("1j", "the number '1' runs into a name"),
         ("1e999", "the number '1e999' is too large"),
         ("1/0", "the constant div(1, 0) has no finite value (column 1)"),
         ("t*log(-1)", "the constant log(-1) has no finite value (column 3)"),
         ("t^2", "the operator '^' is not part of formulas (column 2); try: ** for powers"),
         ("t == 1", "the operator '==' is not part of formulas (column 3)"),
-        ("t // 2", "the operator '//' is not part of formulas"),
         ("t && t", "the operator '&&' is not part of formulas (column 3); try: and"),
         ("1 if t else 2", "a condition is needed here, not a number (column 6)"),
-        ("t and 1", "a condition is needed here, not a number (column 1)"),
         ("q.hinge[-1]", "an index must be a whole number"),
-        ("q.hinge[0.0]", "an index must be a whole number"),
         ("q.hinge[t]", "an index must be a whole number"),
         ("1 < 2 if t else 3", "a condition is needed here"),
     ],
@@ -162,56 +156,39 @@ def test_refusal(text: str, message: str) -> None:
         ("__import__(os)", "unknown function '__import__' (column 1)"),
         ("t.__class__", "unknown quantity 't' (column 1)"),
         ("q.__class__.__bases__", "only quantities such as q.joint"),
-        ("q.hinge.real", "only quantities such as q.joint"),
         ("sin.__self__", "unknown quantity 'sin'"),
         ("sin(t).real", "only quantities such as q.joint"),
         ("q.hinge()", "q.hinge is a quantity, not a function (column 1); try: q.hinge without brackets"),
         ("(sin)(t)(t)", "only functions can be called"),
         ("sin(*t)", "sin() takes plain arguments only"),
-        ("sin(**t)", "sin() takes plain arguments only"),
         ("sin(x=t)", "the operator '=' is not part of formulas (column 6)"),
         ("lambda x: x", "the character ':' is not part of formulas (column 9)"),
         ("(x := 3)", "the character ':=' is not part of formulas (column 4)"),
         ("[t for t in q]", "the formula is not well formed at 't for t in q]' (column 2)"),
         ("[t]", "this is not a number, a name, an operation or a function (column 1)"),
-        ("(t, t)", "this is not a number, a name, an operation or a function (column 1)"),
         ("()", "this is not a number, a name, an operation or a function (column 1)"),
-        ("...", "this is not a number, a name, an operation or a function (column 1)"),
         ("t is t", "the formula is not well formed"),
-        ("t in q", "the formula is not well formed"),
         ("True", "unknown name 'True'"),
-        ("None", "unknown name 'None'"),
-        ("nan", "unknown name 'nan'"),
         ("await t", "the formula is not well formed"),
         ("yield", "unknown name 'yield'"),
         ("t; t", "the character ';' is not part of formulas (column 2)"),
-        ("t # comment", "the character '#' is not part of formulas (column 3)"),
         ("t \\\n+ 1", "is not part of formulas (column 3)"),
-        ("{{7*7}}", "the character '{' is not part of formulas (column 1)"),
         ("*/ t", "the formula is not well formed at '*/ t' (column 1)"),
         ("'t'", "a text in quotes is not part of formulas (column 1)"),
         ('f"{t}"', "a text in quotes is not part of formulas (column 2)"),
-        ("`t`", "a text in quotes is not part of formulas (column 1)"),
         ("t\x00", "the character '\\x00'"),
-        ("t\x1b[31m", "the character '\\x1b'"),
         ("t\u2028", "(U+2028 LINE SEPARATOR)"),
         ("\u0430 + 1", "(U+0430 CYRILLIC SMALL LETTER A) is not part of formulas (column 1)"),
-        ("\uff11 + 1", "(U+FF11 FULLWIDTH DIGIT ONE)"),
         ("t \u2212 1", "(U+2212 MINUS SIGN) is not part of formulas (column 3)"),
         ("10**10**10", "the exponent 1e+10 is beyond 64 (column 5)"),
         ("t**65", "the exponent 65 is beyond 64 (column 4)"),
-        ("t**-65", "the exponent -65 is beyond 64"),
-        ("9**9**9**9**9", "is beyond 64"),
         ("9" * 400, "is too large (column 1)"),
         ("(" * 200 + "t" + ")" * 200, "nested more than 50 deep (column 51)"),
-        ("sin(" * 200 + "t" + ")" * 200, "nested more than 50 deep"),
         ("-" * 1990 + "t", "nested more than 50 deep"),
-        ("not " * 400 + "t", "nested more than 50 deep"),
         ("t" + "**t" * 400, "nested more than 50 deep"),
         ("+".join(["t"] * 60), "nested more than 50 deep (each term of a long sum counts)"),
         ("t " * 1001, "the formula has 2002 characters, more than 2000"),
         ("x" * 1500, "unknown name 'xxxxxxxx"),
-        (")", "the formula is not well formed"),
         ("\ud800", "is not part of formulas"),
     ],
 )
@@ -222,10 +199,7 @@ def test_hostile(text: str, message: str) -> None:
 def test_operators_write_what_the_reader_makes() -> None:
     x, y = Symbol("time"), Symbol("parameter", "k")
     made = -(2.0 * x + y) / (1 + x * 3.0 - y)
-    two, three, one = Number(2.0), Number(3.0), Number(1.0)
-    above = Operation("neg", (Operation("add", (Operation("mul", (two, x)), y)),))
-    below = Operation("sub", (Operation("add", (one, Operation("mul", (x, three)))), y))
-    assert made == Operation("div", (above, below))
+    assert made == read_formula("-(2*t + k) / (1 + t*3 - k)", SceneNames(parameters={"k": False}), EVERYTHING)
 
 
 def test_sum_of_many_arguments_stays_flat() -> None:
@@ -256,14 +230,8 @@ def test_sum_of_many_arguments_stays_flat() -> None:
     ],
 )
 def test_scope(text: str, allowed: str) -> None:
-    scopes = {
-        "fixed": FIXED_PARAMETERS,
-        "parameter": PARAMETERS,
-        "time": TIME,
-        "spring": SPRING_FORCE,
-        "state": STATE,
-        "everything": EVERYTHING,
-    }
+    names = ["fixed", "parameter", "time", "spring", "state", "everything"]
+    scopes = dict(zip(names, (FIXED_PARAMETERS, PARAMETERS, TIME, SPRING_FORCE, STATE, EVERYTHING), strict=True))
     for name, scope in scopes.items():
         if name in allowed.split():
             read_formula(text, NAMES, scope)
@@ -275,25 +243,19 @@ def test_scope(text: str, allowed: str) -> None:
 # A tree of plain tuples, its text with the brackets it needs, and its value by Python's own arithmetic.
 Tree = tuple
 INFIX = {"+": 5, "-": 5, "*": 6, "/": 6, "**": 8}
-CALLS = {
-    "sin": math.sin,
-    "cos": math.cos,
-    "tan": math.tan,
-    "asin": math.asin,
-    "acos": math.acos,
-    "atan": math.atan,
-    "sinh": math.sinh,
-    "cosh": math.cosh,
-    "tanh": math.tanh,
-    "exp": math.exp,
-    "log": math.log,
-    "sqrt": math.sqrt,
-    "abs": abs,
-    "atan2": math.atan2,
-    "min": min,
-    "max": max,
+CALLS: dict[str, Any] = {"abs": abs, "min": min, "max": max, "atan2": math.atan2}
+UNARY = ["sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log", "sqrt"]
+CALLS |= {name: getattr(math, name) for name in UNARY}
+UNARY = sorted([*UNARY, "abs"])
+COMPARISONS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
+ARITHMETIC = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv, "**": operator.pow}
+OTHERS: dict[str, Any] = {
+    "negative": operator.neg,
+    "not": operator.not_,
+    "and": lambda a, b: a and b,
+    "or": lambda a, b: a or b,
+    "if": lambda condition, a, b: a if condition else b,
 }
-COMPARISONS = {"<": lambda a, b: a < b, "<=": lambda a, b: a <= b, ">": lambda a, b: a > b, ">=": lambda a, b: a >= b}
 
 
 class NoValueError(Exception):
@@ -339,7 +301,7 @@ def reference(tree: Tree, lazy: bool = True) -> float:
         return reference(rest[1] if reference(rest[0]) else rest[2])
     values = [reference(branch, lazy) for branch in rest]
     try:
-        result = operated(head, values)
+        result = (COMPARISONS | CALLS | ARITHMETIC | OTHERS)[head](*values)
     except (ArithmeticError, ValueError) as error:
         raise NoValueError from error
     if isinstance(result, complex) or not math.isfinite(result):
@@ -347,43 +309,20 @@ def reference(tree: Tree, lazy: bool = True) -> float:
     return float(result)
 
 
-def operated(head: str, values: list[float]) -> complex:
-    match head:
-        case "+":
-            return values[0] + values[1]
-        case "-":
-            return values[0] - values[1]
-        case "*":
-            return values[0] * values[1]
-        case "/":
-            return values[0] / values[1]
-        case "**":
-            return values[0] ** values[1]
-        case "negative":
-            return -values[0]
-        case "not":
-            return not values[0]
-        case "and":
-            return values[0] and values[1]
-        case "or":
-            return values[0] or values[1]
-        case "if":
-            return values[1] if values[0] else values[2]
-    return (COMPARISONS | CALLS)[head](*values)
-
-
 def constant(tree: Tree) -> bool:
     return tree[0] == "number" or (tree[0] != "name" and all(constant(branch) for branch in tree[1:]))
 
 
 def faulty(tree: Tree) -> bool:
-    """Tell whether a constant part has no finite value, or an exponent is too large."""
+    """Tell whether a constant part has no finite value, an exponent is too large, or a divisor is a constant zero."""
     if tree[0] in ("number", "name"):
         return False
     if any(faulty(branch) for branch in tree[1:]):
         return True
     try:
         if tree[0] == "**" and constant(tree[2]) and abs(reference(tree[2], lazy=False)) > 64:
+            return True
+        if tree[0] == "/" and constant(tree[2]) and reference(tree[2], lazy=False) == 0.0:
             return True
         if constant(tree):
             reference(tree, lazy=False)
@@ -399,9 +338,6 @@ numbers = st.one_of(
     st.sampled_from(["1e-300", "1e300", "2.5e-8", "709.0"]),
 )
 leaves = st.one_of(st.tuples(st.just("number"), numbers), st.tuples(st.just("name"), st.sampled_from(["t", *VALUES])))
-
-
-UNARY = sorted(CALLS.keys() - {"atan2", "min", "max"})
 
 
 @st.composite
@@ -435,7 +371,7 @@ def trees(draw: st.DrawFn, depth: int = 3) -> Tree:
 def test_reader_refuses_or_agrees_with_arithmetic(tree: Tree) -> None:
     text, _ = rendered(tree)
     if faulty(tree):
-        with pytest.raises(FormulaError, match=r"has no finite value|is beyond 64"):
+        with pytest.raises(FormulaError, match=r"has no finite value|is beyond 64|the divisor is zero"):
             read_formula(text, NAMES, EVERYTHING)
         return
     formula = read_formula(text, NAMES, EVERYTHING)
