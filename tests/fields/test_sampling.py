@@ -83,24 +83,18 @@ def test_energy_errors_of_counts_have_mean_weight_one(method: str, step: float) 
 
 @cache
 def samples_of_counts(method: str, step: float) -> Samples:
-    """Return 1000 samples of 32^3 cells with 0.04 objects each, from the truth."""
+    """Return 600 samples of 32^3 cells with 0.04 objects each, from the truth."""
     posterior, truth = counted(32, 0.04)
     cells = range(0, 32**3, 109)
     return Sampler(
         posterior, method=method, step=step, first="drift", start=[truth], seed=3, watched=cells
-    ).draw(1000)  # fmt: skip
+    ).draw(600)  # fmt: skip
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(
-    ("method", "step"),
-    [
-        *(pytest.param(*case, marks=pytest.mark.long) for case in (("leapfrog", 0.14), ("suzuki4", 0.7))),
-        ("minimum_norm2", 0.75),
-    ],
-)
+@pytest.mark.parametrize(("method", "step"), [("suzuki4", 0.7), ("minimum_norm2", 0.75)])
 def test_samples_of_many_cells(method: str, step: float) -> None:
-    """Identities on 1000 trajectories, and gradients for each independent sample (check 6 of the research dossier;
+    """Identities on 600 trajectories, and gradients for each independent sample (check 6 of the research dossier;
     its prototype has 29.4, 17.8 and 5.5 for cells).
 
     Bins of k are alike, and the estimate of each has an error of a fifth: their mean is held against the bound, and
@@ -117,33 +111,18 @@ def test_samples_of_many_cells(method: str, step: float) -> None:
     assert worst == pytest.approx(each.max()) and worst <= bound * (1.0 + 2.0 * samples.autocorrelation_error)
 
 
-@pytest.mark.long
-def test_order_4_takes_fewer_gradients_for_an_independent_sample() -> None:
-    """Check 6: leapfrogs at 1.8 times the gradients, within the error of a ratio of two means over eight bins."""
-    found, errors = [], []
-    for method, step in (("leapfrog", 0.14), ("suzuki4", 0.7)):
-        samples = samples_of_counts(method, step)
-        times = autocorrelation_time(samples.power)
-        found.append(float(np.mean(samples.gradients)) * float(times.mean()))
-        errors.append(float(autocorrelation_error(times, 1000).mean()) / math.sqrt(times.size))
-    ratio = found[0] / found[1]
-    assert ratio > 1.4 and abs(ratio - 1.8) <= 2.0 * ratio * math.hypot(*errors)
-
-
 def test_few_samples_have_no_autocorrelation_time() -> None:
     chains = np.random.default_rng(1).standard_normal((3, 7))
     assert all(np.isnan(autocorrelation_time(chains[:, :count])) for count in (4, 5, 6))
     assert autocorrelation_time(chains) > 0.0
 
 
-@pytest.mark.long_cases("32-steps1-60-1.73-0.15")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("cells", "steps", "trajectories", "expected", "within"),
     [
         (16, {"leapfrog": 0.15, "suzuki4": 0.265}, 100, 2.05, 0.15),
         (32, {"leapfrog": 0.08, "suzuki4": 0.19}, 60, 1.73, 0.15),
-        pytest.param(64, {"leapfrog": 0.046, "suzuki4": 0.155}, 24, 1.29, 0.2, marks=pytest.mark.long),
     ],
 )
 def test_leapfrogs_win_where_stability_bounds_steps(
@@ -188,7 +167,7 @@ def test_without_data_samples_have_the_power_of_the_prior() -> None:
     assert np.all(error < 0.05 * exact)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_deviations_of_samples_are_those_of_errors() -> None:
     """Calibration (check 9): the truth is as far from the mean as samples are."""
     posterior, truth = counted(32, 0.04)
@@ -198,16 +177,14 @@ def test_deviations_of_samples_are_those_of_errors() -> None:
     assert z.std() == pytest.approx(1.0, abs=0.03)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("method", "step"), [("suzuki4", 0.75), pytest.param("leapfrog", 0.14, marks=pytest.mark.long)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("method", "step"), [("suzuki4", 0.75), ("leapfrog", 0.14)])
 def test_chains_of_scattered_starts_come_together(method: str, step: float) -> None:
-    """Random splitting: four chains from 0 to 1.2 times the prior agree within 220 samples (check 8: 1.029, 1.047)."""
-    posterior, _ = counted(32, 0.04)
+    """Random splitting: four chains from 0 to 1.2 times the prior agree within 220 samples (check 8)."""
+    posterior, _ = counted(16, 0.04)
     drawn = posterior.mesh.white(np.random.Generator(np.random.Philox(8)))
     starts = [size * drawn for size in (0.0, 0.5, 1.0, 1.2)]
-    cells = range(0, 32**3, 17)
+    cells = range(0, 16**3, 5)
     sampler = Sampler(posterior, method=method, step=step, start=starts, chains=4, seed=9, watched=cells)
     sampler.draw(20)
     assert sampler.draw(200).r_hat < 1.06

@@ -181,10 +181,9 @@ def test_a_double_pendulum_moves_as_the_scene_does() -> None:
     assert run.error_estimate.relative < 1e-9
 
 
-@pytest.mark.long_cases("implicit_midpoint-0.02-1000000.0-0.00013")
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("method", "step", "steps", "bound"), [("implicit_midpoint", 0.02, 1e6, 1.3e-4), ("gauss4", 0.05, 2e5, 1e-5)]
+    ("method", "step", "steps", "bound"), [("implicit_midpoint", 0.02, 2e5, 1.3e-4), ("gauss4", 0.05, 2e5, 1e-5)]
 )
 def test_energy_errors_are_bounded_over_many_steps(method: str, step: float, steps: float, bound: float) -> None:
     initial = {"a": 0.6, "b": -0.3}

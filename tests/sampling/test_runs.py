@@ -159,23 +159,16 @@ def test_settings_that_cannot_be(options: dict[str, Any], text: str) -> None:
     assert text in str(caught.value)
 
 
-@pytest.mark.long_except_every(2)
-@pytest.mark.long_cases("prior-scipy-double")
-@pytest.mark.parametrize(
-    ("start", "transforms", "precision"),
-    [
-        pytest.param("mode", "scipy", "double", marks=pytest.mark.slow),
-        ("prior", "scipy", "double"),
-        pytest.param("mode", "fftw", "single", marks=pytest.mark.slow),
-    ],
-)
-def test_a_run_takes_no_more_memory_than_it_says(start: str, transforms: str, precision: str) -> None:
+@pytest.mark.slow
+@pytest.mark.long_cases("fftw-single")
+@pytest.mark.parametrize(("transforms", "precision"), [("scipy", "double"), ("fftw", "single")])
+def test_a_run_takes_no_more_memory_than_it_says(transforms: str, precision: str) -> None:
     data = changed(mesh={"cells": [32, 32, 32], "length": 160.0})
-    sample(data, warm_up=1, samples=1, start=start, transforms=transforms, precision=precision)  # imports, C
+    sample(data, warm_up=1, samples=1, transforms=transforms, precision=precision)  # imports, C
     tracemalloc.start()
     try:
         before = tracemalloc.get_traced_memory()[0]
-        made = sample(data, warm_up=2, samples=4, start=start, transforms=transforms, precision=precision)
+        made = sample(data, warm_up=2, samples=4, transforms=transforms, precision=precision)
         peak = tracemalloc.get_traced_memory()[1] - before
     finally:
         tracemalloc.stop()
@@ -203,7 +196,7 @@ def test_scales_are_those_of_the_fields() -> None:
         assert scale.mean == pytest.approx(made.samples.power[:, :, place - 1].mean(), rel=1e-14)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_the_command_line_samples(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -255,7 +248,6 @@ def test_the_command_line_says_what_is_wrong(
         assert text in capsys.readouterr().err
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_ctrl_c_keeps_what_there_is(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -272,7 +264,7 @@ def test_ctrl_c_keeps_what_there_is(
 
     monkeypatch.setattr(Sampler, "_trajectory", pressing)
     assert main(["sample", "small.toml", "--out", "out"]) == INTERRUPTED
-    text = "interrupted: 4 samples of each of 2 chains after 8 trajectories of warm-up, of 12; --resume goes on"
+    text = "4 samples of each of 2 chains after 8 trajectories of warm-up, of 12; with a folder, --resume goes on"
     assert text in capsys.readouterr().err
     assert Path("out/chains.png").exists() and Path("out/checkpoint.npz").exists()
     assert main(["sample", "small.toml", "--out", "out", "--resume", "--no-plots"]) == 0
@@ -332,7 +324,6 @@ def test_a_run_says_what_was_not_as_asked() -> None:
     assert sample(changed()).message.endswith("of warm-up")
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_chains_that_stand_still_have_no_diagnostics(tmp_path: Path) -> None:
     """Where no trajectory ends at a finite energy: the message says it, and nothing of NumPy stands beside it."""
@@ -348,7 +339,6 @@ def test_chains_that_stand_still_have_no_diagnostics(tmp_path: Path) -> None:
     assert not lost.message.endswith("nan in a cell")
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_chains_that_do_not_agree_are_said_to() -> None:
     """A third of a line is not seen, and a mass that is of the rest is too heavy there; that of the prior is not."""

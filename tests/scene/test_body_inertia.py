@@ -93,7 +93,6 @@ outputs.twist = { formula = "q.first - q.second" }
 """
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_shafts_without_mass_have_every_term() -> None:
     """The twist of two shafts under a step of the torque, in closed form; nothing is divided by the mass, 0."""

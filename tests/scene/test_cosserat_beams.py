@@ -90,13 +90,11 @@ def symmetric(place: int, value: float) -> list[list[float]]:
 SKEW = [[1.0 if row == column else 0.5 if (row, column) == (0, 1) else 0.0 for column in range(6)] for row in range(6)]
 REFUSED: list[tuple[str, Any, str]] = [
     ("beams.rope.length", 0.0, "(beams.rope.length): the length of a beam is 0; try: a number above 0"),
-    ("beams.rope.elements", 0, "(beams.rope.elements): 0 is out of range here"),
     ("beams.rope.elements", None, "(beams.rope): a beam of the model cosserat needs the number of its elements"),
     ("beams.rope.stiffness.shear_y", -1.0, "(beams.rope.stiffness.shear_y): the stiffness of shear along y is -1"),
     ("beams.rope.stiffness", None, "(beams.rope): the sections have no stiffness; try: stiffness ="),
     ("beams.rope.rotary_inertia", None, "(beams.rope): the sections have no rotary inertia, without which their"),
     ("beams.rope.rotary_inertia", [1.0, 0.0, 1.0], "(beams.rope.rotary_inertia[1]): the rotary inertia of a section"),
-    ("beams.rope.mass_per_length", None, "(beams.rope): the key mass_per_length is missing"),
     (
         "beams.rope.curvature",
         [0.0, 0.0, 3.0],
@@ -104,11 +102,7 @@ REFUSED: list[tuple[str, Any, str]] = [
     ),
     ("beams.rope.bending_y", {"modes": 2}, "(beams.rope.bending_y): a beam of the model cosserat has no bending_y"),
     ("beams.rope.start", 1.0, "(beams.rope.start): a beam of the model cosserat has no start"),
-    (
-        "forces.tip.point",
-        [11.0, 0.0, 0.0],
-        "(forces.tip.point[0]): x = 11 m is beyond the beam rope, which goes from 0 m to 10 m",
-    ),
+    ("forces.tip.point", [11.0, 0.0, 0.0], "(forces.tip.point[0]): x = 11 m is beyond the beam rope, which goes"),
     (
         "forces.tip.point",
         ["load", 0.0, 0.0],
@@ -124,11 +118,6 @@ REFUSED: list[tuple[str, Any, str]] = [
         "distributed_loads.wind",
         {"beam": "rope", "force": [0, 0, "1 / (s - 0.5)"]},
         "(distributed_loads.wind.force[2]): at s = 0.5, div(1, 0) has no finite value; try: other values of the parameters",
-    ),
-    (
-        "distributed_loads.wind",
-        {"beam": "rope", "force": [0, 0, "-velocity.here"]},
-        "(distributed_loads.wind.force[2]): velocity.here has 3 components (column 2); try: velocity.here[0]",
     ),
     (
         "distributed_loads.wind",

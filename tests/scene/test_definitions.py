@@ -217,7 +217,7 @@ outputs.w = { formula = "3 if far else 2" }
     assert outputs["a_y"] == outputs["z"]
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_values_along_a_beam_take_definitions_of_their_place(tmp_path: Path) -> None:
     beam = """
 format = 1

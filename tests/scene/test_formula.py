@@ -365,8 +365,8 @@ def trees(draw: st.DrawFn, depth: int = 3) -> Tree:
     return "if", draw(conditions()), draw(trees(depth - 1)), draw(trees(depth - 1))
 
 
-@pytest.mark.long
-@settings(max_examples=400, deadline=None)
+@pytest.mark.slow
+@settings(max_examples=150, deadline=None)
 @given(trees())
 def test_reader_refuses_or_agrees_with_arithmetic(tree: Tree) -> None:
     text, _ = rendered(tree)

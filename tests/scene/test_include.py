@@ -517,11 +517,6 @@ def test_what_is_wrong_with_an_include(folder: Path, old: str, new: str, message
             "wheel.toml:11 (inputs.left_push.formula): unknown name 'spring_rate' (column 23)",
         ),
         (
-            'body = "hub"',
-            'body = "chassis"',
-            "wheel.toml:24 (points.left_center.body): there is no body 'chassis in wheel.toml'",
-        ),
-        (
             "axis = [0, 0, 1]",
             'axis = ["stiffness", 0, 1]',
             (
@@ -531,8 +526,6 @@ def test_what_is_wrong_with_an_include(folder: Path, old: str, new: str, message
         ),
         ('mass = "mass"', 'mass = "3 m"', "wheel.toml:13 (bodies.hub.mass): '3 m' is a length, a mass in kg"),
         ('rest = "300 mm"', 'rest = "300 mmm"', "wheel.toml:7 (parameters.rest.value): there is no unit 'mmm'"),
-        ("format = 1", "format = 2", "wheel.toml:1 (format): this eomgen reads format 1, not 2"),
-        ("[bodies.hub]", "[bodys.hub]", "wheel.toml:12 (bodys): the key 'bodys' is unknown here; try: bodies"),
         ("format = 1", "format = 1\nbodies", "wheel.toml:2: this is not TOML: Expected '=' after a key in a key/value"),
         ("[points.top]", "[points.'a b']", "wheel.toml:21 (points.'a b'): the name 'a b' is not legal; try: up to 64"),
     ],
@@ -554,7 +547,6 @@ def test_circles_are_named(folder: Path) -> None:
     )
 
 
-@pytest.mark.long
 def test_includes_without_end_are_refused(folder: Path) -> None:
     for number in range(25):
         text = "".join(f'[include.{name}]\nfile = "{number + 1}.toml"\n' for name in "ab")
@@ -639,8 +631,8 @@ def spoiled(draw: st.DrawFn, text: str) -> dict[str, Any]:
     return data
 
 
-@pytest.mark.long
-@settings(max_examples=250, deadline=None)
+@pytest.mark.slow
+@settings(max_examples=150, deadline=None)
 @given(spoiled(WHEEL), spoiled(CAR + LEFT + RIGHT) | st.builds(lambda: tomllib.loads(CAR + LEFT + RIGHT)))
 def test_hostile_parts_are_scenes_or_problems(part: dict[str, Any], car: dict[str, Any]) -> None:
     with tempfile.TemporaryDirectory() as name, pytest.MonkeyPatch.context() as patch:

@@ -90,7 +90,6 @@ def test_beyond_the_grid_values_are_held_or_none() -> None:
     assert np.isnan(MapSurface("s", X, Y, VALUES).value("map", 0, 50.0, 0.0))
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_motions_and_partials_follow_the_map() -> None:
     built = eomgen.build(eomgen.load(scene()), profile="quick")

@@ -121,7 +121,6 @@ def test_the_motion_of_the_base_is_held_to_the_same() -> None:
     assert second.what.startswith("the rate of the angle of the base jumps from 0 to 1 rad/s at t = 2 s")
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_run_looks_at_its_own_times_and_parameters() -> None:
     model = eomgen.build(driven("size * (1 if t > late else 0) + 0.3 * t", duration=1.0), profile="quick")

@@ -287,8 +287,6 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     ("old", "new", "message"),
     [
         ("format = 1", "format = 2", "scene.toml:1 (format): this eomgen reads format 1, not 2"),
-        ("format = 1\n", "", "scene.toml (format): the key format is missing; try: format = 1"),
-        ('"pendulum"', "3", "scene.toml:2 (name): a text is needed here, not 3"),
         (
             '"2*length"',
             "true",
@@ -328,38 +326,17 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
             '[0.1, "sin(length", 0.01]',
             "scene.toml:9 (bodies.link.inertia[1]): the formula is not well formed",
         ),
-        ('"revolute"', '"hinge"', "'hinge' is not known here; try: revolute"),
         ('"revolute"', '"clamp"', "'clamp' is not known here; try: one of fixed, revolute, prismatic, helical,"),
         ('"revolute"', '"fixed"', "scene.toml:14 (joints.hinge.axis): a fixed joint has no axis"),
-        ('"revolute"', '"free"', "scene.toml:14 (joints.hinge.axis): a free joint has no axis"),
         ("axis = [0, 1, 0]\n", "", "scene.toml:10 (joints.hinge): a revolute joint needs an axis"),
         ("[0, 1, 0]", "[0, 0, 0]", "scene.toml:14 (joints.hinge.axis): the axis has no direction"),
-        (
-            'parent = "base"',
-            'parent = "bass"',
-            "scene.toml:12 (joints.hinge.parent): there is no body 'bass'; try: base",
-        ),
         ('parent = "base"', 'parent = "link"', "the joint connects the body link to itself"),
-        ('child = "link"', 'child = "lnk"', "scene.toml:13 (joints.hinge.child): there is no body 'lnk'; try: link"),
         ('child = "link"', 'child = "base"', "the base cannot be a child: it carries the tree"),
         (
             "length = 0.8",
             "length = 0.8\nt = 1",
             "scene.toml:5 (parameters.t): the name t is a word of formulas; try: t_value",
         ),
-        ("length = 0.8", "length = 0.8\natan2 = 1", "the name atan2 is a word of formulas"),
-        (
-            "length = 0.8",
-            "length = '0.8'",
-            "scene.toml:4 (parameters.length.value): a number is needed here, not '0.8'",
-        ),
-        (
-            "tunable = true",
-            "tunable = 1",
-            "scene.toml:5 (parameters.damping.tunable): true or false is needed here, not 1",
-        ),
-        ("tunable = true", "tuneable = true", "the key 'tuneable' is unknown here; try: tunable"),
-        ("[bodies.link]", "[[bodies]]", "scene.toml:6 (bodies): a table is needed here, not a list"),
     ],
 )
 def test_one_problem(old: str, new: str, message: str) -> None:
@@ -376,14 +353,9 @@ def test_one_problem(old: str, new: str, message: str) -> None:
             "(joints.hinge.orientation): the axes are left-handed, as of a mirror: the determinant is -1",
         ),
         (
-            "orientation = [[2, 0, 0], [0, 1, 0], [0, 0, 1]]",
-            "rotation: orthonormal and right-handed to 1e-6; try: rotation",
-        ),
-        (
             "orientation = [[1, 0.3, 0], [0, 1, 0], [0, 0, 1]]",
             "(joints.hinge.orientation): the matrix is not a rotation",
         ),
-        ("orientation = [[0, 0, 0], [0, 0, 0], [0, 0, 0]]", "(joints.hinge.orientation): the matrix is not a rotation"),
         (
             "orientation = [[1e200, 0, 0], [0, 1, 0], [0, 0, 1]]",
             "(joints.hinge.orientation): the matrix is not a rotation",
@@ -403,41 +375,23 @@ def test_one_problem(old: str, new: str, message: str) -> None:
         ("initial = { position = [1, 2] }", "(joints.hinge.initial.position): a revolute joint needs 1 number, not 2"),
         ("initial = { velocity = [] }", "the velocity of a revolute joint needs 1 number, not 0"),
         ("initial = { orientation = [1, 0, 0, 0] }", "a revolute joint has no initial orientation; try: position"),
-        (
-            "initial = { colour = 1 }",
-            "(joints.hinge.initial.colour): the key 'colour' is unknown here; try: one of position,",
-        ),
         ("[inputs]\nlength = {}", "(inputs.length): the name length is both a parameter and an input"),
         ('[inputs]\nu = { formula = "q.hinge" }', "q.hinge cannot be used here (column 1); try: time, parameters"),
-        ('[points]\ntip = { body = "lonk" }', "scene.toml:16 (points.tip.body): there is no body 'lonk'; try: link"),
         (
             '[outputs]\nend = { position = "link" }',
             '(outputs.end.position): link is a body, not a point; try: [points.link_origin] with body = "link",',
         ),
         (
-            '[springs]\ns = { first = "a", second = "b" }',
-            "(springs.s.first): there is no point 'a'; try: a [points] section",
-        ),
-        (
             '[points]\na = { body = "link" }\n[springs]\ns = { first = "a", second = "a" }',
             "connects the point a to itself",
         ),
-        (
-            '[torsion_springs]\ns = { first = "hing" }',
-            "(torsion_springs.s.first): there is no joint 'hing'; try: hinge",
-        ),
         ('[torsion_springs]\ns = { first = "hinge", second = "hinge" }', "the spring connects the joint hinge"),
         ('[forces]\nf = { body = "base" }', "a force on the base has no effect: its motion is prescribed; try: a body"),
-        ('[forces]\nf = { body = "link", axes = "local" }', "'local' is not known here; try: one of world or body"),
         (
             '[forces]\nf = { body = "link", force = ["a.hinge", 0, 0] }',
             "(forces.f.force[0]): a.hinge cannot be used here",
         ),
         ('[efforts]\ne = { joint = "hinge", effort = 1, index = 1 }', "the revolute joint hinge has no component 1"),
-        (
-            '[efforts]\ne = { joint = "hinge", effort = 1, index = true }',
-            "a whole number is needed here, not a boolean (true)",
-        ),
         (
             "[outputs]\no = {}",
             "an output needs one of position, velocity, acceleration, reaction_force, reaction_moment, section_force,"
@@ -642,9 +596,9 @@ def test_hostile_references(name: str) -> None:
         assert all("\n" not in problem and len(problem) < 400 for problem in problems(text=text))
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_hostile_sizes_end_soon() -> None:
-    count = 20_000
+    count = 5_000
     chain_away = "".join(f'[joints.j{n}]\ntype = "fixed"\nparent = "b{n + 1}"\nchild = "b{n}"\n' for n in range(count))
     bodies = "".join(f"[bodies.b{n}]\nmass = 1\n" for n in range(count + 1))
     found = problems(bodies + chain_away)

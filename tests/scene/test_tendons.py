@@ -206,7 +206,6 @@ def test_the_path_leaves_the_obstacle_smoothly() -> None:
 RING = BELT.replace(', side = "above"', ", inside = true")
 
 
-@pytest.mark.long_except("sphere")
 @pytest.mark.parametrize("shape", ["sphere", "cylinder"])
 def test_a_path_through_a_ring_has_equal_angles_at_the_ring(shape: str) -> None:
     center = '{ body = "base", axis = [0, 0, 1] }' if shape == "cylinder" else '{ body = "base" }'

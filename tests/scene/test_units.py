@@ -284,7 +284,6 @@ def test_a_label_beside_a_number_converts_nothing_and_says_so() -> None:
             '"250 mm"',
             "scene.toml:7 (bodies.link.mass): '250 mm' is a length, a mass in kg is expected; try: \"0.25 kg\"",
         ),
-        ('"-length/2"', '"250 g"', "scene.toml:8 (bodies.link.center_of_mass[2]): '250 g' is a mass, a length in m"),
         (
             '"2*length"',
             '"length + 20 mm"',
@@ -308,11 +307,6 @@ def test_a_label_beside_a_number_converts_nothing_and_says_so() -> None:
             ),
         ),
         ("length = 0.8", 'length = "250 nn"', "scene.toml:4 (parameters.length.value): there is no unit 'nn'"),
-        (
-            "length = 0.8",
-            'length = "long"',
-            "scene.toml:4 (parameters.length.value): a number is needed here, not 'long'",
-        ),
     ],
 )
 def test_one_fault_is_one_problem(old: str, new: str, message: str) -> None:
@@ -396,8 +390,8 @@ _TEXTS = st.one_of(
 )
 
 
-@pytest.mark.long
-@settings(max_examples=600, deadline=None)
+@pytest.mark.slow
+@settings(max_examples=200, deadline=None)
 @given(_TEXTS)
 def test_any_text_is_a_number_a_formula_or_a_problem(text: str) -> None:
     report = Report("scene.toml", {})
@@ -442,8 +436,8 @@ def quantities(draw: st.DrawFn) -> tuple[str, str, dict[str, int]]:
     return unit, f"{number} {above or '1'}{below}", powers
 
 
-@pytest.mark.long
-@settings(max_examples=300, deadline=None)
+@pytest.mark.slow
+@settings(max_examples=200, deadline=None)
 @given(quantities())
 def test_no_dimension_slips_through(quantity: tuple[str, str, dict[str, int]]) -> None:
     unit, text, powers = quantity
@@ -492,7 +486,7 @@ def test_texts_that_cannot_be_taken(text: str, label: str, message: str) -> None
     assert str(caught.value.problems[0]).startswith(message)
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_pint_is_imported_for_unit_strings_only() -> None:
     code = "import sys; from eomgen.scene.load import load_toml; load_toml({!r}); print('pint' in sys.modules)"
     for text, expected in ((PENDULUM, "False"), (replaced("length = 0.8", 'length = "800 mm"'), "True")):

@@ -83,14 +83,8 @@ def compare(seeds: range) -> tuple[int, int]:
 
 @pytest.mark.slow
 def test_notes_are_there_where_the_inertia_matrix_is_singular() -> None:
-    resisted, not_resisted = compare(range(60))
-    assert resisted >= 10 and not_resisted >= 5
-
-
-@pytest.mark.long
-def test_notes_are_there_where_the_inertia_matrix_is_singular_in_many_scenes() -> None:
-    resisted, not_resisted = compare(range(60, 800))
-    assert resisted >= 150 and not_resisted >= 50
+    resisted, not_resisted = compare(range(200))
+    assert resisted >= 40 and not_resisted >= 10
 
 
 ROBOT = """<robot name="floating"><link name="root"/>
@@ -166,8 +160,7 @@ def with_lengths(data: dict[str, Any], factor: float) -> dict[str, Any]:
     return {**data, "bodies": bodies, "joints": joints}
 
 
-@pytest.mark.long_except("0.001")
-@pytest.mark.parametrize("factor", [1e-6, 1e-3, 1e6])
+@pytest.mark.parametrize("factor", [1e-6, 1e6])
 def test_the_unit_of_length_makes_no_note(factor: float) -> None:
     for seed in range(40):
         outcomes = []

@@ -75,10 +75,8 @@ def test_nodes_have_the_mass_of_their_halves_and_its_place() -> None:
         assert mass == pytest.approx(own, rel=1e-12) and offset == pytest.approx(first / own, rel=1e-9)
 
 
-@pytest.mark.long_cases("5-3.0", "2-1.0")
-@pytest.mark.slow_cases("1-1.0", "2-1.0")
-@pytest.mark.slow_cases("5-3.0")
-@pytest.mark.parametrize(("elements", "parameter"), [(1, 1.0), (2, 1.0), (5, 3.0)])
+@pytest.mark.slow
+@pytest.mark.parametrize(("elements", "parameter"), [(1, 1.0), (5, 3.0)])
 def test_loads_at_the_tip_deflect_by_the_integral_of_the_compliance(elements: int, parameter: float) -> None:
     """A small force P and moment T: w = int ((1 - s) P + T) (1 - s) / EI, turn = int ((1 - s) P + T) / EI."""
     force, moment = 1e-6, 3e-6
@@ -107,10 +105,10 @@ def hermite_frequencies(parts: int = 60) -> Array:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("model", "within"), [("cosserat", 0.007), ("kirchhoff", 0.0015)])
+@pytest.mark.parametrize(("model", "within"), [("cosserat", 0.03), ("kirchhoff", 0.006)])
 def test_frequencies_of_a_table_converge_with_the_square_of_the_elements(model: str, within: float) -> None:
     errors = []
-    for elements in (8, 16):
+    for elements in (4, 8):
         found = eomgen.build(scene(elements, model), profile="quick").linearize().modes().angular_frequency[:4:2]
         errors.append(np.abs(found / hermite_frequencies()[:2] - 1.0))
     assert np.max(errors[1]) < within
