@@ -22,34 +22,31 @@ from eomgen.products.fields.documents.reading import hamiltonian_from_data, load
 from eomgen.products.fields.hamiltonian import model as hamiltonian_model
 from eomgen.products.fields.hamiltonian.code import derive_hamiltonian, library_files, program_of
 from eomgen.products.fields.hamiltonian.model import HamiltonianModel
+from tests.hamiltonian.systems import system
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
 
-HENON_HEILES: dict[str, Any] = {
-    "format": 1,
-    "kind": "hamiltonian",
-    "name": "henon_heiles",
-    "hamiltonian": "(p_x**2 + p_y**2)/2 + (x**2 + y**2)/2 + coupling*(x**2*y - y**3/3)",
-    "parameters": {"coupling": 1.0},
-    "coordinates": {"x": {"initial": [0.0, 0.4]}, "y": {"initial": [0.1, 0.2]}},
-    "outputs": {"angular_momentum": "x*p_y - y*p_x"},
-    "simulation": {"duration": 20.0, "step": 0.1},
-}
+HENON_HEILES = system(
+    "henon_heiles",
+    "(p_x**2 + p_y**2)/2 + (x**2 + y**2)/2 + coupling*(x**2*y - y**3/3)",
+    parameters={"coupling": 1.0},
+    coordinates={"x": {"initial": [0.0, 0.4]}, "y": {"initial": [0.1, 0.2]}},
+    outputs={"angular_momentum": "x*p_y - y*p_x"},
+    simulation={"duration": 20.0, "step": 0.1},
+)
 #: A pendulum on a spring in polar coordinates: the kinetic part depends on the length.
-SWINGING: dict[str, Any] = {
-    "format": 1,
-    "kind": "hamiltonian",
-    "name": "swinging",
-    "hamiltonian": {
+SWINGING = system(
+    "swinging",
+    {
         "radial": "p_r**2/(2*m)",
         "turning": "p_phi**2/(2*m*r**2)",
         "spring": "k*(r - 1)**2/2 - m*g*r*cos(phi)",
     },
-    "parameters": {"m": 1.0, "k": {"value": 40.0, "unit": "N/m"}, "g": 9.81},
-    "coordinates": {"r": {"initial": [1.2, 0.0], "unit": "m"}, "phi": {"initial": [0.6, "m/2"]}},
-    "simulation": {"duration": 2.0, "step": 0.01},
-}
+    parameters={"m": 1.0, "k": {"value": 40.0, "unit": "N/m"}, "g": 9.81},
+    coordinates={"r": {"initial": [1.2, 0.0], "unit": "m"}, "phi": {"initial": [0.6, "m/2"]}},
+    simulation={"duration": 2.0, "step": 0.01},
+)
 #: Three bodies in a plane, by repetition.
 BODIES: dict[str, Any] = {
     "format": 1,
@@ -276,13 +273,12 @@ def test_a_step_beyond_the_limit_is_said_and_a_run_that_fails_keeps_what_it_had(
     assert away.message.startswith("stopped after t = ")
     assert "a value became infinite or not a number" in away.message
     assert np.isfinite(away.q).all() and len(away.t) == len(away.q) > 1
-    escaping: Any = {"coordinates": {"x": {"initial": [0.5, 1.0]}}, "hamiltonian": "p_x*(x**2 + 1)", "name": "escaping"}
+    escaping = system("escaping", "p_x*(x**2 + 1)", coordinates={"x": {"initial": [0.5, 1.0]}})
     # m = x0 + h/2 (m^2 + 1) has no real root
-    stiff: Any = eomgen.build({"format": 1, "kind": "hamiltonian", **escaping}, profile="quick").simulate(1.0, 1.0)
+    stiff: Any = eomgen.build(escaping, profile="quick").simulate(1.0, 1.0)
     assert not stiff.success
-    assert "the equations of an implicit step were not solved by Newton's method; try: a step smaller than 1" in (
-        stiff.message
-    )
+    text = "the equations of an implicit step were not solved by Newton's method; try: a step smaller than 1"
+    assert text in stiff.message
 
 
 def test_rows_of_a_run_that_fails_are_those_of_a_shorter_one() -> None:
@@ -445,19 +441,15 @@ def test_definitions_stand_for_their_formulas() -> None:
     run = made.simulate(5.0, 0.1, parameters={"coupling": B})
     kinetic = run.energy["coupled"]
     np.testing.assert_allclose(run.outputs["speed"], np.sqrt(2 * kinetic), rtol=1e-12)
-    pairs: Any = {
-        "coordinates": {f"x{i}": {"initial": [float(i), 0.0]} for i in range(3)},
-        "repeat": {
-            "distances": {
-                "indices": {"i": 3, "j": 3},
-                "where": "i < j",
-                "definitions": {"d{i}_{j}": "x{i} - x{j}"},
-                "hamiltonian": {"pair_{i}_{j}": "d{i}_{j}**2 + 1/d{i}_{j}**2"},
-            },
-        },
-        "hamiltonian": {"kinetic": "p_x0**2 + p_x1**2 + p_x2**2"},
+    copies = {
+        "indices": {"i": 3, "j": 3},
+        "where": "i < j",
+        "definitions": {"d{i}_{j}": "x{i} - x{j}"},
+        "hamiltonian": {"pair_{i}_{j}": "d{i}_{j}**2 + 1/d{i}_{j}**2"},
     }
-    document = hamiltonian_from_data({"format": 1, "kind": "hamiltonian", "name": "pairs", **pairs})
+    coordinates = {f"x{i}": {"initial": [float(i), 0.0]} for i in range(3)}
+    terms = {"kinetic": "p_x0**2 + p_x1**2 + p_x2**2"}
+    document = hamiltonian_from_data(system("pairs", terms, coordinates=coordinates, repeat={"distances": copies}))
     assert document.separable and [term.dependence for term in document.terms].count("potential") == 6
 
 
@@ -513,7 +505,6 @@ def changed(**changes: Any) -> dict[str, Any]:
     return {**HENON_HEILES, **changes}
 
 
-@pytest.mark.slow_cases("data25-text25")
 @pytest.mark.parametrize(
     ("data", "text"),
     [
@@ -529,10 +520,6 @@ def changed(**changes: Any) -> dict[str, Any]:
             r"\(coordinates.y.initial\): the key initial is missing; try: initial = \[0.1, 0.0\]: the position and the",
         ),
         (changed(coordinates={"x": {"initial": [1, "inf"]}, "y": {"initial": [0, 0]}}), "'inf'"),
-        (
-            changed(coordinates={"x": {"initial": [1]}, "y": {"initial": [0, 0]}}),
-            "a list of 2 entries is needed here, not 1",
-        ),
         (changed(coordinates={}), "there is no coordinate"),
         (changed(parameters={"coupling": 1.0, "x": 2.0}), "the name x is given twice"),
         (changed(parameters={"coupling": "many"}), "'many'"),
@@ -542,10 +529,6 @@ def changed(**changes: Any) -> dict[str, Any]:
         (changed(definitions={"a": "b + 1", "b": "2*a"}), r"\(definitions.b\): the definition a mentions itself"),
         (changed(definitions={"a": "p + x", "b": "2*a"}), r"\(definitions.a\): unknown name 'p' [^\n]*$"),
         (
-            changed(definitions={"a": ["x"]}),
-            r'\(definitions.a\): a number or a formula is needed here, .*; try: \[def.* NAME = "',
-        ),
-        (
             changed(definitions={"m": 2}, parameters={"coupling": 1.0, "k": "m + 1"}),
             r"\(parameters.k\): unknown name 'm' .*; try: the formula of m: numbers are of parameters alone",
         ),
@@ -554,18 +537,6 @@ def changed(**changes: Any) -> dict[str, Any]:
             r"\(definitions.x\): the name x is given twice, in \[coordinates\] too; try: another name$",
         ),
         (changed(definitions={"sin": "y"}), r"\(definitions.sin\): the name sin is a word of formulas; try: sin_value"),
-        (
-            changed(parameters={"coupling": 1.0, "pi": 3.0}),
-            r"\(parameters.pi\): the name pi is a word of formulas; try: pi_value",
-        ),
-        (
-            changed(
-                coordinates={"pi": {"initial": [0, 1]}, "y": {"initial": [0, 1]}},
-                hamiltonian="p_pi**2 + pi*y",
-                outputs={},
-            ),
-            r"\(coordinates.pi\): the name pi is a word of formulas",
-        ),
         (changed(definitions={"a": "sqrt("}), r"\(definitions.a\): "),
         (
             changed(definitions={f"d{k}": f"sin(d{k - 1})" if k else "x + y" for k in range(200)}),
@@ -578,10 +549,6 @@ def changed(**changes: Any) -> dict[str, Any]:
         (
             {key: item for key, item in HENON_HEILES.items() if key != "format"},
             r"\(format\): the key format is missing; try: format = 1",
-        ),
-        (
-            {key: item for key, item in HENON_HEILES.items() if key != "kind"},
-            r"\(kind\): the key kind is missing; try: kind",
         ),
         (changed(kind="hamiltonain"), r"'hamiltonain' is not known here; try: kind = \"hamiltonian\""),
         (
@@ -604,10 +571,6 @@ def changed(**changes: Any) -> dict[str, Any]:
         (changed(masses={}), "the key 'masses' is unknown here"),
         (changed(outputs={"r": "sqrt(x**2 - 1)"}), r"\(outputs.r\): it has no finite real value at the start"),
         (
-            changed(coordinates={"x": {"initial": [0.0, 0.1], "unit": 3}, "y": {"initial": [0, 0]}}),
-            r'\(coordinates.x.unit\): a text is needed here, not 3; try: unit = "m"',
-        ),
-        (
             changed(
                 coordinates={"x": {"initial": [0, 0], "momentum": "p", "masss": 1}, "y": {"initial": [0, 0]}},
                 hamiltonian="p**2/2 + p_y**2/2 + x*y",
@@ -615,27 +578,14 @@ def changed(**changes: Any) -> dict[str, Any]:
             ),
             "the key 'masss' is unknown here",
         ),
-        (
-            changed(parameters={"coupling": {"value": 1.0, "unit": 3}}),
-            r"\(parameters.coupling.unit\): a text is needed",
-        ),
         (changed(parameters={"coupling": [2.0], "half": "coupling/2"}), "not a list; try: coupling = 2.0"),
-        (
-            changed(definitions={"energy": ["x"]}, outputs={"twice": "2*energy"}),
-            r"\(definitions.energy\): a number or a formula is needed here",
-        ),
-        (changed(outputs={"r": [True]}), r"\(outputs.r\): a number or a formula is .*; try: \[outputs\] and r = \"x\""),
         (changed(simulation={"compensated": 1}), "true or false is needed here, not 1; try: compensated = false"),
         (changed(simulation=3), r"\(simulation\): a table is needed here, not 3; try: \[simulation\]"),
-        (changed(name=3), 'a text is needed here, not 3; try: name = "system"'),
         (changed(simulation={"step": 0}), "0 is out of range here: .*; try: a number above 0"),
-        (changed(simulation={"steps": 0.1}), "the key 'steps' is unknown here; try: step"),
-        (changed(simulation={"record_every": 0.5}), "a whole number is needed here, not 0.5; try: record_every = 1"),
         (
             changed(repeat={"a": {"indices": {"i": 2}, "where": "k < 1", "parameters": {"a{i}": 1.0}}}),
             r"\(repeat.a.where\): .*'k'",
         ),
-        (changed(repeat={"a": {"indices": {"i": 2}, "bodies": {}}}), "there is no section 'bodies' whose entries"),
     ],
 )
 def test_mistakes_in_files_have_one_clear_message(data: dict[str, Any], text: str) -> None:
@@ -691,14 +641,13 @@ def test_mistakes_in_calls_have_one_clear_message(name: str, options: dict[str, 
 
 @pytest.mark.parametrize(("kinetic", "noted"), [("", True), ("kinetic + ", False)])
 def test_a_coordinate_without_its_momentum_in_h_is_noted(kinetic: str, noted: bool) -> None:
-    data = {
-        "format": 1,
-        "kind": "hamiltonian",
-        "name": "oscillator",
-        "hamiltonian": f"{kinetic}potential",
-        "coordinates": {"x": {"initial": [0.1, 0.0]}},
-        "definitions": {"kinetic": "p_x**2/4", "potential": "4*x**2"},
-        "outputs": {"energy": "kinetic + potential"},
-    }
+    definitions = {"kinetic": "p_x**2/4", "potential": "4*x**2"}
+    data = system(
+        "oscillator",
+        f"{kinetic}potential",
+        coordinates={"x": {"initial": [0.1, 0.0]}},
+        definitions=definitions,
+        outputs={"energy": "kinetic + potential"},
+    )
     note = "hamiltonian: H does not depend on p_x, so x never moves; try: a kinetic energy, p_x**2/(2*m), in H"
     assert hamiltonian_from_data(data).notes == ((note,) if noted else ())

@@ -20,43 +20,40 @@ from eomgen.base.arrays import Array
 from eomgen.cli import main
 from eomgen.products.fields.hamiltonian import model as hamiltonian_model
 from eomgen.products.fields.hamiltonian.methods import gauss_collocation
+from tests.hamiltonian.systems import OSCILLATOR, system
+from tests.models import library
 from tests.models.cache import shared_cache
+from tests.models.toml_text import toml_text
 
 __all__ = ["shared_cache"]
 
 #: q = a cn(w t, a^2/w^2) with w^2 = 2 H, a^2 = 2 H - 1 from p = 0.
-PRODUCT: dict[str, Any] = {
-    "format": 1,
-    "kind": "hamiltonian",
-    "name": "product",
-    "hamiltonian": "(p_q**2 + 1)*(q**2 + 1)/2",
-    "coordinates": {"q": {"initial": [1.5, 0.0]}},
-    "simulation": {"duration": 3.0, "step": 0.1},
-}
+PRODUCT = system(
+    "product",
+    "(p_q**2 + 1)*(q**2 + 1)/2",
+    coordinates={"q": {"initial": [1.5, 0.0]}},
+    simulation={"duration": 3.0, "step": 0.1},
+)
 #: A charge in an even magnetic field and a quadrupole: linear, and not separable.
-CHARGE: dict[str, Any] = {
-    "format": 1,
-    "kind": "hamiltonian",
-    "name": "charge",
-    "hamiltonian": "((p_x + B*y/2)**2 + (p_y - B*x/2)**2)/2 + E*(x**2 - y**2)/2",
-    "parameters": {"B": 3.0, "E": 0.8},
-    "coordinates": {"x": {"initial": [0.4, 0.1]}, "y": {"initial": [-0.2, 0.3]}},
-}
+CHARGE = system(
+    "charge",
+    "((p_x + B*y/2)**2 + (p_y - B*x/2)**2)/2 + E*(x**2 - y**2)/2",
+    parameters={"B": 3.0, "E": 0.8},
+    coordinates={"x": {"initial": [0.4, 0.1]}, "y": {"initial": [-0.2, 0.3]}},
+)
 #: A double pendulum of unit masses and lengths in its canonical momenta.
-PENDULUM: dict[str, Any] = {
-    "format": 1,
-    "kind": "hamiltonian",
-    "name": "double_pendulum",
-    "hamiltonian": ("(p_a**2 + 2*p_b**2 - 2*p_a*p_b*cos(a - b))/(2*(1 + sin(a - b)**2)) - g*(2*cos(a) + cos(b))"),
-    "parameters": {"g": 9.81},
-    "coordinates": {"a": {"initial": [1.2, 0.0]}, "b": {"initial": [0.4, 0.0]}},
-}
+PENDULUM = system(
+    "double_pendulum",
+    ("(p_a**2 + 2*p_b**2 - 2*p_a*p_b*cos(a - b))/(2*(1 + sin(a - b)**2)) - g*(2*cos(a) + cos(b))"),
+    parameters={"g": 9.81},
+    coordinates={"a": {"initial": [1.2, 0.0]}, "b": {"initial": [0.4, 0.0]}},
+)
 IMPLICIT = {"implicit_midpoint": 2, "gauss4": 4, "gauss6": 6, "gauss8": 8, "suzuki4": 4, "yoshida6": 6, "kahan_li8": 8}
 
 
 @cache
 def model(name: str) -> Any:
-    return eomgen.build({"product": PRODUCT, "charge": CHARGE, "pendulum": PENDULUM}[name], profile="quick")  # type: ignore[call-overload]
+    return eomgen.build({"product": PRODUCT, "charge": CHARGE, "pendulum": PENDULUM}[name], profile="quick")
 
 
 def _end(run: Any) -> Array:
@@ -119,13 +116,8 @@ def test_newton_takes_what_iteration_does_not() -> None:
 @pytest.mark.slow
 def test_oscillators_of_four_decades_turn_by_the_angles_of_the_midpoint_rule() -> None:
     frequencies = np.geomspace(1.0, 1e4, 40).tolist()
-    data: Any = {
-        "format": 1,
-        "kind": "hamiltonian",
-        "name": "oscillators",
-        "hamiltonian": {f"h{k}": f"{w!r}*(x{k}**2 + p_x{k}**2)/2" for k, w in enumerate(frequencies)},
-        "coordinates": {f"x{k}": {"initial": [1.0, 0.0]} for k in range(40)},
-    }
+    terms = {f"h{k}": f"{w!r}*(x{k}**2 + p_x{k}**2)/2" for k, w in enumerate(frequencies)}
+    data = system("oscillators", terms, coordinates={f"x{k}": {"initial": [1.0, 0.0]} for k in range(40)})
     made: Any = eomgen.build(data, profile="quick")
     run = made.simulate(1.0, 0.1, method="implicit_midpoint")
     np.testing.assert_allclose(run.q[-1], np.cos(20 * np.arctan(0.05 * np.array(frequencies))), atol=1e-13)
@@ -141,15 +133,9 @@ def test_implicit_steps_are_symplectic_and_symmetric(method: str, step: float) -
         return _end(compiled.simulate(4 * h, h, method=method, initial=initial, error_estimate=False))
 
     width = 1e-4  # of central differences of fourth order
-    columns = [
-        (
-            8 * (moved(start + width * e) - moved(start - width * e))
-            - moved(start + 2 * width * e)
-            + moved(start - 2 * width * e)
-        )
-        / (12 * width)
-        for e in np.eye(4)
-    ]
+    near = [moved(start + width * e) - moved(start - width * e) for e in np.eye(4)]
+    far = [moved(start + 2 * width * e) - moved(start - 2 * width * e) for e in np.eye(4)]
+    columns = [(8 * one - two) / (12 * width) for one, two in zip(near, far, strict=True)]
     derivative = np.stack(columns, axis=1)
     form = np.kron([[0, 1], [-1, 0]], np.eye(2))
     np.testing.assert_allclose(derivative.T @ form @ derivative, form, atol=3e-9)
@@ -158,26 +144,15 @@ def test_implicit_steps_are_symplectic_and_symmetric(method: str, step: float) -
 
 def test_a_double_pendulum_moves_as_the_scene_does() -> None:
     """Against the Lagrangian of a scene by another stepper: angles are those from the vertical."""
-    arm = {"mass": 1.0, "center_of_mass": [0, 0, -1.0], "inertia": [0, 0, 0]}
-    scene: Any = {
-        "format": 1,
-        "name": "double_pendulum",
-        "gravity": [0, 0, -9.81],
-        "bodies": {"upper": arm, "lower": arm},
-        "joints": {
-            "first": {
-                "type": "revolute", "parent": "base", "child": "upper", "axis": [0, 1, 0], "initial": {"position": 1.2},
-            },
-            "second": {
-                "type": "revolute", "parent": "upper", "child": "lower", "axis": [0, 1, 0], "position": [0, 0, -1.0],
-                "initial": {"position": -0.8},
-            },
-        },
-    }  # fmt: skip
+    bob = {"mass": 1.0, "center_of_mass": [1, 0, 0], "inertia": [0, 0, 0]}
+    starts = {"shoulder": math.pi / 2 - 1.2, "elbow": 0.8}
+    changes: Any = {f"joints__{name}__initial": {"position": start} for name, start in starts.items()}
+    changes |= {f"joints__{name}__damping": 0 for name in starts} | dict.fromkeys(("inputs", "efforts"))
+    scene = library.scene("arm", bodies={"upper": bob, "fore": bob}, **changes)
     lagrangian: Any = eomgen.build(scene, method="rk45", profile="quick")
     other = lagrangian.simulate(2.0, 0.01, tolerance=1e-12, error_estimate=False)
     run = model("pendulum").simulate(2.0, 0.01, method="gauss8")
-    np.testing.assert_allclose(run.q[-1], np.cumsum(other.q[-1]), atol=2e-9)
+    np.testing.assert_allclose(run.q[-1], math.pi / 2 - np.cumsum(other.q[-1]), atol=2e-9)
     assert run.error_estimate.relative < 1e-9
 
 
@@ -197,13 +172,7 @@ def test_energy_errors_are_bounded_over_many_steps(method: str, step: float, ste
 
 @pytest.mark.slow
 def test_a_run_is_interrupted_within_a_row_and_keeps_the_state_there() -> None:
-    oscillator: Any = eomgen.build(
-        {
-            "format": 1, "kind": "hamiltonian", "name": "oscillator", "hamiltonian": "p_x**2/2 + x**2/2",
-            "coordinates": {"x": {"initial": [1.0, 0.0]}},
-        },  # type: ignore[call-overload]
-        profile="quick",
-    )  # fmt: skip
+    oscillator: Any = eomgen.build(OSCILLATOR, profile="quick")
 
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
@@ -230,10 +199,7 @@ def test_the_command_line_keeps_what_was_done_and_ends_with_130(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = tmp_path / "oscillator.toml"
-    file.write_text(
-        'format = 1\nkind = "hamiltonian"\nname = "oscillator"\nhamiltonian = "p_x**2/2 + x**2/2"\n'
-        "[coordinates]\nx = { initial = [1.0, 0.0] }\n"
-    )
+    file.write_text(toml_text(OSCILLATOR))
     looks = iter(range(10))
 
     def clock() -> float:

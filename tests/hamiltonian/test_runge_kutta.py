@@ -15,18 +15,17 @@ import eomgen
 from eomgen.base.arrays import Array
 from eomgen.integrators.families.adaptive import LARGEST_TOLERANCE, SMALLEST_TOLERANCE
 from eomgen.products.fields.documents.document import TOLERANCES
+from tests.hamiltonian.systems import system
 from tests.hamiltonian.test_implicit_steps import PENDULUM, model
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
 
-FALLING: dict[str, Any] = {
-    "format": 1,
-    "kind": "hamiltonian",
-    "name": "falling",
-    "hamiltonian": "p_x**2/2 - 1/x",
-    "coordinates": {"x": {"initial": [1.0, 0.0]}},
-}
+FALLING = system(
+    "falling",
+    "p_x**2/2 - 1/x",
+    coordinates={"x": {"initial": [1.0, 0.0]}},
+)
 
 
 def _exact(t_end: float) -> Array:

@@ -17,19 +17,12 @@ from eomgen.cli import main
 from eomgen.errors import NumericalError
 from eomgen.products.fields.hamiltonian.model import HamiltonianModel
 from eomgen.products.fields.hamiltonian.solution import estimate_errors
+from tests.hamiltonian.systems import OSCILLATOR, system
 from tests.hamiltonian.test_hamiltonian import HENON_HEILES
 from tests.models.cache import shared_cache
+from tests.models.toml_text import toml_text
 
 __all__ = ["shared_cache"]
-
-OSCILLATOR: Any = {
-    "format": 1,
-    "kind": "hamiltonian",
-    "name": "oscillator",
-    "hamiltonian": "p_x**2/2 + x**2/2",
-    "coordinates": {"x": {"initial": [1.0, 0.0]}},
-    "simulation": {"duration": 20.0, "step": 0.1},
-}
 
 
 def _model(data: Any = OSCILLATOR) -> HamiltonianModel:
@@ -88,10 +81,7 @@ def test_what_is_not_known_is_said() -> None:
 
 def test_the_command_line_and_files_say_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "oscillator.toml"
-    file.write_text(
-        'format = 1\nkind = "hamiltonian"\nname = "oscillator"\nhamiltonian = "p_x**2/2 + x**2/2"\n'
-        "[coordinates]\nx = { initial = [1.0, 0.0] }\n"
-    )
+    file.write_text(toml_text(OSCILLATOR))
     arguments = ["simulate", str(file), "--out", str(tmp_path / "out"), "--t-end", "10", "--step", "0.1", "--no-plots"]
     assert main(arguments) == 0
     assert "by runs in steps of 0.2 and 0.4" in capsys.readouterr().out
@@ -101,14 +91,12 @@ def test_the_command_line_and_files_say_it(tmp_path: Path, capsys: pytest.Captur
     assert json.loads(capsys.readouterr().out)["error_estimate"]["reason"] == "it was switched off"
 
 
-COLLISION: dict[str, Any] = {
-    "format": 1,
-    "kind": "hamiltonian",
-    "name": "collision",
-    "hamiltonian": "p_x**2/2 - 1/abs(x)",
-    "coordinates": {"x": {"initial": [1.0, 0.0]}},
-    "simulation": {"duration": 5.0, "step": 0.01},
-}
+COLLISION = system(
+    "collision",
+    "p_x**2/2 - 1/abs(x)",
+    coordinates={"x": {"initial": [1.0, 0.0]}},
+    simulation={"duration": 5.0, "step": 0.01},
+)
 TEXT = r"reached t = 5 in 500 steps; H, which nothing changes, goes from -1 to [\d.e+-]+: this is not the motion of the"
 
 
@@ -118,9 +106,7 @@ def test_a_run_whose_energy_explodes_has_failed(tmp_path: Path, capsys: pytest.C
     assert not run.success and re.match(TEXT, run.message)
     assert run.message.endswith("motion of the system; try: a step smaller than 0.01, or rk45")
     file = tmp_path / "collision.toml"
-    lines = ["format = 1", 'kind = "hamiltonian"', 'name = "collision"', f'hamiltonian = "{COLLISION["hamiltonian"]}"']
-    lines += ["[coordinates]", "x = { initial = [1.0, 0.0] }", "[simulation]", "duration = 5.0", "step = 0.01"]
-    file.write_text("\n".join(lines), encoding="utf-8")
+    file.write_text(toml_text(COLLISION), encoding="utf-8")
     assert main(["simulate", str(file), "--out", str(tmp_path / "out"), "--no-plots"]) == NumericalError.exit_code
     said = capsys.readouterr()
     assert "goes from -1 to" in said.out + said.err
