@@ -5,14 +5,13 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from eomgen.errors import DescriptionError
-from eomgen.scene.load import from_data, load
+from eomgen.scene.load import from_data
 from tests.models.cosserat import ROLL_UP, beam_scene
 from tests.scene.test_cosserat_beams import beam_of, numbers
 
@@ -79,46 +78,6 @@ def test_a_beam_of_points_has_the_length_of_its_curve() -> None:
     assert beam_of(from_data(scene({"length": None, "shape": {"points": points}}))).length == pytest.approx(
         2.0, abs=2e-4
     )
-
-
-@pytest.mark.slow
-def test_included_beams_keep_their_parts_shapes_and_formulas_of_s(tmp_path: Path) -> None:
-    (tmp_path / "blade.toml").write_text(
-        """
-format = 1
-name = "blade"
-[parameters]
-root = 3.0
-[curves.measured]
-points = [[0, 1], [1, 2]]
-interpolation = "linear"
-[beams.blade]
-model = "cosserat"
-rotary_inertia = [10, 10, 10]
-stiffness = { stretch = 1e4, shear_y = 1e4, shear_z = 1e4, torsion = 500, bending_y = "500 * root * s", bending_z = 500 }
-mass_per_length = "measured(s)"
-pretwist = "30 deg"
-[[beams.blade.parts]]
-length = "50 cm"
-elements = 1
-[[beams.blade.parts]]
-length = 1.5
-elements = 1
-[joints.clamp]
-type = "fixed"
-parent = "base"
-child = "blade"
-""".replace('pretwist = "30 deg"', 'pretwist = "s * root / 10"'),
-        encoding="utf-8",
-    )
-    main = tmp_path / "main.toml"
-    main.write_text(
-        'format = 1\nname = "rotor"\n[include.one]\nfile = "blade.toml"\nprefix = "one_"\n', encoding="utf-8"
-    )
-    beam = beam_of(load(main))
-    assert beam.name == "one_blade" and beam.places == (0.0, 0.5, 2.0)
-    assert numbers((beam.parts[0].section.mass_per_length, beam.parts[1].section.mass_per_length)) == [1.125, 1.625]
-    assert beam.parts[1].twist[0] == pytest.approx(0.3 * 0.75)
 
 
 REFUSED: list[tuple[dict[str, Any], str]] = [

@@ -11,6 +11,7 @@ from typing import Any, Literal, get_args, get_origin
 import pytest
 
 from eomgen.errors import DescriptionError, Problem
+from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.load import from_data
 from eomgen.scene.reading.key_metadata import Table, fields_of
 from tests.scene.every_value import DOCUMENT, SCENE, Path
@@ -107,6 +108,16 @@ def test_names_of_entries_that_are_not_there_are_refused_with_the_nearest_one() 
         return {key: (f"'{name}xx'", str(name)) for key, name in names.items()}
 
     assert check(renamed) > 70
+
+
+def test_values_of_parameters_are_not_of_time() -> None:
+    def of_time(table: dict[str, Any], model: type[Table]) -> dict[str, tuple[str, str]]:
+        fields = {key for key, (meaning, _) in fields_of(model).items() if meaning.names is PARAMETERS}
+        changed = [key for key in fields if isinstance(table.get(key), int | float)][:1]
+        table |= dict.fromkeys(changed, "2 * t")
+        return dict.fromkeys(changed, ("time t cannot be used here (column 5)", "parameters"))
+
+    assert check(of_time) > 40
 
 
 @pytest.mark.parametrize("place", range(12))

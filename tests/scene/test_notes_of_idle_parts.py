@@ -38,23 +38,15 @@ def test_a_spring_without_a_law_is_noted_unless_a_formula_reads_it() -> None:
 
 
 def test_a_wheel_that_lies_on_its_side_is_noted_and_one_without_a_heading_refused() -> None:
+    heave = {"type": "prismatic", "parent": "base", "child": "car", "axis": [0, 0, 1], "initial": {"position": 0.3}}
+    slip = {"axis": [0, 0, 1], "stiffness": 10}
     car: dict[str, Any] = {
         "format": 1,
         "name": "car",
         "bodies": {"car": {"mass": 300}},
-        "joints": {
-            "car": {
-                "type": "prismatic",
-                "parent": "base",
-                "child": "car",
-                "axis": [0, 0, 1],
-                "initial": {"position": 0.3},
-            }
-        },
+        "joints": {"car": heave},
         "points": {"hub": {"body": "car"}},
-        "tyres": {
-            "wheel": {"center": "hub", "radius": 0.3, "stiffness": 2e5, "slip": {"axis": [0, 0, 1], "stiffness": 10}}
-        },
+        "tyres": {"wheel": {"center": "hub", "radius": 0.3, "stiffness": 2e5, "slip": slip}},
     }
     note = (
         "tyres.wheel.slip.axis: the spin axis stands nearly upright at the start, and the wheel lies on its side; try:"
@@ -62,10 +54,9 @@ def test_a_wheel_that_lies_on_its_side_is_noted_and_one_without_a_heading_refuse
     )
     assert note in eomgen.load(car).notes
     fault = (
-        "tyres.wheel.slip.axis: the spin axis is normal to the road for all coordinates, so the wheel has no heading;"
-        " try: a level axis, as [0, 1, 0]"
+        "tyres.wheel.slip.axis: the spin axis is normal to the road for all coordinates, so the wheel has no heading"
     )
-    with pytest.raises(ModelError, match=re.escape(fault)):
+    with pytest.raises(ModelError, match=fault):
         eomgen.derive(car)
     car["tyres"]["wheel"]["slip"]["axis"] = [0, 1, 0]
     assert note not in eomgen.load(car).notes

@@ -98,14 +98,6 @@ joints."at_{i}" = { type = "free", parent = "base", child = "end_{i}" }
     assert load(scene).metadata["repeat"] == {"knots": 12, "ends": 2}
 
 
-def test_included_files_repeat(tmp_path: Path) -> None:
-    (tmp_path / "chain.toml").write_text(HEAD + CHAIN, encoding="utf-8")
-    text = 'format = 1\nname = "two"\n[include.left]\nfile = "chain.toml"\n[include.right]\nfile = "chain.toml"\n'
-    (tmp_path / "two.toml").write_text(text, encoding="utf-8")
-    names = [joint.name for joint in load(tmp_path / "two.toml").joints]
-    assert names == [f"{side}_hinge_{i}" for side in ("left", "right") for i in range(5)]
-
-
 def told(change: tuple[str, str]) -> str:
     with pytest.raises(eomgen.DescriptionError) as caught:
         load_toml(HEAD + CHAIN.replace(*change))
