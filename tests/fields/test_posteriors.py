@@ -296,7 +296,6 @@ def test_a_prior_alone_has_no_curvature_and_zeros_have_an_adjoint() -> None:
     [
         (lambda: amplitude(MESH, lambda k: 0.5 - k), "power: the power is -"),
         (lambda: amplitude(MESH, lambda k: 1.0 / k), "power: the power is inf at k = 0"),
-        (lambda: lognormal_amplitude(MESH, lambda k: np.where(k > 0, 0.0, -1.0)), "power: the power is -1 at k = 0"),
         (lambda: smoothing(MESH, 1.0) @ mask(MESH, COUNTS), "a filter after a mask is diagonal neither in Fourier"),
         (lambda: smoothing(MESH, 1.0) @ white(MESHES[0]), "the operators have different meshes"),
         (lambda: difference(MESH, 2), "difference: axis: there is no axis 2 in 2 dimensions; try: 0 to 1"),

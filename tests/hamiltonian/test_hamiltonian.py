@@ -522,7 +522,6 @@ def changed(**changes: Any) -> dict[str, Any]:
         (changed(coordinates={"x": {"initial": [1, "inf"]}, "y": {"initial": [0, 0]}}), "'inf'"),
         (changed(coordinates={}), "there is no coordinate"),
         (changed(parameters={"coupling": 1.0, "x": 2.0}), "the name x is given twice"),
-        (changed(parameters={"coupling": "many"}), "'many'"),
         (changed(parameters={"coupling": 1.0, "t": 2.0}), "t is the time"),
         (changed(name="2x"), "is not legal"),
         (changed(format=2), "this eomgen reads format 1, not 2"),
@@ -569,7 +568,6 @@ def changed(**changes: Any) -> dict[str, Any]:
             r"\(simulation.tolerance\): 0\.5 is out of range here: .*; try: 0\.1 or less",
         ),
         (changed(masses={}), "the key 'masses' is unknown here"),
-        (changed(outputs={"r": "sqrt(x**2 - 1)"}), r"\(outputs.r\): it has no finite real value at the start"),
         (
             changed(
                 coordinates={"x": {"initial": [0, 0], "momentum": "p", "masss": 1}, "y": {"initial": [0, 0]}},
@@ -579,13 +577,8 @@ def changed(**changes: Any) -> dict[str, Any]:
             "the key 'masss' is unknown here",
         ),
         (changed(parameters={"coupling": [2.0], "half": "coupling/2"}), "not a list; try: coupling = 2.0"),
-        (changed(simulation={"compensated": 1}), "true or false is needed here, not 1; try: compensated = false"),
         (changed(simulation=3), r"\(simulation\): a table is needed here, not 3; try: \[simulation\]"),
         (changed(simulation={"step": 0}), "0 is out of range here: .*; try: a number above 0"),
-        (
-            changed(repeat={"a": {"indices": {"i": 2}, "where": "k < 1", "parameters": {"a{i}": 1.0}}}),
-            r"\(repeat.a.where\): .*'k'",
-        ),
     ],
 )
 def test_mistakes_in_files_have_one_clear_message(data: dict[str, Any], text: str) -> None:

@@ -61,17 +61,7 @@ REFUSED: list[tuple[str, dict[str, Any], str]] = [
         {"stiffness": {**FREE["kirchhoff"], "shear_y": 1e4}},
         '(beams.rope.stiffness.shear_y): a beam of the model kirchhoff does not shear; try: without it, or model = "cosserat"',
     ),
-    (
-        "inextensible",
-        {"stiffness": {**FREE["inextensible"], "stretch": 1e4}},
-        '(beams.rope.stiffness.stretch): a beam of the model inextensible does not stretch; try: without it, or model = "cosserat" or model = "kirchhoff"',
-    ),
     ("inextensible", {"damping": {"stretch": 1.0}}, "(beams.rope.damping.stretch): a beam of the model inextensible"),
-    (
-        "kirchhoff",
-        {"stiffness": None, "section": {**SECTION, "shear_factors": [0.8, 0.9]}, "mass_per_length": None, "rotary_inertia": None},
-        '(beams.rope.section.shear_factors): a beam of the model kirchhoff does not shear; try: without it, or model = "cosserat"',
-    ),
     (
         "kirchhoff",
         {"stiffness": None, "stiffness_matrix": np.diag([5.0, 5.0, 5.0, 1e4, 1e4, 0.0]).tolist()},

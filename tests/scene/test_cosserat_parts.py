@@ -15,6 +15,7 @@ from eomgen.scene.load import from_data
 from tests.models.cosserat import ROLL_UP, beam_scene
 from tests.scene.test_cosserat_beams import beam_of, numbers
 
+ROD = {"points": [[0, 0, 0], [1, 0, 0]]}
 PART = {"length": 4.0, "elements": 2}
 FRAME: dict[str, Any] = {"position": [1.0, 0.0, 0.0], "rotation": []}
 FOIL = {
@@ -112,7 +113,8 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
         "(beams.rope.pretwist): the pretwist is 1.5708 rad at s = 0, where the sections have the axes of the beam's frame; try: \"1.5708 * s\" for that much up to the other end, or a rotation of the joint",
     ),
     ({"pretwist": "15 * s"}, "(beams.rope.pretwist): one of the 4 elements turns by 214.859 degrees at rest, and only"),
-    ({"shape": {"points": [[0, 0, 0], [1, 0, 0]]}}, "(beams.rope.length): length is given, and follows from the shape"),
+    ({"shape": ROD}, "(beams.rope.length): length is given, and follows from the shape"),
+    ({"curvature": [0, 0, 0.1], "length": None, "shape": ROD}, "(beams.rope.curvature): curvature and shape are both"),
     ({"length": None, "shape": {}}, "(beams.rope.shape): the shape has neither points nor frames; try: points = [[0,"),
     (
         {"length": None, "shape": {"points": [[0, 0, 0]]}},

@@ -73,10 +73,6 @@ def test_joints_of_several_coordinates_have_a_list_for_each_key() -> None:
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        (
-            "limits = { lower = -1, stiffness = [1, 1] }",
-            "limits.lower): a cylindrical joint needs 2 values (angle, travel)",
-        ),
         ("limits = { lower = [-1, -1], stiffness = 1 }", "limits.stiffness): a cylindrical joint needs 2 values"),
         ("limits = { lower = [-inf, -inf], stiffness = [1, 1] }", "limits): limits need lower, upper or both"),
         (

@@ -128,47 +128,29 @@ def test_every_name_has_one_meaning() -> None:
     ("text", "unit", "message"),
     [
         ("250 mm", "kg", "'250 mm' is a length, a mass in kg is expected; try: \"0.25 kg\""),
-        ("2 kg", "N", "'2 kg' is a mass, a force in N is expected; try: \"2 N\""),
-        ("2 kg m/s^3", "N", "'2 kg m/s^3' is in kg m/s^3, a force in N is expected; try: \"2 N\""),
         (
             "50 Hz",
             "rad/s",
-            (
-                "'50 Hz' is a frequency, an angular speed in rad/s is expected; "
-                'try: "3000 rpm" where a cycle is a turn, or "50 rad/s"'
-            ),
+            "'50 Hz' is a frequency, an angular speed in rad/s is expected; try: \"3000 rpm\" where a cycle",
         ),
-        (
-            "20 Hz",
-            "s",
-            (
-                "'20 Hz' is a frequency, a time in s is expected; try: a time in s: the period, \"0.05 s\", or "
-                "1 / (2 pi f) where f is the corner frequency of a filter"
-            ),
-        ),
+        ("20 Hz", "s", "'20 Hz' is a frequency, a time in s is expected; try: a time in s: the period, \"0.05 s\", or"),
         ("0 Hz", "s", "'0 Hz' is a frequency, a time in s is expected; try: a time in s: 1 / (2 pi f) where"),
-        ("3 N m/rad", "N m", "'3 N m/rad' is a torsional stiffness, a torque in N m is expected"),
-        ("3 m/m", "rad", "'3 m/m' is a plain number, an angle in rad is expected"),
         (
             "2 g",
             "m/s^2",
             "'2 g' is a mass, an acceleration in m/s^2 is expected; try: g is the gram: \"2 g0\", g0 being",
         ),
+        ("2 t", "kg", "'t' is not accepted as a unit: t is the time in formulas; try: tonne"),
+        ("3 qqq", "", "there is no unit 'qqq'; try: one of m, mm, kg, s, rad, deg, N, kN/m, N m, rpm, km/h"),
+        ("2 kg", "N", "'2 kg' is a mass, a force in N is expected; try: \"2 N\""),
         ("20 degC", "K", "'degC' is not accepted as a unit: a temperature with its own zero cannot be multiplied"),
         ("5 %", "", "'%' is not accepted as a unit: a part of a hundred is a number; try: the number, 0.05 for five"),
-        ("5 percent", "", "'percent' is not accepted as a unit"),
-        ("2 t", "kg", "'t' is not accepted as a unit: t is the time in formulas; try: tonne"),
-        ("2 cycle", "rad", "'cycle' is not accepted as a unit: a cycle is an angle for some and a number for others"),
         ("1,5 mm", "m", "'1,5 mm' has a comma in its number; try: \"1.5 mm\""),
         ("3 N/m s", "", "'3 N/m s' can be read in two ways; try: brackets, N/(m s), or the divisor last, N s/m"),
         ("3 m2", "", "there is no unit 'm2'; try: m^2"),
         ("3 kph", "", "there is no unit 'kph'; try: km/h"),
-        ("3 millimeterz", "", "there is no unit 'millimeterz'; try: millimeter or millimeters"),
-        ("3 qqq", "", "there is no unit 'qqq'; try: one of m, mm, kg, s, rad, deg, N, kN/m, N m, rpm, km/h"),
         ("3 \N{DEGREE SIGN}", "rad", "'\\xb0' is not part of a unit; try: deg"),
         ("3 \N{MICRO SIGN}m", "m", "'\\xb5' is not part of a unit; try: u for micro"),
-        ("3 m\N{SUPERSCRIPT TWO}", "m", "'\\xb2' is not part of a unit; try: ^2"),
-        ("3 N-m", "N m", "'-' is not part of a unit; try: a blank between units"),
         ("3 m^0.5", "", "an exponent in '3 m^0.5' is not a whole number from 1 to 9; try: m^2, or s^-1"),
         ("3 m^10", "", "an exponent in '3 m^10' is not a whole number from 1 to 9"),
         (
@@ -179,13 +161,10 @@ def test_every_name_has_one_meaning() -> None:
         ("3 m m)", "", "'3 m m)' is not a number with a unit: it is not well formed at ')'"),
         ("3 kg/2", "kg", "more follows '3 kg', and units are not read within formulas; try: a parameter, name ="),
         ("3 N/", "", "'3 N/' is not a number with a unit: it is not well formed at its end"),
-        ("3 N/(m s", "", "'3 N/(m s' is not a number with a unit: it is not well formed at its end"),
         ("3 N/((m) s)", "", "'3 N/((m) s)' has more brackets than a unit needs"),
         ("1e400 m", "", "the number of '1e400 m' is out of the range of double precision; try: a number between"),
         ("1e300 Gm", "m", "'1e300 Gm' is out of the range of double precision in SI; try: a number below 1e300"),
         ("1" + " m" * 60, "", 'a number with a unit has at most 100 characters, not 121; try: "250 mm"'),
-        ("3 eval('os')", "", "there is no unit 'eval'"),
-        ("3 N/(m/s)", "", "'3 N/(m/s)' is not a number with a unit: it is not well formed at '/s)'"),
     ],
 )
 def test_refusals(text: str, unit: str, message: str) -> None:
