@@ -392,9 +392,7 @@ def test_the_command_line_takes_such_files(tmp_path: Path, capsys: pytest.Captur
     text = capsys.readouterr().out
     assert "spare = 2*x" in text and note in text
     assert main(["linearize", str(file)]) == 3
-    assert (
-        "this is a Hamiltonian system, and this command or function is for mechanical scenes" in capsys.readouterr().err
-    )
+    assert "this is a Hamiltonian system, and this command or function is for mechanical" in capsys.readouterr().err
     assert main([*arguments, "--set", "w=2 N/m"]) == 2
     assert "--set w=2 N/m: w has no unit in the file, so '2 N/m' could be anything" in capsys.readouterr().err
     labelled = file.read_text().replace("w = 2.0", 'w = 2.0\nlength = { value = 1.0, unit = "m" }')

@@ -271,7 +271,7 @@ def message(folder: Path | None = None, **changes: Any) -> str:
         ),
         ({"sampling__guard": math.nan}, "sampling.guard): nan is out of range here: it should be greater than 0; try:"),
         ({"mesh__length": 1e-300}, "mesh.length): the length of the box cannot be 1e-300; try: a number above 0 (1e-1"),
-        ({"definitions__a": "2", "operators__t": {"smoothing": "a"}}, "unknown name 'a' (column 1); try: the formula of a"),
+        ({"definitions__a": "2", "operators__t": {"smoothing": "a"}}, "unknown name 'a' (column 1); try: the formula"),
         ({"sampling__field": "r"}, "sampling.field): there is no field 'r' in the energy; try: s"),
         ({"sampling__sample": 3}, "sampling.sample): the key 'sample' is unknown here; try: samples"),
         # what only numbers tell
@@ -383,10 +383,8 @@ def test_files_of_data_that_cannot_be_taken(tmp_path: Path) -> None:
     def of_power(file: str) -> str:
         return message(tmp_path, operators__s={"power": {"file": file}})
 
-    assert (
-        "k = 0.2, P = -1 in row 2 are not positive or in order; try: k above 0 that increases, and P above 0"
-        in of_power("k.csv")
-    )
+    text = "k = 0.2, P = -1 in row 2 are not positive or in order; try: k above 0 that increases, and P above 0"
+    assert text in of_power("k.csv")
     assert "the table is from k = 0.1 to 0.2, and the mesh from 0.157" in of_power("short.csv")
 
 

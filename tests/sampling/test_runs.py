@@ -317,10 +317,8 @@ def test_a_run_says_what_was_not_as_asked() -> None:
     lost = sample(behind, start="zero", warm_up=0, samples=60, step=0.5, guard=0.9)
     count = int(np.sum(np.isinf(lost.samples.energy_errors)))
     assert 0 < count < 120
-    assert (
-        f"; {count} of 120 trajectories ended at states whose energy is not finite, and were rejected; try"
-        in lost.message
-    )
+    text = f"; {count} of 120 trajectories ended at states whose energy is not finite, and were rejected; try"
+    assert text in lost.message
     assert sample(changed()).message.endswith("of warm-up")
 
 

@@ -164,9 +164,8 @@ def test_constants_beside_the_argument_are_phases() -> None:
 def test_wheels_over_one_profile_share_its_sines() -> None:
     harmonics = 200
     assert _tracks(("q.slide",)).counts["outputs"].functions == 2 * harmonics
-    assert (
-        _tracks(("q.slide + 1", "q.slide", "q.slide - 2.5", "4 - q.slide")).counts["outputs"].functions == 2 * harmonics
-    )
+    four = ("q.slide + 1", "q.slide", "q.slide - 2.5", "4 - q.slide")
+    assert _tracks(four).counts["outputs"].functions == 2 * harmonics
     assert _tracks(("q.slide", "q.slide + late")).counts["outputs"].functions == 2 * 2 * harmonics
 
 

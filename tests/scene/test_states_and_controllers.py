@@ -158,10 +158,8 @@ def test_states_that_controllers_make_have_names_of_their_own() -> None:
     )
     long = "c" * 60
     (found,) = problems(f'[controllers]\n{long} = {{ type = "pi", signal = 1 }}\n')
-    assert (
-        found.startswith("the controller makes a state 'cccc")
-        and "whose name is too long; try: a shorter name" in found
-    )
+    assert found.startswith("the controller makes a state 'cccc")
+    assert "whose name is too long; try: a shorter name" in found
 
 
 def test_states_can_be_given_as_data() -> None:
