@@ -279,10 +279,7 @@ def message(folder: Path | None = None, **changes: Any) -> str:
         ({"operators__s__power": "0"}, "operators.s): the field s is 0 in all cells, and so are all of its samples"),
         ({"operators__s__power": "1/k"}, "operators.s): the power is nan at k = 0; try: finite values from 0 on"),
         ({"operators__s__power": "1e308"}, "operators.s): the variance of the field s is inf; try: a smaller power"),
-        (
-            {"operators__s__power": "exp(-(kx - 0.1)**2)"},
-            "operators.s): the power is not the same at k and at -k, and the power of a real field is; try: a formula",
-        ),
+        ({"operators__s__power": "exp(-(kx - 0.1)**2)"}, "operators.s): the power is not the same at k and at -k,"),
         ({"operators__s": {"lognormal_power": "2 + ky*k/abs(k + 1)"}}, "operators.s): the power is not the same at k"),
         ({"operators__s": {"filter": "kx"}}, "operators.s): the filter is not the same at k and at -k"),
         ({"operators__s": {"filter": "1/k"}}, "operators.s): the filter has no finite value at k = 0"),
@@ -293,14 +290,8 @@ def message(folder: Path | None = None, **changes: Any) -> str:
         ({"data__counts": "-1.0*z", "truth": None}, "data.counts): 240 cells out of range: -2.5 at (0, 0, 0)"),
         ({"data__counts": "log(x - 10)", "truth": None}, "data.counts): 60 cells out of range: nan at (0, 0, 0)"),
         ({"data__counts": {"poisson": "s"}}, "data.counts): the mean of the drawn fields is -"),
-        (
-            {"data__counts": {"poisson": "1e30"}},
-            "data.counts): the mean of the drawn fields is 1e+30 somewhere, too large for whole numbers; try: a",
-        ),
-        (
-            {"data__counts": {"negative_binomial": "3", "beta": "0"}},
-            "data.counts): the beta of the drawn fields is 0 somewhere, or not finite; try: a formula of finite",
-        ),
+        ({"data__counts": {"poisson": "1e30"}}, "data.counts): the mean of the drawn fields is 1e+30 somewhere,"),
+        ({"data__counts": {"negative_binomial": "3", "beta": "0"}}, "data.counts): the beta of the drawn fields is 0"),
         ({"sampling__chains": 10**9}, "mesh.cells): sampling with 1000000000 chains on 8 x 6 x 5 cells takes"),
         ({"mesh__cells": [1000000] * 3}, "mesh.cells): sampling with 2 chains on 1000000 x 1000000 x"),
     ],

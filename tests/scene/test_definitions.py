@@ -354,7 +354,7 @@ LOAD, UNIT = 'load = "2 * v.rail"', "the unit 'N' is of a force, a speed in m/s 
         (
             'slip = "2 * velocity.here[0]"',
             OUTPUT("slip"),
-            "outputs.y.formula[0]) in the definition slip, velocity.here: here is where a load acts, in [forces]",
+            "outputs.y.formula[0]) in the definition slip, velocity.here: here is where a load acts",
         ),
     ],
 )

@@ -187,11 +187,7 @@ RATE = '[states.{}]\nrate = "{}"\nunit = "N"\n'.format
             MAP.replace("UNIT", "N m"),
             EFFORT + "subtracts push in N from map.m(q.x, v.x) in N m",
         ),
-        (
-            "map.m(q.x, v.x) - push",
-            MAP.replace("UNIT", "lbf"),
-            'maps.m.unit: its unit lbf is a label, so formulas take its numbers as they are; try: value_unit = "lbf",',
-        ),
+        ("map.m(q.x, v.x) - push", MAP.replace("UNIT", "lbf"), "maps.m.unit: its unit lbf is a label, so formulas"),
         (
             "pull(q.x) - push",
             '[curves.pull]\npoints = [[-1, 0], [1, 2]]\ninterpolation = "linear"\nunit = "lbf"',
@@ -202,32 +198,12 @@ RATE = '[states.{}]\nrate = "{}"\nunit = "N"\n'.format
         ("map.m(q.x, v.x)", MAP.replace("UNIT", "N m"), EFFORT + "is a torque (N m), a force in N"),
         ("k * q.x / push", "", EFFORT + "is a plain number, a quantity in N is expected"),
         ("push * log(k)", "", "efforts.e.effort: log() takes a plain number or an angle, not k in N/m"),
-        (
-            "push",
-            '[outputs]\no = { formula = "k * q.x", unit = "N m" }',
-            "outputs.o: its unit N m is a label, and its values are in N",
-        ),
-        (
-            "filtered",
-            RATE("filtered", "push - filtered") + RATE("s", "v.x"),
-            "states.s.rate: the formula is a speed (m/s), a quantity in kg m/s^3 is expected",
-        ),
-        (
-            "other",
-            '[inputs.other]\nformula = "k * t"\nunit = "N"',
-            "inputs.other.formula: the formula is a damping (N s/m), a force in N is",
-        ),
+        ("push", '[outputs]\no = { formula = "k * q.x", unit = "N m" }', "outputs.o: its unit N m is a label,"),
+        ("filtered", RATE("filtered", "push - filtered") + RATE("s", "v.x"), "states.s.rate: the formula is a speed"),
+        ("other", '[inputs.other]\nformula = "k * t"\nunit = "N"', "inputs.other.formula: the formula is a damping (N"),
         ("law.drag(v.x) + q.x", LAW, EFFORT + "adds law.drag(v.x) in N and q.x in m"),
-        (
-            "force * 2",
-            '[definitions]\nforce = "k * (q.x + v.x)"',
-            "definitions.force.formula: the formula adds q.x in m and v.x in m/s",
-        ),
-        (
-            "force + q.x",
-            '[definitions]\nforce = { formula = "3 * q.x", unit = "N" }',
-            ": the formula adds force in N and",
-        ),
+        ("force * 2", '[definitions]\nforce = "k * (q.x + v.x)"', "definitions.force.formula: the formula adds q.x"),
+        ("force + q.x", '[definitions]\nforce = { formula = "3 * q.x", unit = "N" }', ": the formula adds force in N"),
         ("-2 * k * v.x", "", f"{EFFORT}is in kg m/s^3 {IF_PLAIN} N; try: a parameter in s in place of -2"),
         ("k * sin(3 * q.x)", "", f"{EFFORT}is in N/m {IF_PLAIN} N; try: a factor in m, as a parameter"),
         (

@@ -148,18 +148,10 @@ BASE = 'second = { body = "base" }\n'
         ("spherical", 'first = "tip"\nsecond = "base"', 'base is a body, not a point; try: { body = "base" }'),
         ("spherical", 'first = { position = [1, 0, 0] }\nsecond = "tip"', "the frame belongs to no body; try: body = "),
         ("spherical", f'{TIP}, body = "rod" }}\n{BASE}', "first.body): the point gives the body already; try: either"),
-        (
-            "spherical",
-            f"{TIP}, position = [0, 0, 0] }}\n{BASE}",
-            "first.position): the point gives the position already",
-        ),
+        ("spherical", f"{TIP}, position = [0, 0, 0] }}\n{BASE}", "first.position): the point gives the position"),
         ("spherical", f"{TIP}, axis = [0, 0, 1] }}\n{BASE}", "first.axis): a spherical constraint has no axis in this"),
         ("spherical", f"{TIP}, x_axis = [0, 0, 1] }}\n{BASE}", "first.x_axis): x_axis has no meaning without axis"),
-        (
-            "revolute",
-            f'{TIP} }}\nsecond = {{ body = "base", axis = [0, 1, 0] }}',
-            "loop.first): a revolute constraint needs the axes of this frame; try: axis = [0, 0, 1], or rotation",
-        ),
+        ("revolute", f'{TIP} }}\nsecond = {{ body = "base", axis = [0, 1, 0] }}', "loop.first): a revolute constraint"),
         (
             "universal",
             'first = "tip"\nsecond = { body = "base", rotation = [] }',
@@ -170,22 +162,10 @@ BASE = 'second = { body = "base" }\n'
             'drive = 1\nfirst = { body = "rod", axis = [0, 1, 0] }\nsecond = { body = "base", rotation = [] }',
             "the angle about the axis matters to a driven revolute constraint, and axis does not say it; try: x_axis",
         ),
-        (
-            "fixed",
-            f"{TIP}, axis = [0, 1, 0] }}\n{BASE}",
-            "first): the angle about the axis matters to a fixed constraint",
-        ),
-        (
-            "fixed",
-            f"{TIP}, axis = [0, 1, 0], x_axis = [0, -2, 0] }}\n{BASE}",
-            "first.x_axis): x_axis is parallel to axis; try: a direction across it",
-        ),
+        ("fixed", f"{TIP}, axis = [0, 1, 0] }}\n{BASE}", "first): the angle about the axis matters to a fixed"),
+        ("fixed", f"{TIP}, axis = [0, 1, 0], x_axis = [0, -2, 0] }}\n{BASE}", "first.x_axis): x_axis is parallel"),
         ("fixed", f"{TIP}, axis = [0, 0, 0], x_axis = [1, 0, 0] }}\n{BASE}", "first.axis): the axis has no direction"),
-        (
-            "fixed",
-            f"{TIP}, axis = [0, 0, 1], rotation = [] }}\n{BASE}",
-            "first.axis): axis and rotation are both given",
-        ),
+        ("fixed", f"{TIP}, axis = [0, 0, 1], rotation = [] }}\n{BASE}", "first.axis): axis and rotation are both"),
         ("revolute", PIN + "length = 1", "loop.length): length has no meaning for revolute; try: type = "),
         ("revolute", PIN + 'shape = "disc"', "loop.shape): shape has no meaning for revolute; try: type = rolling"),
         ("cylindrical", PIN + 'drive = "q.first"', "loop.drive): q.first cannot be used here"),
@@ -194,21 +174,13 @@ BASE = 'second = { body = "base" }\n'
             'first = { body = "crank" }\n' + BASE,
             "loop): a distance constraint needs a length, and the design position gives none: both places are the same",
         ),
-        (
-            "distance",
-            f'{TIP} }}\n{BASE}length = "crank - 1"',
-            "loop.length): -0.7 m is not positive; try: a length in m",
-        ),
+        ("distance", f'{TIP} }}\n{BASE}length = "crank - 1"', "loop.length): -0.7 m is not positive"),
         (
             "spherical",
             'first = "tip"\nsecond = { body = "plate" }',
             "second): both frames are in the same rigid body: rod, plate, which fixed joints make one body",
         ),
-        (
-            "spherical",
-            'first = "tip"\nsecond = "tip"',
-            "both frames are in the same rigid body: rod; try: frames in two",
-        ),
+        ("spherical", 'first = "tip"\nsecond = "tip"', "both frames are in the same rigid body: rod"),
         ("revolute", PIN + "[bodies.plate2]\nmass = 1", "no joint carries the body plate2"),
     ],
 )
@@ -355,10 +327,7 @@ _EXAMPLE = '; try: equation = "q.rod - lift(q.cam)", which is 0 on the constrain
         ('equation = "q.z - s"', f"the state 's' cannot be used here: {_NEEDS}the second ones of states are not known"),
         ('equation = "q.z - v.x"', "v.x cannot be used here: an equation holds positions alone (column 7)"),
         (f'{_FRAMES}equation = "z - q.x"', "q.x cannot be used here: an equation between two frames depends on them"),
-        (
-            'velocity_equation = "v.z - sign(q.x) * v.x"',
-            "a constraint needs one derivative of its equation, and sign has",
-        ),
+        ('velocity_equation = "v.z - sign(q.x) * v.x"', "a constraint needs one derivative of its equation, and sign"),
         ('velocity_equation = "v.z if v.x > 0 else q.x"', "the equation is not linear in velocities"),
         ('velocity_equation = "v.z * v.x"', "wire.velocity_equation): the equation is not linear in velocities"),
         ('velocity_equation = "sin(v.z)"', "the equation is not linear in velocities"),
@@ -387,10 +356,7 @@ def test_one_problem_of_a_formula(text: str, message: str) -> None:
     [
         ('shape = "torus"\nradius = 1', "(constraints.loop): the shape torus needs the key tube_radius; try: "),
         ('shape = "ellipsoid"', "(constraints.loop): the shape ellipsoid needs the key semi_axes; try: "),
-        (
-            "radius = 1\nsemi_axes = [1, 2, 3]",
-            "(constraints.loop.semi_axes): semi_axes has no meaning for disc; try: shape = ellipsoid",
-        ),
+        ("radius = 1\nsemi_axes = [1, 2, 3]", "(constraints.loop.semi_axes): semi_axes has no meaning for disc"),
         ('shape = "ellipsoid"\nsemi_axes = [1, 2, 0]', "(constraints.loop.semi_axes[2]): 0 m is not positive"),
     ],
 )
@@ -414,18 +380,12 @@ def rolling(first: str, second: str, rest: str) -> str:
     ("text", "note"),
     [
         (rolling("rod", "base", SPHERE), ": second, the base, carries the sphere, and first the plane; a body on the"),
-        (
-            rolling("base", "rod", TORUS),
-            ".tube_radius: a tube of radius 0.2 about a centre line of radius 0.1 leaves no hole in the torus",
-        ),
+        (rolling("base", "rod", TORUS), ".tube_radius: a tube of radius 0.2 about a centre line of radius 0.1 leaves"),
         (
             rolling("base", "rod", SPHERE) + 'surface = "0.2 * stiffness * x"\n',
             ".surface: the formula is in N if its numbers have no unit, and its place takes m",
         ),
-        (
-            rolling("base", "rod", SPHERE) + 'surface = "stiffness * x"\n',
-            ".surface: the formula is a force (N), a length in m is expected",
-        ),
+        (rolling("base", "rod", SPHERE) + 'surface = "stiffness * x"\n', ".surface: the formula is a force (N),"),
     ],
 )
 def test_doubtful_contacts_are_noted(text: str, note: str) -> None:

@@ -240,10 +240,7 @@ def test_byte_order_mark_and_line_ends(tmp_path: Path) -> None:
     [
         (b"format = 1\nname = \xff", "scene.toml:2: byte 18 is not UTF-8; try: the file saved as UTF-8"),
         (b"format = 1\nname = ", "scene.toml: this is not TOML: Invalid value (at end of document)"),
-        (
-            b"format = 1\nname 3",
-            "scene.toml:2: this is not TOML: Expected '=' after a key in a key/value pair (column 6)",
-        ),
+        (b"format = 1\nname 3", "scene.toml:2: this is not TOML: Expected '=' after a key in a key/value pair (column"),
         (b"a = [1, [2]\n\nb = 3\n", "scene.toml:1: this is not TOML: Unclosed array (line 3 does not continue"),
         (b"a = [\n [1]\n [2]]\n", "scene.toml:3: this is not TOML: Unclosed array (column 2)"),
         (b"b = 1\na = [1, 2\n", "scene.toml:2: this is not TOML: Unclosed array (at end of document); try: a ] at"),
@@ -304,22 +301,14 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
             "an inertia table has the keys xx yy zz, and xy xz yz where needed: zz is missing",
         ),
         ("[0.1, 0.1, 0.01]", "{ xx = 1, yy = 1, zz = 1, yx = 0 }", "where needed: 'yx' is unknown"),
-        (
-            "[0.1, 0.1, 0.01]",
-            "[[1, 0, 0], [1, 1, 0], [0, 0, 1]]",
-            "the inertia matrix is not symmetric: entry [0][1] differs from [1][0]",
-        ),
+        ("[0.1, 0.1, 0.01]", "[[1, 0, 0], [1, 1, 0], [0, 0, 1]]", "the inertia matrix is not symmetric: entry [0][1]"),
         ("[0.1, 0.1, 0.01]", "[0.1, 0.1, 0.22]", "the principal moments 0.1, 0.1, 0.22 violate the triangle"),
         (
             "[0.1, 0.1, 0.01]",
             "[0.1, 0.1, 0.1, 0.2, 0, 0]",
             "not positive semidefinite: its principal moments are -0.1, 0.1, 0.3",
         ),
-        (
-            "[0.1, 0.1, 0.01]",
-            '[0.1, "sin(length", 0.01]',
-            "scene.toml:9 (bodies.link.inertia[1]): the formula is not well formed",
-        ),
+        ("[0.1, 0.1, 0.01]", '[0.1, "sin(length", 0.01]', "(bodies.link.inertia[1]): the formula is not well formed"),
         ('"revolute"', '"clamp"', "'clamp' is not known here; try: one of fixed, revolute, prismatic, helical,"),
         ('"revolute"', '"fixed"', "scene.toml:14 (joints.hinge.axis): a fixed joint has no axis"),
         ("axis = [0, 1, 0]\n", "", "scene.toml:10 (joints.hinge): a revolute joint needs an axis"),
@@ -354,14 +343,8 @@ def test_one_problem(old: str, new: str, message: str) -> None:
             "orientation = [[1e200, 0, 0], [0, 1, 0], [0, 0, 1]]",
             "(joints.hinge.orientation): the matrix is not a rotation",
         ),
-        (
-            'rotation = [{ axis = [0, 0, 1], angle = "2 * damping" }]',
-            "the tunable parameter 'damping' cannot be used here",
-        ),
-        (
-            "rotation = [{ axis = [0, 0, 1] }]",
-            "scene.toml:15 (joints.hinge.rotation[0].angle): the key angle is missing",
-        ),
+        ('rotation = [{ axis = [0, 0, 1], angle = "2 * damping" }]', "the tunable parameter 'damping'"),
+        ("rotation = [{ axis = [0, 0, 1] }]", "(joints.hinge.rotation[0].angle): the key angle is missing"),
         (
             'rotor_inertia = "-length"',
             "(joints.hinge.rotor_inertia): the rotor inertia -0.8 is negative; try: 0 or more",
@@ -371,10 +354,7 @@ def test_one_problem(old: str, new: str, message: str) -> None:
         ("initial = { orientation = [1, 0, 0, 0] }", "a revolute joint has no initial orientation; try: position"),
         ("[inputs]\nlength = {}", "(inputs.length): the name length is both a parameter and an input"),
         ('[inputs]\nu = { formula = "q.hinge" }', "q.hinge cannot be used here (column 1); try: time, parameters"),
-        (
-            '[outputs]\nend = { position = "link" }',
-            '(outputs.end.position): link is a body, not a point; try: [points.link_origin] with body = "link",',
-        ),
+        ('[outputs]\nend = { position = "link" }', "(outputs.end.position): link is a body, not a point"),
         (
             '[points]\na = { body = "link" }\n[springs]\ns = { first = "a", second = "a" }',
             "connects the point a to itself",

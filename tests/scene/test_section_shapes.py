@@ -173,10 +173,7 @@ def scene(section: dict[str, Any], **parameters: Any) -> dict[str, Any]:
 REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"shape": "circle"}, "(beams.rod.section): a circle needs its diameter; try: diameter = 0.02"),
     ({"shape": "circle", "width": 0.1, "diameter": 0.1}, "(beams.rod.section.width): a circle has no width; try: diameter"),
-    (
-        {"shape": "circle", "diameter": 0.1, "area": 0.1},
-        "(beams.rod.section.area): area is given, and follows from the shape too; try: area without shape, or shape without area",
-    ),
+    ({"shape": "circle", "diameter": 0.1, "area": 0.1}, "(beams.rod.section.area): area is given, and follows"),
     ({"diameter": 0.1}, "(beams.rod.section.diameter): diameter belongs to a shape, and the section has no shape"),
     (
         {"shape": "tube", "diameter": 0.1, "thickness": 0.06},
@@ -188,10 +185,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ),
     ({"shape": "circle", "diameter": 0.1, "poisson_ratio": 0.6}, "(beams.rod.section.poisson_ratio): Poisson's ratio"),
     ({"shape": "circle", "diameter": 0.0}, "(beams.rod.section.diameter): the diameter of a section is 0; try: a number above 0"),
-    (
-        {"shape": "circle", "diameter": "0.1 - 0.2 * s"},
-        "(beams.rod.section.diameter): at s = 0.75, the diameter of a section is -0.05; try: a number above 0",
-    ),
+    ({"shape": "circle", "diameter": "0.1 - 0.2 * s"}, "(beams.rod.section.diameter): at s = 0.75, the diameter"),
 ]  # fmt: skip  # a table
 
 

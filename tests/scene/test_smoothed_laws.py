@@ -150,12 +150,7 @@ def test_a_length_over_time_and_a_driven_constraint_take_smooth() -> None:
         ("sign(sin(t))", T, {}, "the times are not known beforehand at which sign() of something else than a straight"),
         ("1 if t > late else 0", T, {}, "the times are not known beforehand at which a comparison of something else"),
         ("stairs(t**2)", T, {"stairs": STAIRS}, "the times are not known beforehand at which stairs jumps"),
-        (
-            "stairs(t)",
-            0.8,
-            {"stairs": STAIRS},
-            "corners of stairs have a distance of 0.75, less than a transition, 0.8",
-        ),
+        ("stairs(t)", 0.8, {"stairs": STAIRS}, "corners of stairs have a distance of 0.75, less than a transition,"),
         ("t", 0.0, {}, "(joints.x.smooth): the duration is 0 s, and has to be positive; try: smooth ="),
         (None, T, {}, "(joints.x.smooth): smooth needs a drive over time"),
         ("derivative.road(t)", T, {"road": ROAD}, "a derivative of road jumps, which cannot be smoothed by itself"),

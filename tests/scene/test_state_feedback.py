@@ -174,30 +174,15 @@ ONE = 'type = "state_feedback"\ncoordinates = ["body"]\n' + GAINS
             LQR + "effort_weights = 1 }\n" + GAINS,
             "gains are given, and a calibration that would find them, too; try: one",
         ),
-        (
-            HELD + GAINS + 'outputs = ["a b"]',
-            "the controller makes a parameter 'ride_a b_position_gain_body', whose name is not legal; try: up to 64",
-        ),
+        (HELD + GAINS + 'outputs = ["a b"]', "the controller makes a parameter 'ride_a b_position_gain_body', whose"),
         (LQR + "velocity_weights = { body = -2 } }", "the weight -2 is negative; try: 0 or more"),
         (LQR + "effort_weights = [1, 2] }", "2 numbers given for 1 output; try: a list of 1"),
         (LQR + "effort_weights = -1 }", "effort_weights of -1 is not allowed; try: 0 or more"),
         (HELD + 'calibration = { method = "imsc" }', "the method imsc needs the key effort_weights; try: effort_"),
-        (
-            LQR.replace("lqr", "imsc") + "effort_weights = 0 }",
-            "effort_weights of 0 is not allowed; try: a number above 0",
-        ),
-        (
-            POLES.rstrip(", ") + " }",
-            "pole_placement needs damping_ratios of modes, or poles; try: damping_ratios = 0.3",
-        ),
-        (
-            POLES + "modes = [1, 2], damping_ratios = 0.3, frequencies = [1] }",
-            "1 number given for 2 modes; try: a list of 2",
-        ),
-        (
-            POLES + "poles = [[-1, 2]], modes = [1] }",
-            "poles are given, and modes, frequencies or damping ratios too; try",
-        ),
+        (LQR.replace("lqr", "imsc") + "effort_weights = 0 }", "effort_weights of 0 is not allowed"),
+        (POLES.rstrip(", ") + " }", "pole_placement needs damping_ratios of modes, or poles; try: damping_ratios"),
+        (POLES + "modes = [1, 2], damping_ratios = 0.3, frequencies = [1] }", "1 number given for 2 modes"),
+        (POLES + "poles = [[-1, 2]], modes = [1] }", "poles are given, and modes, frequencies or damping ratios too;"),
         ('[controllers.sky]\ntype = "skyhook"\n', 'the type skyhook needs the key spring; try: spring = "suspension"'),
         (SKY, "a skyhook controller needs damping or groundhook; try: damping = 2000"),
         (SKY + "damping = -1", "damping is negative (-1); try: 0 or more"),
@@ -207,10 +192,7 @@ ONE = 'type = "state_feedback"\ncoordinates = ["body"]\n' + GAINS
             SKY + 'damping = 1\nclipped = true\nminimum_damping = "soft"\nmaximum_damping = 200',
             "the range is empty: minimum_damping 300 is not below maximum_damping 200; try: a smaller minimum_damping",
         ),
-        (
-            SKY + "damping = 1\nclipped = true\nmaximum_damping = 200\nwidth = 0",
-            "the width 0 m/s is not positive; try: 0.01, or no width",
-        ),
+        (SKY + "damping = 1\nclipped = true\nmaximum_damping = 200\nwidth = 0", "the width 0 m/s is not positive"),
         (
             "[parameters.ride_position_gain_body]\nvalue = 1\n" + HELD + GAINS,
             "the controller makes a parameter ride_position_gain_body, and there is a parameter of that name",

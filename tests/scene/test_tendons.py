@@ -96,12 +96,7 @@ def test_keys_and_defaults() -> None:
         ),
         (ELBOW + ', radius = 1, side = "nowhere" }', "", "", "nowhere"),
         (ELBOW + ', radius = 1, side = "away", inside = true }', "", "", "a path through a ring has no side"),
-        (
-            ELBOW.replace(", axis = [0.1, 1, 0]", "") + ", radius = 1 }",
-            "",
-            "",
-            "a cylinder needs the axes of this frame",
-        ),
+        (ELBOW.replace(", axis = [0.1, 1, 0]", "") + ", radius = 1 }", "", "", "a cylinder needs the axes of this"),
     ],
 )
 def test_mistakes_have_a_place_and_a_remedy(wraps: str, old: str, new: str, message: str) -> None:

@@ -69,31 +69,13 @@ OWN = "cannot be used here: a road has a height over its own wheel's x and y; tr
         ("onset = 0", ".onset): the onset of a tyre is 0; try: a number above 0"),
         ('road = "position.rim[0]"', f".road): position.rim[0] {OWN}"),
         ('road = "0.1 * position.hub[2]"', f".road): position.hub[2] {OWN}"),
-        (
-            'road = "velocity.hub[0]"',
-            ".road): velocity.hub cannot be used here (column 1); try: time, parameters, inputs,",
-        ),
-        (
-            'road = "lift"\ndamping = 5',
-            "): the damping needs the rate of the road, which does not follow from an input; try: the road as a table",
-        ),
-        (
-            'road = "sin(position.hub[0])"\nroad_rate = "lift"',
-            ".road_rate): neither time nor an input moves the road, so it has no rate of its own; try: a road",
-        ),
-        (
-            "slip = { stiffness = [1, 2, 3] }",
-            ".slip.stiffness): one stiffness, or a longitudinal and a lateral one, are",
-        ),
+        ('road = "velocity.hub[0]"', ".road): velocity.hub cannot be used here (column 1); try: time, parameters,"),
+        ('road = "lift"\ndamping = 5', "): the damping needs the rate of the road, which does not follow"),
+        ('road = "sin(position.hub[0])"\nroad_rate = "lift"', ".road_rate): neither time nor an input moves the road,"),
+        ("slip = { stiffness = [1, 2, 3] }", ".slip.stiffness): one stiffness, or a longitudinal and a lateral one,"),
         ("slip = { stiffness = [1, -2] }", ".slip.stiffness[1]): a slip stiffness is -2; try: 0 or more"),
-        (
-            "slip = { stiffness = 1, friction = 0 }",
-            ".slip.friction): the friction of a tyre is 0; try: a number above 0",
-        ),
-        (
-            "slip = { stiffness = 1, velocity = 0 }",
-            ".slip.velocity): the velocity of a slip is 0; try: a number above 0",
-        ),
+        ("slip = { stiffness = 1, friction = 0 }", ".slip.friction): the friction of a tyre is 0; try: a number above"),
+        ("slip = { stiffness = 1, velocity = 0 }", ".slip.velocity): the velocity of a slip is 0; try: a number above"),
         ("slip = { stiffness = 1, axis = [0, 0, 0] }", ".slip.axis): the axis has no direction; try: an axis such as"),
     ],
 )
@@ -104,11 +86,7 @@ def test_messages(keys: str, message: str) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        (
-            '"hub"',
-            '"stone"',
-            ".center): the point stone is on the base, on which a wheel's force has no effect",
-        ),
+        ('"hub"', '"stone"', ".center): the point stone is on the base, on which a wheel's force has no effect"),
         ("radius = 0.3", "radius = 0", ".radius): the radius of a tyre is 0; try: a number above 0"),
         ('"soft"', '"-soft"', ".stiffness): the stiffness of a tyre is -10000; try: a number above 0"),
     ],
