@@ -11,6 +11,7 @@ import eomgen
 from eomgen.products.fields.posteriors.mesh import Mesh
 from eomgen.products.fields.posteriors.sampling import Sampler
 from tests.failures.failure import invoked
+from tests.hamiltonian.systems import OSCILLATOR
 
 
 def sampler(**values: Any) -> Sampler:
@@ -50,15 +51,7 @@ ACCEPTED: Sequence[Callable[[], object]] = (lambda: Mesh((2,), 1.0),)
 
 def objects_with_names() -> list[object]:
     """Return objects whose attributes have other names elsewhere."""
-    oscillator = eomgen.build(
-        {
-            "format": 1,
-            "kind": "hamiltonian",
-            "name": "oscillator",
-            "hamiltonian": "p_x**2 / 2 + x**2 / 2",
-            "coordinates": {"x": {"initial": [0.1, 0.0]}},
-        }
-    )
+    oscillator = eomgen.build(OSCILLATOR)
     return [oscillator, oscillator.simulate(0.01, 1e-3)]
 
 

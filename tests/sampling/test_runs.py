@@ -19,7 +19,9 @@ from eomgen.errors import DescriptionError, EomgenError, UsageError
 from eomgen.fields import Sampler
 from eomgen.products.fields.documents.field_reading import fields_from_data
 from eomgen.sampling import FieldSamples, field_problem, sample
+from tests.hamiltonian.systems import OSCILLATOR
 from tests.models.cache import shared_cache
+from tests.models.toml_text import toml_text
 from tests.sampling.files import changed
 
 __all__ = ["shared_cache"]
@@ -228,17 +230,10 @@ def test_the_command_line_says_what_is_wrong(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("small.toml").write_text(FILE, encoding="utf-8")
-    Path("few.toml").write_text(
-        'format = 1\nkind = "hamiltonian"\nname = "a"\nhamiltonian = "p_x**2/2"\n[coordinates]\n'
-        "x = { initial = [0.0, 1.0] }\n", encoding="utf-8"
-    )  # fmt: skip
+    Path("few.toml").write_text(toml_text(OSCILLATOR), encoding="utf-8")
     Path("wrong.toml").write_text(FILE.replace("300*exp", "-300*exp"), encoding="utf-8")
     for arguments, code, text in (
-        (
-            ["sample", "few.toml"],
-            3,
-            "there is no mesh: sampling draws fields on the cells of a mesh, not motions",
-        ),
+        (["sample", "few.toml"], 3, "there is no mesh: sampling draws fields on the cells of a mesh, not motions"),
         (["sample", "wrong.toml"], 4, "wrong.toml:8 (operators.s): the power is -"),
         (["simulate", "small.toml"], 3, "small.toml:4 (mesh): this is a system of fields on a mesh"),
         (["sample", "none.toml"], 7, "none.toml"),
@@ -293,15 +288,6 @@ def test_info_shows_a_system_of_fields(
     assert main(["info", "small.toml"]) == 0
     shown = capsys.readouterr().out
     assert "8 x 8 cells of 5 x 5" in shown and "energy of a cell" in shown and "minimum_norm2, order 2" in shown
-    with_definitions = FILE.replace("[operators]", '[definitions]\nspare = "2*s"\n\n[operators]')
-    Path("defined.toml").write_text(with_definitions, encoding="utf-8")
-    assert main(["info", "defined.toml", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    note = "the definition spare changes nothing: no formula mentions it"
-    assert told["definitions"] == {"spare": "2*s"} and told["notes"] == [note]
-    assert main(["info", "defined.toml"]) == 0
-    shown = capsys.readouterr().out
-    assert "spare = 2*s" in shown and note in shown
     Path("large.toml").write_text(FILE.replace("[8, 8]", "[10000000, 10000000]"), encoding="utf-8")
     assert main(["info", "large.toml"]) == 4
     assert "large.toml:5 (mesh.cells): sampling with 2 chains on 10000000 x 10000000 cells" in capsys.readouterr().err

@@ -103,7 +103,11 @@ REFUSED: list[tuple[str, Any, str]] = [
     ("beams.rope.bending_y", {"modes": 2}, "(beams.rope.bending_y): a beam of the model cosserat has no bending_y"),
     ("beams.rope.start", 1.0, "(beams.rope.start): a beam of the model cosserat has no start"),
     ("forces.tip.point", [11.0, 0.0, 0.0], "(forces.tip.point[0]): x = 11 m is beyond the beam rope, which goes"),
-    ("forces.tip.point", ["load", 0.0, 0.0], "(forces.tip.point[0]): x on the beam rope depends on the tunable"),
+    (
+        "forces.tip.point",
+        ["load", 0.0, 0.0],
+        "(forces.tip.point[0]): x on the beam rope depends on the tunable parameter load, and the nodes of a beam are fixed",
+    ),
     ("outputs.bent", {"formula": "q.rope[0]"}, "(outputs.bent.formula[0]): q.rope: a geometrically exact beam"),
     ("outputs.bent", {"formula": "2 * rope"}, "(outputs.bent.formula[0]): 'rope' is a beam, not a number (column 5)"),
     (

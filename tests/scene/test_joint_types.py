@@ -107,7 +107,11 @@ def test_joints_that_follow() -> None:
         ),
         ("planar", Z + MIMIC, ".mimic): a planar joint cannot follow another: it has 3 coordinates"),
         ("revolute", Z + 'mimic = { joint = "first" }', ".mimic.joint): the joint first follows itself"),
-        ("revolute", Z + MIMIC + "initial = { position = 1 }", ".initial.position): a joint that follows another"),
+        (
+            "revolute",
+            Z + MIMIC + "initial = { position = 1 }",
+            ".initial.position): a joint that follows another has no initial state of its own",
+        ),
     ],
 )
 def test_one_problem(kind: str, keys: str, message: str) -> None:
