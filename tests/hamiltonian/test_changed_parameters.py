@@ -93,14 +93,6 @@ def test_a_sweep_over_the_energy_starts_from_each(energy: float, tmp_path: Path)
     np.testing.assert_array_equal(by_command["x"], run.q[:, run.metadata["names"]["q"].index("x")])
 
 
-@pytest.mark.slow
-def test_planets_start_at_their_speeds_whatever_their_masses() -> None:
-    file = Path(__file__).parents[2] / "examples/outer_solar_system/system/outer_solar_system.toml"
-    model = eomgen.build(file)
-    run = model.simulate(100.0, parameters={"m1": 0.002}, error_estimate=False)
-    assert run.p[0, model.p_names.index("p_x1")] / 0.002 == pytest.approx(0.00565429, rel=1e-14)
-
-
 @pytest.mark.parametrize(
     ("parameters", "text"),
     [

@@ -113,16 +113,6 @@ def test_newton_takes_what_iteration_does_not() -> None:
     np.testing.assert_allclose(np.diff(run.p, axis=0), -0.4 * dq, atol=2e-13)
 
 
-@pytest.mark.slow
-def test_oscillators_of_four_decades_turn_by_the_angles_of_the_midpoint_rule() -> None:
-    frequencies = np.geomspace(1.0, 1e4, 40).tolist()
-    terms = {f"h{k}": f"{w!r}*(x{k}**2 + p_x{k}**2)/2" for k, w in enumerate(frequencies)}
-    data = system("oscillators", terms, coordinates={f"x{k}": {"initial": [1.0, 0.0]} for k in range(40)})
-    made: Any = eomgen.build(data, profile="quick")
-    run = made.simulate(1.0, 0.1, method="implicit_midpoint")
-    np.testing.assert_allclose(run.q[-1], np.cos(20 * np.arctan(0.05 * np.array(frequencies))), atol=1e-13)
-
-
 @pytest.mark.parametrize(("method", "step"), [("implicit_midpoint", 0.4), ("gauss6", 0.1), ("suzuki4", 0.3)])
 def test_implicit_steps_are_symplectic_and_symmetric(method: str, step: float) -> None:
     compiled = model("pendulum")

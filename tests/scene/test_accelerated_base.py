@@ -233,9 +233,6 @@ MISTAKES: list[tuple[str, dict[str, Any], str]] = [
      + 'the curve quake is in m, and an acceleration in m/s^2; try: position = ["quake(t)", 0, 0]'),
     ("a velocity as an acceleration", frame("quake(t)", curve={"unit": "m/s"}), BASE
      + "the curve quake is in m/s, and an acceleration in m/s^2; try: the derivative of the points, or their integral"),
-    ("a label in place of a conversion", frame("quake(t)", curve={"unit": "g0"}), BASE
-     + "the curve quake is labelled g0, and labels do not convert: its values are taken in m/s^2;"
-     ' try: value_unit = "g0" in its table, and unit = "m/s^2"'),
     ("a record that begins later", frame("quake(t)", points=[[5, 0], [6, 1], [7, 0]]), BASE
      + "quake has values from 5 to 7, and its argument is 0 at t = 0;"
      ' try: outside = "hold" of the curve, or an argument within its points at t = 0, the start of the base'),
@@ -268,13 +265,8 @@ MISTAKES: list[tuple[str, dict[str, Any], str]] = [
 {**frame(0), "base": {"acceleration": "quake.csv"}},
 "(base.acceleration): a list of 3 entries is needed here, not 'quake.csv'; try: acceleration = [\"quake(t)\", 0,",
 ),
-    ("a velocity", {**frame(0), "base": {"velocity": [1, 0, 0]}},
-     "(base.velocity): the key 'velocity' is unknown here; try: position alone, from which rates follow"),
     ("a correction of the baseline", frame("quake(t)", baseline="linear"),
      "(base.baseline): the key 'baseline' is unknown here; try: drift = \"remove\""),
-    ("an angular acceleration", frame("quake(t)", angular_acceleration=[0, 0, 1]),
-     "(base.angular_acceleration): the key 'angular_acceleration' is unknown here; try: rotation alone, from which"
-     " rates follow: a formula of t, or a curve through its second integral"),
 ]  # fmt: skip  # a table
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 from itertools import pairwise
 
@@ -84,14 +83,6 @@ def test_seed_decides_the_road() -> None:
     first, second = 0.13436424411240122, 0.8474337369372327  # the Mersenne Twister seeded with 1, on every machine
     phases = [phase for _, _, phase in road_harmonics("C", 20.0, seed=1, harmonics=2)]
     assert phases == pytest.approx([2 * math.pi * first, 2 * math.pi * (second - 1.0)], abs=1e-14)
-
-
-def test_tracks_of_different_seeds_are_independent() -> None:
-    first, second = (np.array(road_harmonics("C", 20.0, seed=seed)) for seed in (1, 2))
-    weights = first[:, 0] ** 2 / np.sum(first[:, 0] ** 2)
-    correlation = sum(w * cmath.exp(1j * (a - b)) for w, a, b in zip(weights, first[:, 2], second[:, 2], strict=True))
-    # a random walk of these steps; beyond 4 of them: 1e-7
-    assert abs(correlation) < 4.0 * math.sqrt(np.sum(weights**2))
 
 
 def test_each_class_is_twice_as_high_as_the_one_before() -> None:

@@ -189,9 +189,6 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
 ]  # fmt: skip  # a table
 
 
-@pytest.mark.slow_cases(
-    "section8-(beams.rod.section.diameter): at s = 0.75, the diameter of a section is -0.05; try: a number above 0"
-)
 @pytest.mark.parametrize(("section", "message"), REFUSED)
 def test_what_no_section_can_be_is_refused_with_one_message(section: dict[str, Any], message: str) -> None:
     with pytest.raises(DescriptionError, match=re.escape(message)) as caught:
