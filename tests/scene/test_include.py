@@ -473,12 +473,6 @@ def test_places_and_prefixes_that_cannot_be(folder: Path, old: str, new: str, me
 @pytest.mark.parametrize(
     ("old", "new", "place", "message"),
     [
-        (
-            '"2 * sqrt(stiffness',
-            '"2 * sqrt(stifness',
-            "20 joints.left_travel.damping",
-            "unknown name 'stifness' (column 10)",
-        ),
         ("v.travel", "v.heave", "32 efforts.left_push.effort", "v.heave: there is no joint 'heave'"),
         ("sin(t)", "sin(t) * spring_rate", "11 inputs.left_push.formula", "unknown name 'spring_rate' (column 23)"),
         ('body = "hub"', 'body = "chassis"', "24 points.left_center.body", "there is no body 'chassis in wheel.toml'"),

@@ -105,12 +105,6 @@ DRY = "coulomb = 1, velocity = 0.01"
         ("ball", "friction", DRY, "): a spherical joint has no friction; try: a bushing, an effort or a force"),
         ("hinge", "limits", "stiffness = 1", "): limits need lower, upper or both; try: lower = -1.0, upper = 1.0"),
         ("hinge", "limits", f"{STOP}, upper = -2", "): the lower limit -1 rad is not below the upper one, -2 rad"),
-        (
-            "rail",
-            "limits",
-            f"{STOP}, upper = -1",
-            "): the lower limit -1 m is not below the upper one, -1 m; try: lower",
-        ),
         ("hinge", "limits", "lower = -1, stiffness = 0", ".stiffness): the stiffness of a stop is 0"),
         ("hinge", "limits", 'lower = -1, stiffness = "-hard"', ".stiffness): the stiffness of a stop is -10000; try"),
         ("hinge", "limits", f"{STOP}, damping = -2", ".damping): the damping of a stop is -2; try: 0 or more"),

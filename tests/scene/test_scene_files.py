@@ -295,11 +295,6 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         ('mass = "2*length"\n', "", "scene.toml:6 (bodies.link.mass): the key mass is missing"),
         ("mass =", "mas =", "scene.toml:7 (bodies.link.mas): the key 'mas' is unknown here; try: mass"),
         ("[0.1, 0.1, 0.01]", "[0.1, 0.1]", "scene.toml:9 (bodies.link.inertia): an inertia is needed here"),
-        (
-            "[0.1, 0.1, 0.01]",
-            "{ xx = 1, yy = 1 }",
-            "an inertia table has the keys xx yy zz, and xy xz yz where needed: zz is missing",
-        ),
         ("[0.1, 0.1, 0.01]", "{ xx = 1, yy = 1, zz = 1, yx = 0 }", "where needed: 'yx' is unknown"),
         ("[0.1, 0.1, 0.01]", "[[1, 0, 0], [1, 1, 0], [0, 0, 1]]", "the inertia matrix is not symmetric: entry [0][1]"),
         ("[0.1, 0.1, 0.01]", "[0.1, 0.1, 0.22]", "the principal moments 0.1, 0.1, 0.22 violate the triangle"),
@@ -337,10 +332,6 @@ def test_one_problem(old: str, new: str, message: str) -> None:
         ),
         (
             "orientation = [[1, 0.3, 0], [0, 1, 0], [0, 0, 1]]",
-            "(joints.hinge.orientation): the matrix is not a rotation",
-        ),
-        (
-            "orientation = [[1e200, 0, 0], [0, 1, 0], [0, 0, 1]]",
             "(joints.hinge.orientation): the matrix is not a rotation",
         ),
         ('rotation = [{ axis = [0, 0, 1], angle = "2 * damping" }]', "the tunable parameter 'damping'"),
