@@ -108,6 +108,7 @@ def test_few_samples_have_no_autocorrelation_time() -> None:
     assert autocorrelation_time(chains) > 0.0
 
 
+@pytest.mark.long_cases("32-steps1-60-1.73-0.15")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("cells", "steps", "trajectories", "expected", "within"),

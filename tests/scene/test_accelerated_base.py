@@ -308,7 +308,6 @@ floor_2 = { type = "prismatic", parent = "first", child = "second", axis = [1, 0
 """
 
 
-@pytest.mark.long
 @pytest.mark.slow
 def test_a_shear_frame_in_an_earthquake_against_scipy(tmp_path: Path) -> None:
     """M x'' + C x' + K x = -M a in displacements against the ground; the table is in g and ms."""

@@ -18,9 +18,6 @@ from tests.scene.test_cosserat_beams import beam_of, numbers
 ROD = {"points": [[0, 0, 0], [1, 0, 0]]}
 PART = {"length": 4.0, "elements": 2}
 FRAME: dict[str, Any] = {"position": [1.0, 0.0, 0.0], "rotation": []}
-FOIL = {
-    "shape": "rectangle", "width": 1.0, "height": 1e-6, "elastic_modulus": 1e9, "density": 1e3, "poisson_ratio": 0.3,
-}  # fmt: skip  # a table
 
 
 def through(*frames: dict[str, Any]) -> dict[str, Any]:
