@@ -20,6 +20,7 @@ from eomgen.pipeline.scenes import SCENES
 from eomgen.scene.joint_types import JOINTS, fault_of, joint_types_of_others
 from eomgen.scene.load import load_toml
 from tests.models import slots_for_eomgen as slots
+from tests.scene.distributions import install
 
 MASS, ARM, INERTIA, GRAVITY, STIFFNESS = 2.0, 0.3, 0.05, 9.81, 40.0
 TEXT = f"""
@@ -43,14 +44,11 @@ step = 1e-3
 @pytest.fixture
 def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """Install a distribution that brings the joint type ``slot``."""
-    information = tmp_path / "slots_for_eomgen-1.0.dist-info"
-    information.mkdir()
-    (information / "METADATA").write_text("Metadata-Version: 2.1\nName: slots-for-eomgen\nVersion: 1.0\n", "utf-8")
-    entry = f"[eomgen.joint_types]\nslot = {slots.__name__}:SLOT\n"
-    (information / "entry_points.txt").write_text(entry, encoding="utf-8")
-    monkeypatch.syspath_prepend(tmp_path)
+    entries = install(
+        tmp_path, monkeypatch, "slots-for-eomgen", f"[eomgen.joint_types]\nslot = {slots.__name__}:SLOT\n"
+    )
     joint_types_of_others.cache_clear()
-    yield information / "entry_points.txt"
+    yield entries
     joint_types_of_others.cache_clear()
 
 

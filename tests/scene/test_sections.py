@@ -35,6 +35,7 @@ from eomgen.scene.section import in_reading_order
 from eomgen.scene.sections import KEYS, OFFERED, others, own_sections
 from tests.models import drags_for_eomgen as drags
 from tests.models.drags_for_eomgen import law as law_of_drags
+from tests.scene.distributions import install
 
 MASS, COEFFICIENT, GRAVITY = 80.0, 0.25, 9.81
 FALL = f"""
@@ -76,13 +77,9 @@ def test_late_rows_are_the_rows_of_their_modules() -> None:
 @pytest.fixture
 def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Install a distribution that brings the section ``drags``."""
-    information = tmp_path / "drags_for_eomgen-1.0.dist-info"
-    information.mkdir()
-    (information / "METADATA").write_text("Metadata-Version: 2.1\nName: drags-for-eomgen\nVersion: 1.0\n", "utf-8")
-    entry = f"[eomgen.sections]\ndrags = {drags.__name__}:DRAGS\nwinds = {drags.__name__}:WINDS\n"
-    entry += f"[eomgen.formula_words]\nwind_speed = {drags.__name__}:WIND_SPEED\n"
-    (information / "entry_points.txt").write_text(entry, encoding="utf-8")
-    monkeypatch.syspath_prepend(tmp_path)
+    entries = f"[eomgen.sections]\ndrags = {drags.__name__}:DRAGS\nwinds = {drags.__name__}:WINDS\n"
+    entries += f"[eomgen.formula_words]\nwind_speed = {drags.__name__}:WIND_SPEED\n"
+    install(tmp_path, monkeypatch, "drags-for-eomgen", entries)
     others.cache_clear()
     other_words.cache_clear()
     yield
@@ -284,12 +281,8 @@ def fogs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
         text = text.replace(drags.__name__, "fog_section")
         (tmp_path / f"{module}.py").write_text(f"{text}\nimport fog_sizes\n", encoding="utf-8")
     (tmp_path / "fog_sizes.py").write_text("SIZE = 1\n", encoding="utf-8")
-    information = tmp_path / "fogs-1.0.dist-info"
-    information.mkdir()
-    (information / "METADATA").write_text("Metadata-Version: 2.1\nName: fogs\nVersion: 1.0\n", "utf-8")
-    (information / "top_level.txt").write_text("fog_section\nfog_law\nfog_sizes\n", "utf-8")
-    (information / "entry_points.txt").write_text("[eomgen.sections]\ndrags = fog_section:DRAGS\n", "utf-8")
-    monkeypatch.syspath_prepend(tmp_path)
+    entries = install(tmp_path, monkeypatch, "fogs", "[eomgen.sections]\ndrags = fog_section:DRAGS\n")
+    entries.with_name("top_level.txt").write_text("fog_section\nfog_law\nfog_sizes\n", "utf-8")
     others.cache_clear()
     (tmp_path / "fall.toml").write_text(FALL.replace('"drag.air"', "1"), encoding="utf-8")
     yield tmp_path

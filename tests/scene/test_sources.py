@@ -13,6 +13,7 @@ from eomgen.cli import main
 from eomgen.formula.nodes import Number
 from eomgen.scene.sources.register import all_options, own_sources, source_of, sources
 from eomgen.scene.sources.source import Source
+from tests.scene.distributions import install
 
 #: A format of somebody else: as many equal links, one below the other, as the file says.
 CHAINS = """
@@ -43,11 +44,7 @@ CHAINS = Source("chains", (".chain",), "a .chain file", read, (Option("long", Fa
 def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """Install a distribution that gives a source, and return a folder for files."""
     (tmp_path / "chainfiles.py").write_text(CHAINS, encoding="utf-8")
-    information = tmp_path / "chainfiles-1.0.dist-info"
-    information.mkdir()
-    (information / "METADATA").write_text("Metadata-Version: 2.1\nName: chainfiles\nVersion: 1.0\n", encoding="utf-8")
-    (information / "entry_points.txt").write_text("[eomgen.sources]\nchains = chainfiles:CHAINS\n", encoding="utf-8")
-    monkeypatch.syspath_prepend(tmp_path)
+    install(tmp_path, monkeypatch, "chainfiles", "[eomgen.sources]\nchains = chainfiles:CHAINS\n")
     sources.cache_clear()
     yield tmp_path
     sources.cache_clear()
