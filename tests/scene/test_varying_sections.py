@@ -111,7 +111,7 @@ def test_frequencies_of_a_table_converge_with_the_square_of_the_elements(model: 
     for elements in (4, 8):
         found = eomgen.build(scene(elements, model), profile="quick").linearize().modes().angular_frequency[:4:2]
         errors.append(np.abs(found / hermite_frequencies()[:2] - 1.0))
-    assert np.max(errors[1]) < within
+    assert np.max(errors[1]) < within  # four times the bounds 0.007 and 0.0015 with 16 elements
     assert errors[0][0] > 3.2 * errors[1][0]  # of the second mode two errors cancel in part
 
 
