@@ -3,6 +3,8 @@ refuses."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import mpmath
 import numpy as np
 import pytest
@@ -178,28 +180,25 @@ def pendulums(reach: float, stiffness: float) -> Plant:
     return Plant(np.eye(2), np.zeros((2, 2)), np.diag([40.0, stiffness]), [[1.0], [reach]], ["lower", "upper"])
 
 
-@pytest.mark.parametrize(
-    ("plant", "message"),
-    [
-        (
-            pendulums(0.0, -9.0),
-            "the mode of upper that grows at 3 1/s without oscillating cannot be stabilised: no actuator moves it",
-        ),
-        (
-            pendulums(0.0, 0.0),
-            "the mode of upper at 0 Hz, which nothing holds, cannot be stabilised: no actuator moves it",
-        ),
-        (
-            pendulums(0.0, (4 * np.pi) ** 2),
-            "the mode of upper at 2 Hz, which is not damped, cannot be stabilised: no actuator moves it",
-        ),
-        (
-            Plant(np.eye(2), np.diag([1.0, -0.5]), np.diag([40.0, (4 * np.pi) ** 2 + 0.0625]), [[1.0], [0.0]]),
-            "the mode of coordinate 2 at 2 Hz, which grows at 0.25 1/s, cannot be stabilised: no actuator moves it",
-        ),
-    ],
-)
-def test_what_cannot_be_stabilised_is_named(plant: Plant, message: str) -> None:
+NO_ACTUATOR = "cannot be stabilised: no actuator moves it"
+
+
+FOUR_PI = (4 * np.pi) ** 2
+
+
+UNSTABLE = {
+    f"the mode of upper that grows at 3 1/s without oscillating {NO_ACTUATOR}": pendulums(0.0, -9.0),
+    f"the mode of upper at 0 Hz, which nothing holds, {NO_ACTUATOR}": pendulums(0.0, 0.0),
+    f"the mode of upper at 2 Hz, which is not damped, {NO_ACTUATOR}": pendulums(0.0, FOUR_PI),
+    f"the mode of coordinate 2 at 2 Hz, which grows at 0.25 1/s, {NO_ACTUATOR}": Plant(
+        np.eye(2), np.diag([1.0, -0.5]), np.diag([40.0, FOUR_PI + 0.0625]), [[1.0], [0.0]]
+    ),
+}
+
+
+@pytest.mark.parametrize("message", UNSTABLE)
+def test_what_cannot_be_stabilised_is_named(message: str) -> None:
+    plant = UNSTABLE[message]
     with pytest.raises(ModelError) as caught:
         lqr(plant, Weights.of(plant, 1.0, 1.0, 1.0))
     assert caught.value.problems[0].what == message
@@ -215,26 +214,34 @@ def test_a_decaying_mode_out_of_reach_is_left_as_it_is() -> None:
 
 def test_a_mode_that_costs_nothing_is_named() -> None:
     plant = Plant(np.eye(2), np.diag([1.0, 0.0]), np.diag([40.0, 0.0]), np.eye(2), ["held", "free"])
-    with pytest.raises(ModelError) as caught:
+    with pytest.raises(ModelError, match="the mode of free at 0 Hz, which nothing holds, has zero weight") as caught:
         lqr(plant, Weights.of(plant, [1.0, 0.0], [1.0, 0.0], 1.0))
-    what = "the mode of free at 0 Hz, which nothing holds, has zero weight, so optimal control would leave it as it is"
-    assert caught.value.problems[0].what == what
     assert caught.value.problems[0].hint == "a weight on a coordinate or a velocity that it moves"
     assert lqr(plant, Weights.of(plant, [0.0, 1.0], 0.0, 1.0)).eigenvalues.real.max() < 0.0
 
 
-@pytest.mark.parametrize(
-    ("weights", "message"),
-    [
-        ({"position": [1.0, -2.0]}, "the weight of the coordinates is negative in some direction (eigenvalue -2)"),
-        ({"velocity": [[1.0, 2.0], [0.0, 1.0]]}, "the weight of the velocities is not symmetric"),
-        ({"effort": [1.0, 2.0]}, "the weight of the efforts has the shape (2,)"),
-        ({"position": [1.0, np.nan]}, "the weight of the coordinates has an entry [1, 1] that is not finite"),
-    ],
-)
-def test_weights_that_are_none(weights: dict[str, list[float]], message: str) -> None:
+NO_WEIGHTS: dict[str, dict[str, Any]] = {
+    "the weight of the coordinates is negative in some direction (eigenvalue -2)": {"position": [1.0, -2.0]},
+    "the weight of the velocities is not symmetric": {"velocity": [[1.0, 2.0], [0.0, 1.0]]},
+    "the weight of the efforts has the shape (2,)": {"effort": [1.0, 2.0]},
+    "the weight of the coordinates has an entry [1, 1] that is not finite": {"position": [1.0, np.nan]},
+}
+
+
+NO_MASSES = {
+    "the mass matrix M is not symmetric": [[1.0, 0.5], [0.0, 1.0]],
+    "the mass matrix M is not positive definite": [[1.0, 0.0], [0.0, -1.0]],
+    "M has an entry [0, 1] that is not finite": [[1.0, np.inf], [np.inf, 1.0]],
+}
+
+
+@pytest.mark.parametrize("message", [*NO_WEIGHTS, *NO_MASSES])
+def test_weights_and_masses_that_are_none_are_refused(message: str) -> None:
     with pytest.raises(UsageError) as caught:
-        Weights.of(quarter_car(), **weights)
+        if message in NO_WEIGHTS:
+            Weights.of(quarter_car(), **NO_WEIGHTS[message])
+        else:
+            Plant(NO_MASSES[message], np.zeros((2, 2)), np.eye(2), [[1.0], [0.0]])
     assert caught.value.problems[0].what == message
 
 
@@ -242,17 +249,3 @@ def test_an_effort_has_to_cost_something() -> None:
     plant = quarter_car()
     with pytest.raises(UsageError, match="some effort has zero weight, so the optimal gain is unbounded"):
         lqr(plant, Weights.of(plant, 1.0, 1.0))
-
-
-@pytest.mark.parametrize(
-    ("M", "message"),
-    [
-        ([[1.0, 0.5], [0.0, 1.0]], "the mass matrix M is not symmetric"),
-        ([[1.0, 0.0], [0.0, -1.0]], "the mass matrix M is not positive definite"),
-        ([[1.0, np.inf], [np.inf, 1.0]], "M has an entry [0, 1] that is not finite"),
-    ],
-)
-def test_masses_that_no_mechanism_has(M: list[list[float]], message: str) -> None:
-    with pytest.raises(UsageError) as caught:
-        Plant(M, np.zeros((2, 2)), np.eye(2), [[1.0], [0.0]])
-    assert caught.value.problems[0].what == message
