@@ -24,18 +24,18 @@ def tumbling(gravity: float = 0.0) -> eomgen.Model:
     return eomgen.build(builder.build(), profile="quick")
 
 
-def part(model: eomgen.Model, run: eomgen.Solution) -> float:
-    """Return the drift of a run as a part of the momenta at work."""
-    said = momentum_drift(model, (run.t, run.q, run.v, run.z), model.parameter_array())
-    assert said is not None
-    return said.share
+def drift_of(model: eomgen.Model, run: eomgen.Solution) -> momentum.Drift | None:
+    """Return what is said of the drift of a run."""
+    return momentum_drift(model, (run.t, run.q, run.v, run.z), model.parameter_array(), None, run.multipliers)
+
+
+WHICH = r"(angular )?momentum (along|about) [xyz], which no force changes, drifts by \S+ % of the momenta at work"
 
 
 @pytest.mark.slow
 def test_drift_is_told_and_a_fine_run_keeps_all() -> None:
     coarse = tumbling().simulate(20.0, 0.2)
-    which = r"(angular )?momentum (along|about) [xyz], which no force changes, drifts by \S+ % of the momenta at work"
-    assert re.search(rf"; the estimated error is .*, and the {which}; try: a step smaller than 0\.2 s", coarse.message)
+    assert re.search(rf"; the estimated error is .*, and the {WHICH}; try: a step smaller than 0\.2 s", coarse.message)
     assert tumbling().simulate(5.0, 0.01, method="rk4").message == "reached t = 5 s in 500 steps"
 
 
@@ -62,49 +62,42 @@ def two_bodies(kind: str) -> eomgen.Model:
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("hinge")
 @pytest.mark.parametrize("kind", ["spring", "hinge"])
 def test_the_momentum_of_several_bodies_together_is_kept(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     model = two_bodies(kind)
-    coarse = model.simulate(20.0, 0.2)
-    which = r"(angular )?momentum (along|about) [xyz], which no force changes, drifts by \S+ % of the momenta at work"
-    assert re.search(which, coarse.message)
+    assert re.search(WHICH, model.simulate(20.0, 0.2).message)
     monkeypatch.setattr(momentum, "REPORTED_MOMENTUM", 0.0)
     drifts = []
     for step in (0.02, 0.01):
-        run = model.simulate(1.0, step)
-        said = momentum_drift(model, (run.t, run.q, run.v, run.z), model.parameter_array(), None, run.multipliers)
+        said = drift_of(model, model.simulate(1.0, step))
         assert said is not None
         drifts.append(said.share)
     assert 3.0 < drifts[0] / drifts[1] < 5.0  # of order 2
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_a_constraint_to_the_base_leaves_the_momentum_about_the_axis_through_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(momentum, "REPORTED_MOMENTUM", 0.0)
     model = two_bodies("pinned")
-    run = model.simulate(2.0, 0.02)
-    said = momentum_drift(model, (run.t, run.q, run.v, run.z), model.parameter_array(), None, run.multipliers)
+    said = drift_of(model, model.simulate(0.5, 0.02))
     assert said is not None and said.name == "angular momentum about z"
 
 
 @pytest.mark.slow
 def test_what_forces_change_is_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(momentum, "REPORTED_MOMENTUM", 0.0)
-    assert part(flyer(), flyer().simulate(1.0, 0.02, method="rk4")) < 1e-6  # it falls, and its parts push one another
-    falling = tumbling(9.81)
-    assert part(falling, falling.simulate(1.0, 0.01, method="rk4")) < 1e-6
-    swinging = pendulum().simulate(0.1, 1e-3)
-    states = swinging.t, swinging.q, swinging.v, swinging.z
-    assert momentum_drift(pendulum(), states, pendulum().parameter_array()) is None
+    for model, step in ((flyer(), 0.02), (tumbling(9.81), 0.01)):  # they fall, and parts push one another
+        said = drift_of(model, model.simulate(1.0, step, method="rk4"))
+        assert said is not None and said.share < 1e-6
+    assert drift_of(pendulum(), pendulum().simulate(0.1, 1e-3)) is None
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_what_rounding_leaves_of_a_momentum_that_is_none_is_not_drift() -> None:
     """A beam whose first node is at the origin falls without turning: its moments about the origin are rounding."""
-    data = beam_scene(4, {"force": [0.0, 0.0, 0.0]}, type="free")
+    data = beam_scene(2, {"force": [0.0, 0.0, 0.0]}, type="free")
     made = eomgen.build({**data, "gravity": [0, 0, -9.81]}, profile="quick")
     run = made.simulate(0.05, 1e-3, method="tdg3", error_estimate=False)
     assert run.message == "reached t = 0.05 s in 50 steps"
@@ -112,7 +105,7 @@ def test_what_rounding_leaves_of_a_momentum_that_is_none_is_not_drift() -> None:
     assert abs(momenta[1:, 1]).max() > 0.0  # so that some of it is there to be told
 
 
-@pytest.mark.long_except("4-terms0")
+@pytest.mark.slow_cases("60-terms1")
 @pytest.mark.parametrize(
     ("count", "terms"), [(4, ("mass", "constraint_jacobian")), (60, ("mass_values", "jacobian_values"))]
 )
@@ -129,10 +122,9 @@ def test_momentum_that_grows_in_a_jointed_chain_of_any_length_is_told(count: int
     assert momentum_drift(model, (t, q, v, v[:, :0]), model.parameter_array(), None, None) is None
 
 
-@pytest.mark.long
+@pytest.mark.slow
 def test_runs_of_a_long_jointed_chain_have_what_tells_a_drift(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(momentum, "REPORTED_MOMENTUM", 0.0)
     model = build_for_run(jointed_chain(60, tied=False), profile="instant")
     assert "mass" not in model.terms
-    run = model.simulate(0.01, 1e-3, error_estimate=False)
-    assert re.search(r"momentum (along|about) [xyz], which no force changes, drifts by \S+ %", run.message)
+    assert re.search(WHICH, model.simulate(0.01, 1e-3, error_estimate=False).message)
