@@ -479,6 +479,20 @@ def longer(step: float) -> Change:
     return returning(remarks, "exchanged_times", remarks.exchanged_times(grid))
 
 
+def passed(error: float) -> tuple[Change, ...]:
+    """Give a run a singular position and an error in parts of its tolerance."""
+    told = returning(remarks, "not_followed", accuracy.not_followed(error, 1.0))
+    return statistics(singular_passages=1), told
+
+
+def costing(run: FinishedRun, patch: pytest.MonkeyPatch, told: str) -> None:
+    run.stepper.controllers = cast(Any, SimpleNamespace(cost=lambda wall: told))
+
+
+def warning(run: FinishedRun, patch: pytest.MonkeyPatch, told: list[str]) -> None:
+    patch.setitem(run.run.model.library.layout, "warnings", told)
+
+
 def decaying(rate: float) -> tuple[Change, ...]:
     """Give internal states a rate of decay in parts of the real stability of the method."""
     still = Rate()
@@ -490,15 +504,25 @@ def decaying(rate: float) -> tuple[Change, ...]:
     return method_with(real_stability=2.0), change
 
 
+def by(change: Callable[[Any], Change]) -> Callable[[Any], Reported]:
+    """Report a run that one change makes doubtful."""
+    return of_run(lambda value: (change(value),))
+
+
+def patched(change: Callable[[FinishedRun, pytest.MonkeyPatch, Any], None]) -> Callable[[Any], Reported]:
+    """Report a run of which a function replaces something by a value."""
+    return by(lambda value: lambda run, patch: change(run, patch, value))
+
+
 def given(module: Any, name: str) -> Callable[[Any], Reported]:
     """Report a run of which a function returns a value."""
-    return of_run(lambda value: (returning(module, name, value),))
+    return by(lambda value: returning(module, name, value))
 
 
 TOLD = [str(FOUND)]
 CHECKS_OF_RUNS: dict[str, tuple[Case, ...]] = {
-    "unresolved_coordinate": (Case(0.0666, 0.0668, of_run(lambda x: (hidden(x),))),),
-    "momentum_drift": (Case(0.0499, 0.0501, of_run(lambda x: (floating(x),))),),
+    "unresolved_coordinate": (Case(0.0666, 0.0668, by(hidden)),),
+    "momentum_drift": (Case(0.0499, 0.0501, by(floating)),),
     "multiplier_rounding": (Case(0.0099, 0.0101, of_run(rounded)),),
     "linear_range": (
         Case(
@@ -507,73 +531,45 @@ CHECKS_OF_RUNS: dict[str, tuple[Case, ...]] = {
     ),
     "singular_position": (Case(0.0501, 0.0499, of_run(singular)),),
     "unbounded_growth": (
-        Case(9.9, 10.1, of_run(lambda x: (grown([1.0, x, 1e3, 1e6]),))),
-        Case(0.99e6, 1.01e6, of_run(lambda x: (grown([1.0, 1e2, 1e4, x]),))),
-        Case(0.98, 1.0, of_run(lambda x: (grown([1e-3, 1.0, 1e2, 1.01e3], x),))),
+        Case(9.9, 10.1, by(lambda x: grown([1.0, x, 1e3, 1e6]))),
+        Case(0.99e6, 1.01e6, by(lambda x: grown([1.0, 1e2, 1e4, x]))),
+        Case(0.98, 1.0, by(lambda x: grown([1e-3, 1.0, 1e2, 1.01e3], x))),
     ),
     "unresolved_motion": (
-        Case(0.99, 1.01, of_run(lambda x: (oscillating(step=x),))),
-        Case(0.098, 0.102, of_run(lambda x: (oscillating(share=x),))),
-        Case(2.97, 3.03, of_run(lambda x: (oscillating(ratio=x),))),
+        Case(0.99, 1.01, by(lambda x: oscillating(step=x))),
+        Case(0.098, 0.102, by(lambda x: oscillating(share=x))),
+        Case(2.97, 3.03, by(lambda x: oscillating(ratio=x))),
     ),
     "missed_event": (
         Case(1.4, 1.6, of_run(lambda x: missed(x, 0.0, sampled=False))),
         Case(51.0, 52.0, of_run(lambda x: missed(x, 1000.0, sampled=True))),
     ),
-    "fast_law": (Case(0.79, 0.81, of_run(lambda x: (varying(x),))),),
+    "fast_law": (Case(0.79, 0.81, by(varying)),),
     "unseen_law": (
-        Case(0.0499, 0.0501, of_run(lambda x: (lacking(net=x),))),
-        Case(0.249, 0.251, of_run(lambda x: (lacking(within=x),))),
-        Case(0.79, 0.81, of_run(lambda x: (aliased(math.sqrt(2.0 * x**2 / (3.0 - x**2)), ends=1.0),))),
-        Case(0.49, 0.51, of_run(lambda x: (aliased(part=x),))),
-        Case(2.99, 3.01, of_run(lambda x: (understated(x),))),
+        Case(0.0499, 0.0501, by(lambda x: lacking(net=x))),
+        Case(0.249, 0.251, by(lambda x: lacking(within=x))),
+        Case(0.79, 0.81, by(lambda x: aliased(math.sqrt(2.0 * x**2 / (3.0 - x**2)), ends=1.0))),
+        Case(0.49, 0.51, by(lambda x: aliased(part=x))),
+        Case(2.99, 3.01, by(understated)),
     ),
-    "partly_examined": (
-        Case(1.0, 0.99, of_run(lambda x: (lambda run, patch: patch.setattr(SampledRun, "examined_share", x),))),
-    ),
+    "partly_examined": (Case(1.0, 0.99, patched(lambda _, patch, x: patch.setattr(SampledRun, "examined_share", x))),),
     "bounded_steps": (Case((), (bounded,), of_run(lambda x: x)),),
     "passed_spring": (
-        Case(0.0501, 0.0499, of_run(lambda x: (passing((0.1, x), (-0.1, x)),))),
-        Case(2.01, 1.99, of_run(lambda x: (passing((1.0, 0.0), (1.0 - x, 0.0)),))),
+        Case(0.0501, 0.0499, by(lambda x: passing((0.1, x), (-0.1, x)))),
+        Case(2.01, 1.99, by(lambda x: passing((1.0, 0.0), (1.0 - x, 0.0)))),
     ),
-    "undefined_output": (Case(1.0, math.nan, of_run(lambda x: (having(outputs={"f": np.full(101, x)}),))),),
-    "singular_passage": (
-        Case(
-            999.0,
-            1001.0,
-            of_run(
-                lambda x: (
-                    statistics(singular_passages=1),
-                    returning(remarks, "not_followed", accuracy.not_followed(x, 1.0)),
-                )
-            ),
-            "do not follow",
-        ),
-    ),
+    "undefined_output": (Case(1.0, math.nan, by(lambda x: having(outputs={"f": np.full(101, x)}))),),
+    "singular_passage": (Case(999.0, 1001.0, of_run(passed), "do not follow"),),
     "coarse_quantum": (
-        Case(2.51, 2.49, of_run(lambda x: (quantised(x, 20),))),
-        Case(8, 9, of_run(lambda x: (quantised(1.0, x),))),
+        Case(2.51, 2.49, by(lambda x: quantised(x, 20))),
+        Case(8, 9, by(lambda x: quantised(1.0, x))),
     ),
-    "controller_cost": (
-        Case(
-            "",
-            str(FOUND),
-            of_run(
-                lambda x: (
-                    lambda run, patch: setattr(run.stepper, "controllers", SimpleNamespace(cost=lambda wall: x)),
-                )
-            ),
-        ),
-    ),
-    "model_limits": (
-        Case(
-            [], TOLD, of_run(lambda x: (lambda run, patch: patch.setitem(run.run.model.library.layout, "warnings", x),))
-        ),
-    ),
-    "method_limits": (Case([], TOLD, of_run(lambda x: (method_with(warnings=lambda self, constrained: x),))),),
+    "controller_cost": (Case("", str(FOUND), patched(costing)),),
+    "model_limits": (Case([], TOLD, patched(warning)),),
+    "method_limits": (Case([], TOLD, by(lambda x: method_with(warnings=lambda self, constrained: x))),),
     "steep_law": (Case(([], []), ([], TOLD), given(remarks, "followed_laws")),),
-    "exchanged_times": (Case(99.0, 101.0, of_run(lambda x: (longer(x),)), "simulate("),),
-    "doubtful_call": (Case(7.99, 8.01, of_run(lambda x: (gaussian(x),))),),
+    "exchanged_times": (Case(99.0, 101.0, by(longer), "simulate("),),
+    "doubtful_call": (Case(7.99, 8.01, by(gaussian)),),
     "unresolved_damping": (Case(0.099, 0.101, of_run(lambda x: steep(x, -1.0))),),
     "unresolved_states": (Case(0.99, 1.01, of_run(decaying)),),
     "passed_growth": (
@@ -583,9 +579,9 @@ CHECKS_OF_RUNS: dict[str, tuple[Case, ...]] = {
     "lost_digits": (Case(0.99e-8, 1.01e-8, of_run(cancelling)),),
     "start_beyond_limits": (Case([], TOLD, given(start_checks, "starts_beyond_limits")),),
     "start_on_impact": (Case([], TOLD, given(start_checks, "impacts_at_start")),),
-    "turned_start": (Case([], TOLD, of_run(lambda x: (begun(notes=x),))),),
+    "turned_start": (Case([], TOLD, by(lambda x: begun(notes=x))),),
     "deep_start": (Case([], TOLD, given(start_checks, "deep_tyres")),),
-    "doubtful_start": (Case([], TOLD, of_run(lambda x: (begun(doubts=x),))),),
+    "doubtful_start": (Case([], TOLD, by(lambda x: begun(doubts=x))),),
 }
 CASES = {**NOTES, **RESTS, **CHECKS_OF_RUNS}
 ROWS: tuple[Note | StateWarning | Check, ...] = (

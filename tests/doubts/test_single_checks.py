@@ -18,7 +18,7 @@ from eomgen.products.doubts import accuracy, remarks, rests
 from eomgen.products.doubts.accuracy import linear_range_exceeded
 from eomgen.products.doubts.fast_motions import _chosen, _Law
 from eomgen.simulation.accuracy.fastest_rates import FastestRates, Rate
-from eomgen.simulation.judgement.finished_run import FACTS, FinishedRun
+from eomgen.simulation.judgement.finished_run import FACTS
 from eomgen.simulation.judgement.register import BY_NAME, CHECKS
 from eomgen.simulation.stepping.time_grid import TimeGrid
 from eomgen.system.description import Wheel
@@ -33,76 +33,43 @@ def test_every_fact_is_needed_by_a_check() -> None:
     assert set(FACTS) == {fact for check in CHECKS for fact in check.needs} | {"events"}
 
 
-@pytest.mark.parametrize("single", [False, True])
 @pytest.mark.parametrize(("method", "other"), [("rattlie", "generalized_alpha, "), ("generalized_alpha", "")])
-def test_multipliers_of_rounding_are_told_with_another_method_if_there_is_one(
-    method: str, other: str, single: bool
-) -> None:
-    multipliers = SimpleNamespace(multipliers=np.ones((2, 1)))
-    run = SimpleNamespace(
-        run=SimpleNamespace(name=method, method=SimpleNamespace(chooses_steps=False)), single=single,
-        longest_part=1e-3, statistics={"max_rounding": 0.3}, settings={"step": 1e-3}, fastest=DECAYING,
-    )  # fmt: skip
-    check = BY_NAME["multiplier_rounding"].evaluate
-    (told,) = check(cast(FinishedRun, SimpleNamespace(**vars(run), states=multipliers)))
-    assert told.text == "up to 30 % of the multipliers is rounding, which grows as 1/step^2"
-    assert told.hint == f"{other}a step larger than 0.001 s{', or double precision' if single else ''}"
-    assert not [
-        *check(cast(FinishedRun, SimpleNamespace(**vars(run), states=SimpleNamespace(multipliers=np.zeros(1)))))
-    ]
+def test_multipliers_of_rounding_are_told_with_another_method_if_there_is_one(method: str, other: str) -> None:
+    for single, precision in ((False, ""), (True, ", or double precision")):
+        run = SimpleNamespace(
+            run=SimpleNamespace(name=method, method=SimpleNamespace(chooses_steps=False)), single=single,
+            longest_part=1e-3, statistics={"max_rounding": 0.3}, settings={"step": 1e-3}, fastest=DECAYING,
+        )  # fmt: skip
+        check = BY_NAME["multiplier_rounding"].evaluate
+        (told,) = check(cast(Any, SimpleNamespace(**vars(run), states=SimpleNamespace(multipliers=np.ones((2, 1))))))
+        assert told.text == "up to 30 % of the multipliers is rounding, which grows as 1/step^2"
+        assert told.hint == f"{other}a step larger than 0.001 s{precision}"
+        none = SimpleNamespace(multipliers=np.zeros(1))
+        assert not [*check(cast(Any, SimpleNamespace(**vars(run), states=none)))]
 
 
-@pytest.mark.parametrize(
-    ("travel", "reach", "told"),
-    [(1.0, 1.0, True), (1e-3, 1e6, False), (1.001e-3, 1e6, True)],
-)
+@pytest.mark.parametrize(("travel", "reach", "told"), [(1.0, 1.0, True), (1e-3, 1e6, False), (1.001e-3, 1e6, True)])
 def test_travel_below_a_billionth_of_the_reach_is_rounding(
     travel: float, reach: float, told: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The hinge moves by travel with an error of 0.125 rad."""
     monkeypatch.setattr(accuracy, "reach_at_work", lambda *_: np.array([reach]))
-    factor = SimpleNamespace(group="R", q_start=0, v_start=0)
     names = {"q_units": ("rad",), "q_names": ("q.hinge",), "z_names": (), "z_units": ()}
-    model = SimpleNamespace(factors=(factor,), **names)
+    model = SimpleNamespace(factors=(SimpleNamespace(group="R", q_start=0, v_start=0),), **names)
+    states = SimpleNamespace(q=np.array([[0.0], [travel]]), z=np.zeros((2, 0)))
+    given = {"single": False, "rows_are_sparse": False, "trajectory": SimpleNamespace(rows=None), "present": None}
     error = replace(ESTIMATE, relative=0.0, increment_at=np.array([[0.125]]))
-    run = run_of(
-        run=SimpleNamespace(model=model),
-        error=error,
-        states=SimpleNamespace(q=np.array([[0.0], [travel]]), z=np.zeros((2, 0))),
-        single=False,
-        rows_are_sparse=False,
-        trajectory=SimpleNamespace(rows=None),
-        present=None,
+    found = accuracy.unresolved_coordinates(
+        run_of(run=SimpleNamespace(model=model), error=error, states=states, **given)
     )
-    found = accuracy.unresolved_coordinates(run)
     assert found == ([accuracy.UnresolvedComponent("q.hinge", travel, 0.125, " rad")] if told else [])
 
 
-@pytest.mark.parametrize(
-    ("span", "step", "told"),
-    [(1.0, 1.0, ""), (1.0, 1.1, "longer"), (1.0, 200.0, "simulate(200, 1)"), (0.0, 1.0, "")],
-)
-def test_steps_longer_than_their_run_are_told_and_exchanged_ones_written_down(
-    span: float, step: float, told: str
-) -> None:
-    notes = remarks.exchanged_times(cast(TimeGrid, SimpleNamespace(start=2.0, end=2.0 + span, step=step)))
-    assert bool(notes) == bool(told)
-    if notes:
-        assert told in notes[0] and ("simulate" in notes[0]) == told.startswith("simulate")
-
-
-@pytest.mark.parametrize(
-    ("before", "after", "met"),
-    [
-        ([0.1, 0.0], [-0.1, 0.0], True),
-        ([0.1, 0.0], [0.05, 0.0], False),  # does not turn round
-        ([0.3, 0.0], [-0.1, 0.0], True),
-    ],
-)
-def test_springs_turn_round_by_way_of_next_to_no_length(before: list[float], after: list[float], met: bool) -> None:
-    vectors = np.array([[*before, 0.0], [*after, 0.0]])
-    assert remarks._meetings(vectors, 1.0).tolist() == [met]
-    assert remarks._meetings(10.0 * vectors, 10.0).tolist() == [met]
+def test_steps_longer_than_their_run_are_told_and_exchanged_ones_written_down() -> None:
+    for span, step, told in ((1.0, 1.0, ""), (1.0, 1.1, "longer"), (1.0, 200.0, "simulate(200, 1)"), (0.0, 1.0, "")):
+        notes = remarks.exchanged_times(cast(TimeGrid, SimpleNamespace(start=2.0, end=2.0 + span, step=step)))
+        assert bool(notes) == bool(told)
+        assert not told or (told in notes[0] and ("simulate" in notes[0]) == told.startswith("simulate"))
 
 
 def test_undefined_outputs_are_counted_from_their_first_row() -> None:
@@ -111,11 +78,8 @@ def test_undefined_outputs_are_counted_from_their_first_row() -> None:
     assert remarks.undefined_outputs(t, {"fine": np.zeros(3)}) is None
     found = remarks.undefined_outputs(t, {"two": two, "one": one})
     assert found is not None and found.time == 0.5
-    assert found.text == (
-        "the outputs two (1 of 3 rows, from t = 1 s), one (1 of 3 rows, from t = 0.5 s) have no value there"
-    )
-    found = remarks.undefined_outputs(t, {"one": one})
-    assert found is not None and found.text == "the output one (1 of 3 rows, from t = 0.5 s) has no value there"
+    counted = "the outputs two (1 of 3 rows, from t = 1 s), one (1 of 3 rows, from t = 0.5 s) have no value there"
+    assert found.text == counted
 
 
 def test_laws_without_values_and_laws_of_rounding_are_seen() -> None:
@@ -155,7 +119,6 @@ def test_few_names_are_listed() -> None:
 @pytest.mark.parametrize(
     ("start", "end", "u", "sunk"),
     [
-        (0.5, 0.3, None, True),
         (0.5, 0.41, None, False),
         (0.39, 0.3, None, False),  # was below the road at the start
         (0.6, 0.45, {"lift": 0.1}, True),
@@ -167,9 +130,8 @@ def test_tyres_sink_if_their_centre_goes_below_the_road(start: float, end: float
     """The road is 0.4 m high under the wheel, 0.5 m at the origin, and moves by an input."""
     road = Number(0.5) + Symbol("input", "lift") + Number(0.1) * Symbol("position", index=0)
     wheels = (Wheel("front", "hub", Number(0.3), road, Number(1e5)),)
-    measures, path = machine(
-        {"wheel": [(-1.0, 0.0, start), (-1.0, 0.0, end)]}, points=(point("hub", "wheel"),), wheels=wheels
-    )
+    places = {"wheel": [(-1.0, 0.0, start), (-1.0, 0.0, end)]}
+    measures, path = machine(places, points=(point("hub", "wheel"),), wheels=wheels)
     notes = equilibrium_notes(measures, path, u)
     assert notes == (["inside out, for their centres are below the road: tyre front"] if sunk else [])
 
