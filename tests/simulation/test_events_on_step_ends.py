@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import functools
 import random
-from typing import Any
 
 import numpy as np
 import pytest
 
 import eomgen
 from eomgen.integrators.families.register import BUILT_IN
+from tests.simulation.rails import built, on_rail
 
 #: Number of roots of the guard; those that a run does not use lie far away.
 _ROOTS, _FAR = 7, 1e4
@@ -22,22 +22,13 @@ _TIED = ("rk4_partitioned", "rk45_partitioned", "rattlie")
 @functools.cache
 def sliding(method: str, via: str, direction: str) -> eomgen.Model:
     """Return a body that slides freely, with an event at each root of a product, in its place or in time."""
-    rail = {"type": "prismatic", "parent": "base", "axis": [1, 0, 0]}
-    guard = "*".join(f"({via} - root_{k})" for k in range(_ROOTS))
-    scene: dict[str, Any] = {
-        "format": 1,
-        "name": "sliding",
-        "gravity": [0, 0, 0],
-        "bodies": {"b": {"mass": 1}},
-        "joints": {"x": {**rail, "child": "b"}},
-        "parameters": {f"root_{k}": {"value": _FAR, "tunable": True} for k in range(_ROOTS)},
-        "events": {"passes": {"when": guard, "direction": direction}},
-    }
+    builder = on_rail().event("passes", "*".join(f"({via} - root_{k})" for k in range(_ROOTS)), direction=direction)
+    for k in range(_ROOTS):
+        builder.parameter(f"root_{k}", _FAR, tunable=True)
     if method in _TIED:
-        scene["bodies"]["c"] = {"mass": 1}
-        scene["joints"]["y"] = {**rail, "child": "c"}
-        scene["constraints"] = {"tie": {"type": "formula", "equation": "q.x - q.y"}}
-    return eomgen.build(scene, method=method, profile="quick")
+        builder.body("c", 1.0).joint("y", "prismatic", "base", "c", axis=[1, 0, 0])
+        builder.constraint("tie", "formula", equation="q.x - q.y")
+    return built(builder, method=method)
 
 
 def found_and_true(
@@ -60,14 +51,12 @@ def found_and_true(
     return sorted(run.events.t.tolist()), sorted(counted)
 
 
-@pytest.mark.long_except_every(9)
-@pytest.mark.long_cases("rk45_partitioned")
 @pytest.mark.slow
 @pytest.mark.parametrize("method", _METHODS.values())
 def test_each_root_on_an_end_of_a_step_is_found_once(method: str) -> None:
     """Rounding decides on which side of zero the guard is at the ends, in each run at other numbers."""
     draw = random.Random(method)
-    for _ in range(24):
+    for _ in range(12):
         via, direction = draw.choice(["q.x", "t"]), draw.choice(["both", "both", "falling"])
         step = draw.choice([0.05, 0.1, 1.0 / 3.0, 0.2])
         start, speed = draw.choice([0.0, 0.7, -3.3, 1000.0]), draw.choice([1.0, -1.0, 0.3, 7.0])
@@ -89,31 +78,24 @@ def test_three_roots_within_a_step_are_found_where_rates_tell(method: str) -> No
 @pytest.mark.slow
 def test_a_function_that_returns_while_another_event_comes_has_both_roots() -> None:
     """The second event counts falls alone; it rises before the first event in a step and falls after it."""
-    events = {"middle": {"when": "t - 0.53"}, "hill": {"when": "0.03**2 - (t - 0.53)**2", "direction": "falling"}}
-    scene = {
-        "format": 1,
-        "name": "hill",
-        "bodies": {"b": {"mass": 1}},
-        "joints": {"x": {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0]}},
-        "events": events,
-    }
-    run = eomgen.build(scene, method="rk4", profile="quick").simulate(1.0, 0.1)
+    builder = on_rail().event("middle", "t - 0.53")
+    builder.event("hill", "0.03**2 - (t - 0.53)**2", direction="falling")
+    run = built(builder, method="rk4").simulate(1.0, 0.1)
     assert run.events is not None
     assert run.events.counts == {"middle": 1, "hill": 1}
     assert run.events["hill"].t[0] == pytest.approx(0.56, abs=1e-12)
 
 
-def cradle(balls: int, restitution: float, width: float, start: float) -> dict[str, Any]:
+def cradle(balls: int, restitution: float, width: float, start: float) -> eomgen.Model:
     """Return touching balls in a row, and one that comes at 1 m/s."""
-    scene: dict[str, Any] = {"format": 1, "name": "cradle", "gravity": [0, 0, 0], "bodies": {}, "joints": {}}
+    builder = eomgen.SceneBuilder("cradle", gravity=[0, 0, 0])
     for k in range(balls):
         initial = {"position": start + width * k - (0.1 if k == 0 else 0.0), "velocity": float(k == 0)}
-        scene["bodies"][f"b{k}"] = {"mass": 1}
-        rail = {"type": "prismatic", "parent": "base", "child": f"b{k}", "axis": [1, 0, 0]}
-        scene["joints"][f"x{k}"] = {**rail, "initial": initial}
+        builder.body(f"b{k}", 1.0).joint(f"x{k}", "prismatic", "base", f"b{k}", axis=[1, 0, 0], initial=initial)
     impact = {"direction": "falling", "action": "impact", "restitution": restitution}
-    scene["events"] = {f"hit{k}": {"when": f"q.x{k + 1} - q.x{k} - {width}", **impact} for k in range(balls - 1)}
-    return scene
+    for k in range(balls - 1):
+        builder.event(f"hit{k}", f"q.x{k + 1} - q.x{k} - {width}", **impact)
+    return built(builder)
 
 
 def speeds_after_impacts(balls: int, restitution: float) -> tuple[list[float], int]:
@@ -126,18 +108,21 @@ def speeds_after_impacts(balls: int, restitution: float) -> tuple[list[float], i
     return v, count
 
 
-@pytest.mark.long_except_every(4)
 @pytest.mark.slow
-@pytest.mark.parametrize("method", ["rk4", "rk45", "generalized_alpha"])
 @pytest.mark.parametrize(
-    ("balls", "restitution", "width", "start"),
-    [(3, 0.9, 1.0, 0.0), (5, 1.0, 0.1, 0.0), (8, 0.9, 1.0, 0.0), (12, 1.0, 1.0, 0.0), (4, 0.5, 0.7, -3.3)],
+    ("balls", "restitution", "width", "start", "method"),
+    [
+        (3, 0.9, 1.0, 0.0, "rk4"),
+        (5, 1.0, 0.1, 0.0, "rk45"),
+        (8, 0.9, 1.0, 0.0, "generalized_alpha"),
+        (4, 0.5, 0.7, -3.3, "rk4"),
+    ],
 )
 def test_touching_balls_have_a_finite_sequence_of_impacts(
     balls: int, restitution: float, width: float, start: float, method: str
 ) -> None:
     """No impact is lost to rounding of the gaps, and none is taken for the bouncing of a body that comes to rest."""
-    run = eomgen.build(cradle(balls, restitution, width, start), profile="quick").simulate(0.5, 0.01, method=method)
+    run = cradle(balls, restitution, width, start).simulate(0.5, 0.01, method=method)
     v, count = speeds_after_impacts(balls, restitution)
     assert run.success and run.events is not None and len(run.events) == count
     assert run.v[-1] == pytest.approx(v, abs=1e-12)
